@@ -7,13 +7,22 @@ from setuptools import Extension, setup
 from setuptools.command.build_py import build_py
 
 KERNEL = Path("tendon_cli/kernel")
-VERSION = re.search(r"^VERSION = (\d+)$", (KERNEL / "__init__.py").read_text(encoding="utf-8"), re.MULTILINE)[1]
+VERSION = re.search(
+    r"^VERSION = (\d+)$", (KERNEL / "__init__.py").read_text(encoding="utf-8"), re.MULTILINE
+)[1]
 EXTENSION = Extension(
     "tendon_cli.kernel._native",
     sources=[str(KERNEL / f"{name}.c") for name in ("native", "plain", "avx2", "avx512")],
     depends=[str(path) for path in sorted(KERNEL.glob("*.h"))],
     define_macros=[("KERNEL_VERSION", VERSION)],
-    extra_compile_args=["-std=c11", "-O3", "-g0", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"],
+    extra_compile_args=[
+        "-std=c11",
+        "-O3",
+        "-g0",
+        "-ffp-contract=off",
+        "-fno-math-errno",
+        "-fno-trapping-math",
+    ],
     py_limited_api=True,
     optional=True,  # without a C compiler NumPy does it, to the same bits
 )
@@ -28,7 +37,9 @@ class BuildWithExamples(build_py):
         if not self.editable_mode:
             for source in sorted(Path("configs").rglob("*")):
                 if source.suffix in (".toml", ".csv"):
-                    target = Path(self.build_lib, "tendon_cli/examples", source.relative_to("configs"))
+                    target = Path(
+                        self.build_lib, "tendon_cli/examples", source.relative_to("configs")
+                    )
                     self.mkpath(str(target.parent))
                     self.copy_file(str(source), str(target))
 

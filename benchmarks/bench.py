@@ -69,10 +69,18 @@ def quick(scratch: Path) -> Bench:
 
 
 def _options() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.bench", description="measure tendon in ratios")
-    parser.add_argument("--quick", action="store_true", help="smaller sizes, under a minute, nothing recorded")
-    parser.add_argument("--only", choices=_SECTIONS, action="append", help="just this section, nothing recorded")
-    parser.add_argument("--history", type=Path, default=HISTORY, help="where a full run is recorded")
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.bench", description="measure tendon in ratios"
+    )
+    parser.add_argument(
+        "--quick", action="store_true", help="smaller sizes, under a minute, nothing recorded"
+    )
+    parser.add_argument(
+        "--only", choices=_SECTIONS, action="append", help="just this section, nothing recorded"
+    )
+    parser.add_argument(
+        "--history", type=Path, default=HISTORY, help="where a full run is recorded"
+    )
     return parser.parse_args()
 
 
@@ -85,7 +93,9 @@ def main() -> None:
     print(f"tendon {what['version']} ({what['commit'] or 'no commit'}{changed}), {what['date']}")
     print(", ".join(f"{name} {value}" for name, value in here.items()))
     if float(str(what["load_before"])) > QUIET:
-        print(f"the machine is in use (load {what['load_before']}), and ratios are worse than on a quiet one")
+        print(
+            f"the machine is in use (load {what['load_before']}), and ratios are worse than on a quiet one"
+        )
     if options.quick:
         print("quick: a tenth of the sizes that the targets are for")
     with tempfile.TemporaryDirectory(prefix="tendon-bench-") as name:

@@ -35,7 +35,10 @@ def axes(pretensions: int, springs: int, ratios: int) -> list[Array]:
         np.array([1.0, -1.0]),
         np.radians(np.arange(91.0)),
     ]
-    return [column.reshape([-1 if at == axis else 1 for at in range(6)]) for axis, column in enumerate(values)]
+    return [
+        column.reshape([-1 if at == axis else 1 for at in range(6)])
+        for axis, column in enumerate(values)
+    ]
 
 
 def geometry(angle: Array) -> tuple[Array, Array, Array, Array]:
@@ -54,7 +57,13 @@ def sheath(toward: Array, friction: Array = MU) -> tuple[Array, Array]:
 
 
 def balance(
-    pretension: Array, ratio: Array, arm: Array, torque: Array, c_f: Array, c_e: Array, mismatch: Array
+    pretension: Array,
+    ratio: Array,
+    arm: Array,
+    torque: Array,
+    c_f: Array,
+    c_e: Array,
+    mismatch: Array,
 ) -> tuple[Array, Array, Array, Array]:
     """Status, both tensions at the elbow, and loose path.
 
@@ -62,9 +71,14 @@ def balance(
     """
     stretch = (ratio * c_f + c_e) * pretension + mismatch
     determinant = arm * c_e + ratio * c_f * ELBOW
-    x, y = (torque * c_e + ELBOW * stretch) / determinant, (arm * stretch - ratio * c_f * torque) / determinant
+    x, y = (
+        (torque * c_e + ELBOW * stretch) / determinant,
+        (arm * stretch - ratio * c_f * torque) / determinant,
+    )
     no_flexor, no_extensor = (x < 0) & (torque <= 0), (y < 0) & (torque >= 0)
-    status = np.where(np.isnan(x), NONE, FLEXOR * no_flexor + EXTENSOR * no_extensor).astype(np.int8)
+    status = np.where(np.isnan(x), NONE, FLEXOR * no_flexor + EXTENSOR * no_extensor).astype(
+        np.int8
+    )
     x = np.where(no_flexor, 0.0, np.where(no_extensor, torque / arm, x))
     y = np.where(no_extensor, 0.0, np.where(no_flexor, -torque / ELBOW, y))
     loose = np.where(no_flexor | no_extensor, ratio * c_f * x + c_e * y - stretch, 0.0 * x)
@@ -72,7 +86,9 @@ def balance(
     return status, x, y, loose
 
 
-def states(pretension: Array, stiffness: Array, ratio: Array, load: Array, direction: Array, angle: Array) -> Array:
+def states(
+    pretension: Array, stiffness: Array, ratio: Array, load: Array, direction: Array, angle: Array
+) -> Array:
     """Every column of results by name, each with the axes that it depends on."""
     flexor_travel, extensor_travel, moment_arm, slope = geometry(angle)
     arm = np.where(moment_arm > 0, moment_arm, np.nan)
@@ -85,10 +101,15 @@ def states(pretension: Array, stiffness: Array, ratio: Array, load: Array, direc
     status, x, y, loose = balance(pretension, ratio, arm, torque, c_f, c_e, mismatch)
 
     stretch_f, stretch_e = x - pretension, y - pretension
-    by_flexor, by_extensor = flexor_travel + c_f * stretch_f, (extensor_travel - c_e * stretch_e) / ratio
+    by_flexor, by_extensor = (
+        flexor_travel + c_f * stretch_f,
+        (extensor_travel - c_e * stretch_e) / ratio,
+    )
     spool_angle = np.where(status == FLEXOR, by_extensor, by_flexor) / SPOOL
     spool_angle[status == BOTH] = np.nan
-    by_tendons = ((status & FLEXOR) == 0) * (arm**2 / c_f) + ((status & EXTENSOR) == 0) * (ELBOW**2 / c_e)
+    by_tendons = ((status & FLEXOR) == 0) * (arm**2 / c_f) + ((status & EXTENSOR) == 0) * (
+        ELBOW**2 / c_e
+    )
     return {
         "status": status,
         "flexor_tension_proximal": x / capstan_f,
@@ -118,7 +139,9 @@ def table(*counts: int) -> pa.Table:
     pretension, stiffness, ratio, load, direction, angle = grid
 
     def column(values: Array) -> pa.Array:
-        return pa.array(np.broadcast_to(values, shape).ravel(), from_pandas=True)  # NaN becomes null
+        return pa.array(
+            np.broadcast_to(values, shape).ravel(), from_pandas=True
+        )  # NaN becomes null
 
     def words(positions: Array, choices: list[str]) -> pa.Array:
         return pa.DictionaryArray.from_arrays(column(positions.astype(np.int8)), choices)

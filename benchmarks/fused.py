@@ -24,10 +24,21 @@ if TYPE_CHECKING:
 
 OPTIONS = ("-O3", "-march=native", "-ffast-math")
 RESULTS = (
-    "min_flexor_tension", "min_extensor_tension", "max_tension", "max_spring_extension", "peak_elbow_torque",
-    "peak_motor_torque", "min_elbow_stiffness", "max_slack", "slack_fraction", "unstable_fraction",
-    "first_slack_angle", "required_pretension", "margin", "taut",
-)  # fmt: skip
+    "min_flexor_tension",
+    "min_extensor_tension",
+    "max_tension",
+    "max_spring_extension",
+    "peak_elbow_torque",
+    "peak_motor_torque",
+    "min_elbow_stiffness",
+    "max_slack",
+    "slack_fraction",
+    "unstable_fraction",
+    "first_slack_angle",
+    "required_pretension",
+    "margin",
+    "taut",
+)
 LEFT_OUT = ("max_contact_pressure", "min_spool_to_tendon", "pretension_from", "pretension_to")
 """Columns of the designs table that the loop does not compute; tendon does, in the same time."""
 
@@ -38,8 +49,22 @@ MOST_ANGLES = 1016  # as in fused.c
 
 Array = npt.NDArray[np.float64]
 _LENGTHS = ("pretensions", "springs", "ratios", "frictions", "loads", "angles", "without")
-_TABLES = ("pretension", "spring", "ratio", "load_moment", "angle", "arm", "arm_slope", "flexor_travel",
-           "extensor_travel", "sine", "cosine", "capstan", "tendon", "out")  # fmt: skip
+_TABLES = (
+    "pretension",
+    "spring",
+    "ratio",
+    "load_moment",
+    "angle",
+    "arm",
+    "arm_slope",
+    "flexor_travel",
+    "extensor_travel",
+    "sine",
+    "cosine",
+    "capstan",
+    "tendon",
+    "out",
+)
 
 
 class _Study(ctypes.Structure):
@@ -74,14 +99,19 @@ class Fused:
         counts = (*map(len, values), angles, plan.states_per_design - 2 * angles)
         pointers = {name: array.ctypes.data for name, array in self._tables.items()}
         self._study = _Study(
-            **dict(zip(_LENGTHS, counts, strict=True)), elbow_radius=ELBOW, flexor_radius=SPOOL, **pointers
+            **dict(zip(_LENGTHS, counts, strict=True)),
+            elbow_radius=ELBOW,
+            flexor_radius=SPOOL,
+            **pointers,
         )
 
     def run(self, threads: int) -> Took:
         """Compute everything."""
         ends = [self._combinations * at // threads for at in range(threads + 1)]
         study = ctypes.byref(self._study)
-        return in_threads(partial(self._function, study, *ends[at : at + 2]) for at in range(threads))
+        return in_threads(
+            partial(self._function, study, *ends[at : at + 2]) for at in range(threads)
+        )
 
     def columns(self) -> dict[str, Array]:
         """The result columns of the designs table, `RESULTS` or `WINDOWS`."""
@@ -90,7 +120,9 @@ class Fused:
 
 def _compiled(folder: Path, name: str) -> ctypes._NamedFuncPointer:
     library, loop = folder / "fused.so", folder / "fused.o"
-    subprocess.run(["cc", *OPTIONS, "-fPIC", "-c", "-o", loop, Path(__file__).with_name("fused.c")], check=True)
+    subprocess.run(
+        ["cc", *OPTIONS, "-fPIC", "-c", "-o", loop, Path(__file__).with_name("fused.c")], check=True
+    )
     # Linked without these options, or loading it would have the whole process take the smallest numbers for nought.
     subprocess.run(["cc", "-shared", "-o", library, loop, "-lm"], check=True)
     function = getattr(ctypes.CDLL(str(library)), name)
@@ -105,13 +137,21 @@ def _tables(values: list[Array], angle: Array) -> dict[str, Array]:
     flexor_travel, extensor_travel, arm, slope = geometry(angle)
     able = arm > 0
     by_angle = {
-        "angle": angle, "arm": arm, "arm_slope": slope, "flexor_travel": flexor_travel,
-        "extensor_travel": extensor_travel, "sine": np.sin(angle), "cosine": np.cos(angle),
-    }  # fmt: skip
+        "angle": angle,
+        "arm": arm,
+        "arm_slope": slope,
+        "flexor_travel": flexor_travel,
+        "extensor_travel": extensor_travel,
+        "sine": np.sin(angle),
+        "cosine": np.cos(angle),
+    }
     capstan, tendon = sheath(np.array([-1.0, 1.0]), friction[:, np.newaxis])
     return {
-        "pretension": pretension, "spring": spring, "ratio": ratio,
+        "pretension": pretension,
+        "spring": spring,
+        "ratio": ratio,
         "load_moment": GRAVITY * (WEIGHT * WEIGHT_AT + load * LOAD_AT),
-        "capstan": np.ascontiguousarray(capstan), "tendon": np.ascontiguousarray(tendon),
+        "capstan": np.ascontiguousarray(capstan),
+        "tendon": np.ascontiguousarray(tendon),
         **{name: np.ascontiguousarray(column[able]) for name, column in by_angle.items()},
-    }  # fmt: skip
+    }

@@ -41,7 +41,9 @@ def tendon(task: Sweep, threads: int) -> Took:
     return in_threads([lambda: _parts(work, task, parts, lock)] * threads)
 
 
-def _parts(work: Callable[[Sweep, range], None], task: Sweep, parts: Iterator[int], lock: threading.Lock) -> None:
+def _parts(
+    work: Callable[[Sweep, range], None], task: Sweep, parts: Iterator[int], lock: threading.Lock
+) -> None:
     while True:
         with lock:
             index = next(parts, None)
@@ -65,7 +67,9 @@ def main(study: str, folder: str, threads: str, times: str) -> None:
     plan = Plan(load_study(Path(study)))
     fused = Fused(plan, Path(folder))
     fused.run(int(threads))  # its results take their memory once
-    ours, theirs = interleaved(int(times), lambda: tendon(Sweep(plan), int(threads)), lambda: fused.run(int(threads)))
+    ours, theirs = interleaved(
+        int(times), lambda: tendon(Sweep(plan), int(threads)), lambda: fused.run(int(threads))
+    )
     print(
         json.dumps(
             {

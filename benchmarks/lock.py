@@ -113,7 +113,11 @@ def main(study: str, folder: str, parts: str) -> None:
         all_of_it.append(time.thread_time() - started)
         held.append(all_of_it[-1] - (released.seconds - before))
     states = len(plan.part(0)) * plan.states_per_design
-    print(json.dumps({"held": median(held[WARM:]), "processor": median(all_of_it[WARM:]), "states": states}))
+    print(
+        json.dumps(
+            {"held": median(held[WARM:]), "processor": median(all_of_it[WARM:]), "states": states}
+        )
+    )
 
 
 if __name__ == "__main__":

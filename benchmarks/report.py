@@ -29,9 +29,14 @@ class Ratio:
 
     @classmethod
     def of(
-        cls, name: str, above: Times, below: Times, target: float | None = None,
-        bound: Literal["at most", "at least"] = "at most", note: str = "",
-    ) -> Self:  # fmt: skip
+        cls,
+        name: str,
+        above: Times,
+        below: Times,
+        target: float | None = None,
+        bound: Literal["at most", "at least"] = "at most",
+        note: str = "",
+    ) -> Self:
         """The median of the ratios of runs made next to each other, by the clock and of processor time."""
         found = ratios(above.seconds, below.seconds)
         worked = median(ratios(above.processor, below.processor))
@@ -47,7 +52,13 @@ class Ratio:
 
     def line(self) -> str:
         """The ratio, its target, the verdict, and what it comes from."""
-        value = "      -" if self.value is None else f"{self.value:7.3f}" if self.value < 10 else f"{self.value:7.1f}"
+        value = (
+            "      -"
+            if self.value is None
+            else f"{self.value:7.3f}"
+            if self.value < 10
+            else f"{self.value:7.1f}"
+        )
         target = "" if self.target is None else f"{self.bound} {self.target:g}"
         verdict = {True: "met", False: "MISSED", None: ""}[self.met]
         spread = "" if self.spread is None else "{:.3g} to {:.3g}".format(*self.spread)
@@ -80,8 +91,12 @@ class Report:
         told = {ratio.name: {**asdict(ratio), "met": ratio.met} for ratio in self.ratios}
         for entry in told.values():
             del entry["name"]
-        seconds = {name: [round(each, 4) for each in taken.seconds] for name, taken in self.times.items()}
-        processor = {name: [round(each, 4) for each in taken.processor] for name, taken in self.times.items()}
+        seconds = {
+            name: [round(each, 4) for each in taken.seconds] for name, taken in self.times.items()
+        }
+        processor = {
+            name: [round(each, 4) for each in taken.processor] for name, taken in self.times.items()
+        }
         memory = {name: round(peak, 1) for name, peak in self.memory.items()}
         times = {"seconds": seconds, "processor_seconds": processor}
         return {**what, "machine": machine, "ratios": told, **times, "peak_mb": memory}

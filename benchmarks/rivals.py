@@ -37,7 +37,9 @@ def encoding_of(file: Path) -> dict[str, Any]:
         "version": footer.format_version,
         "row_group_size": group.num_rows,
         "compression": {column.path_in_schema: column.compression for column in columns},
-        "use_dictionary": [column.path_in_schema for column in columns if column.has_dictionary_page],
+        "use_dictionary": [
+            column.path_in_schema for column in columns if column.has_dictionary_page
+        ],
         "column_encoding": {
             column.path_in_schema: special[0]
             for column in columns
@@ -59,7 +61,9 @@ def in_memory(files: list[Path]) -> pa.Table:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    table = pa.concat_tables([pq.ParquetFile(file).read().replace_schema_metadata() for file in files])
+    table = pa.concat_tables(
+        [pq.ParquetFile(file).read().replace_schema_metadata() for file in files]
+    )
     for index, field in enumerate(table.schema):
         table = table.set_column(index, field, table.column(index).combine_chunks())
     return table
@@ -117,7 +121,15 @@ def ready_table(run_folder: str, target: str, threads: str) -> None:
     ready = Ready(Path(run_folder), Path(target), int(threads))
     reading, working = time.monotonic() - started, time.process_time() - worked
     ready.write()
-    print(json.dumps({"ended": time.monotonic(), "reading": reading, "processor": time.process_time() - working}))
+    print(
+        json.dumps(
+            {
+                "ended": time.monotonic(),
+                "reading": reading,
+                "processor": time.process_time() - working,
+            }
+        )
+    )
 
 
 def joblib_per_design(study: str, target: str, most: str) -> None:
@@ -138,7 +150,9 @@ def joblib_per_design(study: str, target: str, most: str) -> None:
     def one(design: int) -> pd.DataFrame:
         block = next(plan.blocks(range(design, design + 1)))
         columns = plan.state(block).columns()
-        frame = pd.DataFrame({name: np.broadcast_to(values, block.shape).ravel() for name, values in columns.items()})
+        frame = pd.DataFrame(
+            {name: np.broadcast_to(values, block.shape).ravel() for name, values in columns.items()}
+        )
         frame.insert(0, "design", design)
         return frame if "states" in plan.study.output.tables else frame.agg(["min", "max"])
 
@@ -150,6 +164,6 @@ def joblib_per_design(study: str, target: str, most: str) -> None:
 
 
 if __name__ == "__main__":
-    {"bare_write": bare_write, "ready_table": ready_table, "joblib_per_design": joblib_per_design}[sys.argv[1]](
-        *sys.argv[2:]
-    )
+    {"bare_write": bare_write, "ready_table": ready_table, "joblib_per_design": joblib_per_design}[
+        sys.argv[1]
+    ](*sys.argv[2:])

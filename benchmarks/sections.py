@@ -23,9 +23,13 @@ def states_sweep(bench: Bench) -> None:
     """A sweep with both tables against a bare write of them, and against the script of an expert."""
     study = bench.study(studies.states_study(*bench.states))
     states = designs_in(bench.states) * studies.STATES_PER_DESIGN
-    bench.report.heading(f"Both tables, {states:,} states (medians of the ratios of {bench.rounds} interleaved rounds)")
+    bench.report.heading(
+        f"Both tables, {states:,} states (medians of the ratios of {bench.rounds} interleaved rounds)"
+    )
     # In memory twice, for the bare write and by the expert's script, and some more while they are being made ready.
-    why = lacking(bench.scratch, disk=4 * states * _WRITTEN_BYTES, memory=2.5 * states * _READY_BYTES)
+    why = lacking(
+        bench.scratch, disk=4 * states * _WRITTEN_BYTES, memory=2.5 * states * _READY_BYTES
+    )
     if why is not None:
         bench.report.add(
             Ratio("tendon / bare write", None, 1.25, note=why),
@@ -62,19 +66,35 @@ def _states_rounds(bench: Bench, study: Path, write: Callable[[], dict[str, floa
 
     ours, bares, experts = interleaved(bench.rounds, tendon, bare, expert)
     inside = Times(tuple(Took(seconds, cost.processor) for cost, seconds in sweeps))
-    on_disk = Times(tuple(Took(t.seconds + flush, t.processor) for t, flush in zip(bares.runs, flushes, strict=True)))
-    peak, theirs = max(cost.memory for cost, _ in sweeps) / 1e6, min(cost.memory for cost in scripts) / 1e6
+    on_disk = Times(
+        tuple(
+            Took(t.seconds + flush, t.processor)
+            for t, flush in zip(bares.runs, flushes, strict=True)
+        )
+    )
+    peak, theirs = (
+        max(cost.memory for cost, _ in sweeps) / 1e6,
+        min(cost.memory for cost in scripts) / 1e6,
+    )
     bench.report.times |= {
-        "states: tendon": ours, "states: tendon by run.json": inside, "states: bare write": bares,
-        "states: bare write with fsync": on_disk, "states: expert's script": experts,
-    }  # fmt: skip
+        "states: tendon": ours,
+        "states: tendon by run.json": inside,
+        "states: bare write": bares,
+        "states: bare write with fsync": on_disk,
+        "states: expert's script": experts,
+    }
     bench.report.memory |= {"states: tendon": peak, "states: expert's script": theirs}
     bench.report.add(
         Ratio.of("tendon / bare write", ours, bares, 1.25),
         Ratio.of("without tendon's start-up / bare write", inside, bares),
         Ratio.of("tendon / bare write with fsync", ours, on_disk, note="tendon's has it"),
         Ratio.of("expert's script / tendon", experts, ours, 3.0, "at least"),
-        Ratio("tendon's peak memory / the expert's", peak / theirs, 0.125, note=f"{peak:.0f} MB, {theirs:.0f} MB"),
+        Ratio(
+            "tendon's peak memory / the expert's",
+            peak / theirs,
+            0.125,
+            note=f"{peak:.0f} MB, {theirs:.0f} MB",
+        ),
     )
 
 
@@ -82,7 +102,9 @@ def kept_columns(bench: Bench) -> None:
     """A sweep that keeps three columns of its states against one that keeps them all."""
     whole = studies.states_study(*bench.states)
     states = designs_in(bench.states) * studies.STATES_PER_DESIGN
-    bench.report.heading(f"Three columns of {states:,} states against all ({bench.rounds} interleaved pairs)")
+    bench.report.heading(
+        f"Three columns of {states:,} states against all ({bench.rounds} interleaved pairs)"
+    )
     few, every, size = bench.study(whole + studies.KEPT), bench.study(whole), dict[Path, int]()
 
     def swept(study: Path) -> Took:
@@ -106,7 +128,9 @@ def designs_sweep(bench: Bench) -> None:
     study = bench.study(studies.designs_study(*bench.designs))
     designs = designs_in(bench.designs)
     size = f"{designs:,} designs, {designs * studies.STATES_PER_DESIGN:,} states"
-    bench.report.heading(f"Designs only, {size} (median of the ratios of {bench.rounds} interleaved pairs)")
+    bench.report.heading(
+        f"Designs only, {size} (median of the ratios of {bench.rounds} interleaved pairs)"
+    )
     first, target = bench.fresh("first"), bench.fresh("ready")
     bench.sweep(study, keep=first)
 
@@ -134,24 +158,34 @@ def kernel_share(bench: Bench) -> None:
         if compiler() is None:
             bench.report.add(Ratio(name, None, target, "at least", "skipped: no C compiler (cc)"))
             continue
-        said = said_by("kernel", bench.study(text), bench.scratch, bench.threads, bench.rounds, **environment)
-        ours, theirs = (Times(tuple(Took(**each) for each in said[side])) for side in ("tendon", "c"))
+        said = said_by(
+            "kernel", bench.study(text), bench.scratch, bench.threads, bench.rounds, **environment
+        )
+        ours, theirs = (
+            Times(tuple(Took(**each) for each in said[side])) for side in ("tendon", "c")
+        )
         bench.report.times |= {f"kernel: tendon, {how}": ours, f"kernel: C, beside {how}": theirs}
         by_tendon, by_c = (said["states"] / min(side.seconds) / 1e6 for side in (ours, theirs))
         rates = f"tendon {by_tendon:.0f} M/s, C {by_c:.0f} M/s"
         # The rate of tendon over that of C is the time of C over that of tendon.
-        bench.report.add(Ratio.of(name, theirs, ours, target, "at least", f"{rates}; cc {said['options']}"))
+        bench.report.add(
+            Ratio.of(name, theirs, ours, target, "at least", f"{rates}; cc {said['options']}")
+        )
 
 
 def lock(bench: Bench) -> None:
     """How long a part of a study of many parts holds Python's lock, beside what it takes."""
-    bench.report.heading(f"Python's lock, a part with both tables in one thread (median of {bench.lock_parts} parts)")
+    bench.report.heading(
+        f"Python's lock, a part with both tables in one thread (median of {bench.lock_parts} parts)"
+    )
     study, folder = bench.study(studies.states_study(*bench.many_parts)), bench.fresh("lock")
     said = said_by("lock", study, folder, bench.lock_parts)
     shutil.rmtree(folder)
     part, states = said["processor"], said["states"]
     note = f"{1e3 * part:.0f} ms of processor time for {states:,} states, so {part / said['held']:.0f} cores at most"
-    bench.report.add(Ratio("ms under Python's lock for each part", 1e3 * said["held"], 5.0, note=note))
+    bench.report.add(
+        Ratio("ms under Python's lock for each part", 1e3 * said["held"], 5.0, note=note)
+    )
 
 
 def memory(bench: Bench) -> None:
@@ -174,7 +208,9 @@ def _peak(bench: Bench, name: str, text: str) -> float:
 
 def plain_script(bench: Bench) -> None:
     """What most would write: joblib over designs, on a sample of them."""
-    bench.report.heading("joblib over designs, by its rate on 2,000 of them (one run each, tendon's median of above)")
+    bench.report.heading(
+        "joblib over designs, by its rate on 2,000 of them (one run each, tendon's median of above)"
+    )
     for what, text, designs in (
         ("states", studies.states_study(*bench.states), designs_in(bench.states)),
         ("designs", studies.designs_study(*bench.designs), designs_in(bench.designs)),
@@ -182,7 +218,9 @@ def plain_script(bench: Bench) -> None:
         ours = bench.report.times.get(f"{what}: tendon")
         if not ours:
             continue
-        said = said_by("rivals", "joblib_per_design", bench.study(text), bench.fresh("plain.parquet"), 2000)
+        said = said_by(
+            "rivals", "joblib_per_design", bench.study(text), bench.fresh("plain.parquet"), 2000
+        )
         count = said.pop("designs")
         bench.report.times[f"{what}: joblib over {count} designs"] = Times((Took(**said),))
         by_clock, worked = (said[name] / count * designs for name in ("seconds", "processor"))

@@ -55,7 +55,9 @@ class Bench:
         """A study as a file of its own."""
         return studies.written(text, self.fresh("study.toml"))
 
-    def sweep(self, study: Path, *, keep: Path | None = None, figures: bool = False) -> tuple[Cost, float]:
+    def sweep(
+        self, study: Path, *, keep: Path | None = None, figures: bool = False
+    ) -> tuple[Cost, float]:
         """Run a study into a fresh folder, as a whole process; its cost, and the seconds that its record says."""
         folder = keep or self.fresh("run")
         words = ["sweep", str(study), "--out", str(folder), "--quiet", "--jobs", str(self.threads)]
@@ -70,7 +72,9 @@ class Bench:
     def bare_writer(self, run_folder: Path) -> Iterator[Callable[[], dict[str, float]]]:
         """A process that keeps the tables of a run in memory and writes them whenever asked."""
         command = _python("rivals", "bare_write", run_folder, self.fresh("bare"), self.threads)
-        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT) as process:
+        with subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT
+        ) as process:
             into, out = process.stdin, process.stdout
             if into is None or out is None or out.readline().strip() != "ready":
                 raise RuntimeError("the tables could not be read into memory")
@@ -88,7 +92,9 @@ class Bench:
 def said_by(module: str, *arguments: object, **environment: str) -> dict[str, Any]:
     """What a module of the benchmark prints as JSON when it is run as a process, with more in its environment."""
     command, around = _python(module, *arguments), os.environ | environment
-    ended = subprocess.run(command, check=True, cwd=ROOT, stdout=subprocess.PIPE, text=True, env=around)
+    ended = subprocess.run(
+        command, check=True, cwd=ROOT, stdout=subprocess.PIPE, text=True, env=around
+    )
     said: dict[str, Any] = json.loads(ended.stdout)
     return said
 

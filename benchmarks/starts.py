@@ -16,15 +16,20 @@ MATPLOTLIB = "import matplotlib.figure, matplotlib.backends.backend_agg"
 
 def start_up(bench: Bench) -> None:
     """A small study, the help and the library against the imports that they cannot do without."""
-    bench.report.heading(f"Start-up (ratios of the minima of {bench.small_rounds} interleaved runs)")
+    bench.report.heading(
+        f"Start-up (ratios of the minima of {bench.small_rounds} interleaved runs)"
+    )
     fig07 = ROOT / "configs" / "paper" / "fig07.toml"
-    small, libraries, helped, typer, library = _measured(bench, {
-        "small study (Fig. 7)": lambda: bench.sweep(fig07)[0],
-        "imports of its libraries": _python(LIBRARIES),
-        "tendon --help": lambda: run([*TENDON, "--help"]),
-        "import typer": _python("import typer"),
-        "import tendon_cli": _python("import tendon_cli"),
-    })  # fmt: skip
+    small, libraries, helped, typer, library = _measured(
+        bench,
+        {
+            "small study (Fig. 7)": lambda: bench.sweep(fig07)[0],
+            "imports of its libraries": _python(LIBRARIES),
+            "tendon --help": lambda: run([*TENDON, "--help"]),
+            "import typer": _python("import typer"),
+            "import tendon_cli": _python("import tendon_cli"),
+        },
+    )
     more = (min(library.seconds) - min(typer.seconds)) * 1e3
     worked = (min(library.processor) - min(typer.processor)) * 1e3
     bench.report.add(
@@ -36,25 +41,43 @@ def start_up(bench: Bench) -> None:
 
 def figures(bench: Bench) -> None:
     """What drawing adds to a sweep, against importing what draws."""
-    bench.report.heading(f"Figures of the quickstart (of the minima of {bench.small_rounds} interleaved runs)")
+    bench.report.heading(
+        f"Figures of the quickstart (of the minima of {bench.small_rounds} interleaved runs)"
+    )
     study = ROOT / "configs" / "quickstart.toml"
-    drawn, bare, imports, nothing = _measured(bench, {
-        "quickstart with figures": lambda: bench.sweep(study, figures=True)[0],
-        "quickstart without figures": lambda: bench.sweep(study)[0],
-        "import matplotlib": _python(f"import numpy; {MATPLOTLIB}"),
-        "import numpy": _python("import numpy"),
-    })  # fmt: skip
-    ours, theirs = min(drawn.seconds) - min(bare.seconds), min(imports.seconds) - min(nothing.seconds)
+    drawn, bare, imports, nothing = _measured(
+        bench,
+        {
+            "quickstart with figures": lambda: bench.sweep(study, figures=True)[0],
+            "quickstart without figures": lambda: bench.sweep(study)[0],
+            "import matplotlib": _python(f"import numpy; {MATPLOTLIB}"),
+            "import numpy": _python("import numpy"),
+        },
+    )
+    ours, theirs = (
+        min(drawn.seconds) - min(bare.seconds),
+        min(imports.seconds) - min(nothing.seconds),
+    )
     worked = min(drawn.processor) - min(bare.processor)
     needed = min(imports.processor) - min(nothing.processor)
     note = f"{ours:.3f} s, {theirs:.3f} s, both less what comes before"
-    bench.report.add(Ratio("drawing / importing matplotlib", ours / theirs, 1.5, note=note, processor=worked / needed))
+    bench.report.add(
+        Ratio(
+            "drawing / importing matplotlib",
+            ours / theirs,
+            1.5,
+            note=note,
+            processor=worked / needed,
+        )
+    )
 
 
 def _measured(bench: Bench, sides: dict[str, Callable[[], Took]]) -> list[Times]:
     """The sides in turn, also put into the report."""
     taken = interleaved(bench.small_rounds, *sides.values())
-    bench.report.times |= {f"start-up: {name}": times for name, times in zip(sides, taken, strict=True)}
+    bench.report.times |= {
+        f"start-up: {name}": times for name, times in zip(sides, taken, strict=True)
+    }
     return taken
 
 
@@ -64,5 +87,9 @@ def _python(code: str) -> Callable[[], Took]:
 
 def _of_minima(name: str, above: Times, below: Times, target: float) -> Ratio:
     """Of the shortest runs, which start-up is measured by: whatever disturbs it makes it longer."""
-    (ours, worked), (theirs, needed) = ((min(side.seconds), min(side.processor)) for side in (above, below))
-    return Ratio(name, ours / theirs, target, note=f"{ours:.3f} s, {theirs:.3f} s", processor=worked / needed)
+    (ours, worked), (theirs, needed) = (
+        (min(side.seconds), min(side.processor)) for side in (above, below)
+    )
+    return Ratio(
+        name, ours / theirs, target, note=f"{ours:.3f} s, {theirs:.3f} s", processor=worked / needed
+    )

@@ -21,10 +21,14 @@ release = version = __version__
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 exclude_patterns = ["_build"]
-nb_execution_mode = "force"  # each notebook is run with the pages, and a cell that fails ends the build
+nb_execution_mode = (
+    "force"  # each notebook is run with the pages, and a cell that fails ends the build
+)
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
-quiet = Path(tempfile.mkdtemp(), "profile_default")  # else each kernel warns that it talks to this process
+quiet = Path(
+    tempfile.mkdtemp(), "profile_default"
+)  # else each kernel warns that it talks to this process
 quiet.mkdir()
 (quiet / "ipython_kernel_config.py").write_text("c.Application.log_level = 40\n", encoding="utf-8")
 os.environ["IPYTHONDIR"] = str(quiet.parent)
@@ -40,7 +44,9 @@ html_title = f"tendon {__version__}"
 html_static_path = []
 html_show_sphinx = False
 html_show_search_summary = False  # a browser does not let a page of a folder read its neighbours
-smartquotes = False  # else --reversal and quotes in a command that is copied become typographic ones
+smartquotes = (
+    False  # else --reversal and quotes in a command that is copied become typographic ones
+)
 pygments_style = "friendly"
 pygments_dark_style = "native"
 

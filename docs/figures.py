@@ -42,7 +42,13 @@ def _call(command: str, folder: str) -> None:
     """Run a command, with the tendon of this environment and nothing printed unless it fails."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(  # noqa: S602 - our own pages
-        command, shell=True, check=False, cwd=folder, capture_output=True, text=True, env=os.environ | {"PATH": path}
+        command,
+        shell=True,
+        check=False,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        env=os.environ | {"PATH": path},
     )
     if done.returncode:
         sys.stderr.write(done.stdout + done.stderr)

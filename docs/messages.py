@@ -9,10 +9,17 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1] / "tendon_cli"
 KINDS = {
-    "UsageError": "usage, exit 2", "Fault": "study, exit 2", "fault": "study, exit 2", "SizeError": "size, exit 2",
-    "InputError": "input, exit 3", "OutputError": "output, exit 5", "WorkersLostError": "workers, exit 6",
-    "MemoryShortError": "memory, exit 6", "FolderError": "folder, exit 7", "UnitError": "study, exit 2",
-}  # fmt: skip
+    "UsageError": "usage, exit 2",
+    "Fault": "study, exit 2",
+    "fault": "study, exit 2",
+    "SizeError": "size, exit 2",
+    "InputError": "input, exit 3",
+    "OutputError": "output, exit 5",
+    "WorkersLostError": "workers, exit 6",
+    "MemoryShortError": "memory, exit 6",
+    "FolderError": "folder, exit 7",
+    "UnitError": "study, exit 2",
+}
 _PLACE_OF_MESSAGE = {"Fault": 1}
 _PLACE_OF_HINT = {"Fault": 2, "fault": 1, "UnitError": 1}
 
@@ -38,7 +45,9 @@ def _of(function: ast.AST) -> Iterator[tuple[str, str, str]]:
     """Those of the errors that one function makes."""
     assigned = [node for node in ast.walk(function) if isinstance(node, ast.Assign)]
     for node in ast.walk(function):
-        name = node.func.id if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) else ""
+        name = (
+            node.func.id if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) else ""
+        )
         if not isinstance(node, ast.Call) or name not in KINDS:
             continue
         texts = {
@@ -61,7 +70,11 @@ def _texts(node: ast.AST, known: dict[str, list[str]]) -> list[str]:
     if isinstance(node, ast.Constant):
         return [node.value] if isinstance(node.value, str) else []
     if isinstance(node, ast.JoinedStr):
-        return ["".join(str(part.value) if isinstance(part, ast.Constant) else "..." for part in node.values)]
+        return [
+            "".join(
+                str(part.value) if isinstance(part, ast.Constant) else "..." for part in node.values
+            )
+        ]
     if isinstance(node, ast.IfExp):
         return [*_texts(node.body, known), *_texts(node.orelse, known)]
     if isinstance(node, ast.BoolOp):

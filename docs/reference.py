@@ -18,7 +18,14 @@ import tendon_cli
 from tendon_cli import cli, errors, say
 from tendon_cli.answers.fixes import PARAMETERS
 from tendon_cli.model.limits import ADDED, LIMITS
-from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, OF_TRAJECTORIES, PLAUSIBLE, QUANTITIES
+from tendon_cli.quantities import (
+    OF_CYCLES,
+    OF_DESIGNS,
+    OF_STATES,
+    OF_TRAJECTORIES,
+    PLAUSIBLE,
+    QUANTITIES,
+)
 from tendon_cli.space.axis import split_side
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.units import UNITS
@@ -50,15 +57,31 @@ def key_table() -> str:
             unit = "" if quantity.unit == "1" else f" {quantity.unit}"
             possible = f"{number.low:g} to {number.high:g}{unit}"
             low, high = PLAUSIBLE.get(number.name, (None, None))
-            plausible = "" if low is None else f"{say.quantity(quantity, low)} to {say.quantity(quantity, high)}"
+            plausible = (
+                ""
+                if low is None
+                else f"{say.quantity(quantity, low)} to {say.quantity(quantity, high)}"
+            )
             column = f"`{key.column}`"
-            rows.append((f"`{path}`", quantity.symbol, quantity.long_name, _default(path), plausible, possible, column))
+            rows.append(
+                (
+                    f"`{path}`",
+                    quantity.symbol,
+                    quantity.long_name,
+                    _default(path),
+                    plausible,
+                    possible,
+                    column,
+                )
+            )
     return table(("key", "symbol", "meaning", "default", "plausible", "possible", "column"), rows)
 
 
 def _default(path: str) -> str:
     """What a key is without the study saying it."""
-    values = Study().numbers.get(path, Study().motion.elbow_angle if path == "motion.elbow_angle" else None)
+    values = Study().numbers.get(
+        path, Study().motion.elbow_angle if path == "motion.elbow_angle" else None
+    )
     if values is None:
         return "-"
     shown = [say.quantity(keys()[path].number.quantity, value) for value in values.array]
@@ -90,7 +113,10 @@ def unit_table() -> str:
     by_dimension: dict[str, list[str]] = {}
     for unit in UNITS.values():
         by_dimension.setdefault(unit.dimension, []).append(f"`{unit.symbol}`")
-    return table(("dimension", "units"), ((name, ", ".join(symbols)) for name, symbols in by_dimension.items()))
+    return table(
+        ("dimension", "units"),
+        ((name, ", ".join(symbols)) for name, symbols in by_dimension.items()),
+    )
 
 
 def column_table(columns: Iterable[str]) -> str:
@@ -102,7 +128,9 @@ def column_table(columns: Iterable[str]) -> str:
 
 def command_table() -> str:
     """Every command with its arguments and what it does."""
-    rows = ((f"`tendon {_usage(command)}`", _sentence(command.help)) for command in COMMANDS.values())
+    rows = (
+        (f"`tendon {_usage(command)}`", _sentence(command.help)) for command in COMMANDS.values()
+    )
     return table(("command", "what it does"), rows)
 
 
@@ -121,9 +149,19 @@ def option_table(name: str) -> str:
     rows = []
     for option in filter(_is_option, COMMANDS[name].params):
         value = "" if option.is_flag or not option.metavar else f" {option.metavar}"
-        flags = [f"`{flag}{value}`".replace("|", "\\|") for flag in (*option.opts, *option.secondary_opts)]
-        plain = isinstance(option.default, str | int | float | Path) and not isinstance(option.default, bool)
-        rows.append((", ".join(flags), _escaped(option.help) + (f"; default {option.default}" if plain else "")))
+        flags = [
+            f"`{flag}{value}`".replace("|", "\\|")
+            for flag in (*option.opts, *option.secondary_opts)
+        ]
+        plain = isinstance(option.default, str | int | float | Path) and not isinstance(
+            option.default, bool
+        )
+        rows.append(
+            (
+                ", ".join(flags),
+                _escaped(option.help) + (f"; default {option.default}" if plain else ""),
+            )
+        )
     return table(("option", "meaning"), rows)
 
 
@@ -133,7 +171,10 @@ def _escaped(text: str) -> str:
 
 def exit_table() -> str:
     """Every exit code with the kinds of error that have it."""
-    rows = {0: "everything computed, written and verified", 1: f"`{errors.TendonError.kind}`: a fault of tendon itself"}
+    rows = {
+        0: "everything computed, written and verified",
+        1: f"`{errors.TendonError.kind}`: a fault of tendon itself",
+    }
     rows[errors.EXIT_NEGATIVE] = f"a negative result: {_sentence(NEGATIVE)}"
     for kind in errors.TendonError.__subclasses__():
         if kind is not errors.InterruptError:
@@ -156,13 +197,17 @@ def face_table() -> str:
     for name in tendon_cli.__all__:
         function = getattr(tendon_cli, name)
         if inspect.isfunction(function):
-            rows.append((f"`{name}{_plain(inspect.signature(function))}`", _sentence(function.__doc__)))
+            rows.append(
+                (f"`{name}{_plain(inspect.signature(function))}`", _sentence(function.__doc__))
+            )
     return table(("function", "what it gives"), rows)
 
 
 def _plain(signature: inspect.Signature) -> str:
     """A signature without types, and without functions by name."""
-    bare = [each.replace(annotation=inspect.Parameter.empty) for each in signature.parameters.values()]
+    bare = [
+        each.replace(annotation=inspect.Parameter.empty) for each in signature.parameters.values()
+    ]
     return re.sub(r"<function .*? at \w+>", "...", str(inspect.Signature(bare)))
 
 

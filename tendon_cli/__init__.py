@@ -35,21 +35,53 @@ if TYPE_CHECKING:
     from tendon_cli.studies.load import load_study
 
 _PLACES = {
-    "load_study": "studies.load.load_study", "study": "studies.load.any_study", "varied": "studies.load.varied_study",
-    "state": "state_page.page.state_page", "states": "engine.states.states",
-    "sweep": "face.sweep", "design": "face.design", "estimate": "face.estimate",
-    "open": "face.open", "open_run": "engine.results.open_run",
-    "check": "checks.check.check", "report": "reports.report.write_report",
+    "load_study": "studies.load.load_study",
+    "study": "studies.load.any_study",
+    "varied": "studies.load.varied_study",
+    "state": "state_page.page.state_page",
+    "states": "engine.states.states",
+    "sweep": "face.sweep",
+    "design": "face.design",
+    "estimate": "face.estimate",
+    "open": "face.open",
+    "open_run": "engine.results.open_run",
+    "check": "checks.check.check",
+    "report": "reports.report.write_report",
     "fit_friction": "friction.fit.fit_friction",
-    "plot": "face.plot", "picture": "face.picture",
-    "run_text": "summary.run_text", "study_text": "summary.study_text", "fit_text": "friction.report.summary_lines",
-}  # fmt: skip
+    "plot": "face.plot",
+    "picture": "face.picture",
+    "run_text": "summary.run_text",
+    "study_text": "summary.study_text",
+    "fit_text": "friction.report.summary_lines",
+}
 """By its name, where something of the face stands."""
 __all__ = [
-    "FolderError", "InputError", "InterruptError", "MemoryShortError", "OutputError", "SizeError", "StudyError",
-    "TendonError", "UsageError", "WorkersLostError", "__version__", "arms", "check", "design", "estimate",
-    "fit_friction", "load_study", "open", "open_run", "plot", "report", "state", "states", "study", "sweep",
-]  # fmt: skip
+    "FolderError",
+    "InputError",
+    "InterruptError",
+    "MemoryShortError",
+    "OutputError",
+    "SizeError",
+    "StudyError",
+    "TendonError",
+    "UsageError",
+    "WorkersLostError",
+    "__version__",
+    "arms",
+    "check",
+    "design",
+    "estimate",
+    "fit_friction",
+    "load_study",
+    "open",
+    "open_run",
+    "plot",
+    "report",
+    "state",
+    "states",
+    "study",
+    "sweep",
+]
 
 
 def __getattr__(name: str) -> "Any":

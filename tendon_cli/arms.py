@@ -13,9 +13,7 @@ from typing import Any
 
 _NAMES = ("mean_man", "mean_woman", "paper")
 
-_PAPER = (
-    "Yadav et al., Modeling and parametric optimization of 3D tendon-sheath actuator system for upper limb soft exosuit"
-)
+_PAPER = "Yadav et al., Modeling and parametric optimization of 3D tendon-sheath actuator system for upper limb soft exosuit"
 _SURVEY = (
     "ANSUR II, the 2012 survey of US Army personnel (Gordon et al., NATICK/TR-15/007); forearm mass and its centre by "
     "Winter 2009, Table 4.1; anchors and elbow radius those of the paper, scaled to this body"
@@ -30,8 +28,10 @@ class NamedArm(dict[str, Any]):
         self.name, self.source = name, source
 
     def __repr__(self) -> str:
-        numbers = ", ".join(f"{key} = {value:.4g}" if isinstance(value, float) else f"{key} = {value}"
-                            for key, value in self.items())  # fmt: skip
+        numbers = ", ".join(
+            f"{key} = {value:.4g}" if isinstance(value, float) else f"{key} = {value}"
+            for key, value in self.items()
+        )
         return f"{self.name}: {numbers}\n  source: {self.source}"
 
 
@@ -42,11 +42,19 @@ def __getattr__(name: str) -> NamedArm:
     if name == "paper":
         from tendon_cli.studies.parts import Arm
 
-        given = {key: field.default for key, field in Arm.model_fields.items() if field.default is not None}
+        given = {
+            key: field.default
+            for key, field in Arm.model_fields.items()
+            if field.default is not None
+        }
         return NamedArm("the paper's arm", given, _PAPER)
     from tendon_cli.studies.people.person import worn_by
     from tendon_cli.studies.study import Study
 
     arm = worn_by(Study(), name.replace("_", "-")).study.arm
-    numbers = {key: values.single for key in type(arm).model_fields if (values := getattr(arm, key)) is not None}
+    numbers = {
+        key: values.single
+        for key in type(arm).model_fields
+        if (values := getattr(arm, key)) is not None
+    }
     return NamedArm(f"the survey's {name.replace('_', ' ')}", numbers, _SURVEY)

@@ -29,7 +29,9 @@ def lines_of(content: bytes, source: str) -> list[str]:
     wide = content.startswith((b"\xff\xfe", b"\xfe\xff"))
     if b"\0" in content and not wide:
         line = content.count(b"\n", 0, content.index(b"\0")) + 1
-        raise InputError("a zero byte: this is not text", where=f"{source}, line {line}", hint=_AS_CSV)
+        raise InputError(
+            "a zero byte: this is not text", where=f"{source}, line {line}", hint=_AS_CSV
+        )
     encoding = "utf-16" if wide else "utf-8-sig"
     try:
         text = content.decode(encoding)
@@ -41,8 +43,12 @@ def lines_of(content: bytes, source: str) -> list[str]:
         text = content.decode("latin-1")
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     if max(map(len, lines)) > LONGEST_LINE:
-        long = next(number for number, line in enumerate(lines, start=1) if len(line) > LONGEST_LINE)
-        raise InputError(f"a line of more than {LONGEST_LINE} characters", where=f"{source}, line {long}")
+        long = next(
+            number for number, line in enumerate(lines, start=1) if len(line) > LONGEST_LINE
+        )
+        raise InputError(
+            f"a line of more than {LONGEST_LINE} characters", where=f"{source}, line {long}"
+        )
     return lines
 
 
@@ -55,13 +61,19 @@ def is_comment(line: str) -> bool:
 def cells_of(line: str, separator: str, place: str) -> list[str]:
     """The cells of one line, quotes removed; a quoted cell may not run over the end of the line."""
     try:
-        cells = next(csv.reader([line], delimiter=separator, skipinitialspace=separator != "\t", strict=True))
+        cells = next(
+            csv.reader([line], delimiter=separator, skipinitialspace=separator != "\t", strict=True)
+        )
     except csv.Error as error:
-        raise InputError(f"not a row of CSV: {error}", where=place, hint="check the quotes in this line") from error
+        raise InputError(
+            f"not a row of CSV: {error}", where=place, hint="check the quotes in this line"
+        ) from error
     return [cell.strip() for cell in cells]
 
 
-def texts_of(lines: list[str], kept: list[int], separator: str, source: str, width: int, needed: int) -> list[Any]:
+def texts_of(
+    lines: list[str], kept: list[int], separator: str, source: str, width: int, needed: int
+) -> list[Any]:
     """The cells of each of `width` columns in the `kept` lines, as Arrow arrays of text without spaces around them.
 
     Rows may leave out what comes after the `needed` columns; empty cells beyond the last do not count.
@@ -71,7 +83,9 @@ def texts_of(lines: list[str], kept: list[int], separator: str, source: str, wid
     from pyarrow import csv as table
 
     body = [lines[at] for at in kept]
-    odd = [row for row, line in enumerate(body) if '"' in line or line.count(separator) != width - 1]
+    odd = [
+        row for row, line in enumerate(body) if '"' in line or line.count(separator) != width - 1
+    ]
     for row in odd:  # the others need no look
         place = f"{source}, line {kept[row] + 1}"
         cells = _fitted(cells_of(body[row], separator, place), separator, place, width, needed)
@@ -80,8 +94,12 @@ def texts_of(lines: list[str], kept: list[int], separator: str, source: str, wid
     read = table.read_csv(
         pa.py_buffer("\n".join(body).encode()),
         read_options=table.ReadOptions(column_names=names, block_size=1 << 26),
-        parse_options=table.ParseOptions(delimiter=separator, quote_char=False, ignore_empty_lines=False),
-        convert_options=table.ConvertOptions(column_types=dict.fromkeys(names, pa.string()), strings_can_be_null=False),
+        parse_options=table.ParseOptions(
+            delimiter=separator, quote_char=False, ignore_empty_lines=False
+        ),
+        convert_options=table.ConvertOptions(
+            column_types=dict.fromkeys(names, pa.string()), strings_can_be_null=False
+        ),
     )
     texts = [pc.utf8_trim_whitespace(column.combine_chunks()) for column in read.columns]
     return [pc.replace_substring(text, "\x1f", separator) for text in texts] if odd else texts
@@ -94,7 +112,11 @@ def _fitted(cells: list[str], separator: str, place: str, width: int, needed: in
     if needed <= len(cells) <= width:
         return cells + [""] * (width - len(cells))
     is_decimal = separator == "," and len(cells) > width
-    hint = "a decimal comma read as a separator? separate the columns by semicolons" if is_decimal else None
+    hint = (
+        "a decimal comma read as a separator? separate the columns by semicolons"
+        if is_decimal
+        else None
+    )
     count = "1 cell" if len(cells) == 1 else f"{len(cells)} cells"
     problem = f"{count} where the header has {width} (separator: {SEPARATORS[separator]})"
     raise InputError(problem, where=place, hint=hint)

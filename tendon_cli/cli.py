@@ -13,7 +13,13 @@ from tendon_cli.commands.completion import completion
 from tendon_cli.commands.fit_friction import fit_friction
 from tendon_cli.commands.results import check, export, plot, report, show
 from tendon_cli.commands.studies import design, init, paper, schema, state, sweep
-from tendon_cli.errors import MemoryShortError, OutputError, TendonError, UsageError, is_memory_short
+from tendon_cli.errors import (
+    MemoryShortError,
+    OutputError,
+    TendonError,
+    UsageError,
+    is_memory_short,
+)
 from tendon_cli.startup import end_on_signals, exit_code
 from tendon_cli.terminal import (
     as_output_error,
@@ -57,16 +63,31 @@ def _print_version(value: bool) -> None:
 @app.callback()
 def _options(
     version: Annotated[
-        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="print the version")
+        bool,
+        typer.Option("--version", callback=_print_version, is_eager=True, help="print the version"),
     ] = False,
     debug: Annotated[
-        bool, typer.Option("--debug", help="show the traceback of an error; works anywhere in the line")
+        bool,
+        typer.Option("--debug", help="show the traceback of an error; works anywhere in the line"),
     ] = False,
 ) -> None:
     """Options of every command."""
 
 
-for _command in (init, schema, state, sweep, design, check, plot, show, export, paper, report, completion):
+for _command in (
+    init,
+    schema,
+    state,
+    sweep,
+    design,
+    check,
+    plot,
+    show,
+    export,
+    paper,
+    report,
+    completion,
+):
     app.command(cls=_Command)(_command)
 app.command("fit-friction", cls=_Command)(fit_friction)
 
@@ -106,12 +127,20 @@ def _as_fault(error: Exception) -> TendonError:
         return error
     if is_memory_short(error):
         hint = "fewer --jobs need less; what was finished of a sweep is kept, --resume goes on"
-        return MemoryShortError(f"there is not enough memory: {error or type(error).__name__}", hint=hint)
-    if callable(message := getattr(error, "format_message", None)):  # typer's errors of a wrong call
+        return MemoryShortError(
+            f"there is not enough memory: {error or type(error).__name__}", hint=hint
+        )
+    if callable(
+        message := getattr(error, "format_message", None)
+    ):  # typer's errors of a wrong call
         option, near = getattr(error, "option_name", None), getattr(error, "possibilities", None)
         if option and near:
-            return UsageError(f"no such option: {option}", hint=f"did you mean {' or '.join(near)}?")
+            return UsageError(
+                f"no such option: {option}", hint=f"did you mean {' or '.join(near)}?"
+            )
         return UsageError(str(message()), hint="tendon --help lists the commands")
     if isinstance(error, OSError):
         return as_output_error(error)
-    return TendonError(f"{type(error).__name__}: {error}", hint="this is a bug in tendon; --debug shows where")
+    return TendonError(
+        f"{type(error).__name__}: {error}", hint="this is a bug in tendon; --debug shows where"
+    )

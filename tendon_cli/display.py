@@ -34,7 +34,11 @@ class Displayed:
         from html import escape
 
         picture = face().picture(self)
-        image = f'<img alt="" src="data:image/png;base64,{picture}" style="max-width: 100%"/>' if picture else ""
+        image = (
+            f'<img alt="" src="data:image/png;base64,{picture}" style="max-width: 100%"/>'
+            if picture
+            else ""
+        )
         return f'<pre style="font-size: 80%">{escape(repr(self))}</pre>{image}'
 
 
@@ -43,7 +47,9 @@ def shortened(text: str) -> str:
     lines = text.splitlines()
     if len(lines) <= _MOST_LINES:
         return text
-    return "\n".join([*lines[: _MOST_LINES - 1], f"... {len(lines) - _MOST_LINES + 1} more lines in .text"])
+    return "\n".join(
+        [*lines[: _MOST_LINES - 1], f"... {len(lines) - _MOST_LINES + 1} more lines in .text"]
+    )
 
 
 def face() -> Any:

@@ -57,7 +57,11 @@ class Fault:
     def __str__(self) -> str:
         place = f"line {self.line}: " if self.line is not None else ""
         advice = f" ({self.hint})" if self.hint else ""
-        return f"{place}{self.key}: {self.problem}{advice}" if self.key else f"{place}{self.problem}{advice}"
+        return (
+            f"{place}{self.key}: {self.problem}{advice}"
+            if self.key
+            else f"{place}{self.problem}{advice}"
+        )
 
 
 class StudyError(TendonError):
@@ -114,7 +118,9 @@ class MemoryShortError(TendonError):
 
 def is_memory_short(error: BaseException) -> bool:
     """Whether an error is the system's way of saying that there is no memory left."""
-    if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == errno.ENOMEM):
+    if isinstance(error, MemoryError) or (
+        isinstance(error, OSError) and error.errno == errno.ENOMEM
+    ):
         return True
     said = (
         "Cannot allocate memory",
@@ -123,10 +129,16 @@ def is_memory_short(error: BaseException) -> bool:
         "malloc of size",
         "realloc of size",
     )
-    if isinstance(error, (OSError, ImportError, RuntimeError)) and any(words in str(error) for words in said):
+    if isinstance(error, (OSError, ImportError, RuntimeError)) and any(
+        words in str(error) for words in said
+    ):
         return True
     # A pool of threads that could not be started stumbles over its own tidying up.
-    return isinstance(error, AttributeError) and error.__context__ is not None and is_memory_short(error.__context__)
+    return (
+        isinstance(error, AttributeError)
+        and error.__context__ is not None
+        and is_memory_short(error.__context__)
+    )
 
 
 class InterruptError(TendonError):

@@ -44,7 +44,11 @@ class Options(TypedDict, total=False):
 
 
 def sweep(
-    study: AnyStudy, out: Name | None = None, jobs: int | None = None, figures: bool = False, **options: Unpack[Options]
+    study: AnyStudy,
+    out: Name | None = None,
+    jobs: int | None = None,
+    figures: bool = False,
+    **options: Unpack[Options],
 ) -> Run:
     """Run a study into the folder `out`, or without one in memory.
 
@@ -65,11 +69,17 @@ def sweep(
     'N'
     """
     asked = _swept(study, figures=figures)
-    return carried_out(Sweep, Run, asked, *_how("sweep", out, jobs, _draw_run if figures else None, options))
+    return carried_out(
+        Sweep, Run, asked, *_how("sweep", out, jobs, _draw_run if figures else None, options)
+    )
 
 
 def design(
-    study: AnyStudy, out: Name | None = None, jobs: int | None = None, figures: bool = False, **options: Unpack[Options]
+    study: AnyStudy,
+    out: Name | None = None,
+    jobs: int | None = None,
+    figures: bool = False,
+    **options: Unpack[Options],
 ) -> Answer:
     """Answer the design question of a study into the folder `out`, or without one in memory.
 
@@ -163,27 +173,39 @@ def _swept(given: AnyStudy, *, figures: bool) -> Study:
     return study
 
 
-def _how(verb: str, out: Name | None, jobs: int | None, draw: Draw | None, options: Options) -> tuple[Path | None, How]:
+def _how(
+    verb: str, out: Name | None, jobs: int | None, draw: Draw | None, options: Options
+) -> tuple[Path | None, How]:
     """Where and how a verb is carried out; raises UsageError if figures would have no place."""
     if out is None and draw is not None:
-        raise UsageError("figures are drawn into a folder", hint=f"name one: {verb}(study, out, figures=True)")
-    return None if out is None else result_path(out), How(jobs=_count_of(jobs), draw=draw, **options)
+        raise UsageError(
+            "figures are drawn into a folder", hint=f"name one: {verb}(study, out, figures=True)"
+        )
+    return None if out is None else result_path(out), How(
+        jobs=_count_of(jobs), draw=draw, **options
+    )
 
 
 def _count_of(jobs: object) -> int | None:
     if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1):
-        raise UsageError(f"jobs = {jobs!r} is not possible, expected 1 or more, or None for every core")
+        raise UsageError(
+            f"jobs = {jobs!r} is not possible, expected 1 or more, or None for every core"
+        )
     return jobs
 
 
-def _draw_run(study: Study, folder: Path, out: Path, record: dict[str, Any]) -> tuple[list[str], list[str], str | None]:
+def _draw_run(
+    study: Study, folder: Path, out: Path, record: dict[str, Any]
+) -> tuple[list[str], list[str], str | None]:
     from tendon_cli.figures.draw import draw_run  # only who draws pays for its import
 
     files, warnings, no_map = draw_run(study, folder, out)
     return files, warnings, None if study.figure or record["designs"] == 1 else no_map
 
 
-def _draw_answer(_: Study, folder: Path, out: Path, record: dict[str, Any]) -> tuple[list[str], list[str], None]:
+def _draw_answer(
+    _: Study, folder: Path, out: Path, record: dict[str, Any]
+) -> tuple[list[str], list[str], None]:
     from tendon_cli.figures.answer import draw_answer
 
     return *draw_answer(folder, record, out), None
@@ -206,7 +228,9 @@ def _page(result: Any, what: tuple[str, ...], how: dict[str, Any]) -> Page:
         return _of_answer(result, what, how)
     if (how and set(how) - {"angles", "case"}) or what:
         given = [*what, *how][0]
-        raise UsageError(f"{described(given)} cannot be chosen here", hint="plot() of a study takes angles, case")
+        raise UsageError(
+            f"{described(given)} cannot be chosen here", hint="plot() of a study takes angles, case"
+        )
     if isinstance(result, (Study, StatePage)):
         from tendon_cli.figures.arm import arm_page
 
@@ -227,7 +251,9 @@ def _of_run(run: Run, what: tuple[str, ...], how: dict[str, Any]) -> Page:
     wanted = None if spec.asked else "states" if run.record["designs"] == 1 else "designs"
     if run.folder is not None:
         return pages_of(table_of(run.folder, spec, wanted), spec)[0]
-    names = [wanted] if wanted and wanted in run.tables else sorted(run.tables, reverse=True)  # states before designs
+    names = (
+        [wanted] if wanted and wanted in run.tables else sorted(run.tables, reverse=True)
+    )  # states before designs
     tables = [TableInMemory(run.tables[name]) for name in names]
     fitting = (table for table in tables if set(spec.asked) <= set(Columns.of(table.schema).held))
     return pages_of(next(fitting, tables[0]), spec)[0]
@@ -246,4 +272,6 @@ def _of_answer(answer: Answer, what: tuple[str, ...], how: dict[str, Any]) -> Pa
     for name in what or FIGURES:
         if (page := answer_figure(name, choices, answer.record)) is not None:
             return page
-    raise UsageError("this answer has no such figure: a map needs two axes, a front two goals, the rest a window")
+    raise UsageError(
+        "this answer has no such figure: a map needs two axes, a front two goals, the rest a window"
+    )

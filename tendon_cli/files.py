@@ -34,7 +34,9 @@ def path_of(given: object, *, in_utf8: bool = False) -> Path:
     if not isinstance(text, str):
         raise UsageError(f"{described(given)} is no path, expected the name of a file or folder")
     if not text.strip():
-        raise UsageError("the name is empty, expected one of a file or folder", hint=". is the current folder")
+        raise UsageError(
+            "the name is empty, expected one of a file or folder", hint=". is the current folder"
+        )
     where = shorten(text)
     try:
         longest = max(len(os.fsencode(part)) for part in text.split("/"))
@@ -215,7 +217,9 @@ def locked(folder: Path, *, use_lock: bool = True) -> Iterator[None]:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        handle = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
+        handle = os.open(
+            folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666
+        )
     except FileExistsError:
         raise FolderError("is a file, expected a folder for the run", where=str(folder)) from None
     except OSError as error:
@@ -246,4 +250,6 @@ def _lock(handle: int, folder: Path, kind: int = fcntl.LOCK_EX) -> None:
             hint = "wait for it, or choose another folder with --out"
             raise FolderError("another run is writing here", where=str(folder), hint=hint) from None
         hint = "--no-lock runs without; make sure yourself that no other run writes here"
-        raise FolderError(f"the file system cannot lock: {error.strerror}", where=str(folder), hint=hint) from None
+        raise FolderError(
+            f"the file system cannot lock: {error.strerror}", where=str(folder), hint=hint
+        ) from None

@@ -33,19 +33,34 @@ class Quantity:
     """If it is a column of designs: what it makes of such values, with all states of a design along their last axis."""
 
 
-_SHOWN_IN = {"length": "mm", "stiffness": "kN/m", "pressure": "GPa", "angle": "deg", "angular speed": "deg/s"}
+_SHOWN_IN = {
+    "length": "mm",
+    "stiffness": "kN/m",
+    "pressure": "GPa",
+    "angle": "deg",
+    "angular speed": "deg/s",
+}
 """Units that people read, where these are not those of SI."""
 
 
 def _quantity(
-    name: str, symbol: str, dimension: str, long_name: str, null: str = "no equilibrium", shown_in: str | None = None
+    name: str,
+    symbol: str,
+    dimension: str,
+    long_name: str,
+    null: str = "no equilibrium",
+    shown_in: str | None = None,
 ) -> Quantity:
     unit = SI_UNIT[dimension]
-    return Quantity(name, symbol, dimension, unit, shown_in or _SHOWN_IN.get(dimension, unit), long_name, null)
+    return Quantity(
+        name, symbol, dimension, unit, shown_in or _SHOWN_IN.get(dimension, unit), long_name, null
+    )
 
 
 def _result(
-    *meaning: str, value: Callable[[Any], Any] | None = None, over: Callable[[Any], Any] | None = None
+    *meaning: str,
+    value: Callable[[Any], Any] | None = None,
+    over: Callable[[Any], Any] | None = None,
 ) -> Quantity:
     """A column of states, or of designs if `over` their states; its value is by default what `State` has so named."""
     return replace(_quantity(*meaning), value=value or attrgetter(meaning[0]), over=over)
@@ -53,32 +68,90 @@ def _result(
 
 _OF_STUDIES = (
     # The arm (Figs. 1 and 2).
-    _quantity("a1", "a₁", "length", "distance of the proximal flexor anchor r in front of the upper arm's line"),
-    _quantity("b1", "b₁", "length", "distance of the proximal flexor anchor r from the elbow, along the upper arm"),
-    _quantity("a2", "a₂", "length", "distance of the distal flexor anchor q in front of the forearm's line"),
-    _quantity("b2", "b₂", "length", "distance of the distal flexor anchor q from the elbow, along the forearm"),
-    _quantity("elbow_radius", "R_elb", "length", "radius of the virtual pulley that the extensor tendon wraps"),
+    _quantity(
+        "a1",
+        "a₁",
+        "length",
+        "distance of the proximal flexor anchor r in front of the upper arm's line",
+    ),
+    _quantity(
+        "b1",
+        "b₁",
+        "length",
+        "distance of the proximal flexor anchor r from the elbow, along the upper arm",
+    ),
+    _quantity(
+        "a2",
+        "a₂",
+        "length",
+        "distance of the distal flexor anchor q in front of the forearm's line",
+    ),
+    _quantity(
+        "b2",
+        "b₂",
+        "length",
+        "distance of the distal flexor anchor q from the elbow, along the forearm",
+    ),
+    _quantity(
+        "elbow_radius",
+        "R_elb",
+        "length",
+        "radius of the virtual pulley that the extensor tendon wraps",
+    ),
     _quantity("forearm_mass", "m_f", "mass", "mass of forearm and hand"),
-    _quantity("forearm_com", "d_com", "length", "distance of the centre of mass of forearm and hand from the elbow"),
+    _quantity(
+        "forearm_com",
+        "d_com",
+        "length",
+        "distance of the centre of mass of forearm and hand from the elbow",
+    ),
     _quantity("load_distance", "d_load", "length", "distance of the load from the elbow"),
-    _quantity("upper_arm_angle", "ψ", "angle", "inclination of the upper arm, forward positive, 0 = hanging"),
+    _quantity(
+        "upper_arm_angle",
+        "ψ",
+        "angle",
+        "inclination of the upper arm, forward positive, 0 = hanging",
+    ),
     _quantity("contact_width", "w", "length", "width of the extensor's strap around the elbow"),
-    _quantity("contact_radius", "R_s", "length", "radius of curvature of the extensor's strap on the joint"),
-    _quantity("excursion_noise", "σ_H", "length", "standard deviation of the noise of measured excursions"),
+    _quantity(
+        "contact_radius",
+        "R_s",
+        "length",
+        "radius of curvature of the extensor's strap on the joint",
+    ),
+    _quantity(
+        "excursion_noise", "σ_H", "length", "standard deviation of the noise of measured excursions"
+    ),
     _quantity("load_scale", "s", "number", "times the torque of a task"),
     _quantity("joint_stiffness", "k_j", "rotational stiffness", "stiffness of the joint itself"),
-    _quantity("rest_angle", "θ_r", "angle", "angle at which the joint's own stiffness asks for no torque"),
+    _quantity(
+        "rest_angle", "θ_r", "angle", "angle at which the joint's own stiffness asks for no torque"
+    ),
     # Sheath, tendon, spring, spool, load.
     _quantity("friction", "μ", "number", "Coulomb friction coefficient between tendon and sheath"),
     _quantity("bend_angle", "φ", "angle", "total curvature of the sheath, ∫κ ds"),
-    _quantity("path_smoothing", "σ_path", "length", "standard deviation of the digitisation noise of a route"),
-    _quantity("tendon_length", "L", "length", "length of the tendon inside the sheath", shown_in="m"),
+    _quantity(
+        "path_smoothing",
+        "σ_path",
+        "length",
+        "standard deviation of the digitisation noise of a route",
+    ),
+    _quantity(
+        "tendon_length", "L", "length", "length of the tendon inside the sheath", shown_in="m"
+    ),
     _quantity("tendon_diameter", "d", "length", "diameter of the tendon"),
     _quantity("youngs_modulus", "E", "pressure", "Young's modulus of the tendon"),
     _quantity("pretension", "F₀", "force", "distal tension of both tendons before motion"),
     _quantity("spring_stiffness", "K", "stiffness", "stiffness of the series spring"),
-    _quantity("spring_free_length", "L_free", "length", "length of the flexor's spring without load"),
-    _quantity("anchor_stiffness", "K_t", "stiffness", "stiffness of tissue and cuff behind the tendon's anchor"),
+    _quantity(
+        "spring_free_length", "L_free", "length", "length of the flexor's spring without load"
+    ),
+    _quantity(
+        "anchor_stiffness",
+        "K_t",
+        "stiffness",
+        "stiffness of tissue and cuff behind the tendon's anchor",
+    ),
     _quantity("setting_angle", "θ_0", "angle", "angle of the joint at which the pretension is set"),
     _quantity("model_pretension", "F₀", "force", "pretension of the model for what is read"),
     _quantity("flexor_radius", "R_f", "length", "radius of the flexor part of the spool"),
@@ -104,10 +177,21 @@ _OF_STUDIES = (
     _quantity("elbow_speed", "θ̇", "angular speed", "speed of the elbow along the trajectory"),
     # Limits of a design that have no column yet, and what is asked of one.
     _quantity("max_pretension", "max F₀", "force", "largest pretension"),
-    _quantity("max_spool_travel", "max Δα", "angle", "largest rotation of the spool over the motion"),
-    _quantity("max_motor_work_in", "max W_m", "energy", "largest work of the motor over both strokes"),
-    _quantity("max_friction_loss", "max W_μ", "energy", "largest loss to friction over both strokes"),
-    _quantity("min_efficiency", "min ε", "number", "smallest share of the motor's work that friction leaves"),
+    _quantity(
+        "max_spool_travel", "max Δα", "angle", "largest rotation of the spool over the motion"
+    ),
+    _quantity(
+        "max_motor_work_in", "max W_m", "energy", "largest work of the motor over both strokes"
+    ),
+    _quantity(
+        "max_friction_loss", "max W_μ", "energy", "largest loss to friction over both strokes"
+    ),
+    _quantity(
+        "min_efficiency",
+        "min ε",
+        "number",
+        "smallest share of the motor's work that friction leaves",
+    ),
     _quantity("serve", "share", "number", "share of people, draws or conditions that is enough"),
 )
 
@@ -141,62 +225,182 @@ _OF_STATES = (  # columns in their order
 )  # fmt: skip
 
 _OF_DESIGNS = (  # over all states of one
-    _quantity("min_flexor_tension", "min F^f", "force", "smallest flexor tension, of both ends, over all states"),
-    _quantity("min_extensor_tension", "min F^e", "force", "smallest extensor tension, of both ends, over all states"),
-    _quantity("max_tension", "max F", "force", "largest tension of either tendon, of both ends, over all states"),
-    _quantity("max_spring_extension", "max x_SE", "length", "largest extension of a spring from its free length"),
-    _quantity("peak_elbow_torque", "peak τ_a", "torque", "elbow torque of largest magnitude, with its sign"),
-    _quantity("peak_motor_torque", "peak τ_m", "torque", "motor torque of largest magnitude, with its sign"),
-    _quantity("min_elbow_stiffness", "min k", "rotational stiffness", "smallest elbow stiffness over all states"),
+    _quantity(
+        "min_flexor_tension",
+        "min F^f",
+        "force",
+        "smallest flexor tension, of both ends, over all states",
+    ),
+    _quantity(
+        "min_extensor_tension",
+        "min F^e",
+        "force",
+        "smallest extensor tension, of both ends, over all states",
+    ),
+    _quantity(
+        "max_tension",
+        "max F",
+        "force",
+        "largest tension of either tendon, of both ends, over all states",
+    ),
+    _quantity(
+        "max_spring_extension",
+        "max x_SE",
+        "length",
+        "largest extension of a spring from its free length",
+    ),
+    _quantity(
+        "peak_elbow_torque",
+        "peak τ_a",
+        "torque",
+        "elbow torque of largest magnitude, with its sign",
+    ),
+    _quantity(
+        "peak_motor_torque",
+        "peak τ_m",
+        "torque",
+        "motor torque of largest magnitude, with its sign",
+    ),
+    _quantity(
+        "min_elbow_stiffness",
+        "min k",
+        "rotational stiffness",
+        "smallest elbow stiffness over all states",
+    ),
     _quantity("max_slack", "max s", "length", "longest slack length of either tendon", "often"),
     _quantity(
-        "slack_fraction", "slack share", "number", "share of states that are slack or without equilibrium", "never"
+        "slack_fraction",
+        "slack share",
+        "number",
+        "share of states that are slack or without equilibrium",
+        "never",
     ),
     _quantity(
-        "unstable_fraction", "unstable share", "number", "share of states with negative elbow stiffness", "never"
+        "unstable_fraction",
+        "unstable share",
+        "number",
+        "share of states with negative elbow stiffness",
+        "never",
     ),
-    _quantity("first_slack_angle", "θ_slack", "angle", "smallest elbow angle with a slack tendon", "often"),
-    _quantity("required_pretension", "F₀*", "force", "smallest pretension of both tendons that leaves no slack"),
-    _quantity("margin", "F₀ − F₀*", "force", "pretension in hand above the smallest that leaves no slack"),
-    _quantity("max_contact_pressure", "max p", "pressure", "largest pressure of the extensor's strap", "often", "kPa"),
-    _quantity("min_spool_to_tendon", "min D/d", "number", "smaller spool's diameter over that of the tendon", "never"),
     _quantity(
-        "pretension_from", "F₀ from", "force", "smallest pretension of both tendons that keeps every limit", "often"
+        "first_slack_angle", "θ_slack", "angle", "smallest elbow angle with a slack tendon", "often"
     ),
-    _quantity("pretension_to", "F₀ to", "force", "largest pretension of both tendons that keeps every limit", "often"),
+    _quantity(
+        "required_pretension",
+        "F₀*",
+        "force",
+        "smallest pretension of both tendons that leaves no slack",
+    ),
+    _quantity(
+        "margin", "F₀ − F₀*", "force", "pretension in hand above the smallest that leaves no slack"
+    ),
+    _quantity(
+        "max_contact_pressure",
+        "max p",
+        "pressure",
+        "largest pressure of the extensor's strap",
+        "often",
+        "kPa",
+    ),
+    _quantity(
+        "min_spool_to_tendon",
+        "min D/d",
+        "number",
+        "smaller spool's diameter over that of the tendon",
+        "never",
+    ),
+    _quantity(
+        "pretension_from",
+        "F₀ from",
+        "force",
+        "smallest pretension of both tendons that keeps every limit",
+        "often",
+    ),
+    _quantity(
+        "pretension_to",
+        "F₀ to",
+        "force",
+        "largest pretension of both tendons that keeps every limit",
+        "often",
+    ),
 )
 
 _OF_LIMITS = (  # over all states of a design, if the study states what the limit needs
     _quantity(
-        "min_spring_room", "min room", "length", "smallest room left between the anchors for the flexor's spring"
+        "min_spring_room",
+        "min room",
+        "length",
+        "smallest room left between the anchors for the flexor's spring",
     ),
 )
 
 _OF_WINDOWS = (
     _quantity("tolerance", "±F₀", "number", "share by which the pretension may be off"),
-    _quantity("served", "served", "number", "largest share of people, draws or conditions that one pretension serves"),
-    _quantity("set_flexor_tension", "set F_o^f", "force", "tension to set in the flexor at the joint"),
-    _quantity("set_extensor_tension", "set F_o^e", "force", "tension to set in the extensor at the joint"),
-    _quantity("set_flexor_tension_motor", "set F_I^f", "force", "tension to set in the flexor at the motor"),
-    _quantity("set_extensor_tension_motor", "set F_I^e", "force", "tension to set in the extensor at the motor"),
-    _quantity("tolerance_length", "±l", "length", "half the window as a length taken from both tendons"),
-    _quantity("served_at", "served at", "number", "share of people, draws or conditions that the pretension serves"),
+    _quantity(
+        "served",
+        "served",
+        "number",
+        "largest share of people, draws or conditions that one pretension serves",
+    ),
+    _quantity(
+        "set_flexor_tension", "set F_o^f", "force", "tension to set in the flexor at the joint"
+    ),
+    _quantity(
+        "set_extensor_tension", "set F_o^e", "force", "tension to set in the extensor at the joint"
+    ),
+    _quantity(
+        "set_flexor_tension_motor",
+        "set F_I^f",
+        "force",
+        "tension to set in the flexor at the motor",
+    ),
+    _quantity(
+        "set_extensor_tension_motor",
+        "set F_I^e",
+        "force",
+        "tension to set in the extensor at the motor",
+    ),
+    _quantity(
+        "tolerance_length", "±l", "length", "half the window as a length taken from both tendons"
+    ),
+    _quantity(
+        "served_at",
+        "served at",
+        "number",
+        "share of people, draws or conditions that the pretension serves",
+    ),
 )
 
 _OF_CYCLES = (  # both strokes of a design at a speed of the elbow
     _quantity("peak_motor_speed", "peak α̇", "angular speed", "motor speed of largest magnitude"),
     _quantity("peak_motor_power", "peak P_m", "power", "largest power of the motor"),
     _quantity("peak_braking_power", "peak P_b", "power", "largest power that the motor takes up"),
-    _quantity("motor_work_in", "W_m", "energy", "work of the motor over both strokes, where it drives"),
-    _quantity("friction_loss", "W_μ", "energy", "what friction in the sheaths takes over both strokes"),
+    _quantity(
+        "motor_work_in", "W_m", "energy", "work of the motor over both strokes, where it drives"
+    ),
+    _quantity(
+        "friction_loss", "W_μ", "energy", "what friction in the sheaths takes over both strokes"
+    ),
     _quantity("efficiency", "ε", "number", "share of the motor's work that friction leaves"),
     _quantity("spool_travel", "Δα", "angle", "rotation of the spool over the motion"),
-    _quantity("max_backlash", "max δα", "angle", "largest difference of spool angle between the directions"),
-    _quantity("max_torque_band", "max δτ_m", "torque", "largest difference of motor torque between the directions"),
+    _quantity(
+        "max_backlash",
+        "max δα",
+        "angle",
+        "largest difference of spool angle between the directions",
+    ),
+    _quantity(
+        "max_torque_band",
+        "max δτ_m",
+        "torque",
+        "largest difference of motor torque between the directions",
+    ),
 )
 
 _OF_TRAJECTORIES = (  # along a motion in time
-    _quantity("rms_motor_torque", "rms τ_m", "torque", "root mean square of the motor torque over time"),
+    _quantity(
+        "rms_motor_torque", "rms τ_m", "torque", "root mean square of the motor torque over time"
+    ),
     _quantity("braking_work", "W_b", "energy", "work that the motor takes up, where it brakes"),
 )
 
@@ -206,14 +410,34 @@ _OF_FIGURES = (  # what no table has, and a figure may show
         _quantity(f"{side}_{name}", f"{symbol}^{side[0]}", "length", f"{side} {meaning}")
         for side in ("flexor", "extensor")
         for name, symbol, meaning in (
-            ("length_change", "ΔL", "tendon and spring, change of length from the pretensioned state"),
-            ("elongation", "δ", "tendon and spring elongation from the unloaded state, negative where slack"),
-            ("spring_elongation", "δ_SE", "spring elongation from its free length, negative where slack"),
+            (
+                "length_change",
+                "ΔL",
+                "tendon and spring, change of length from the pretensioned state",
+            ),
+            (
+                "elongation",
+                "δ",
+                "tendon and spring elongation from the unloaded state, negative where slack",
+            ),
+            (
+                "spring_elongation",
+                "δ_SE",
+                "spring elongation from its free length, negative where slack",
+            ),
         )
     ),
 )
 
-_ALL = (*_OF_STUDIES, *_OF_STATES, *_OF_DESIGNS, *_OF_LIMITS, *_OF_WINDOWS, *_OF_CYCLES, *_OF_TRAJECTORIES)
+_ALL = (
+    *_OF_STUDIES,
+    *_OF_STATES,
+    *_OF_DESIGNS,
+    *_OF_LIMITS,
+    *_OF_WINDOWS,
+    *_OF_CYCLES,
+    *_OF_TRAJECTORIES,
+)
 QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
 OF_FIGURES: dict[str, Quantity] = {quantity.name: quantity for quantity in _OF_FIGURES}
 OF_STATES = tuple(quantity.name for quantity in _OF_STATES)

@@ -18,7 +18,9 @@ _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # mallopt(3) of the GNU C library
 _MOST_MMAP_THRESHOLD = 32 * 1024 * 1024
 
 
-_SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+_SIGNALS = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+)
 _received: list[int] = []
 
 
@@ -77,7 +79,9 @@ def stopped_by_signals(where: str) -> Iterator[threading.Event]:
         event.set()
 
     on_main = threading.current_thread() is threading.main_thread()
-    heard = [number for number in _SIGNALS if on_main and signal.getsignal(number) is not signal.SIG_IGN]
+    heard = [
+        number for number in _SIGNALS if on_main and signal.getsignal(number) is not signal.SIG_IGN
+    ]
     before = [signal.signal(number, ask) for number in heard]
     try:
         yield event
@@ -90,11 +94,21 @@ def stopped_by_signals(where: str) -> Iterator[threading.Event]:
 
 def spare_time() -> None:
     """Leave out what the libraries do at the start and the end of a process that no command needs."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # else numpy starts a thread per core, for matrices nobody has
-    gc.set_threshold(100_000)  # else Python looks for garbage a hundred times while it reads modules, which leave none
-    atexit.register(gc.freeze)  # and once more, at the end, in all that the process is about to give back
-    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # else pydantic looks into every installed package
-    os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")  # as fast as Arrow's, and gives back what it frees
+    os.environ.setdefault(
+        "OPENBLAS_NUM_THREADS", "1"
+    )  # else numpy starts a thread per core, for matrices nobody has
+    gc.set_threshold(
+        100_000
+    )  # else Python looks for garbage a hundred times while it reads modules, which leave none
+    atexit.register(
+        gc.freeze
+    )  # and once more, at the end, in all that the process is about to give back
+    os.environ.setdefault(
+        "PYDANTIC_DISABLE_PLUGINS", "__all__"
+    )  # else pydantic looks into every installed package
+    os.environ.setdefault(
+        "ARROW_DEFAULT_MEMORY_POOL", "system"
+    )  # as fast as Arrow's, and gives back what it frees
 
 
 def keep_freed_memory() -> None:

@@ -32,7 +32,9 @@ def study_text(study: Study) -> str:
     motion += _values_text("elbow_angle", study.motion.elbow_angle)
     if study.trajectory is not None:
         low, high = np.degrees([study.angles.min(), study.angles.max()])
-        motion = f"a trajectory of {study.trajectory.time[-1]:.4g} s from {low:.4g} to {high:.4g} deg"
+        motion = (
+            f"a trajectory of {study.trajectory.time[-1]:.4g} s from {low:.4g} to {high:.4g} deg"
+        )
     lines = [
         *(("axis", f"{key}: {_axis_text(study, key)}") for key in study.axes),
         ("motion", motion),
@@ -55,7 +57,11 @@ def _axis_text(study: Study, key: str) -> str:
     if key == DRAW_AXIS:
         return counted(study.draws, "draw")
     if study.people is not None and key == PERSON_AXIS:
-        return f"those of {study.people.file}" if study.people.file else counted(study.people.count, "person")
+        return (
+            f"those of {study.people.file}"
+            if study.people.file
+            else counted(study.people.count, "person")
+        )
     names = [str(getattr(case, "name", "")) for case in study.cases]
     more = f", ... ({counted(len(names), 'case')})" if len(names) > _MOST_VALUES else ""
     return ", ".join(names[:_MOST_VALUES]) + more
@@ -64,7 +70,9 @@ def _axis_text(study: Study, key: str) -> str:
 def _values_text(quantity: str, values: Values) -> str:
     """The values of a number as people write them, the middle of a long axis left out."""
     if len(values) > _MOST_VALUES:
-        first, last = (say.quantity(quantity, value) for value in (values.array[0], values.array[-1]))
+        first, last = (
+            say.quantity(quantity, value) for value in (values.array[0], values.array[-1])
+        )
         return f"{first} to {last}, {len(values):,} values"
     return ", ".join(say.quantity(quantity, value) for value in values.array)
 
@@ -73,8 +81,13 @@ def run_text(run: Run) -> str:
     """The summary of a finished run."""
     record = run.record
     lines = [*run_facts(run), *(("warning", warning) for warning in record["warnings"])]
-    written = [*dict.fromkeys(entry["path"].split("/")[0] for entry in record["files"]), *record["figures"]]
-    lines += [("written to", f"{run.folder}: {', '.join(written)}")] if run.folder is not None else []
+    written = [
+        *dict.fromkeys(entry["path"].split("/")[0] for entry in record["files"]),
+        *record["figures"],
+    ]
+    lines += (
+        [("written to", f"{run.folder}: {', '.join(written)}")] if run.folder is not None else []
+    )
     return "\n".join([run_head(run), *(f"  {what:<14} {text}" for what, text in lines)])
 
 
@@ -90,7 +103,10 @@ def run_head(run: Run) -> str:
 def run_facts(run: Run) -> list[tuple[str, str]]:
     """What came out of a run, with the name of each."""
     record = run.record
-    designs = {name: say.share(record[name], record["designs"], "design") for name in ("feasible", "taut", "stable")}
+    designs = {
+        name: say.share(record[name], record["designs"], "design")
+        for name in ("feasible", "taut", "stable")
+    }
     facts = [("feasible", f"{designs['feasible']}: taut, stable and within every limit")]
     facts += [(f"  {name}", designs[name]) for name in ("taut", "stable")]
     if record["choices"] != record["designs"]:
@@ -102,8 +118,14 @@ def run_facts(run: Run) -> list[tuple[str, str]]:
 
 def _conditions(record: dict[str, Any]) -> str:
     """The axes of a run that a design must survive: "load", "load and person at once"."""
-    names = ["load" if key == "load.mass" else say.column(keys()[key].number.quantity.name) if key in keys() else key
-             for key in recorded_study(record).conditions]  # fmt: skip
+    names = [
+        "load"
+        if key == "load.mass"
+        else say.column(keys()[key].number.quantity.name)
+        if key in keys()
+        else key
+        for key in recorded_study(record).conditions
+    ]
     return say.listed(names) + (" at once" if len(names) > 1 else "")
 
 
@@ -117,10 +139,18 @@ def estimate_text(estimate: Estimate, name: str, free: int) -> str:
     lines.append(f"  designs      {estimate.designs:,}")
     lines.append(f"  states       {estimate.states:,}")
     lines += [f"  rows         {rows:,} in {table}" for table, rows in estimate.rows.items()]
-    lines += [f"  kept         {', '.join(estimate.kept)} of the states' results"] if estimate.kept else []
+    lines += (
+        [f"  kept         {', '.join(estimate.kept)} of the states' results"]
+        if estimate.kept
+        else []
+    )
     parts = counted(estimate.parts, "part")
     lines.append(f"  disk         {say.size(estimate.bytes)} in {parts}, {say.size(free)} are free")
-    drawn = f", of it {say.duration(estimate.figure_seconds)} for figures" if estimate.figure_seconds else ""
+    drawn = (
+        f", of it {say.duration(estimate.figure_seconds)} for figures"
+        if estimate.figure_seconds
+        else ""
+    )
     lines.append(f"  time         about {say.duration(estimate.seconds)}{drawn}")
     lines.append(f"  peak memory  about {say.size(estimate.peak_memory)}")
     return "\n".join(lines)
@@ -135,7 +165,10 @@ def rows_text(rows: TableRows, shown: pa.Table, total: int, width: int) -> str:
         while taken < len(cells) and (taken == 0 or used + 2 + len(cells[taken][0]) <= width):
             used += len(cells[taken][0]) + (2 if taken else 0)
             taken += 1
-        lines += [*([""] if lines else []), *("  ".join(row).rstrip() for row in zip(*cells[:taken], strict=True))]
+        lines += [
+            *([""] if lines else []),
+            *("  ".join(row).rstrip() for row in zip(*cells[:taken], strict=True)),
+        ]
         cells = cells[taken:]
     return "\n".join([*lines, "", f"{shown.num_rows:,} of {counted(total, 'row')}"])
 
@@ -151,6 +184,12 @@ def _column_text(rows: TableRows, name: str, values: list[Any]) -> list[str]:
             text = "rigid" if math.isinf(value) else f"{value / factor:.6g}"
             texts.append("-" if math.isnan(value) else text)
         else:
-            texts.append("-" if value is None else str(value).lower() if isinstance(value, bool) else str(value))
+            texts.append(
+                "-"
+                if value is None
+                else str(value).lower()
+                if isinstance(value, bool)
+                else str(value)
+            )
     width = max(map(len, texts))
     return [text.ljust(width) if quantity is None else text.rjust(width) for text in texts]

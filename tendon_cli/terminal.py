@@ -21,7 +21,9 @@ def harmless(text: str) -> str:
     """
     if text.replace("\n", "").isprintable():
         return text
-    return "".join(sign if sign.isprintable() or sign == "\n" else json.dumps(sign)[1:-1] for sign in text)
+    return "".join(
+        sign if sign.isprintable() or sign == "\n" else json.dumps(sign)[1:-1] for sign in text
+    )
 
 
 def print_result(result: str | dict[str, Any], *, unless: bool = False) -> None:
@@ -89,7 +91,9 @@ def print_error(fault: TendonError, *, as_json: bool) -> None:
         else:
             return
     place = f"{fault.where}: " if fault.where else ""
-    print_note(f"tendon: error: {place}{fault.message}" + (f"\n  hint: {fault.hint}" if fault.hint else ""))
+    print_note(
+        f"tendon: error: {place}{fault.message}" + (f"\n  hint: {fault.hint}" if fault.hint else "")
+    )
 
 
 @contextlib.contextmanager
@@ -110,9 +114,14 @@ def _bar(title: str) -> Iterator[Callable[[int, int], None]]:
     from rich.console import Console
 
     columns = (
-        "{task.description}", rich.BarColumn(), rich.MofNCompleteColumn(), "parts",
-        rich.TimeElapsedColumn(), "left", rich.TimeRemainingColumn(),
-    )  # fmt: skip
+        "{task.description}",
+        rich.BarColumn(),
+        rich.MofNCompleteColumn(),
+        "parts",
+        rich.TimeElapsedColumn(),
+        "left",
+        rich.TimeRemainingColumn(),
+    )
     with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(title, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)

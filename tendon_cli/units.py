@@ -39,17 +39,31 @@ def _units(dimension: str, factors: dict[str, str | int | Fraction]) -> dict[str
 
 UNITS: dict[str, Unit] = (
     _units("number", {"1": 1, "%": "0.01"})
-    | _units("length", {"m": 1, "cm": "0.01", "mm": "0.001", "um": "0.000001", "km": 1000, "in": "0.0254"})
-    | _units("force", {"N": 1, "mN": "0.001", "kN": 1000, "kgf": "9.80665", "lbf": "4.4482216152605"})
+    | _units(
+        "length",
+        {"m": 1, "cm": "0.01", "mm": "0.001", "um": "0.000001", "km": 1000, "in": "0.0254"},
+    )
+    | _units(
+        "force", {"N": 1, "mN": "0.001", "kN": 1000, "kgf": "9.80665", "lbf": "4.4482216152605"}
+    )
     | _units("stiffness", {"N/m": 1, "kN/m": 1000, "N/mm": 1000, "N/cm": 100})
     | _units("pressure", {"Pa": 1, "kPa": 10**3, "MPa": 10**6, "GPa": 10**9})
     | _units("mass", {"kg": 1, "g": "0.001", "t": 1000, "lb": "0.45359237"})
     | _units("angle", {"deg": _PI / 180, "°": _PI / 180, "rad": 1, "mrad": "0.001", "rev": 2 * _PI})
-    | _units("torque", {"N m": 1, "Nm": 1, "N·m": 1, "N*m": 1, "N mm": "0.001", "N·mm": "0.001", "kN m": 1000})
+    | _units(
+        "torque",
+        {"N m": 1, "Nm": 1, "N·m": 1, "N*m": 1, "N mm": "0.001", "N·mm": "0.001", "kN m": 1000},
+    )
     | _units("rotational stiffness", {"N m/rad": 1, "N·m/rad": 1, "N m/deg": 180 / _PI})
     | _units("time", {"s": 1, "ms": "0.001", "min": 60, "h": 3600})
-    | _units("angular speed", {"rad/s": 1, "deg/s": _PI / 180, "°/s": _PI / 180, "rpm": _PI / 30, "rev/s": 2 * _PI})
-    | _units("inertia", {"kg m2": 1, "kg m^2": 1, "kg m²": 1, "kg·m²": 1, "kg cm2": "0.0001", "g cm2": "0.0000001"})
+    | _units(
+        "angular speed",
+        {"rad/s": 1, "deg/s": _PI / 180, "°/s": _PI / 180, "rpm": _PI / 30, "rev/s": 2 * _PI},
+    )
+    | _units(
+        "inertia",
+        {"kg m2": 1, "kg m^2": 1, "kg m²": 1, "kg·m²": 1, "kg cm2": "0.0001", "g cm2": "0.0000001"},
+    )
     | _units("frequency", {"Hz": 1})
     | _units("power", {"W": 1, "mW": "0.001", "kW": 1000})
     | _units("energy", {"J": 1, "mJ": "0.001", "kJ": 1000})
@@ -104,7 +118,11 @@ class Measure:
     def document(self) -> float | str:
         """How a study file says exactly this measure, the same for "1000 g" and "1.0 kg"; without unit, a float."""
         dimension = self.unit.dimension
-        if dimension == "number" and math.isfinite(self.si) and Fraction(repr(self.si)) == self.exact:
+        if (
+            dimension == "number"
+            and math.isfinite(self.si)
+            and Fraction(repr(self.si)) == self.exact
+        ):
             return self.si
         said: list[str] = []
         for symbol in filter(None, (SI_UNIT[dimension], _UNIT_WITH_PI.get(dimension))):
@@ -153,7 +171,9 @@ def parse_measure(text: str, dimension: str) -> Measure:
     if not symbol:
         if dimension == "number":
             return Measure(number, UNITS["1"])
-        raise UnitError(f'"{number}" has no unit, expected {expected}', f"write {with_unit(number, dimension)}")
+        raise UnitError(
+            f'"{number}" has no unit, expected {expected}', f"write {with_unit(number, dimension)}"
+        )
     return Measure(number, _find_unit(symbol, dimension, expected))
 
 
@@ -183,13 +203,21 @@ def _find_unit(symbol: str, dimension: str, expected: str) -> Unit:
     if unit is None:
         same_but_case = [known for known in UNITS if known.lower() == symbol.lower()]
         near = same_but_case or difflib.get_close_matches(symbol, known_units(dimension), n=1)
-        hint = f'did you mean "{near[0]}"?' if near else f"known units: {', '.join(known_units(dimension))}"
+        hint = (
+            f'did you mean "{near[0]}"?'
+            if near
+            else f"known units: {', '.join(known_units(dimension))}"
+        )
         if not same_but_case and any(sign.isdigit() for sign in symbol):
             hint = "only one number may stand in the text; several stand in a list, a range as { from, to, num }"
         raise UnitError(f'unknown unit "{shorten(symbol)}", expected {expected}', hint)
     if unit.dimension != dimension:
         known = ", ".join(known_units(dimension))
-        hint = "a number without unit, or %" if dimension == "number" else f"units of {dimension}: {known}"
+        hint = (
+            "a number without unit, or %"
+            if dimension == "number"
+            else f"units of {dimension}: {known}"
+        )
         raise UnitError(f'"{symbol}" is {_with_article(unit.dimension)}, expected {expected}', hint)
     return unit
 

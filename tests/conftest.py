@@ -75,7 +75,9 @@ class Swept:
 def table_hashes(folder):
     """SHA-256 of every table file of a run, by its name in the folder."""
     return {
-        str(file.relative_to(folder)): file_sha256(file) for file in sorted(folder.rglob("*.parquet")) if file.is_file()
+        str(file.relative_to(folder)): file_sha256(file)
+        for file in sorted(folder.rglob("*.parquet"))
+        if file.is_file()
     }
 
 
@@ -137,7 +139,9 @@ def outside(workplace):
     def call(*words, python=False, **options):
         program = Path(sys.executable) if python else Path(sys.executable).with_name("tendon")
         options = {"capture_output": True, "cwd": workplace} | options
-        ended = subprocess.run([program, *map(str, words)], check=False, text=True, timeout=120, **options)
+        ended = subprocess.run(
+            [program, *map(str, words)], check=False, text=True, timeout=120, **options
+        )
         return Ran(ended.returncode, ended.stdout, ended.stderr)
 
     return call
@@ -160,7 +164,9 @@ def muttered(monkeypatch):
     """What Python would print of exceptions that nobody can catch, such as those of finalizers."""
     said = []
     monkeypatch.setattr(
-        sys, "unraisablehook", lambda fault: said.append(f"{fault.exc_type.__name__}: {fault.exc_value}")
+        sys,
+        "unraisablehook",
+        lambda fault: said.append(f"{fault.exc_type.__name__}: {fault.exc_value}"),
     )
     yield said
     gc.collect()

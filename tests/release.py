@@ -9,7 +9,15 @@ import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
-OF_THE_SOURCE = {"CHANGELOG.md", "CITATION.cff", "LICENSE", "MANIFEST.in", "README.md", "pyproject.toml", "setup.py"}
+OF_THE_SOURCE = {
+    "CHANGELOG.md",
+    "CITATION.cff",
+    "LICENSE",
+    "MANIFEST.in",
+    "README.md",
+    "pyproject.toml",
+    "setup.py",
+}
 BY_SETUPTOOLS = {"PKG-INFO", "setup.cfg"}
 NEEDED = {
     "tendon_cli/py.typed",
@@ -25,13 +33,25 @@ NEEDED = {
 
 def of_the_package():
     """Every file of the package in the working tree that is neither compiled nor a cache."""
-    files = (file for file in (ROOT / "tendon_cli").rglob("*") if file.is_file() and "__pycache__" not in file.parts)
-    return {file.relative_to(ROOT).as_posix() for file in files if file.suffix not in (".so", ".pyd", ".pyc")}
+    files = (
+        file
+        for file in (ROOT / "tendon_cli").rglob("*")
+        if file.is_file() and "__pycache__" not in file.parts
+    )
+    return {
+        file.relative_to(ROOT).as_posix()
+        for file in files
+        if file.suffix not in (".so", ".pyd", ".pyc")
+    }
 
 
 def of_the_configs():
     """Every file of the studies and readings that the documentation uses."""
-    return {file.relative_to(ROOT).as_posix() for file in (ROOT / "configs").rglob("*") if file.is_file()}
+    return {
+        file.relative_to(ROOT).as_posix()
+        for file in (ROOT / "configs").rglob("*")
+        if file.is_file()
+    }
 
 
 def of_a_wheel():
@@ -80,11 +100,21 @@ def image_of(source):
 def faults_of_wheel(path):
     """What a wheel lacks and what it has too much, one line each."""
     with zipfile.ZipFile(path) as wheel:
-        found = {name for name in wheel.namelist() if ".dist-info/" not in name and not name.endswith("/")}
+        found = {
+            name
+            for name in wheel.namelist()
+            if ".dist-info/" not in name and not name.endswith("/")
+        }
     compiled = {name for name in found if name.startswith("tendon_cli/kernel/_native.")}
     faults = [] if len(compiled) == 1 else ["has no compiled kernel"]
-    faults += [] if "-cp311-abi3-" in path.name else ["is not tagged for every Python from 3.11 on (cp311-abi3)"]
-    faults += ["is tagged for this machine's Linux only (no manylinux)"] if "-linux_" in path.name else []
+    faults += (
+        []
+        if "-cp311-abi3-" in path.name
+        else ["is not tagged for every Python from 3.11 on (cp311-abi3)"]
+    )
+    faults += (
+        ["is tagged for this machine's Linux only (no manylinux)"] if "-linux_" in path.name else []
+    )
     return faults + _difference(of_a_wheel() | NEEDED, found - compiled)
 
 
@@ -97,16 +127,24 @@ def faults_of_sdist(path):
 
 
 def _difference(expected, found):
-    return [f"lacks {name}" for name in sorted(expected - found)] + [f"has {name}" for name in sorted(found - expected)]
+    return [f"lacks {name}" for name in sorted(expected - found)] + [
+        f"has {name}" for name in sorted(found - expected)
+    ]
 
 
 def main(folder):
     """Check the one wheel and the one source distribution of a folder; the exit code."""
     wheels, sdists = sorted(folder.glob("*.whl")), sorted(folder.glob("*.tar.gz"))
-    faults = [] if len(wheels) == len(sdists) == 1 else [f"{folder} holds no single wheel and source distribution"]
+    faults = (
+        []
+        if len(wheels) == len(sdists) == 1
+        else [f"{folder} holds no single wheel and source distribution"]
+    )
     faults += [f"{path.name} {fault}" for path in wheels for fault in faults_of_wheel(path)]
     faults += [f"{path.name} {fault}" for path in sdists for fault in faults_of_sdist(path)]
-    sys.stdout.write("\n".join(faults or [f"{path.name} is whole" for path in (*wheels, *sdists)]) + "\n")
+    sys.stdout.write(
+        "\n".join(faults or [f"{path.name} is whole" for path in (*wheels, *sdists)]) + "\n"
+    )
     return bool(faults)
 
 

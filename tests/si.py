@@ -7,7 +7,9 @@ def with_units(content, key=""):
     """The same content, each bare angle with its unit; keys may be dotted."""
     if isinstance(content, dict):
         return {
-            name: with_units(value, key if name in ("from", "to", "mean", "std") else name.rpartition(".")[2])
+            name: with_units(
+                value, key if name in ("from", "to", "mean", "std") else name.rpartition(".")[2]
+            )
             for name, value in content.items()
         }
     if isinstance(content, (list, tuple)):

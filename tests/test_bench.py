@@ -45,7 +45,9 @@ DESIGNS = studies.designs_study(5, 3, 4, 3).replace('"20 N"', '"0 N"')
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
-@pytest.mark.parametrize("study", [DESIGNS, studies.windows_study(3, 4, 3)], ids=["designs", "windows"])
+@pytest.mark.parametrize(
+    "study", [DESIGNS, studies.windows_study(3, 4, 3)], ids=["designs", "windows"]
+)
 @pytest.mark.parametrize(("lowest", "highest"), [("-15 deg", "90 deg"), ("-110 deg", "60 deg")])
 def test_the_loop_in_c_computes_the_designs_table(new_sweep, tmp_path, study, lowest, highest):
     """On both sides of the hanging arm, so that either tendon goes slack; and where states have no equilibrium."""
@@ -53,7 +55,9 @@ def test_the_loop_in_c_computes_the_designs_table(new_sweep, tmp_path, study, lo
     ours = new_sweep(study, tmp_path).designs
     loop = fused.Fused(Plan(load_study(tmp_path / "study.toml")), tmp_path)
     loop.run(2)
-    assert [name for name in (*OF_DESIGNS, "taut") if name not in fused.LEFT_OUT] == list(fused.RESULTS)
+    assert [name for name in (*OF_DESIGNS, "taut") if name not in fused.LEFT_OUT] == list(
+        fused.RESULTS
+    )
     assert ours["slack_fraction"].max() > 0
     assert ours["pretension_from"].isna().all() == (lowest == "-110 deg")
     for name, column in loop.columns().items():
@@ -67,7 +71,9 @@ def test_the_loop_in_c_refuses_other_axes(configs, tmp_path):
 
 def test_the_kernel_is_measured_over_all_parts(tmp_path, small_parts):
     small_parts(2000, 7)
-    plan = Plan(load_study(studies.written(studies.designs_study(3, 2, 2, 2), tmp_path / "study.toml")))
+    plan = Plan(
+        load_study(studies.written(studies.designs_study(3, 2, 2, 2), tmp_path / "study.toml"))
+    )
     seen = []
 
     class Seen(kernel.Sweep):
@@ -80,15 +86,22 @@ def test_the_kernel_is_measured_over_all_parts(tmp_path, small_parts):
 
 
 @pytest.mark.parametrize("table", ["states", "designs"])
-def test_a_bare_write_has_the_rows_and_the_encoding_of_a_run(both_tables, tmp_path, monkeypatch, table):
+def test_a_bare_write_has_the_rows_and_the_encoding_of_a_run(
+    both_tables, tmp_path, monkeypatch, table
+):
     monkeypatch.setattr(rivals, "TABLES", (table,))
     ready = rivals.Ready(both_tables.folder, tmp_path / "bare", 2)
     assert ready.write().seconds > 0
     files = sorted(tmp_path.glob("bare-*.parquet"))
     [original] = rivals.table_files(both_tables.folder, table)
-    assert sum(pq.read_metadata(file).num_rows for file in files) == pq.read_metadata(original).num_rows
+    assert (
+        sum(pq.read_metadata(file).num_rows for file in files)
+        == pq.read_metadata(original).num_rows
+    )
     ours, theirs = (pq.read_metadata(file).row_group(0) for file in (original, files[0]))
-    for one, other in ((ours.column(index), theirs.column(index)) for index in range(ours.num_columns)):
+    for one, other in (
+        (ours.column(index), theirs.column(index)) for index in range(ours.num_columns)
+    ):
         for name in ("encodings", "compression", "is_stats_set"):
             assert getattr(one, name) == getattr(other, name)
     ready.flush()
@@ -110,7 +123,9 @@ def test_memory_and_processor_time_are_those_of_the_process():
     works = "import time; held = b'x' * 60_000_000; time.sleep(0.3)\nwhile time.process_time() < 0.3: pass"
     asks = f"import sys; from benchmarks.measure import run; c = run([sys.executable, '-c', {works!r}])"
     asks += "; print(c.memory, c.processor, c.seconds)"
-    done = subprocess.run([sys.executable, "-c", asks], capture_output=True, text=True, check=True, cwd=measure.ROOT)
+    done = subprocess.run(
+        [sys.executable, "-c", asks], capture_output=True, text=True, check=True, cwd=measure.ROOT
+    )
     memory, processor, seconds = map(float, done.stdout.split())
     assert (60e6 < memory < 90e6, processor > 0.3, seconds > 0.3) == (True, True, True)
 
@@ -125,14 +140,22 @@ def times(*runs):
 
 
 def test_the_ratio_of_pairs_is_their_median():
-    ours, theirs = times((2.0, 1.0), (30.0, 8.0), (4.0, 1.0)), times((1.0, 1.0), (10.0, 1.0), (1.0, 1.0))
+    ours, theirs = (
+        times((2.0, 1.0), (30.0, 8.0), (4.0, 1.0)),
+        times((1.0, 1.0), (10.0, 1.0), (1.0, 1.0)),
+    )
     ratio = report.Ratio.of("name", ours, theirs, 1.25)
     assert (ratio.value, ratio.spread, ratio.processor) == (3.0, (2.0, 4.0), 1.0)
 
 
 @pytest.mark.parametrize(
     ("value", "bound", "met"),
-    [(1.2, "at most", True), (1.3, "at most", False), (1.3, "at least", True), (None, "at most", None)],
+    [
+        (1.2, "at most", True),
+        (1.3, "at most", False),
+        (1.3, "at least", True),
+        (None, "at most", None),
+    ],
 )
 def test_a_target_is_met_or_not(value, bound, met):
     ratio = report.Ratio("name", value, 1.25, bound)

@@ -38,7 +38,11 @@ def test_every_command_is_in_the_readme(command):
 
 def test_the_page_for_contributors_names_modules_and_functions_that_there_are():
     text = (ROOT / "CONTRIBUTING.md").read_text()
-    sources = {path.as_posix(): path.read_text() for ending in ("py", "h") for path in PACKAGE.rglob(f"*.{ending}")}
+    sources = {
+        path.as_posix(): path.read_text()
+        for ending in ("py", "h")
+        for path in PACKAGE.rglob(f"*.{ending}")
+    }
 
     def code_of(name):
         return [code for path, code in sources.items() if path.endswith(f"/{name}")]
@@ -49,7 +53,9 @@ def test_the_page_for_contributors_names_modules_and_functions_that_there_are():
     pairs += [(name, file) for file, name in re.findall(r"`([\w/]+\.py)` `(\w+)`", text)]
     assert len(pairs) >= 8
     for name, file in pairs:
-        assert any(re.search(rf"^ *(def|class) {name}\b", code, re.MULTILINE) for code in code_of(file)), (name, file)
+        assert any(
+            re.search(rf"^ *(def|class) {name}\b", code, re.MULTILINE) for code in code_of(file)
+        ), (name, file)
 
 
 @pytest.mark.parametrize("page", ["README.md", *PAGES])
@@ -58,8 +64,15 @@ def test_every_study_that_is_shown_is_one(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = README if page == "README.md" else PAGES[page]
     for key, name in re.findall(r'^(torque|excursion) = "(\w+\.csv)"', text, re.MULTILINE):
-        columns = "angle (deg),torque (N m)" if key == "torque" else "angle (deg),flexor (mm),extensor (mm)"
-        rows = [",".join([str(angle)] + [str(angle / 3)] * columns.count(",")) for angle in range(-90, 181, 30)]
+        columns = (
+            "angle (deg),torque (N m)"
+            if key == "torque"
+            else "angle (deg),flexor (mm),extensor (mm)"
+        )
+        rows = [
+            ",".join([str(angle)] + [str(angle / 3)] * columns.count(","))
+            for angle in range(-90, 181, 30)
+        ]
         (tmp_path / name).write_text("\n".join([columns, *rows]), encoding="utf-8")
     for block in re.findall(r"```toml\n(.*?)```", text, re.DOTALL):
         if "friction_from" not in block:
@@ -90,11 +103,15 @@ def test_every_table_of_reference_has_its_place():
 @pytest.mark.parametrize("page", ["README.md", *PAGES])
 def test_every_image_is_made_by_what_stands_above_it(page):
     text = README if page == "README.md" else PAGES[page]
-    assert [image for _, _, image in FIGURES.RECIPE.findall(text)] == re.findall(r"!\[[^\]]*\]\((\S+?)\)", text)
+    assert [image for _, _, image in FIGURES.RECIPE.findall(text)] == re.findall(
+        r"!\[[^\]]*\]\((\S+?)\)", text
+    )
 
 
 def test_no_image_is_kept_but_that_of_the_readme():
-    kept = subprocess.run(["git", "ls-files", "docs/images"], cwd=ROOT, check=False, capture_output=True, text=True)
+    kept = subprocess.run(
+        ["git", "ls-files", "docs/images"], cwd=ROOT, check=False, capture_output=True, text=True
+    )
     assert kept.returncode or kept.stdout.split() == ["docs/images/design.png"]
 
 
@@ -116,8 +133,13 @@ def test_a_figure_is_made_the_same_each_time(tmp_path):
 
 def test_the_page_about_python_names_every_function():
     page = PAGES["python.md"]
-    plain = {name for name in tendon_cli.__all__ if name.endswith("Error")} | {"__version__", "arms"}
-    assert [name for name in tendon_cli.__all__ if name not in plain and f"`{name}(" not in page] == []
+    plain = {name for name in tendon_cli.__all__ if name.endswith("Error")} | {
+        "__version__",
+        "arms",
+    }
+    assert [
+        name for name in tendon_cli.__all__ if name not in plain and f"`{name}(" not in page
+    ] == []
     assert [name for name in plain - {"__version__"} if name not in page] == []
 
 
@@ -131,10 +153,17 @@ def test_the_page_of_questions_has_every_message():
     found = script("messages").messages()
     assert len(found) > 250
     said = [re.escape(message).replace(re.escape("..."), ".+") for message, _, _ in found]
-    for known in ('"9" has no unit, expected a length such as "9 mm"', "--resume and --overwrite exclude each other",
-                  "144 may be degrees or radians, expected an angle", "holds an unfinished run"):  # fmt: skip
+    for known in (
+        '"9" has no unit, expected a length such as "9 mm"',
+        "--resume and --overwrite exclude each other",
+        "144 may be degrees or radians, expected an angle",
+        "holds an unfinished run",
+    ):
         assert any(re.match(each, known) for each in said), known
-    sources = [*(message for message, _, _ in found), *(path.read_text() for path in PACKAGE.rglob("*.py"))]
+    sources = [
+        *(message for message, _, _ in found),
+        *(path.read_text() for path in PACKAGE.rglob("*.py")),
+    ]
     plain = [re.sub(r"\W+", " ", source) for source in sources]
     for asked in re.findall(r"^\*\*`([^`]+)`", PAGES["questions.md"], re.MULTILINE):
         words = " ".join(re.sub(r"\W+", " ", asked.replace("...", " ")).split()[-2:])

@@ -23,7 +23,10 @@ CONTENT = {
     "tendon": {"pretension": ["90 N", "150 N"], "flexor": {"length": ["1.8 m", "2 m", "2.1 m"]}},
     "load": {"mass": ["0 kg", "5 kg"]},
     "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 4}},
-    "cases": [{"name": "tall", "arm": {"b1": "160 mm"}}, {"name": "short", "arm": {"b1": "140 mm"}}],
+    "cases": [
+        {"name": "tall", "arm": {"b1": "160 mm"}},
+        {"name": "short", "arm": {"b1": "140 mm"}},
+    ],
 }
 
 
@@ -83,8 +86,19 @@ def test_in_memory_and_in_a_folder_it_is_the_same(study, workplace, monkeypatch,
         pd.testing.assert_frame_equal(run.states, in_memory.states)
     assert in_memory.designs.attrs["units"]["pretension"] == "N"
     assert opened.record == json.loads(Path("run/run.json").read_bytes())
-    counted = ("designs", "states", "feasible", "slack", "unstable", "no_equilibrium", "warnings", "study_hash")
-    assert {key: opened.record[key] for key in counted} == {key: in_memory.record[key] for key in counted}
+    counted = (
+        "designs",
+        "states",
+        "feasible",
+        "slack",
+        "unstable",
+        "no_equilibrium",
+        "warnings",
+        "study_hash",
+    )
+    assert {key: opened.record[key] for key in counted} == {
+        key: in_memory.record[key] for key in counted
+    }
 
 
 def test_a_run_that_stands_is_up_to_date_and_another_study_is_refused(study, workplace):
@@ -153,7 +167,8 @@ def held(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("jobs", "out", "how"), [(1, "run", "signal"), (4, "run", "raised"), (1, None, "raised"), (4, None, "signal")]
+    ("jobs", "out", "how"),
+    [(1, "run", "signal"), (4, "run", "raised"), (1, None, "raised"), (4, None, "signal")],
 )
 def test_an_interrupt_leaves_nothing_broken(study, workplace, monkeypatch, jobs, out, how):
     before = signal.getsignal(signal.SIGINT)
@@ -196,7 +211,9 @@ def test_an_interrupt_within_the_pool_leaves_nothing_at_work(study, workplace, m
     before = signal.signal(signal.SIGINT, interrupt)
     try:
         with pytest.raises(KeyboardInterrupt):
-            tendon.sweep(study, "run", 4, progress=lambda done, _all: timer.start() if done == 3 else None)
+            tendon.sweep(
+                study, "run", 4, progress=lambda done, _all: timer.start() if done == 3 else None
+            )
     finally:
         timer.join()
         signal.signal(signal.SIGINT, before)
@@ -230,7 +247,9 @@ def test_a_dataset_has_the_axes_as_dimensions_and_agrees_value_by_value(content)
         sizes = {name: found.sizes[name] for name in dimensions}
         assert np.prod(list(sizes.values()), dtype=int) == len(frame)
         for column in frame.columns:
-            cell = found[column].expand_dims({n: found[n] for n in dimensions if n not in found[column].dims})
+            cell = found[column].expand_dims(
+                {n: found[n] for n in dimensions if n not in found[column].dims}
+            )
             values = cell.transpose(*dimensions).values.ravel()
             expected = frame[column].to_numpy()
             same = (values == expected) | (pd.isna(values) & pd.isna(expected))

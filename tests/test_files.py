@@ -33,7 +33,9 @@ def not_files(folder):
     listening.bind(str(folder / "socket"))
     (folder / "zero").symlink_to("/dev/zero")
     (folder / "pipe again").symlink_to(folder / "pipe")
-    return listening, {name: folder / name for name in ("pipe", "folder", "socket", "zero", "pipe again")}
+    return listening, {
+        name: folder / name for name in ("pipe", "folder", "socket", "zero", "pipe again")
+    }
 
 
 def test_what_is_no_file_is_refused_at_once_and_left_open_nowhere(tmp_path):

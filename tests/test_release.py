@@ -26,22 +26,35 @@ KIND = "from tendon_cli.kernel import kind; print(kind())"
 
 
 def test_every_file_of_the_package_goes_into_the_wheel():
-    data = {file.relative_to(ROOT).as_posix() for pattern in PATTERNS for file in (ROOT / "tendon_cli").glob(pattern)}
+    data = {
+        file.relative_to(ROOT).as_posix()
+        for pattern in PATTERNS
+        for file in (ROOT / "tendon_cli").glob(pattern)
+    }
     others = {name for name in release.of_the_package() if not name.endswith((".py", ".c", ".h"))}
     assert release.NEEDED <= others <= data
 
 
 def test_the_conda_recipe_asks_for_what_the_package_asks_for():
     recipe = YAML(typ="safe").load((ROOT / "packaging/conda/recipe.yaml").read_text())
-    asked = {name.replace(" ", "").replace("matplotlib-base", "matplotlib") for name in recipe["requirements"]["run"]}
+    asked = {
+        name.replace(" ", "").replace("matplotlib-base", "matplotlib")
+        for name in recipe["requirements"]["run"]
+    }
     assert asked - {"python" + PROJECT["requires-python"]} == set(PROJECT["dependencies"])
     assert recipe["context"]["version"] == __version__
 
 
 def test_the_image_is_built_of_what_a_release_is_built_of():
     """What the Dockerfile copies is what .dockerignore lets through, and is all that the build needs."""
-    dockerfile, ignored = ((ROOT / name).read_text().splitlines() for name in ("Dockerfile", ".dockerignore"))
-    copies = [line.split()[1:-1] for line in dockerfile if line.startswith("COPY ") and "--from" not in line]
+    dockerfile, ignored = (
+        (ROOT / name).read_text().splitlines() for name in ("Dockerfile", ".dockerignore")
+    )
+    copies = [
+        line.split()[1:-1]
+        for line in dockerfile
+        if line.startswith("COPY ") and "--from" not in line
+    ]
     copied = {word for words in copies for word in words}
     assert copied == {line[1:] for line in ignored if line.startswith("!")}
     assert copied == release.OF_THE_SOURCE | {"constraints.txt", "tendon_cli", "configs"}
@@ -79,7 +92,9 @@ def test_what_a_wheel_lacks_or_has_too_much_is_told(tmp_path, names, platform, f
 
 
 def called(*words, **options):
-    return subprocess.run([*map(str, words)], check=False, capture_output=True, text=True, timeout=900, **options)
+    return subprocess.run(
+        [*map(str, words)], check=False, capture_output=True, text=True, timeout=900, **options
+    )
 
 
 def python_of(version):
@@ -95,7 +110,9 @@ def python_of(version):
 def wheel(tmp_path_factory):
     """The wheel that `make release` would build, of a copy of the sources."""
     for name in ("build", "auditwheel") if sys.platform == "linux" else ("build",):
-        pytest.importorskip(name, reason=f"`{name}` is not installed: pip install -c constraints.txt '.[release]'")
+        pytest.importorskip(
+            name, reason=f"`{name}` is not installed: pip install -c constraints.txt '.[release]'"
+        )
     source, out = (tmp_path_factory.mktemp("release") / name for name in ("source", "dist"))
     left_out = shutil.ignore_patterns("*.so", "*.pyd", "__pycache__")
     for name in ("tendon_cli", "configs"):
@@ -115,7 +132,17 @@ def test_the_wheel_installs_and_computes_by_compiled_code(wheel, tmp_path, versi
         pytest.skip(f"there is no Python {version} here")
     assert called(python, "-m", "venv", tmp_path / "venv").returncode == 0
     programs = tmp_path / "venv/bin"
-    words = ("-m", "pip", "install", "--quiet", "--only-binary", ":all:", "-c", ROOT / "constraints.txt", wheel)
+    words = (
+        "-m",
+        "pip",
+        "install",
+        "--quiet",
+        "--only-binary",
+        ":all:",
+        "-c",
+        ROOT / "constraints.txt",
+        wheel,
+    )
     installed = called(programs / "python", *words)
     assert installed.returncode == 0, installed.stderr
     (tmp_path / "study.toml").write_text(STUDY, encoding="utf-8")

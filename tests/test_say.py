@@ -22,7 +22,9 @@ def read(text):
 
 @given(finite, st.integers(1, 9))
 def test_a_number_reads_back_to_its_significant_digits(value, digits):
-    assert read(say.number(value, digits)) == pytest.approx(value, rel=0.51 * 10 ** (1 - digits), abs=1e-300)
+    assert read(say.number(value, digits)) == pytest.approx(
+        value, rel=0.51 * 10 ** (1 - digits), abs=1e-300
+    )
 
 
 @given(finite, st.integers(1, 9))
@@ -33,9 +35,20 @@ def test_a_direction_of_rounding_is_kept(value, digits):
 
 @pytest.mark.parametrize(
     ("value", "digits", "text"),
-    [(1234567, 4, "1,235,000"), (12500, 4, "12,500"), (1000, 4, "1,000"), (0.07, 4, "0.07"), (1e-9, 4, "1e-09"),
-     (99.996, 4, "100"), (0.0, 4, "0"), (-0.0, 3, "0"), (65.825, 3, "65.8"), (math.inf, 3, "any"), (math.nan, 3, "-")],
-)  # fmt: skip
+    [
+        (1234567, 4, "1,235,000"),
+        (12500, 4, "12,500"),
+        (1000, 4, "1,000"),
+        (0.07, 4, "0.07"),
+        (1e-9, 4, "1e-09"),
+        (99.996, 4, "100"),
+        (0.0, 4, "0"),
+        (-0.0, 3, "0"),
+        (65.825, 3, "65.8"),
+        (math.inf, 3, "any"),
+        (math.nan, 3, "-"),
+    ],
+)
 def test_numbers_are_written_as_people_write_them(value, digits, text):
     assert say.number(value, digits) == text
 
@@ -82,10 +95,15 @@ def test_every_limit_has_words_and_none_is_its_key(limit):
 
 def test_two_limits_that_exclude_each_other_are_a_sentence():
     pair = ("extensor slack", "min_elbow_stiffness")
-    assert say.conflict(pair, {}) == "the pretension that prevents slack already makes the elbow unstable"
+    assert (
+        say.conflict(pair, {})
+        == "the pretension that prevents slack already makes the elbow unstable"
+    )
     assert say.conflict_label(pair, {}) == "slack and stability exclude each other"
     bounds = {"max_tension": 300.0}
-    assert say.conflict(("extensor slack", "max_tension"), bounds).endswith("loads a tendon with more than 300 N")
+    assert say.conflict(("extensor slack", "max_tension"), bounds).endswith(
+        "loads a tendon with more than 300 N"
+    )
     assert say.conflict_label(("max_tension",), bounds) == "tension too high"
 
 
@@ -110,6 +128,11 @@ def test_columns_are_words():
 )
 def test_texts_name_the_joint_of_the_study(text, shown):
     study = tendon.study({"joint": {"name": "ankle"}})
-    assert say.of_joint(text, study) == say.of_joint(text, study.record) == say.of_joint(text, "ankle") == shown
+    assert (
+        say.of_joint(text, study)
+        == say.of_joint(text, study.record)
+        == say.of_joint(text, "ankle")
+        == shown
+    )
     assert say.of_joint(text, tendon.study({})) == text
     assert say.of_joint("an elbow", "wrist") == "a wrist"

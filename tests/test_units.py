@@ -57,7 +57,8 @@ def test_a_unit_is_worth_its_definition_exactly(symbol, factor):
 @pytest.mark.parametrize(("symbol", "turns"), TURNS.items())
 def test_angles_are_shares_of_a_turn_to_fifty_digits(symbol, turns):
     assert abs(
-        UNITS[symbol].factor / (2 * turns) - Fraction("3.14159265358979323846264338327950288419716939937511")
+        UNITS[symbol].factor / (2 * turns)
+        - Fraction("3.14159265358979323846264338327950288419716939937511")
     ) < (Fraction(1, 10**48))
 
 
@@ -127,7 +128,9 @@ def test_everything_else_is_refused(text):
         assert len(said) < 300
 
 
-@pytest.mark.parametrize(("text", "si"), [("0.07", 0.07), ("7 %", 0.07), ("7%", 0.07), ("1", 1.0), ("-2e-3", -0.002)])
+@pytest.mark.parametrize(
+    ("text", "si"), [("0.07", 0.07), ("7 %", 0.07), ("7%", 0.07), ("1", 1.0), ("-2e-3", -0.002)]
+)
 def test_a_plain_number_needs_no_unit(text, si):
     assert parse_measure(text, "number").si == si
 
@@ -141,7 +144,11 @@ SYMBOLS = st.sampled_from([unit for unit in UNITS.values() if unit.symbol != "1"
 def again(measure):
     """A measure read back from what it says of itself."""
     said, dimension = measure.document(), measure.unit.dimension
-    return parse_measure(said, dimension) if isinstance(said, str) else measure_of_number(said, dimension)
+    return (
+        parse_measure(said, dimension)
+        if isinstance(said, str)
+        else measure_of_number(said, dimension)
+    )
 
 
 @given(SAFE)
@@ -186,7 +193,11 @@ def test_a_number_is_said_in_one_way_only(dimension, texts, said):
     assert {parse_measure(text, dimension).document() for text in texts} == {said}
 
 
-@given(st.decimals(allow_nan=False, allow_infinity=False, min_value=-(10**9), max_value=10**9, places=12))
+@given(
+    st.decimals(
+        allow_nan=False, allow_infinity=False, min_value=-(10**9), max_value=10**9, places=12
+    )
+)
 def test_a_decimal_in_si_is_rounded_as_python_rounds_it(value):
     assert parse_measure(f"{value:f} m", "length").si == float(value)
 

@@ -21,13 +21,19 @@ BEGIN, END = f"<!-- written by `{COMMAND}` -->", "<!-- end of what is written --
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Compare, print, write; the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m verification.against_mujoco", description="tendon against MuJoCo")
-    parser.add_argument("--write", type=Path, metavar="PAGE", help="also put the table into this page")
+    parser = argparse.ArgumentParser(
+        prog="python -m verification.against_mujoco", description="tendon against MuJoCo"
+    )
+    parser.add_argument(
+        "--write", type=Path, metavar="PAGE", help="also put the table into this page"
+    )
     options = parser.parse_args(arguments)
     try:
         import mujoco
     except (ImportError, OSError) as reason:
-        sys.stdout.write(f"skipped, nothing was compared: MuJoCo cannot be loaded here ({reason})\n")
+        sys.stdout.write(
+            f"skipped, nothing was compared: MuJoCo cannot be loaded here ({reason})\n"
+        )
         return 0
     report, holds = _compare(mujoco.__version__)
     sys.stdout.write(f"{report}\n")
@@ -48,7 +54,9 @@ def _compare(engine_version: str) -> tuple[str, bool]:
     fitted = friction.fits()
     off = sum(not row.holds for row in fitted)
     verdict = (
-        "All hold." if not missed and not differing else f"MISSED: {missed} quantities, {differing} states of slack."
+        "All hold."
+        if not missed and not differing
+        else f"MISSED: {missed} quantities, {differing} states of slack."
     )
     report = (
         f"tendon {__version__} against MuJoCo {engine_version}, {CASES} random arms and designs (seed {SEED}):"
@@ -65,7 +73,9 @@ def _put(page: Path, report: str) -> None:
     before, begin, rest = page.read_text(encoding="utf-8").partition(BEGIN)
     _, end, after = rest.partition(END)
     if not begin or not end:
-        raise SystemExit(f"{page}: expected the lines {BEGIN} and {END}, and the table goes between them")
+        raise SystemExit(
+            f"{page}: expected the lines {BEGIN} and {END}, and the table goes between them"
+        )
     page.write_text(f"{before}{begin}\n\n{report}\n\n{end}{after}", encoding="utf-8")
 
 

@@ -94,7 +94,8 @@ def _mjcf(friction: float) -> str:
         spring_length=_FREE,
         last=last,
         links="\n    ".join(
-            f'<spatial name="link {i}"><site site="{i}"/><site site="{i + 1}"/></spatial>' for i in range(last)
+            f'<spatial name="link {i}"><site site="{i}"/><site site="{i + 1}"/></spatial>'
+            for i in range(last)
         ),
         holds="".join(f'<tendon tendon1="link {i}"/>' for i in range(last)),
     )

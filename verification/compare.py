@@ -99,26 +99,53 @@ def disagreements(engine: list[Answer], tool: ToolAnswers) -> int:
     flexor, extensor = engine_slack(engine)
     our_flexor, our_extensor = side_is_slack(tool.status)
     unknown = np.isnan(tool.values["spool_angle"])
-    return int(((flexor != our_flexor) | (extensor != our_extensor) | (unknown != (flexor & extensor))).sum())
+    return int(
+        (
+            (flexor != our_flexor) | (extensor != our_extensor) | (unknown != (flexor & extensor))
+        ).sum()
+    )
 
 
 def table(rows: list[Difference]) -> str:
     """The differences as a Markdown table that also reads well in a terminal."""
-    head = ("quantity", "unit", "states", "largest value", "largest difference", "relative", "tolerance", "verdict")
+    head = (
+        "quantity",
+        "unit",
+        "states",
+        "largest value",
+        "largest difference",
+        "relative",
+        "tolerance",
+        "verdict",
+    )
     cells = [head, *(_cells(row) for row in rows)]
     widths = [max(len(line[column]) for line in cells) for column in range(len(head))]
-    lines = ["| " + " | ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)) + " |"
-             for line in cells]  # fmt: skip
-    return "\n".join([lines[0], "|" + "|".join("-" * (width + 2) for width in widths) + "|", *lines[1:]])
+    lines = [
+        "| "
+        + " | ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True))
+        + " |"
+        for line in cells
+    ]
+    return "\n".join(
+        [lines[0], "|" + "|".join("-" * (width + 2) for width in widths) + "|", *lines[1:]]
+    )
 
 
 def _cells(row: Difference) -> tuple[str, ...]:
     name = _LONG_NAMES.get(row.quantity.name, row.quantity.name.replace("_", " "))
     numbers = f"{row.largest:.3g}", f"{row.absolute:.0e}", f"{row.relative:.0e}", f"{TOLERANCE:.0e}"
-    return name, row.quantity.unit, str(row.states), *numbers, "holds" if row.holds else f"MISSED, case {row.worst}"
+    return (
+        name,
+        row.quantity.unit,
+        str(row.states),
+        *numbers,
+        "holds" if row.holds else f"MISSED, case {row.worst}",
+    )
 
 
 def counts(tool: ToolAnswers) -> str:
     """How many states there are of each status."""
     number = np.bincount(tool.status, minlength=len(statics.STATUS_NAMES))
-    return ", ".join(f"{count} {name}" for count, name in zip(number, statics.STATUS_NAMES, strict=True) if count)
+    return ", ".join(
+        f"{count} {name}" for count, name in zip(number, statics.STATUS_NAMES, strict=True) if count
+    )

@@ -55,7 +55,12 @@ def from_mujoco(model: Any, joint: str, flexor: str, extensor: str, angles: Arra
 def as_csv(angles: Array, shortens: Array, lengthens: Array) -> str:
     """The file that `[joint] excursion` takes."""
     rows = zip(angles.tolist(), shortens.tolist(), lengthens.tolist(), strict=True)
-    return "\n".join(["angle (rad),flexor (m),extensor (m)", *(",".join(map(repr, row)) for row in rows)]) + "\n"
+    return (
+        "\n".join(
+            ["angle (rad),flexor (m),extensor (m)", *(",".join(map(repr, row)) for row in rows)]
+        )
+        + "\n"
+    )
 
 
 # --- Against MuJoCo --------------------------------------------------------------------------------------------------
@@ -128,7 +133,9 @@ def _compare() -> int:
     try:
         import mujoco
     except (ImportError, OSError) as reason:
-        sys.stdout.write(f"skipped, nothing was compared: MuJoCo cannot be loaded here ({reason})\n")
+        sys.stdout.write(
+            f"skipped, nothing was compared: MuJoCo cannot be loaded here ({reason})\n"
+        )
         return 0
     rng = np.random.default_rng(_SEED)
     arms, left, wraps = np.array([_difference(_drawn(rng)) for _ in range(_JOINTS)]).T
@@ -147,4 +154,6 @@ if __name__ == "__main__":
     if len(sys.argv) == 1:
         sys.exit(_compare())
     source, *columns, target = sys.argv[1:]
-    Path(target).write_text(from_opensim(Path(source).read_text(encoding="utf-8"), *columns), encoding="utf-8")
+    Path(target).write_text(
+        from_opensim(Path(source).read_text(encoding="utf-8"), *columns), encoding="utf-8"
+    )

@@ -48,7 +48,12 @@ def fits() -> list[RopeFit]:
 def _fit(friction: float, file: Path) -> RopeFit:
     time, motor, load = capstan.readings(friction)
     np.savetxt(
-        file, np.column_stack([time, motor, load]), "%.3f", ",", header="time_s,force_motor_N,force_load_N", comments=""
+        file,
+        np.column_stack([time, motor, load]),
+        "%.3f",
+        ",",
+        header="time_s,force_motor_N,force_load_N",
+        comments="",
     )
     fit = tendon.fit_friction(file, bend_angle=float(capstan.TURN))
     return RopeFit(

@@ -99,12 +99,23 @@ def mjcf(case: Case) -> str:
     """The model; every number is written so that it reads back exactly."""
     side = np.array([-np.cos(_MIDDLE_OF_WRAP), -np.sin(_MIDDLE_OF_WRAP)]) * 2.0 * case.elbow_radius
     flexor, extensor = case.flexor, case.extensor
-    numbers = {name: float(getattr(case, name)) for name in (
-        "a1", "b1", "a2", "elbow_radius", "upper_arm_angle", "forearm_mass", "flexor_radius")}  # fmt: skip
+    numbers = {
+        name: float(getattr(case, name))
+        for name in (
+            "a1",
+            "b1",
+            "a2",
+            "elbow_radius",
+            "upper_arm_angle",
+            "forearm_mass",
+            "flexor_radius",
+        )
+    }
     numbers |= {
         "minus_b2": -case.b2,
         "com_z": -case.forearm_com,
-        "behind": -case.elbow_radius / 2.0,  # closer than the pulley's rim, so that the tendon always wraps it
+        "behind": -case.elbow_radius
+        / 2.0,  # closer than the pulley's rim, so that the tendon always wraps it
         "side_x": side[0],
         "side_z": side[1],
         "minus_extensor_radius": -case.ratio * case.flexor_radius,
@@ -114,5 +125,9 @@ def mjcf(case: Case) -> str:
         "extensor_tendon": extensor.tendon_stiffness,
     }
     numbers = {name: float(value) for name, value in numbers.items()}
-    load = _LOAD.format(-float(case.load_distance), float(case.load_mass)) if case.load_mass > 0.0 else ""
+    load = (
+        _LOAD.format(-float(case.load_distance), float(case.load_mass))
+        if case.load_mass > 0.0
+        else ""
+    )
     return _MJCF.format(**numbers, load=load)

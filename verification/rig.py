@@ -20,7 +20,9 @@ from verification.mjcf import ELBOW, EXTENSOR, FLEXOR, SPOOL, Chain, mjcf
 
 Array = npt.NDArray[np.float64]
 
-_FURTHEST_WINDING = 6.0  # m of tendon that the root search may wind; the junctions may go twice as far
+_FURTHEST_WINDING = (
+    6.0  # m of tendon that the root search may wind; the junctions may go twice as far
+)
 _HARDLY = 1e-6  # N; a tendon with less is slack
 _ELBOW_STEP = 1e-4  # rad, for the stiffness
 
@@ -61,9 +63,13 @@ class Rig:
         elbow = self._case.elbow_angle
         spool = self._resting_spool(elbow, 0.0)
         self._settle(elbow, spool)
-        if max(self._tension(FLEXOR), self._tension(EXTENSOR)) < _HARDLY:  # anywhere between two ends
+        if (
+            max(self._tension(FLEXOR), self._tension(EXTENSOR)) < _HARDLY
+        ):  # anywhere between two ends
             spool = (self._resting_spool(elbow, 1e-3) + self._resting_spool(elbow, -1e-3)) / 2.0
-        ahead, behind = (self._settle(elbow + step, spool)[ELBOW] for step in (_ELBOW_STEP, -_ELBOW_STEP))
+        ahead, behind = (
+            self._settle(elbow + step, spool)[ELBOW] for step in (_ELBOW_STEP, -_ELBOW_STEP)
+        )
         holding = self._settle(elbow, spool)
         length = self._data.ten_length.copy()
         flexor_slack, extensor_slack = self._slack(FLEXOR), self._slack(EXTENSOR)
@@ -114,7 +120,9 @@ class Rig:
         """What holds the joints where elbow and spool are held and both junctions have come to rest."""
         reach = 2.0 * _FURTHEST_WINDING
         flexor = _root(lambda end: self._holding(elbow, spool, end, 0.0)[FLEXOR.junction], reach)
-        extensor = _root(lambda end: self._holding(elbow, spool, 0.0, end)[EXTENSOR.junction], reach)
+        extensor = _root(
+            lambda end: self._holding(elbow, spool, 0.0, end)[EXTENSOR.junction], reach
+        )
         return self._holding(elbow, spool, flexor, extensor)
 
     def _resting_spool(self, elbow: float, pull: float) -> float:

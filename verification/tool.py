@@ -71,7 +71,9 @@ def _columns(rows: list[Case] | list[Line], *names: str) -> dict[str, Any]:
     return {name: np.array([getattr(row, name) for row in rows]) for name in names}
 
 
-def side_is_slack(status: npt.NDArray[np.int8]) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+def side_is_slack(
+    status: npt.NDArray[np.int8],
+) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
     """Whether flexor and extensor are slack."""
     both = status == statics.BOTH_SLACK
     return (status == statics.FLEXOR_SLACK) | both, (status == statics.EXTENSOR_SLACK) | both

@@ -57,7 +57,9 @@ class Named:
             if after != before and before:
                 named.gains[goal.column] = (after - before) / abs(before)
         if len(named.goals) > 1 and len(feasible):
-            named.front = named.numbered(_front(problem, named.goals, feasible, [*named.best.values()]))
+            named.front = named.numbered(
+                _front(problem, named.goals, feasible, [*named.best.values()])
+            )
             scores = named.front.scores(named.goals)
             named.best = {"": named.front.taken([candidates.compromise(scores)])}
             named.given_up = float(candidates.losses(scores).max(axis=1).min())
@@ -81,11 +83,18 @@ class Named:
         """Choices as rows of the table, with their numbers there."""
         is_refined = choices.row >= len(self.problem.choices)
         on_front = np.full(len(choices), self.front is not None or len(self.goals) == 1)
-        rows = as_records(choice_columns(self.problem), choice_rows(self.problem, choices, is_refined, on_front))
-        return [{"choice": number, **row} for number, row in zip(choices.row.tolist(), rows, strict=True)]
+        rows = as_records(
+            choice_columns(self.problem), choice_rows(self.problem, choices, is_refined, on_front)
+        )
+        return [
+            {"choice": number, **row}
+            for number, row in zip(choices.row.tolist(), rows, strict=True)
+        ]
 
 
-def _front(problem: Problem, goals: tuple[Goal, ...], feasible: Solutions, bests: list[Solutions]) -> Solutions:
+def _front(
+    problem: Problem, goals: tuple[Goal, ...], feasible: Solutions, bests: list[Solutions]
+) -> Solutions:
     """The front, each of its choices made better between the points of the grid if that is possible."""
 
     def ordered(some: Solutions) -> Solutions:
@@ -94,19 +103,27 @@ def _front(problem: Problem, goals: tuple[Goal, ...], feasible: Solutions, bests
 
     on_front = ordered(feasible)
     if len(on_front) > _REFINED_ON_FRONT and any(axis.is_range for axis in problem.choices.axes):
-        on_front = on_front.taken(np.linspace(0, len(on_front) - 1, _REFINED_ON_FRONT).round().astype(np.int64))
+        on_front = on_front.taken(
+            np.linspace(0, len(on_front) - 1, _REFINED_ON_FRONT).round().astype(np.int64)
+        )
     ones = [on_front.taken([at]) for at in range(len(on_front))]
-    return ordered(Solutions.joined([candidates.refined(problem, goals, one) or one for one in ones] + bests))
+    return ordered(
+        Solutions.joined([candidates.refined(problem, goals, one) or one for one in ones] + bests)
+    )
 
 
-def findings(problem: Problem, notes: Sequence[Note]) -> tuple[dict[str, Any], Solutions, dict[str, Any]]:
+def findings(
+    problem: Problem, notes: Sequence[Note]
+) -> tuple[dict[str, Any], Solutions, dict[str, Any]]:
     """The record of an answer, from the notes of all parts; the choice named first, or that serves most; its row.
 
     Choices that may matter are solved again, whoever solved them before. One that seems to have a window may lose it by
     the proof: then all begins anew with what that says.
     """
     asked = rows_to_prove(problem)
-    kept = of_rows(problem, np.unique([*(row for note in notes for row in note["rows"]), *asked.tolist()]))
+    kept = of_rows(
+        problem, np.unique([*(row for note in notes for row in note["rows"]), *asked.tolist()])
+    )
     counts, feasible = Counter[Pair](), sum(note["feasible"] for note in notes)
     for note in notes:
         counts.update({tuple(names): count for names, count in note["conflicts"]})
@@ -115,7 +132,11 @@ def findings(problem: Problem, notes: Sequence[Note]) -> tuple[dict[str, Any], S
         named.prove(proofs)
         proved = proofs.of(kept.taken(np.isin(kept.row, asked))) if len(asked) else None
         seemed = kept.row[kept["feasible"]]
-        lost = [one for one, *_ in proofs.done.values() if not one["feasible"].item() and one.row.item() in seemed]
+        lost = [
+            one
+            for one, *_ in proofs.done.values()
+            if not one["feasible"].item() and one.row.item() in seemed
+        ]
         if not lost:
             break
         others = ~np.isin(kept.row, [one.row.item() for one in lost])
@@ -123,8 +144,14 @@ def findings(problem: Problem, notes: Sequence[Note]) -> tuple[dict[str, Any], S
     chosen, between, ends = next(iter(named.best.values()), None), None, None
     if chosen is not None:
         _, certificate, ends = next(iter(proofs.done.values()))
-        each = [{"choice": one.row.item(), **asdict(known)} for one, known, _ in proofs.done.values()]
-        of_all = {"method": METHOD, "scope": scope(problem), "curves": curves_of(problem, chosen, ends)}
+        each = [
+            {"choice": one.row.item(), **asdict(known)} for one, known, _ in proofs.done.values()
+        ]
+        of_all = {
+            "method": METHOD,
+            "scope": scope(problem),
+            "curves": curves_of(problem, chosen, ends),
+        }
         between = {**asdict(certificate), "choices": each, **of_all}
     record = {
         "choices": sum(note["choices"] for note in notes),
@@ -144,7 +171,9 @@ def findings(problem: Problem, notes: Sequence[Note]) -> tuple[dict[str, Any], S
 # --- The record ------------------------------------------------------------------------------------------------------
 
 
-def _of_named(problem: Problem, named: Named, chosen: Solutions | None, ends: Ends | None) -> dict[str, Any]:
+def _of_named(
+    problem: Problem, named: Named, chosen: Solutions | None, ends: Ends | None
+) -> dict[str, Any]:
     """What is best, and what that is on the bench. SI values, null for what is not a number."""
     best = {column: named.records(one)[0] for column, one in named.best.items()}
     return {
@@ -184,7 +213,9 @@ def _of_none(
         some = sampled(problem, closest := candidates.nearest(kept))
         if len(some.weighting) < len(problem.weighting):
             of_all = f"{len(some.weighting):,} of the {len(problem.weighting):,} {problem.counted}"
-            notes.append(f"what would help is worked out for {of_all}: those that bind, and others at random")
+            notes.append(
+                f"what would help is worked out for {of_all}: those that bind, and others at random"
+            )
         record["fixes"] = fixes(some, closest)
         record["would_take"] = relaxations(problem, {limit for pair in counts for limit in pair})
     return record
@@ -200,9 +231,11 @@ def _conflicts(named: Named, kept: Solutions, counts: Counter[Pair]) -> Iterator
         closest = candidates.nearest(kept.taken(of_pairs[pair]))
         gap = closest.one("pretension_from") - closest.one("pretension_to")
         yield {
-            "limits": list(pair), "choices": count, "gap": gap if math.isfinite(gap) else None,
+            "limits": list(pair),
+            "choices": count,
+            "gap": gap if math.isfinite(gap) else None,
             "nearest": named.records(closest)[0],
-        }  # fmt: skip
+        }
 
 
 def named_rows(record: Mapping[str, Any]) -> tuple[dict[int, dict[str, Any]], list[dict[str, Any]]]:
@@ -210,7 +243,11 @@ def named_rows(record: Mapping[str, Any]) -> tuple[dict[int, dict[str, Any]], li
 
     The latter stand in the table after all others, in the order that is given.
     """
-    rows = [*record["proved"], *([record["best"]] if record["best"] else []), *record["best_by"].values()]
+    rows = [
+        *record["proved"],
+        *([record["best"]] if record["best"] else []),
+        *record["best_by"].values(),
+    ]
     named = {row["choice"]: row for row in (*rows, *record["front"])}
     of_grid = {choice: row for choice, row in sorted(named.items()) if choice < record["choices"]}
     return of_grid, [named[choice] for choice in sorted(named) if choice >= record["choices"]]

@@ -15,7 +15,17 @@ from tendon_cli.model import between
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import F0, READINGS, Design
 from tendon_cli.model.kinematics import Array
-from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, PRETENSION, READ, Axis, Numbers, Rows, over, split_side
+from tendon_cli.space.axis import (
+    DRAW_AXIS,
+    PERSON_AXIS,
+    PRETENSION,
+    READ,
+    Axis,
+    Numbers,
+    Rows,
+    over,
+    split_side,
+)
 from tendon_cli.space.space import Space
 from tendon_cli.studies.study import Study
 
@@ -23,11 +33,18 @@ Flags = npt.NDArray[np.bool_]
 Columns = dict[str, npt.NDArray[Any]]
 
 LINEAR = (
-    "load.mass", "load.scale", "arm.forearm_mass", "arm.forearm_com", "arm.load_distance", "joint.stiffness",
+    "load.mass",
+    "load.scale",
+    "arm.forearm_mass",
+    "arm.forearm_com",
+    "arm.load_distance",
+    "joint.stiffness",
     "joint.rest_angle",
-)  # fmt: skip
+)
 """Every limit on states is linear in each of these, so that what suits both ends suits all between."""
-LOADS = LINEAR[:2]  # of these a list is meant with all between; of others that hold an interval alone is
+LOADS = LINEAR[
+    :2
+]  # of these a list is meant with all between; of others that hold an interval alone is
 LEAN = "arm.upper_arm_angle"  # and linear in sine and cosine of this
 _ENDS_SUFFICE = (*LINEAR, LEAN, PRETENSION)
 
@@ -41,7 +58,11 @@ class Goal:
 
     def score(self, values: Array) -> Array:
         """The larger the better; a torque counts by its magnitude, and what is null is worst."""
-        sized = np.abs(values) if self.column == "peak_motor_torque" else np.asarray(values, dtype=np.float64)
+        sized = (
+            np.abs(values)
+            if self.column == "peak_motor_torque"
+            else np.asarray(values, dtype=np.float64)
+        )
         return np.where(np.isnan(sized), -np.inf, sized if self.maximise else -sized)
 
 
@@ -53,7 +74,9 @@ USUAL = (
     Goal("peak_motor_torque", maximise=False),
 )
 """Where a study names no goal, the best by each of these."""
-SERVED = Goal("served", maximise=True)  # before them where there are people or draws: the most universal choice
+SERVED = Goal(
+    "served", maximise=True
+)  # before them where there are people or draws: the most universal choice
 
 
 def goals_of(study: Study) -> tuple[Goal, ...]:
@@ -72,12 +95,16 @@ class Asked:
     bounds: Bounds
     enough: float = 1.0  # the share that a window must serve
     middle: bool = True  # a choice is set in the middle of its window, else at its least pretension
-    given: float | None = None  # the pretension of every choice, N, if the question has one; its window is solved, too
+    given: float | None = (
+        None  # the pretension of every choice, N, if the question has one; its window is solved, too
+    )
     near: float = 0.01
     """The share within which ends of conditions are sought between the angles, which may set those of their choice; the
     grid is off by a thousandth. Below 0 none is, and with infinity every one."""
     notes: tuple[str, ...] = ()  # what was left out of the question, and why
-    stop: threading.Event = field(default_factory=threading.Event)  # set when whoever asked wants no answer any more
+    stop: threading.Event = field(
+        default_factory=threading.Event
+    )  # set when whoever asked wants no answer any more
 
     @property
     def goals(self) -> tuple[Goal, ...]:
@@ -136,7 +163,10 @@ class Asked:
         """The same question for some of those who count together, ascending."""
         rows = np.flatnonzero(np.isin(self.groups, chosen))
         space = self.under(rows).conditions
-        weighting, groups = self.weighting[self.groups[rows]], np.searchsorted(chosen, self.groups[rows])
+        weighting, groups = (
+            self.weighting[self.groups[rows]],
+            np.searchsorted(chosen, self.groups[rows]),
+        )
         return replace(self, conditions=replace(space, weighting=weighting, groups=groups))
 
     def saying(self, numbers: Numbers) -> Self:
@@ -157,7 +187,10 @@ class Asked:
         counts = {key: len(self.axes[key]) for key in (PERSON_AXIS, DRAW_AXIS) if key in self.axes}
         bodies = self.study.people.population.completions if self.study.people is not None else 1
         if PERSON_AXIS in counts and bodies > 1:
-            return {PERSON_AXIS: counts[PERSON_AXIS] // bodies, DRAW_AXIS: counts.get(DRAW_AXIS, 1) * bodies}
+            return {
+                PERSON_AXIS: counts[PERSON_AXIS] // bodies,
+                DRAW_AXIS: counts.get(DRAW_AXIS, 1) * bodies,
+            }
         return counts
 
     @property
@@ -176,18 +209,28 @@ class Asked:
         numbers: dict[str, Array] = {}
         for axis in self.choices.axes:
             values = columns[axis.column]
-            numbers |= {key: each[values] for key, each in axis.numbers.items()} if axis.names else {axis.key: values}
+            numbers |= (
+                {key: each[values] for key, each in axis.numbers.items()}
+                if axis.names
+                else {axis.key: values}
+            )
         return numbers
 
-    def design(self, numbers: Numbers, conditions: Numbers | None = None, pretension: Array | None = None) -> Design:
+    def design(
+        self, numbers: Numbers, conditions: Numbers | None = None, pretension: Array | None = None
+    ) -> Design:
         """Designs (choices, conditions, 1, 1) of some choices under all conditions, or those given, as they vary.
 
         A condition says more than a choice. `pretension` has the shape (choices,).
         """
         at = numbers if pretension is None else {**numbers, PRETENSION: pretension}
-        return self.choices.at(at, self.condition_numbers if conditions is None else conditions).design()
+        return self.choices.at(
+            at, self.condition_numbers if conditions is None else conditions
+        ).design()
 
-    def paired(self, numbers: Numbers, rows: Rows, condition: Rows, above: Numbers | None = None) -> Design:
+    def paired(
+        self, numbers: Numbers, rows: Rows, condition: Rows, above: Numbers | None = None
+    ) -> Design:
         """Designs (pairs, 1, 1) of choices, each under one condition, and by what is said above these."""
         under = {**of_some(self.condition_numbers, condition), **(above or {})}
         points = Axis.of_points(over(of_some(numbers, rows), under), len(rows))
@@ -197,7 +240,9 @@ class Asked:
     def box(self) -> tuple[Axis, ...]:
         """Intervals that proofs hold for as a box; of the others those in which limits are not linear are sampled."""
         provable = self.is_f0 and self.study.trajectory is None
-        return tuple(axis for axis in self._curved if provable and not axis.key.startswith("setting."))
+        return tuple(
+            axis for axis in self._curved if provable and not axis.key.startswith("setting.")
+        )
 
     @property
     def _curved(self) -> list[Axis]:

@@ -35,7 +35,10 @@ OF_CUFFS = "cuffs at the knee, Ergonomics 63(5):618, 2020; nothing is known of e
 BREAKING, ROPE, SAFETY = 2.1e3, 1.5875e-3, 10.0
 """A stainless rope of 1/16 inch, 7x7, breaks at so many N; the customary factor."""
 OF_ROPES = "makers' tables for stainless 7x7 rope"
-SPRINGS = ((3e3, 5e3), (0.084, 0.073))  # stiffness, N/m, and unloaded length of springs that are made for 300 N, m
+SPRINGS = (
+    (3e3, 5e3),
+    (0.084, 0.073),
+)  # stiffness, N/m, and unloaded length of springs that are made for 300 N, m
 OF_SPRINGS = "extension springs made for 300 N: 73 mm at 5 kN/m, 84 mm at 3 kN/m"
 
 BEYOND = 1.1  # times the upper end of a window, where the drift is worked out
@@ -44,14 +47,18 @@ BEYOND = 1.1  # times the upper end of a window, where the drift is worked out
 # --- What to set -----------------------------------------------------------------------------------------------------
 
 
-def study_arm(problem: Problem, numbers: Numbers, pretension: Array, whom: Axis | None = None) -> Design:
+def study_arm(
+    problem: Problem, numbers: Numbers, pretension: Array, whom: Axis | None = None
+) -> Design:
     """Choices at their pretensions, (choices,), on the study's own arm, or on the bodies of all persons.
 
     That has no draw's numbers, and the first of every other condition.
     """
     count = 1 if whom is None else len(whom)
     others = (axis for axis in problem.conditions.axes if axis.key not in (PERSON_AXIS, DRAW_AXIS))
-    under = {key: np.repeat(values[:1], count) for axis in others for key, values in axis.numbers.items()}
+    under = {
+        key: np.repeat(values[:1], count) for axis in others for key, values in axis.numbers.items()
+    }
     under |= {} if whom is None else dict(whom.numbers)
     return problem.choices.at({**numbers, PRETENSION: pretension}, under).design()
 
@@ -67,7 +74,9 @@ def _each(values: Array, count: int) -> Array:
     return np.broadcast_to(np.asarray(values).reshape(-1), (count,)).copy()
 
 
-def setting_columns(problem: Problem, numbers: Numbers, low: Array, high: Array, pretension: Array) -> dict[str, Array]:
+def setting_columns(
+    problem: Problem, numbers: Numbers, low: Array, high: Array, pretension: Array
+) -> dict[str, Array]:
     """What to set for choices, and half the window as a length of both tendons, m; null for one without an end."""
     design = study_arm(problem, numbers, pretension)
     with np.errstate(invalid="ignore"):
@@ -85,7 +94,10 @@ def bench_record(problem: Problem, choice: Solutions) -> dict[str, Any]:
     """What to set for a choice, the drift beyond its window, and remarks, as the record of an answer has them."""
     design = study_arm(problem, problem.numbers_of(choice.columns), choice["pretension"])
     beyond, posture = drift_of(problem, choice), problem.study.setting
-    angles = {name: float(getattr(posture, name).array[0]) for name in ("angle", "upper_arm_angle", "load")}
+    angles = {
+        name: float(getattr(posture, name).array[0])
+        for name in ("angle", "upper_arm_angle", "load")
+    }
     added = {"newtons_per_metre": float(_each(per_length(design), 1)[0])}
     return {
         "setting": {**angles, "after": posture.after, "read": posture.read, **added},
@@ -103,8 +115,12 @@ def remarks(problem: Problem, choice: Solutions) -> Iterator[Row]:
     if "max_contact_pressure" not in problem.bounds:
         pressure, width = choice.one("max_contact_pressure"), ""
         if np.isnan(pressure):
-            strapped = problem.saying({"arm.contact_width": np.full(len(problem.conditions), STRAP)})
-            pressure = float(worst(strapped, numbers, choice["pretension"], everyone)["max_contact_pressure"][0])
+            strapped = problem.saying(
+                {"arm.contact_width": np.full(len(problem.conditions), STRAP)}
+            )
+            pressure = float(
+                worst(strapped, numbers, choice["pretension"], everyone)["max_contact_pressure"][0]
+            )
             width = f" if it is {1e3 * STRAP:.0f} mm wide"
         yield from _of_strap(pressure, width)
     if "max_tension" not in problem.bounds:
@@ -120,7 +136,11 @@ def _of_strap(pressure: float, width: str) -> Iterator[Row]:
     begins, limit = ("pain begins", PAIN) if pressure > PAIN else ("discomfort begins", DISCOMFORT)
     if pressure > limit:
         text = f"the strap presses the elbow with up to {say.quantity('max_contact_pressure', pressure)}{width}"
-        yield {"about": "strap", "text": f"{text}; {begins} at {1e-3 * limit:.1f} kPa", "source": OF_CUFFS}
+        yield {
+            "about": "strap",
+            "text": f"{text}; {begins} at {1e-3 * limit:.1f} kPa",
+            "source": OF_CUFFS,
+        }
 
 
 def _of_rope(tension: float, diameter: float) -> Iterator[Row]:
@@ -136,7 +156,10 @@ def _of_spring(problem: Problem, design: Design) -> Iterator[Row]:
     state = evaluate(design, problem.angles, problem.flexion)
     extension: Array = np.asarray(state.balance.flexor / design.flexor.spring_stiffness)
     path = state.motion.flexor_path
-    if path is None or not np.isfinite(room := np.broadcast_to(path, extension.shape) - extension).any():
+    if (
+        path is None
+        or not np.isfinite(room := np.broadcast_to(path, extension.shape) - extension).any()
+    ):
         return
     at = np.unravel_index(int(np.nanargmin(room)), room.shape)
     if room[at] < np.interp(np.min(design.flexor.spring_stiffness), *SPRINGS):
@@ -184,7 +207,11 @@ def posture(problem: Problem, setting: Row) -> str:
         limb, hand = f"{joint} at {say.quantity('elbow_angle', angle)}", "without a load"
     else:
         tilted = f", upper arm at {say.quantity('upper_arm_angle', tilt)}" if tilt else ""
-        limb = f"elbow at {say.quantity('elbow_angle', angle)}{tilted}" if angle or tilt else "arm hanging straight"
+        limb = (
+            f"elbow at {say.quantity('elbow_angle', angle)}{tilted}"
+            if angle or tilt
+            else "arm hanging straight"
+        )
         hand = "hand empty"
     held = hand if load == 0.0 else f"a load of {say.quantity('load_mass', load)}"
     return f"{limb}, {held}, after {setting['after']}"
@@ -193,16 +220,31 @@ def posture(problem: Problem, setting: Row) -> str:
 def to_set(problem: Problem, record: Row) -> Iterator[str]:
     """What gauges show at the joint and at the motor, and what a length of the tendons does."""
     row = record["best"]
-    joint, joint_extensor, motor, motor_extensor = (say.quantity(name, row[name], 4) for name in SET)
+    joint, joint_extensor, motor, motor_extensor = (
+        say.quantity(name, row[name], 4) for name in SET
+    )
     yield f"{joint} in the flexor and {joint_extensor} in the extensor at the joint"
     yield f"{motor} and {motor_extensor} at the motor"
     if on_whom(problem):
         flexor, extensor = (_spread(name, record["population"]["set"][name]) for name in SET[:2])
         persons = problem.counts[PERSON_AXIS]
-        whom = "nine persons of ten" if persons >= FEW else "these persons" if persons > 1 else "this person"
+        whom = (
+            "nine persons of ten"
+            if persons >= FEW
+            else "these persons"
+            if persons > 1
+            else "this person"
+        )
         yield f"on {whom} {flexor} in the flexor and {extensor} in the extensor at the joint"
-    length, per_mm = row["tolerance_length"], say.number(1e-3 * record["setting"]["newtons_per_metre"], 2)
-    window = "" if length is None else f", so the window is ± {say.quantity('tolerance_length', length, 2)}"
+    length, per_mm = (
+        row["tolerance_length"],
+        say.number(1e-3 * record["setting"]["newtons_per_metre"], 2),
+    )
+    window = (
+        ""
+        if length is None
+        else f", so the window is ± {say.quantity('tolerance_length', length, 2)}"
+    )
     yield f"1 mm taken from both tendons adds {per_mm} N{window}"
 
 
@@ -218,5 +260,9 @@ def drift_in_words(drift: Row | None) -> str:
     start, end = (say.quantity("elbow_angle", drift[name]) for name in ("start", "end"))
     if start == end:
         return ": at 10 % more it still stays"
-    far = f"drifts from {start} to {end}" if drift["balanced"] else f"goes on from {start} beyond {end}"
+    far = (
+        f"drifts from {start} to {end}"
+        if drift["balanced"]
+        else f"goes on from {start} beyond {end}"
+    )
     return f": at 10 % more it {far}, driven by at most {say.quantity('elbow_torque', drift['torque'], 2)}"

@@ -24,7 +24,10 @@ from tendon_cli.space.axis import PRETENSION, Numbers
 from tendon_cli.studies.study import keys
 from tendon_cli.studies.trajectory import at_times
 
-_DENSER, _MOST_NEAR = 16, 16  # how much, and for how many of the conditions that are tightest at either end
+_DENSER, _MOST_NEAR = (
+    16,
+    16,
+)  # how much, and for how many of the conditions that are tightest at either end
 _MOST_SAMPLES = 2**16  # of a trajectory, times the conditions
 _SAFE, _MISSED, _LEAST = 1.1, 0.05, 1e-6
 """The dense grid misses at most 3 % of what is missed near an end, and elsewhere 1.2 % of the worst; the rest is
@@ -38,7 +41,9 @@ METHOD = (
 )
 
 
-def worst_between(problem: Problem, numbers: Numbers, pretension: Array, served: Flags) -> dict[str, Array]:
+def worst_between(
+    problem: Problem, numbers: Numbers, pretension: Array, served: Flags
+) -> dict[str, Array]:
     """The worst of one choice at all angles over the conditions that its pretension serves, (1,); NaN if none.
 
     Between two angles a quantity may exceed both by an eighth of its second difference. Wherever twice that makes it
@@ -49,7 +54,10 @@ def worst_between(problem: Problem, numbers: Numbers, pretension: Array, served:
     least = np.where(known, whole, np.inf).min(axis=1)
     with np.errstate(invalid="ignore"):
         near = most - _BESIDE * (np.abs(most) + most - least)
-    rows, angles = np.flatnonzero((known & (whole >= near[:, np.newaxis])).any(axis=0)), problem.angles.ravel()
+    rows, angles = (
+        np.flatnonzero((known & (whole >= near[:, np.newaxis])).any(axis=0)),
+        problem.angles.ravel(),
+    )
     given = {**numbers, PRETENSION: pretension}
     dense = np.linspace(angles[0], angles[-1], _STEPS * (len(angles) - 1) + 1)[np.newaxis]
     for part in problem.cut(len(rows) if len(angles) > 2 else 0, _AT_ONCE):
@@ -58,10 +66,15 @@ def worst_between(problem: Problem, numbers: Numbers, pretension: Array, served:
         values = _quantities_at(design, problem.angles, problem.flexion)
         with np.errstate(invalid="ignore"):
             rise = np.abs(np.diff(values, 2)).max(axis=-1, keepdims=True) / 4.0
-        may = np.maximum(values[..., 1:], values[..., :-1]) + rise >= most[:, np.newaxis, np.newaxis, np.newaxis]
+        may = (
+            np.maximum(values[..., 1:], values[..., :-1]) + rise
+            >= most[:, np.newaxis, np.newaxis, np.newaxis]
+        )
         for place in np.flatnonzero(may.any(axis=(0, 1, 2))):
             finer = dense[:, max(0, place * _STEPS - 1) : (place + 1) * _STEPS + 2]
-            most = np.fmax(most, _tops(_quantities_at(design, finer, problem.flexion)).max(axis=(1, 2, 3)))
+            most = np.fmax(
+                most, _tops(_quantities_at(design, finer, problem.flexion)).max(axis=(1, 2, 3))
+            )
     return worst_columns(np.where(np.isfinite(most), most, np.nan)[:, np.newaxis])
 
 
@@ -69,8 +82,13 @@ def _quantities_at(design: Design, angles: Array, flexion: Flags) -> Array:
     """Six quantities of states, the larger the worse, (6, designs, directions, angles)."""
     state = State.of(design, angles, flexion)
     x, y = state.balance.flexor, state.balance.extensor
-    tension = np.maximum(np.maximum(x, state.flexor_tension_proximal), np.maximum(y, state.extensor_tension_proximal))
-    extension, torque = np.maximum(x * state.flexor.spring, y * state.extensor.spring), state.motor_torque
+    tension = np.maximum(
+        np.maximum(x, state.flexor_tension_proximal), np.maximum(y, state.extensor_tension_proximal)
+    )
+    extension, torque = (
+        np.maximum(x * state.flexor.spring, y * state.extensor.spring),
+        state.motor_torque,
+    )
     six = (tension, extension, torque, -torque, -state.elbow_stiffness, contact_pressure(design, y))
     values: Array = np.stack(np.broadcast_arrays(*six))
     return np.where(np.isnan(values), -np.inf, values)
@@ -95,16 +113,26 @@ def estimated(problem: Problem, numbers: Numbers, one: Solutions, ends: Ends) ->
     trajectory = problem.study.trajectory
     if not problem.bounds.of_motion and trajectory is None:
         return None
-    within, common = problem.finished(ends, numbers), (one["pretension_from"][0], one["pretension_to"][0])
+    within, common = (
+        problem.finished(ends, numbers),
+        (one["pretension_from"][0], one["pretension_to"][0]),
+    )
     low, high = (
         np.where(each[0] * sign <= end * sign, each[0] * sign, -np.inf)
         for each, end, sign in zip((within.low, within.high), common, (1.0, -1.0), strict=True)
     )
-    most = _MOST_NEAR if trajectory is None else max(1, min(_MOST_NEAR, _MOST_SAMPLES // len(trajectory.time)))
+    most = (
+        _MOST_NEAR
+        if trajectory is None
+        else max(1, min(_MOST_NEAR, _MOST_SAMPLES // len(trajectory.time)))
+    )
     rows = np.unique([*np.argsort(-low)[:most], *np.argsort(-high)[:most]])
     places = problem.angles[0] if trajectory is None else trajectory.time
     step = (places[-1] - places[0]) / (len(places) - 1)
-    displaced = [np.append(places[:-1] + share * step, places[[0, -1]]) for share in np.arange(_DENSER) / _DENSER]
+    displaced = [
+        np.append(places[:-1] + share * step, places[[0, -1]])
+        for share in np.arange(_DENSER) / _DENSER
+    ]
     displaced = [np.unique(np.minimum(each, places[-1])) for each in displaced]
     near_ends = step * 2.0 ** (-0.5 * np.arange(1, 2 * _DENSER))
     finest = np.unique(np.concatenate([*displaced, places[0] + near_ends, places[-1] - near_ends]))
@@ -116,29 +144,43 @@ def estimated(problem: Problem, numbers: Numbers, one: Solutions, ends: Ends) ->
         ends_over = _ends_along(problem, design, trajectory)
     tightest = ends_over(finest)
     with np.errstate(invalid="ignore"):
-        off = [np.nan_to_num(tightest - ends_over(each), nan=0.0, posinf=np.inf) for each in displaced]
-    estimate = float(np.max(_SAFE * np.maximum(off[0], 0.0) + _MISSED * np.max(np.abs(off), axis=0)) + _LEAST)
+        off = [
+            np.nan_to_num(tightest - ends_over(each), nan=0.0, posinf=np.inf) for each in displaced
+        ]
+    estimate = float(
+        np.max(_SAFE * np.maximum(off[0], 0.0) + _MISSED * np.max(np.abs(off), axis=0)) + _LEAST
+    )
     return estimate if np.isfinite(estimate) else None
 
 
-def _ends_over_angles(problem: Problem, design: Design, of_states: Ends) -> Callable[[Array], Array]:
+def _ends_over_angles(
+    problem: Problem, design: Design, of_states: Ends
+) -> Callable[[Array], Array]:
     """Ends of the windows of one choice under some conditions, by the angles at which the whole motion is taken."""
     some = named(of_states, design, problem.angles, problem.flexion, problem.bounds)
 
     def ends(angles: Array) -> Array:
-        each = narrowed(some, design, angles[np.newaxis], problem.flexion, problem.bounds, problem.loads)
+        each = narrowed(
+            some, design, angles[np.newaxis], problem.flexion, problem.bounds, problem.loads
+        )
         return _common(as_read(each, design))
 
     return ends
 
 
-def _ends_along(problem: Problem, design: Design, trajectory: Trajectory) -> Callable[[Array], Array]:
+def _ends_along(
+    problem: Problem, design: Design, trajectory: Trajectory
+) -> Callable[[Array], Array]:
     """The same, by the times at which a trajectory is taken; dense ones wherever near those friction may turn."""
 
     def ends(times: Array) -> Array:
         motion, either = at_times(trajectory, times), list[Array]()
         for moved in motion.turning if len(times) > len(trajectory.time) + 1 else [motion]:
-            given = replace(design, trajectory=moved), moved.angle[np.newaxis], moved.flexion[np.newaxis]
+            given = (
+                replace(design, trajectory=moved),
+                moved.angle[np.newaxis],
+                moved.flexion[np.newaxis],
+            )
             each = narrowed(window(*given, problem.bounds), *given, problem.bounds, problem.loads)
             either.append(_common(as_read(each, design)))
         return np.asarray(np.max(either, axis=0))
@@ -183,8 +225,12 @@ def curves_of(problem: Problem, choice: Solutions, ends: Ends) -> dict[str, Any]
     for _, conditions, design in problem.chunks(numbers, 1):
         held = counts[:, conditions, np.newaxis, np.newaxis]
         some = end_curves(design, problem.angles, problem.flexion, problem.bounds, held)
-        for whole, part, tighter in zip((lower, upper), some, (np.maximum, np.minimum), strict=True):
-            whole |= {name: tighter(values, whole.get(name, values)) for name, values in part.items()}
+        for whole, part, tighter in zip(
+            (lower, upper), some, (np.maximum, np.minimum), strict=True
+        ):
+            whole |= {
+                name: tighter(values, whole.get(name, values)) for name, values in part.items()
+            }
     return {
         "elbow_angle": problem.angles.ravel().tolist(),
         "samples": np.unique(problem.study.angles).tolist(),

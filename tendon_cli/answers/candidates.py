@@ -9,7 +9,15 @@ import numpy as np
 
 from tendon_cli.answers.asked import SERVED, USUAL, Columns, Goal, goals_of, of_some
 from tendon_cli.answers.question import Problem
-from tendon_cli.answers.solve import WORST, Solutions, of_columns, of_rows, severest, without_worst, worst
+from tendon_cli.answers.solve import (
+    WORST,
+    Solutions,
+    of_columns,
+    of_rows,
+    severest,
+    without_worst,
+    worst,
+)
 from tendon_cli.engine.task import Note
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
@@ -28,7 +36,9 @@ _FEWEST_GENERATIONS = 20
 _STATES = 4e7  # most states of one search
 _NEAR_AN_EDGE = 1e-4
 _SEVEREST = 8
-_UNKNOWN = dict(zip(WORST, (-np.inf, -np.inf, 0.0, np.inf, -np.inf), strict=True))  # better than any worst there is
+_UNKNOWN = dict(
+    zip(WORST, (-np.inf, -np.inf, 0.0, np.inf, -np.inf), strict=True)
+)  # better than any worst there is
 
 
 def conflicts_of(solutions: Solutions) -> dict[Pair, Rows]:
@@ -58,7 +68,9 @@ def nearest(solutions: Solutions) -> Solutions:
 
 def best_of(solutions: Solutions, scores: Array) -> int:
     """The place of the highest score; of equals, such as all that serve everyone, that of the largest tolerance."""
-    return int(np.lexsort((-solutions.scores((Goal("tolerance", maximise=True),))[:, 0], -scores))[0])
+    return int(
+        np.lexsort((-solutions.scores((Goal("tolerance", maximise=True),))[:, 0], -scores))[0]
+    )
 
 
 def relevant(solutions: Solutions, goals: tuple[Goal, ...]) -> Rows:
@@ -103,7 +115,9 @@ def solved_part(problem: Problem, rows: Rows) -> Solutions:
     bounds = worst(problem.under(few), *given(np.arange(len(rows))), served[:, few])
     known = worst(problem, *given(first), served[first])
     for name, values in bounds.items():
-        if not np.isnan(known[name][0]):  # what is not asked for, as pressure without a strap, has no bound
+        if not np.isnan(
+            known[name][0]
+        ):  # what is not asked for, as pressure without a strap, has no bound
             bounds[name] = np.where(np.isnan(values), _UNKNOWN[name], values)
     solved = solved.with_worst(slice(None), bounds, has_worst=False).with_worst(first, known)
     while rest := [row for row in relevant(solved, goals) if not solved["has_worst"][row]]:
@@ -132,7 +146,10 @@ def front(scores: Array) -> Rows:
     Of rows that are equal in every goal the first stands for all.
     """
     _, first = np.unique(scores, axis=0, return_index=True)
-    rest, kept = first[np.lexsort(scores[first].T)[::-1]], []  # no row is beaten by one that comes after it
+    rest, kept = (
+        first[np.lexsort(scores[first].T)[::-1]],
+        [],
+    )  # no row is beaten by one that comes after it
     while len(rest):
         kept.append(rest[0])
         rest = rest[~np.all(scores[rest[0]] >= scores[rest], axis=1)]
@@ -172,13 +189,17 @@ def refined(problem: Problem, goals: tuple[Goal, ...], start: Solutions) -> Solu
     def columns(at: Array) -> Columns:
         """Whole choices at points, (points, ranges), each 0 to 1; all else as the start has it."""
         rest = {name: np.repeat(values[:1], len(at)) for name, values in start.columns.items()}
-        return rest | {axis.column: _value(axis, place) for axis, place in zip(axes, at.T, strict=True)}
+        return rest | {
+            axis.column: _value(axis, place) for axis, place in zip(axes, at.T, strict=True)
+        }
 
     def cost(at: Array) -> Array:
         tried = of_columns(problem, columns(at.T), at.shape[1], with_worst=with_worst)
         gain = (tried.scores(goals) - before) / scale
         lost = np.sum(np.maximum(0.0, -gain), axis=1) if len(goals) > 1 else 0.0
-        costs = np.where(tried["feasible"], -np.sum(gain, axis=1) + _PENALTY * lost, _infeasible(problem, tried))
+        costs = np.where(
+            tried["feasible"], -np.sum(gain, axis=1) + _PENALTY * lost, _infeasible(problem, tried)
+        )
         return np.asarray(np.where(np.isfinite(costs), costs, 4.0 * _PENALTY))
 
     at = np.array([_place(axis, start.one(axis.column)) for axis in axes])
@@ -221,9 +242,17 @@ def _evolved(cost: Callable[[Array], Array], start: Array, steps: Array, generat
     vectorized: Any = cost  # the stubs know of one point at a time only
     box = Bounds(np.zeros(len(start)), np.ones(len(start)))
     best = differential_evolution(
-        vectorized, box, init=np.vstack([start, near, anywhere]), maxiter=generations,
-        tol=1e-9, atol=0.0, polish=False, updating="deferred", vectorized=True, rng=random,
-    ).x  # fmt: skip
+        vectorized,
+        box,
+        init=np.vstack([start, near, anywhere]),
+        maxiter=generations,
+        tol=1e-9,
+        atol=0.0,
+        polish=False,
+        updating="deferred",
+        vectorized=True,
+        rng=random,
+    ).x
     at_edge = np.where(best < _NEAR_AN_EDGE, 0.0, np.where(best > 1.0 - _NEAR_AN_EDGE, 1.0, best))
     tried = np.vstack([best, at_edge])
     return np.asarray(tried[np.argmin(cost(tried.T))])

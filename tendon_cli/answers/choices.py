@@ -87,7 +87,11 @@ class Choices(Task):
         if table == "choices":
             return answered.choice_columns(self.problem)
         axis = self.persons if table != "conditions" else None
-        return answered.condition_columns(self.problem) if axis is None else answered.person_columns(self.problem, axis)
+        return (
+            answered.condition_columns(self.problem)
+            if axis is None
+            else answered.person_columns(self.problem, axis)
+        )
 
     def rows(self, table: str, index: int) -> int:
         """Rows of a part of a table."""
@@ -103,7 +107,11 @@ class Choices(Task):
         self.go_on()
         part = self.part(index)
         candidates = solved_part(self.problem, np.arange(part.start, part.stop))
-        known = {"choices": answered.choice_rows(self.problem, candidates, *np.zeros((2, len(part)), np.bool_))}
+        known = {
+            "choices": answered.choice_rows(
+                self.problem, candidates, *np.zeros((2, len(part)), np.bool_)
+            )
+        }
         if "conditions" in tables:
             known["conditions"] = answered.condition_rows(self.problem)
         for table, sink in tables.items():
@@ -145,18 +153,28 @@ class Choices(Task):
         """None besides the notes of the record."""
         return []
 
-    def last(self, record: Mapping[str, Any], read: Callable[[str], pa.Table]) -> Iterator[LastFile]:
+    def last(
+        self, record: Mapping[str, Any], read: Callable[[str], pa.Table]
+    ) -> Iterator[LastFile]:
         """Parts with choices on the front, and the last one, to which those between the grid's points are added."""
         named, refined = named_rows(record)
         final = self.parts - 1
         for index in sorted({choice // self.length for choice in named} | {final}):
             name, columns = self.files(index)["choices"], self.columns("choices")
             part, values = self.part(index), arrays_of(columns, read(name))
-            values = {column: those[: len(part)] for column, those in values.items()}  # without what was added before
+            values = {
+                column: those[: len(part)] for column, those in values.items()
+            }  # without what was added before
             at = [choice - part.start for choice in named if choice in part]
             for column in columns:
-                mine = [answered.as_value(column, named[part.start + row][column.name]) for row in at]
-                added = [answered.as_value(column, row[column.name]) for row in refined] if index == final else []
+                mine = [
+                    answered.as_value(column, named[part.start + row][column.name]) for row in at
+                ]
+                added = (
+                    [answered.as_value(column, row[column.name]) for row in refined]
+                    if index == final
+                    else []
+                )
                 every = np.concatenate([values[column.name], np.array(added, dtype=column.dtype)])
                 every[at] = mine
                 values[column.name] = every
@@ -168,8 +186,14 @@ class Choices(Task):
 
     def _persons_file(self, axis: Axis, of_record: Mapping[str, Any]) -> LastFile:
         """The table of persons under the choice that the record names first."""
-        table, axes = f"{axis.key}s", (column for column in self.columns("choices") if column.is_axis)
-        chosen = {each.name: np.array([answered.as_value(each, of_record["values"][each.name])]) for each in axes}
+        table, axes = (
+            f"{axis.key}s",
+            (column for column in self.columns("choices") if column.is_axis),
+        )
+        chosen = {
+            each.name: np.array([answered.as_value(each, of_record["values"][each.name])])
+            for each in axes
+        }
         pretension = np.nan if of_record["pretension"] is None else of_record["pretension"]
         windows = GroupWindows.of(self.problem, chosen)
         rows = answered.person_rows(self.problem, axis, windows, chosen, pretension)

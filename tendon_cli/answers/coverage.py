@@ -45,11 +45,15 @@ def share_served(low: Array, high: Array, weighting: Array, *, enough: float = 1
     # Beginnings stand before ends, and stay so where both are at one pretension: windows that touch overlap there.
     order = np.argsort(ends, axis=1, kind="stable")
     at = np.take_along_axis(ends, order, axis=1)
-    share = np.cumsum(np.take_along_axis(np.concatenate([weight, -weight], axis=1), order, axis=1), axis=1)
+    share = np.cumsum(
+        np.take_along_axis(np.concatenate([weight, -weight], axis=1), order, axis=1), axis=1
+    )
     served = np.max(share, axis=1)
     served = np.where(served > 1.0 - ROUNDING, 1.0, np.maximum(served, 0.0))
     served = np.where(is_open.any(axis=1), served, 0.0)
-    best_low, best_high, _ = _widest(at, share >= np.maximum(served, ROUNDING)[:, np.newaxis] - ROUNDING / 2)
+    best_low, best_high, _ = _widest(
+        at, share >= np.maximum(served, ROUNDING)[:, np.newaxis] - ROUNDING / 2
+    )
     low, high, windows = _widest(at, share >= max(enough, ROUNDING) - ROUNDING / 2)
     return Coverage(low, high, windows, served, best_low, best_high)
 
@@ -82,7 +86,9 @@ def grouped(low: Array, high: Array, groups: npt.NDArray[np.int64]) -> tuple[Arr
 def serves(low: Array, high: Array, pretension: Array | float) -> Flags:
     """Whether pretensions are in windows, but for rounding."""
     with np.errstate(invalid="ignore"):
-        return np.asarray((low <= pretension * (1 + ROUNDING)) & (pretension <= high * (1 + ROUNDING)))
+        return np.asarray(
+            (low <= pretension * (1 + ROUNDING)) & (pretension <= high * (1 + ROUNDING))
+        )
 
 
 def normalised(weighting: Array) -> Array:
@@ -127,7 +133,10 @@ class Curve:
         is_most = self.share >= self.share.max() - ROUNDING
         first = int(np.argmax(is_most))
         after = first + int(np.argmin(np.append(is_most[first:], False)))
-        return float(self.pretension[first] + self.pretension[min(after, len(self.pretension) - 1)]) / 2.0
+        return (
+            float(self.pretension[first] + self.pretension[min(after, len(self.pretension) - 1)])
+            / 2.0
+        )
 
 
 def curve(low: Array, high: Array, weighting: Array) -> Curve:
@@ -149,7 +158,9 @@ class Sizes(NamedTuple):
     """The suits that together serve most."""
 
     choices: tuple[int, ...]  # rows of the windows, ascending
-    pretensions: tuple[float, ...]  # one for each suit, N: the middle of those at which it serves the same persons
+    pretensions: tuple[
+        float, ...
+    ]  # one for each suit, N: the middle of those at which it serves the same persons
     share: float  # of the weighting
 
 
@@ -197,17 +208,24 @@ def _covering(serves: Flags, weights: Array, most: int) -> list[int]:
     from scipy.optimize import Bounds, LinearConstraint, milp
     from scipy.sparse import csr_array, eye_array, hstack
 
-    kinds, kind_of = np.unique(serves, axis=1, return_inverse=True)  # persons whom the same sets serve are one
+    kinds, kind_of = np.unique(
+        serves, axis=1, return_inverse=True
+    )  # persons whom the same sets serve are one
     weight = np.bincount(kind_of.ravel(), weights=weights, minlength=kinds.shape[1])
     sets, persons = kinds.shape
     # person <= sum of the chosen sets that serve him; the sets chosen are at most `most`.
     covered = hstack([csr_array(-kinds.T.astype(np.float64)), eye_array(persons)])
     chosen = np.concatenate([np.ones(sets), np.zeros(persons)])
     solved = milp(
-        np.concatenate([np.zeros(sets), -weight]), integrality=chosen, bounds=Bounds(0.0, 1.0),
-        constraints=[LinearConstraint(covered, ub=0.0), LinearConstraint(chosen[np.newaxis], ub=float(most))],
+        np.concatenate([np.zeros(sets), -weight]),
+        integrality=chosen,
+        bounds=Bounds(0.0, 1.0),
+        constraints=[
+            LinearConstraint(covered, ub=0.0),
+            LinearConstraint(chosen[np.newaxis], ub=float(most)),
+        ],
         options={"mip_rel_gap": 0.0},
-    )  # fmt: skip
+    )
     return np.flatnonzero(np.asarray(solved.x)[:sets] > 0.5).tolist()
 
 

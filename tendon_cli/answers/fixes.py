@@ -37,7 +37,9 @@ PARAMETERS = {
 _POINTS = 65
 _SECTIONS = 16
 _ROUNDS = 14
-_MOST = 250_000  # states of one choice under all conditions; beyond it, some conditions stand for all
+_MOST = (
+    250_000  # states of one choice under all conditions; beyond it, some conditions stand for all
+)
 _OF_MOTOR = 50  # states that take as long as one does with limits on the motor
 _FEW = 8
 
@@ -52,9 +54,14 @@ def fixes(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
     have it, rounded so that it gives one, too, and `printed_pretension` is one of that, N.
     """
     numbers = problem.numbers_of(choice.columns)
-    before = {key: value for key in PARAMETERS if 0.0 < (value := _now(problem, numbers, key)) < np.inf}
+    before = {
+        key: value for key in PARAMETERS if 0.0 < (value := _now(problem, numbers, key)) < np.inf
+    }
     all_fixes = [_fix(problem, numbers, key, value) for key, value in before.items()]
-    return sorted(all_fixes, key=lambda fix: abs(np.log(fix["after"] / fix["before"])) if fix["after"] else np.inf)
+    return sorted(
+        all_fixes,
+        key=lambda fix: abs(np.log(fix["after"] / fix["before"])) if fix["after"] else np.inf,
+    )
 
 
 def sampled(problem: Problem, choice: Solutions) -> Problem:
@@ -63,7 +70,11 @@ def sampled(problem: Problem, choice: Solutions) -> Problem:
     They are drawn at random, but for those that bind the choice.
     """
     groups = len(problem.weighting)
-    of_choice = len(problem.conditions) * problem.states_per_design * (_OF_MOTOR if problem.bounds.of_motion else 1)
+    of_choice = (
+        len(problem.conditions)
+        * problem.states_per_design
+        * (_OF_MOTOR if problem.bounds.of_motion else 1)
+    )
     most = max(_FEW, groups * _MOST // of_choice)
     if most >= groups:
         return problem
@@ -102,19 +113,26 @@ def _fix(problem: Problem, numbers: Numbers, key: str, before: float) -> dict[st
         return record | {"pretension": None, "printed": "", "printed_pretension": ""}
     after = min(values, key=lambda value: abs(np.log(value / before)))
     solved = tried(np.array([after]), with_worst=True)
-    costs = {name: solved.one(name) if np.isfinite(solved.one(name)) else None for name in ("pretension", *WORST)}
+    costs = {
+        name: solved.one(name) if np.isfinite(solved.one(name)) else None
+        for name in ("pretension", *WORST)
+    }
     printed, pretension = _printed(tried, keys()[key].number.quantity, before, after)
     return record | {"after": after, **costs, "printed": printed, "printed_pretension": pretension}
 
 
-def _printed(tried: Callable[[Array], Solutions], of: Quantity, before: float, after: float) -> tuple[str, str]:
+def _printed(
+    tried: Callable[[Array], Solutions], of: Quantity, before: float, after: float
+) -> tuple[str, str]:
     """The shortest text of a value beyond `after` that opens a window when it is typed in, and a pretension in it."""
     toward = np.inf if after > before else -np.inf
     for digits in range(3, 16):
         text = say.quantity(of, after, digits, toward=toward)
         solved = tried(np.array([parse_measure(text.replace(",", ""), of.dimension).si]))
         if solved["feasible"][0]:
-            at, low, high = (solved.one(name) for name in ("pretension", "pretension_from", "pretension_to"))
+            at, low, high = (
+                solved.one(name) for name in ("pretension", "pretension_from", "pretension_to")
+            )
             return text, say.within(at, low, high, digits=3)
     return repr(after), ""
 
@@ -123,10 +141,14 @@ def _nearest(first: First, before: float, end: float) -> float | None:
     """The value nearest to `before`, on the way to `end`, that opens a window."""
     values = np.geomspace(before, end, _POINTS)
     at, nearest = first(values)
-    for _ in range(4):  # between three values, where a narrow window may hide: around the nearest to have one
+    for _ in range(
+        4
+    ):  # between three values, where a narrow window may hide: around the nearest to have one
         if at is not None:
             break
-        values = np.geomspace(values[max(nearest - 1, 0)], values[min(nearest + 1, len(values) - 1)], _SECTIONS)
+        values = np.geomspace(
+            values[max(nearest - 1, 0)], values[min(nearest + 1, len(values) - 1)], _SECTIONS
+        )
         at, nearest = first(values)
     if not at:
         return None if at is None else float(values[0])
@@ -134,7 +156,12 @@ def _nearest(first: First, before: float, end: float) -> float | None:
 
 
 def edge(
-    first: First, empty: float, open_: float, sections: int, rounds: int, spaced: Callable[..., Array] = np.linspace
+    first: First,
+    empty: float,
+    open_: float,
+    sections: int,
+    rounds: int,
+    spaced: Callable[..., Array] = np.linspace,
 ) -> float:
     """Where a window opens between two values; the last that has one."""
     for _ in range(rounds):
@@ -165,5 +192,7 @@ def fixes_table(fixes: list[Row]) -> Iterator[say.Block]:
         lines.append([f"{before} to {fix['printed']}", fix["printed_pretension"], *costs(fix)])
     yield say.heading("What would help, all else equal")
     yield from [say.table(lines)] if len(lines) > 1 else ()
-    idle = [keys()[fix["parameter"]].number.quantity.symbol for fix in fixes if fix["after"] is None]
+    idle = [
+        keys()[fix["parameter"]].number.quantity.symbol for fix in fixes if fix["after"] is None
+    ]
     yield from say.items([f"no plausible value of these helps: {', '.join(idle)}"] if idle else [])

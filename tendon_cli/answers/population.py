@@ -12,7 +12,14 @@ from tendon_cli import say
 from tendon_cli.answers import coverage
 from tendon_cli.answers.asked import Columns, Flags
 from tendon_cli.answers.bench import FEW, settings, study_arm
-from tendon_cli.answers.coverage import Sizes, best_sizes, effective_count, grouped, normalised, serves
+from tendon_cli.answers.coverage import (
+    Sizes,
+    best_sizes,
+    effective_count,
+    grouped,
+    normalised,
+    serves,
+)
 from tendon_cli.answers.question import Problem
 from tendon_cli.answers.sensitivity import indices
 from tendon_cli.answers.solve import Solutions
@@ -50,7 +57,10 @@ class GroupWindows:
         low, high = windows.low.reshape(shape), windows.high.reshape(shape)
         at_low, at_high = np.argmax(low, axis=1), np.argmin(high, axis=1)  # NaN counts as the first
         first, rows = np.arange(shape[0]) * low.shape[1], np.arange(shape[0])
-        codes = windows.low_by.reshape(shape)[rows, at_low], windows.high_by.reshape(shape)[rows, at_high]
+        codes = (
+            windows.low_by.reshape(shape)[rows, at_low],
+            windows.high_by.reshape(shape)[rows, at_high],
+        )
         return cls(low[rows, at_low], high[rows, at_high], *codes, first + at_low, first + at_high)
 
     def served(self, pretension: float) -> Flags:
@@ -61,7 +71,9 @@ class GroupWindows:
 def people_of(problem: Problem) -> People | None:
     """Whose windows are asked for; None if they are those of draws."""
     study = problem.study
-    return study.people.population if study.people is not None and PERSON_AXIS in study.axes else None
+    return (
+        study.people.population if study.people is not None and PERSON_AXIS in study.axes else None
+    )
 
 
 def person_of(problem: Problem, groups: Rows) -> Rows:
@@ -69,7 +81,9 @@ def person_of(problem: Problem, groups: Rows) -> Rows:
     return groups // (len(problem.axes[DRAW_AXIS]) if DRAW_AXIS in problem.axes else 1)
 
 
-def population(problem: Problem, chosen: Solutions, row: dict[str, Any], windows: GroupWindows) -> dict[str, Any]:
+def population(
+    problem: Problem, chosen: Solutions, row: dict[str, Any], windows: GroupWindows
+) -> dict[str, Any]:
     """What a choice, `row` of the table, is to persons or draws, whose windows these are; as recorded."""
     weighting, people = problem.weighting, people_of(problem)
     pretension, served, most = (chosen.one(name) for name in ("pretension", "served_at", "served"))
@@ -98,7 +112,9 @@ def population(problem: Problem, chosen: Solutions, row: dict[str, Any], windows
     }
     at = "" if row["pretension"] is None else f"{say.number(row['pretension'])} N "
     what = row_words(problem.choices, record["values"])
-    return record | {"title": ", ".join(filter(None, (what, f"{at}serves {population_share(record)}")))}
+    return record | {
+        "title": ", ".join(filter(None, (what, f"{at}serves {population_share(record)}")))
+    }
 
 
 def _set(problem: Problem, chosen: Solutions) -> dict[str, list[float]]:
@@ -126,7 +142,12 @@ def _by_sex(problem: Problem, people: People, served: Flags) -> list[dict[str, A
         persons = len(np.unique(rows[of_sex] // people.completions))
         effective = effective_count(weighting[of_sex]) * persons / len(of_sex)
         shares.append(
-            {"sex": sex, "persons": persons, "served": share, "interval_95": [*say.interval(share, effective)]}
+            {
+                "sex": sex,
+                "persons": persons,
+                "served": share,
+                "interval_95": [*say.interval(share, effective)],
+            }
         )
     return shares
 
@@ -142,25 +163,47 @@ def not_served(problem: Problem, windows: GroupWindows, pretension: float) -> li
     low, high = windows.low[out], windows.high[out]
     needs = np.where(low <= high, np.where(low > pretension, MORE, LESS), NEITHER)
     missing = np.fmax(low - pretension, pretension - high)
-    above, below = np.where(needs == LESS, -1, windows.low_by[out]), np.where(needs == MORE, -1, windows.high_by[out])
+    above, below = (
+        np.where(needs == LESS, -1, windows.low_by[out]),
+        np.where(needs == MORE, -1, windows.high_by[out]),
+    )
     kinds, reasons = [*zip(needs.tolist(), above.tolist(), below.tolist(), strict=True)], []
     for need, *codes in dict.fromkeys(kinds):
         places = [at for at, kind in enumerate(kinds) if kind == (need, *codes)]
         members = out[places][np.argsort(-missing[places], kind="stable")]
-        by = {LIMIT_NAMES[code]: end for code, end in zip(codes[::-1], ("high", "low"), strict=True) if code >= 0}
+        by = {
+            LIMIT_NAMES[code]: end
+            for code, end in zip(codes[::-1], ("high", "low"), strict=True)
+            if code >= 0
+        }
         limits = [*by][::-1]
-        conditions = [_usual(problem, getattr(windows, f"{by[limit]}_condition")[members]) for limit in limits]
-        share, names, bodies = float(weights[members].sum()), list[str](), dict[str, dict[str, float]]()
+        conditions = [
+            _usual(problem, getattr(windows, f"{by[limit]}_condition")[members]) for limit in limits
+        ]
+        share, names, bodies = (
+            float(weights[members].sum()),
+            list[str](),
+            dict[str, dict[str, float]](),
+        )
         if people is not None:
             rows = person_of(problem, members)
-            names = list(dict.fromkeys(people.persons[at] for at in (rows // people.completions).tolist()))
+            names = list(
+                dict.fromkeys(people.persons[at] for at in (rows // people.completions).tolist())
+            )
             bodies = dict(_differences(people, rows))
-        reasons.append({
-            "text": why_not(problem, limits, conditions), "needs": need, "limits": limits, "conditions": conditions,
-            "count": len(members), "share": share,
-            "interval_95": list(say.interval(share, effective_count(weights))), "first": names[:_MOST_NAMES],
-            "bodies": bodies,
-        })  # fmt: skip
+        reasons.append(
+            {
+                "text": why_not(problem, limits, conditions),
+                "needs": need,
+                "limits": limits,
+                "conditions": conditions,
+                "count": len(members),
+                "share": share,
+                "interval_95": list(say.interval(share, effective_count(weights))),
+                "first": names[:_MOST_NAMES],
+                "bodies": bodies,
+            }
+        )
     return sorted(reasons, key=lambda reason: (-reason["share"], -reason["count"]))
 
 
@@ -180,7 +223,11 @@ def _differences(people: People, members: Rows) -> Iterator[tuple[str, dict[str,
     with np.errstate(divide="ignore", invalid="ignore"):
         apart = np.where(deviation > 0.0, (theirs - mean) / deviation, 0.0)
     for at in np.argsort(-np.abs(apart), kind="stable"):
-        each = {"theirs": float(theirs[at]), "of_all": float(mean[at]), "deviations": float(apart[at])}
+        each = {
+            "theirs": float(theirs[at]),
+            "of_all": float(mean[at]),
+            "deviations": float(apart[at]),
+        }
         yield DIMENSIONS[at], each
 
 
@@ -191,10 +238,14 @@ def _sizes(problem: Problem, chosen: Solutions) -> Iterator[tuple[str, list[dict
     each = len(problem.conditions) // len(problem.weighting)
     some = problem.under(np.arange(persons * each * draws))
     for axis in problem.choices.axes:
-        along = np.unique(np.linspace(0, len(axis) - 1, min(len(axis), _MOST_ALONG)).round().astype(np.int64))
+        along = np.unique(
+            np.linspace(0, len(axis) - 1, min(len(axis), _MOST_ALONG)).round().astype(np.int64)
+        )
         if len(along) < 2:
             continue
-        columns = {name: np.repeat(values[:1], len(along)) for name, values in chosen.columns.items()}
+        columns = {
+            name: np.repeat(values[:1], len(along)) for name, values in chosen.columns.items()
+        }
         columns[axis.column] = along if axis.names else axis.values[along]
         windows = some.ends(problem.numbers_of(columns), len(along))
         low, high = grouped(windows.low, windows.high, problem.groups[: persons * each * draws])
@@ -202,15 +253,22 @@ def _sizes(problem: Problem, chosen: Solutions) -> Iterator[tuple[str, list[dict
             pairs = (low.reshape(-1, draws), high.reshape(-1, draws))
             covered = coverage.share_served(*pairs, np.ones(draws), enough=problem.enough)
             low, high = covered.low.reshape(len(low), -1), covered.high.reshape(len(low), -1)
-        best = best_sizes(low, high, problem.weighting[: persons * draws : draws], MOST_SIZES, problem.heed)
+        best = best_sizes(
+            low, high, problem.weighting[: persons * draws : draws], MOST_SIZES, problem.heed
+        )
         yield axis.column, [_size(axis, along, sizes, persons) for sizes in best]
 
 
 def _size(axis: Axis, along: Rows, sizes: Sizes, persons: int) -> dict[str, Any]:
     values = [axis.names[at] if axis.names else float(axis.values[at]) for at in along.tolist()]
-    suits = [(values[at], pretension) for at, pretension in zip(sizes.choices, sizes.pretensions, strict=True)]
+    suits = [
+        (values[at], pretension)
+        for at, pretension in zip(sizes.choices, sizes.pretensions, strict=True)
+    ]
     return {
-        "choices": [{"value": RIGID if value == np.inf else value, "pretension": at} for value, at in suits],
+        "choices": [
+            {"value": RIGID if value == np.inf else value, "pretension": at} for value, at in suits
+        ],
         "served": sizes.share,
         "interval_95": list(say.interval(sizes.share, persons)),
         "persons": persons,

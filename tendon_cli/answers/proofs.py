@@ -26,8 +26,14 @@ _MARGIN = 1e-6  # N; by which a window is proved at either end less than it is g
 _ENDLESS = 1e6  # N; how far a window is proved that nothing bounds
 _ARCS = 8  # of an interval of postures, at first
 _ROUNDS = 24  # in which a proof may find what an end is tightened by
-_CLIMBS, _MOST_CLIMBED = 60, 16  # steps in a box to where a limit asks for most, from so many points
-_FIRST_STEP, _LAST_STEP = 0.25, 1e-4  # as shares of half the box: an end is off by the square of the last
+_CLIMBS, _MOST_CLIMBED = (
+    60,
+    16,
+)  # steps in a box to where a limit asks for most, from so many points
+_FIRST_STEP, _LAST_STEP = (
+    0.25,
+    1e-4,
+)  # as shares of half the box: an end is off by the square of the last
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +63,9 @@ class _Held:
         places = problem.conditions.places(np.arange(len(needed)))
         for axis in problem.conditions.axes:
             if axis.key in LOADS:
-                needed &= np.isin(axis.values[places[axis.key]], (axis.values.min(), axis.values.max()))
+                needed &= np.isin(
+                    axis.values[places[axis.key]], (axis.values.min(), axis.values.max())
+                )
         for axis in problem.box:
             needed &= places[axis.key] == 0
         rows = np.flatnonzero(needed)
@@ -66,7 +74,13 @@ class _Held:
         rows = rows[places[LEAN][rows] == 0]
         edges = np.linspace(leaning.values.min(), leaning.values.max(), _ARCS + 1)
         low, high = np.append(edges[:-1], edges[[0, -1]]), np.append(edges[1:], edges[[0, -1]])
-        return cls(problem, numbers, np.repeat(rows, len(low)), np.tile(low, len(rows)), np.tile(high, len(rows)))
+        return cls(
+            problem,
+            numbers,
+            np.repeat(rows, len(low)),
+            np.tile(low, len(rows)),
+            np.tile(high, len(rows)),
+        )
 
     def __len__(self) -> int:
         return len(self.row)
@@ -111,13 +125,20 @@ class _Held:
     def proved(self, low: Array, high: Array) -> Proof:
         """What holds of the choice from `low` to `high`, (conditions,) N as they are read."""
         problem, design = self.problem, self.design()
-        span, sides = (float(problem.angles.min()), float(problem.angles.max())), np.eye(len(problem.box))
+        span, sides = (
+            (float(problem.angles.min()), float(problem.angles.max())),
+            np.eye(len(problem.box)),
+        )
         at_low, at_high = (
-            np.broadcast_to(pretension_of(design, end[self.row, np.newaxis, np.newaxis]), (len(self), 1, 1)).ravel()
+            np.broadcast_to(
+                pretension_of(design, end[self.row, np.newaxis, np.newaxis]), (len(self), 1, 1)
+            ).ravel()
             for end in (low, np.minimum(high, _ENDLESS))
         )
         cells = cells_of(len(self), span, problem.flexion, design.knots, len(sides))
-        return prove(design, cells, at_low, at_high, problem.bounds, [self.design(side) for side in sides])
+        return prove(
+            design, cells, at_low, at_high, problem.bounds, [self.design(side) for side in sides]
+        )
 
 
 class Proofs:
@@ -173,7 +194,9 @@ def certified(problem: Problem, one: Solutions) -> tuple[Solutions, Certificate,
         which[failing[arcs]] = True
         held = asked.halved(which)
     is_open = status == say.OPEN
-    estimate = None if is_open or not one.has_window.item() else estimated(problem, numbers, one, ends)
+    estimate = (
+        None if is_open or not one.has_window.item() else estimated(problem, numbers, one, ends)
+    )
     known = {"between_samples": np.array([say.STATUSES.index(status)])}
     certificate = Certificate(status, cells, 0.0 if is_open else margin, estimate)
     return replace(one, results=one.results | known), certificate, exactly.finished(ends, numbers)
@@ -197,39 +220,57 @@ def _tightened(problem: Problem, ends: Ends, broken: Cells, held: _Held) -> Ends
     for name, upper in (("low", False), ("high", True)):
         which = np.flatnonzero(broken.upper == upper)
         # Of cells that differ in the box alone the first.
-        which = which[np.unique(np.stack([broken.row, state])[:, which], axis=1, return_index=True)[1]]
+        which = which[
+            np.unique(np.stack([broken.row, state])[:, which], axis=1, return_index=True)[1]
+        ]
         if not len(which):
             continue
         some = held.taken(broken.row[which])
         tightest = _tightest(some, middle[which], state[which], upper=upper)
-        value, of_state, of_angle = (getattr(ends, f"{name}{of}") for of in ("", "_state", "_angle"))
+        value, of_state, of_angle = (
+            getattr(ends, f"{name}{of}") for of in ("", "_state", "_angle")
+        )
         for at, end, its_state, its_angle in zip(tightest[0], *tightest[1], strict=True):
             if (end < value[0, at]) if upper else (end > value[0, at]):
                 value[0, at], of_state[0, at], of_angle[0, at] = end, its_state, its_angle
     return ends
 
 
-def _tightest(held: _Held, points: Array, state: Positions, *, upper: bool) -> tuple[Rows, Sequence[Array | Positions]]:
+def _tightest(
+    held: _Held, points: Array, state: Positions, *, upper: bool
+) -> tuple[Rows, Sequence[Array | Positions]]:
     """Conditions and their ends (N, state, angle), sought from points (angle, place in the box) and nearby states."""
     problem, sign, shares = held.problem, -1.0 if upper else 1.0, points[:, 1:]
 
-    def ends_at(some: _Held, shares: Array, near: Positions, start: Array | None = None) -> list[Any]:
+    def ends_at(
+        some: _Held, shares: Array, near: Positions, start: Array | None = None
+    ) -> list[Any]:
         none = np.full(len(near), -sign * np.inf)
         given = problem.angles.ravel(), problem.flexion, problem.bounds
         return [*refined(some.design(shares), near, none, *given, upper=upper, start=start)]
 
     near, here = ends_at(held, shares, state), ends_at(held, shares, state, points[:, 0])
-    best = [np.where(sign * here[0] > sign * near[0], new, old) for new, old in zip(here, near, strict=True)]
+    best = [
+        np.where(sign * here[0] > sign * near[0], new, old)
+        for new, old in zip(here, near, strict=True)
+    ]
     if not problem.box:
         return held.row, best
     first = np.argsort(-sign * best[0])[:_MOST_CLIMBED]
-    held, shares, best, step = held.taken(first), shares[first], [each[first] for each in best], _FIRST_STEP
+    held, shares, best, step = (
+        held.taken(first),
+        shares[first],
+        [each[first] for each in best],
+        _FIRST_STEP,
+    )
     ways = np.concatenate([np.eye(len(problem.box)), -np.eye(len(problem.box))])
     each = np.repeat(np.arange(len(held)), len(ways))
     for _ in range(_CLIMBS):
         points = np.clip(shares[each] + step * np.tile(ways, (len(held), 1)), -1.0, 1.0)
         tightest = ends_at(held.taken(each), points, best[1][each])
-        top = (sign * tightest[0]).reshape(len(held), -1).argmax(axis=1) + np.arange(len(held)) * len(ways)
+        top = (sign * tightest[0]).reshape(len(held), -1).argmax(axis=1) + np.arange(
+            len(held)
+        ) * len(ways)
         better = sign * tightest[0][top] > sign * best[0]
         shares = np.where(better[:, np.newaxis], points[top], shares)
         best = [np.where(better, new[top], old) for new, old in zip(tightest, best, strict=True)]

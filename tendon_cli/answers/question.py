@@ -28,7 +28,9 @@ from tendon_cli.studies.values import Values
 from tendon_cli.units import shorten
 
 _STATES_AT_ONCE = 2**21  # so that the model's arrays stay within a few megabytes each
-_MOTOR_IN_NUMPY = 8  # by how much fewer are at once with limits on the motor, of which all states have arrays
+_MOTOR_IN_NUMPY = (
+    8  # by how much fewer are at once with limits on the motor, of which all states have arrays
+)
 _REFINED_AT_ONCE = 2**12
 _SEVERAL = {"peak_motor_power", "max_motor_work_in", "max_friction_loss", "min_efficiency"}
 
@@ -57,9 +59,13 @@ class Problem(Asked):
                 each = window.named(each, design, self.angles, self.flexion, self.bounds)
             if of_motion:
                 window_of = cast("Window", each)
-                each = narrowed(window_of, design, self.angles, self.flexion, self.bounds, self.loads)
+                each = narrowed(
+                    window_of, design, self.angles, self.flexion, self.bounds, self.loads
+                )
             for name, values in vars(window.as_read(each, design)).items():
-                whole.setdefault(name, np.empty(shape, dtype=values.dtype))[rows, conditions] = values
+                whole.setdefault(name, np.empty(shape, dtype=values.dtype))[rows, conditions] = (
+                    values
+                )
         return Window(**whole) if named else Ends(**whole)
 
     def ends_over_angles(self, numbers: Numbers, count: int) -> Ends:
@@ -72,31 +78,49 @@ class Problem(Asked):
             folded, states = window.begin(shape), (*shape, len(self.flexion), angles.size)
             kernel.fold_window(folded, State.of(design, angles, self.flexion), self.bounds, states)
             for name, values in vars(window.finished(folded, design, self.bounds)).items():
-                every = whole.setdefault(name, np.empty((count, len(self.conditions)), dtype=values.dtype))
+                every = whole.setdefault(
+                    name, np.empty((count, len(self.conditions)), dtype=values.dtype)
+                )
                 every[rows, conditions] = values
         ends = Ends(**whole)
         if still:
             return ends
-        inner = [between.without_edges(state, self.angles) for state in (ends.low_state, ends.high_state)]
-        for name, may_bind, is_inner in zip(("low", "high"), self._may_bind(ends), inner, strict=True):
+        inner = [
+            between.without_edges(state, self.angles) for state in (ends.low_state, ends.high_state)
+        ]
+        for name, may_bind, is_inner in zip(
+            ("low", "high"), self._may_bind(ends), inner, strict=True
+        ):
             value, state, angle = (getattr(ends, f"{name}{of}") for of in ("", "_state", "_angle"))
             at = np.nonzero(may_bind & is_inner & (state >= 0) & np.isfinite(ends.low))
             for part in self.cut(len(at[0]), _REFINED_AT_ONCE):
                 some = at[0][part], at[1][part]
-                of_pairs = self.paired(numbers, *some), state[some], value[some], self.angles.ravel()
-                tightest = between.refined(*of_pairs, self.flexion, self.bounds, upper=name == "high")
+                of_pairs = (
+                    self.paired(numbers, *some),
+                    state[some],
+                    value[some],
+                    self.angles.ravel(),
+                )
+                tightest = between.refined(
+                    *of_pairs, self.flexion, self.bounds, upper=name == "high"
+                )
                 value[some], state[some], angle[some] = tightest
         return ends
 
     def _may_bind(self, ends: Ends) -> tuple[Flags, Flags]:
         """Which lower and upper ends, (choices, conditions), may set those of their choices, whichever angles bind."""
-        if not 0.0 < self.near < np.inf or not self.is_f0:  # the order of readings may be another one
+        if (
+            not 0.0 < self.near < np.inf or not self.is_f0
+        ):  # the order of readings may be another one
             return (np.full(ends.low.shape, self.near > 0.0),) * 2
         low, high = [ends.low.max(axis=1)], [ends.high.min(axis=1)]
         if self.enough < 1.0:
             of_groups = grouped(ends.low, ends.high, self.groups)
             covered = share_served(*of_groups, self.weighting, enough=self.enough)
-            low, high = [*low, covered.low, covered.best_low], [*high, covered.high, covered.best_high]
+            low, high = (
+                [*low, covered.low, covered.best_low],
+                [*high, covered.high, covered.best_high],
+            )
         return _near(ends.low, low, self.near), _near(ends.high, high, self.near)
 
     def chunks(
@@ -107,13 +131,22 @@ class Problem(Asked):
         So what depends on one of these alone is worked out once. Raises Stopped between them if that is asked for.
         """
         under = len(self.conditions)
-        most = max(1, _STATES_AT_ONCE // self.states_per_design // (_MOTOR_IN_NUMPY if self.bounds.of_motion else 1))
+        most = max(
+            1,
+            _STATES_AT_ONCE
+            // self.states_per_design
+            // (_MOTOR_IN_NUMPY if self.bounds.of_motion else 1),
+        )
         width = min(under, max(1, most // min(count, 2 * math.isqrt(most))))
         step = max(1, most // width)
         at = {**numbers, **({} if pretension is None else {PRETENSION: pretension})}
         for conditions in self.cut(under, width):
             for rows in self.cut(count, step):
-                yield rows, conditions, self.design(of_some(at, rows), of_some(self.condition_numbers, conditions))
+                yield (
+                    rows,
+                    conditions,
+                    self.design(of_some(at, rows), of_some(self.condition_numbers, conditions)),
+                )
 
     def cut(self, count: int, most: int) -> Iterator[slice]:
         """As many at once as memory has room for; raises Stopped between them."""
@@ -127,7 +160,9 @@ def _near(ends: Array, of: list[Array], share: float) -> Flags:
     near = np.zeros(ends.shape, dtype=np.bool_)
     with np.errstate(invalid="ignore"):
         for each in of:
-            near |= np.abs(ends - each[:, np.newaxis]) <= share * (1.0 + np.abs(each))[:, np.newaxis]
+            near |= (
+                np.abs(ends - each[:, np.newaxis]) <= share * (1.0 + np.abs(each))[:, np.newaxis]
+            )
     return near
 
 
@@ -141,7 +176,9 @@ def question(study: Study) -> Problem:
         bounds=bounds_of(study),
         enough=study.serve,
         middle=study.design.pretension == "middle",
-        given=study.design.pretension.single if isinstance(study.design.pretension, Values) else None,
+        given=study.design.pretension.single
+        if isinstance(study.design.pretension, Values)
+        else None,
     )
     return replace(problem, notes=(*study.warnings, *_left_out(problem)))
 
@@ -177,6 +214,8 @@ def rows_to_prove(problem: Problem) -> Rows:
     for text in rows:
         if not text.isdecimal() or int(text) >= count:
             raise UsageError(
-                f'"{shorten(text)}" is no row of choices.parquet', where="--prove", hint=f"0 to {count - 1}"
+                f'"{shorten(text)}" is no row of choices.parquet',
+                where="--prove",
+                hint=f"0 to {count - 1}",
             )
     return np.unique(np.array([int(text) for text in rows], dtype=np.int64))

@@ -25,7 +25,9 @@ from tendon_cli.studies.study import keys
 from tendon_cli.studies.values import RIGID
 from tendon_cli.units import parse_measure
 
-_MOST = 2**28  # states of all choices under all conditions; of more choices some are tried, evenly taken
+_MOST = (
+    2**28
+)  # states of all choices under all conditions; of more choices some are tried, evenly taken
 _ROUNDS = 12
 _FARTHEST = 10.0  # times a limit
 _SOFTER = 40.0  # by how much less stiffness than asked for is tried, N m/rad
@@ -46,7 +48,9 @@ class Ask(NamedTuple):
         """What it is."""
         return _quantity_of(self.key)
 
-    def eased(self, problem: Problem, value: float, numbers: Numbers, count: int) -> tuple[Problem, Numbers]:
+    def eased(
+        self, problem: Problem, value: float, numbers: Numbers, count: int
+    ) -> tuple[Problem, Numbers]:
         """The question for `count` choices with a value in its place; those of a condition drawn together toward 0."""
         if self.key.startswith("limits."):
             return problem.bounded(self.key.removeprefix("limits."), value), numbers
@@ -58,7 +62,11 @@ class Ask(NamedTuple):
 
 def _quantity_of(key: str) -> Quantity:
     limit = key.removeprefix("limits.")
-    return keys()[key].number.quantity if limit == key else QUANTITIES.get(limit, QUANTITIES["pretension"])
+    return (
+        keys()[key].number.quantity
+        if limit == key
+        else QUANTITIES.get(limit, QUANTITIES["pretension"])
+    )
 
 
 def relaxations(problem: Problem, limits: set[str]) -> list[dict[str, Any]]:
@@ -76,14 +84,24 @@ def relaxations(problem: Problem, limits: set[str]) -> list[dict[str, Any]]:
 def _asks(problem: Problem, limits: set[str], rows: Rows) -> Iterator[Ask]:
     for name in sorted(limits & set(problem.bounds)):
         value, is_stiffness = float(problem.bounds[name]), name == "min_elbow_stiffness"
-        farthest = value - _SOFTER if is_stiffness else 0.0 if LIMITS[name].from_below else _FARTHEST * value
+        farthest = (
+            value - _SOFTER
+            if is_stiffness
+            else 0.0
+            if LIMITS[name].from_below
+            else _FARTHEST * value
+        )
         if (value > 0.0 or is_stiffness) and np.isfinite(value):
             yield Ask(f"limits.{name}", value, farthest, rows)
     single = problem.choices.single
-    widths = np.asarray(problem.choices.numbers(rows).get(_WIDTH, np.full(len(rows), single.get(_WIDTH, np.nan))))
+    widths = np.asarray(
+        problem.choices.numbers(rows).get(_WIDTH, np.full(len(rows), single.get(_WIDTH, np.nan)))
+    )
     of_choices = [Ask(_ANCHOR, float(single.get(_ANCHOR, np.inf)), _FIRMEST, rows)]
     if "max_contact_pressure" in limits:
-        of_choices.insert(0, Ask(_WIDTH, float(widths.max()), _WIDEST, rows[widths == widths.max()]))
+        of_choices.insert(
+            0, Ask(_WIDTH, float(widths.max()), _WIDEST, rows[widths == widths.max()])
+        )
     for ask in of_choices:
         if 0.0 < ask.before < ask.farthest and ask.key not in problem.condition_numbers:
             yield ask
@@ -99,7 +117,12 @@ def _least(problem: Problem, ask: Ask) -> dict[str, Any]:
         solved = solve(asked, numbers, len(rows), with_worst=False)
         return Solutions(solved.results, rows, problem.choices.columns(rows))
 
-    record: dict[str, Any] = {"key": ask.key, "before": ask.before, "farthest": ask.farthest, "after": None}
+    record: dict[str, Any] = {
+        "key": ask.key,
+        "before": ask.before,
+        "farthest": ask.farthest,
+        "after": None,
+    }
     solved = tried(ask.farthest, ask.rows)
     if not solved["feasible"].any():
         return record | {"printed": "", "choice": None, "served": float(solved["served"].max())}
@@ -113,12 +136,16 @@ def _least(problem: Problem, ask: Ask) -> dict[str, Any]:
 
     spaced = np.geomspace if ask.key == _ANCHOR else np.linspace
     least = edge(first, ask.before, ask.farthest, 3, _ROUNDS, spaced)
-    printed = say.quantity(ask.quantity, least, toward=np.inf if ask.farthest > ask.before else -np.inf)
+    printed = say.quantity(
+        ask.quantity, least, toward=np.inf if ask.farthest > ask.before else -np.inf
+    )
     after = parse_measure(printed.replace(",", ""), ask.quantity.dimension).si
     solved = tried(after, rows)
     best = solved.taken([int(np.lexsort((-solved["tolerance"], -solved["served_at"]))[0])])
-    columns = {axis.column: axis.names[best[axis.column][0]] if axis.names else best.one(axis.column)
-               for axis in problem.choices.axes}  # fmt: skip
+    columns = {
+        axis.column: axis.names[best[axis.column][0]] if axis.names else best.one(axis.column)
+        for axis in problem.choices.axes
+    }
     values = {name: RIGID if value == np.inf else value for name, value in columns.items()}
     record |= {"after": after, "printed": printed, "choice": int(best.row[0]), "values": values}
     return record | {"pretension": best.one("pretension"), "served": best.one("served_at")}
@@ -145,7 +172,9 @@ def relaxations_in_words(problem: Problem, relaxations: list[Row]) -> Iterator[s
             continue
         share = "all" if each["served"] >= 1.0 else f"{say.percent(each['served'])} of the"
         others = Space(tuple(axis for axis in problem.choices.axes if axis.key != key))
-        what = ", ".join(filter(None, (row_words(others, each["values"]), f"{say.number(each['pretension'])} N")))
+        what = ", ".join(
+            filter(None, (row_words(others, each["values"]), f"{say.number(each['pretension'])} N"))
+        )
         changed = text.format(each["printed"], say.quantity(of, each["before"]))
         yield f"{changed}: {what} serves {share} {problem.counted}"
     if idle:

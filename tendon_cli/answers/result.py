@@ -98,16 +98,33 @@ class Answer(Result):
         names = grid.column_names[: grid.column_names.index("refined")]
         sizes = {name: len(grid.column(name).unique()) for name in names}
         choices = variables_of(grid, sizes)
-        conditions = variables_of(self.table("conditions"), {"condition": self.record["conditions"]})
+        conditions = variables_of(
+            self.table("conditions"), {"condition": self.record["conditions"]}
+        )
         problem = question(recorded_study(self.record))
         if len(problem.choices) * len(problem.conditions) <= _MOST_WINDOWS:
             count = len(problem.choices)
             ends = problem.ends(problem.choices.numbers(np.arange(count)), count)
-            for name, values, which in (("window_from", ends.low, "smallest"), ("window_to", ends.high, "largest")):
-                attributes = {"units": "N", "long_name": f"{which} pretension", "description": f"{which} {_UNDER}"}
-                choices[name] = (*sizes, "condition"), values.reshape(*sizes.values(), -1), attributes
+            for name, values, which in (
+                ("window_from", ends.low, "smallest"),
+                ("window_to", ends.high, "largest"),
+            ):
+                attributes = {
+                    "units": "N",
+                    "long_name": f"{which} pretension",
+                    "description": f"{which} {_UNDER}",
+                }
+                choices[name] = (
+                    (*sizes, "condition"),
+                    values.reshape(*sizes.values(), -1),
+                    attributes,
+                )
         coordinates = {name: along_own_axes(name, choices.pop(name)) for name in names}
-        coordinates |= {f"condition_{name}": variable for name, variable in conditions.items() if name != "condition"}
+        coordinates |= {
+            f"condition_{name}": variable
+            for name, variable in conditions.items()
+            if name != "condition"
+        }
         facts = {name: self.record[name] for name in ("name", "title", "study_hash")}
         dataset: xr.Dataset = library.Dataset(choices, coordinates, facts)
         return dataset

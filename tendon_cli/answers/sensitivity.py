@@ -31,7 +31,9 @@ _STEP = 1e-30  # of an imaginary change: a complex step has no error of differen
 _FACTORS = (0.99, 1.01)  # by which a number is changed to see whether its derivative says enough
 _NEAR = 3  # states apart that count as the same, for the angle that binds moves with most numbers
 
-Slope = Callable[[Design, Bounds], float]  # how an end moves with what is complex in a design or in the bounds, N
+Slope = Callable[
+    [Design, Bounds], float
+]  # how an end moves with what is complex in a design or in the bounds, N
 
 
 def sensitivities(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
@@ -62,20 +64,31 @@ def _of_end(problem: Problem, choice: Solutions, end: str) -> Iterator[dict[str,
     values = _numbers_at(alone, numbers)
     steady = _steady(problem, numbers, values, end, (code, state))
     for key, value in values.items():
-        changed = alone.design(numbers, {**alone.condition_numbers, key: np.array([value + _STEP * 1j])})
+        changed = alone.design(
+            numbers, {**alone.condition_numbers, key: np.array([value + _STEP * 1j])}
+        )
         yield record(key, value, slope(changed, bounds), steady=steady[key])
     if name not in bounds:
         return
-    has_speed = "motion.speed" in (need.key for need in LIMITS[name].needs) and problem.study.trajectory is None
+    has_speed = (
+        "motion.speed" in (need.key for need in LIMITS[name].needs)
+        and problem.study.trajectory is None
+    )
     of_bounds = {"motion.speed": ("speed", bounds.speed)} if has_speed else {}
     for key, (bound, given) in {**of_bounds, f"limits.{name}": (name, bounds[name])}.items():
         value = float(given)
-        yield record(key, value, slope(design, bounds.changed(bound, np.asarray(value + _STEP * 1j))))
+        yield record(
+            key, value, slope(design, bounds.changed(bound, np.asarray(value + _STEP * 1j)))
+        )
 
 
 def _of_state(alone: Problem, choice: Solutions, end: str, design: Design) -> Slope:  # noqa: ARG001
     """Of an end that a limit on a state sets: it is where the limit is just kept."""
-    code, state, between = int(choice[f"{end}_by"][0]), int(choice[f"{end}_state"][0]), choice.one(f"{end}_angle")
+    code, state, between = (
+        int(choice[f"{end}_by"][0]),
+        int(choice[f"{end}_state"][0]),
+        choice.one(f"{end}_angle"),
+    )
     direction, place = divmod(state, alone.angles.size)
     angle = np.array([[float(alone.angles[0, place]) if np.isnan(between) else between]])
     ways = np.broadcast_to(alone.flexion, (len(alone.flexion), alone.angles.size))
@@ -97,7 +110,10 @@ def _of_motor(alone: Problem, choice: Solutions, end: str, design: Design) -> Sl
     def slope(changed: Design, bounds: Bounds) -> float:
         by_number, by_pretension = (
             excess(name, each, alone.angles, alone.flexion, held, at, state).imag
-            for each, held, at in ((changed, bounds, pretension), (design, alone.bounds, pretension + _STEP * 1j))
+            for each, held, at in (
+                (changed, bounds, pretension),
+                (design, alone.bounds, pretension + _STEP * 1j),
+            )
         )
         return -by_number / by_pretension
 
@@ -109,7 +125,11 @@ def _numbers_at(alone: Problem, numbers: Numbers) -> dict[str, float]:
     space = alone.choices.at(numbers, alone.condition_numbers)
     values = {}
     for (key, side), number in space.of_the_model.items():
-        if key not in (PRETENSION, *WORDS) and key in keys() and not isinstance(number.value, Spline):
+        if (
+            key not in (PRETENSION, *WORDS)
+            and key in keys()
+            and not isinstance(number.value, Spline)
+        ):
             name = of_side(key, side) if side and key in space.of_sides else key
             values[name] = float(np.asarray(number.within(space.whole)).item())
     return {key: value for key, value in values.items() if np.isfinite(value)}
@@ -131,12 +151,17 @@ def _steady(
     rows = [_binds(problem, changed, 2 * len(alone), end, binding)] if alone else []
     for key, given in of_conditions.items():
         scaled = np.where(np.isnan(given), values[key], given)
-        rows += [_binds(problem.saying({key: scaled * factor}), numbers, 1, end, binding) for factor in _FACTORS]
+        rows += [
+            _binds(problem.saying({key: scaled * factor}), numbers, 1, end, binding)
+            for factor in _FACTORS
+        ]
     pairs = np.all(np.concatenate(rows).reshape(-1, 2), axis=1)
     return dict(zip([*alone, *of_conditions], np.asarray(pairs).tolist(), strict=True))
 
 
-def _binds(problem: Problem, numbers: Numbers, count: int, end: str, binding: tuple[int, int]) -> Flags:
+def _binds(
+    problem: Problem, numbers: Numbers, count: int, end: str, binding: tuple[int, int]
+) -> Flags:
     """Of choices, whether a limit binds in a state, or next to it."""
     solved = solve(replace(problem, near=-1.0), numbers, count, with_worst=False)
     near = np.abs(solved[f"{end}_state"] - binding[1]) <= _NEAR
@@ -151,10 +176,14 @@ _STATES = 2e7  # most states that are worked out for the indices
 _MOST, _FEWEST = 4096, 64
 _RESAMPLES = 200
 
-Ends = Callable[[Array], Array]  # from points of the unit cube, (points, inputs), to results, (results, points)
+Ends = Callable[
+    [Array], Array
+]  # from points of the unit cube, (points, inputs), to results, (results, points)
 
 
-def sobol(ends: Ends, inputs: tuple[str, ...], names: tuple[str, ...], count: int, seed: int) -> Iterator[Any]:
+def sobol(
+    ends: Ends, inputs: tuple[str, ...], names: tuple[str, ...], count: int, seed: int
+) -> Iterator[Any]:
     """First-order and total indices of results by Saltelli's design of `count` (a power of two) Sobol points.
 
     Standard errors are of the bootstrap. A result that is not finite everywhere, or never changes, has no indices.
@@ -179,7 +208,9 @@ def sobol(ends: Ends, inputs: tuple[str, ...], names: tuple[str, ...], count: in
         if not np.isfinite(values).all() or np.ptp(values) == 0.0:
             continue
         apart = values - values[:2].mean()
-        first_error, total_error = np.std([indices(apart[:, some]) for some in draws], axis=0, ddof=1)
+        first_error, total_error = np.std(
+            [indices(apart[:, some]) for some in draws], axis=0, ddof=1
+        )
         first, total = indices(apart)
         columns = {"first": first, "first_standard_error": first_error}
         columns |= {"total": total, "total_standard_error": total_error}
@@ -214,12 +245,19 @@ def indices(problem: Problem, numbers: Numbers) -> list[dict[str, Any]]:
         drawn: dict[str, Array] = {}
         if whose is not None and people is not None:  # the persons at these shares of the weighting
             up_to = np.cumsum(normalised(people.weighting))
-            persons = np.minimum(np.searchsorted(up_to, points[:, -1], side="right"), len(people) - 1)
+            persons = np.minimum(
+                np.searchsorted(up_to, points[:, -1], side="right"), len(people) - 1
+            )
             drawn |= {key: values[persons] for key, values in whose.numbers.items()}
-        drawn |= {key: quantile(known, points[:, at]) for at, (key, known) in enumerate(study.uncertain.items())}
+        drawn |= {
+            key: quantile(known, points[:, at])
+            for at, (key, known) in enumerate(study.uncertain.items())
+        }
         axis = replace(Axis.of_points(drawn), key=DRAW_AXIS)
         asked = replace(problem, conditions=Space((axis, *others)).grouped())
         windows = asked.ends(numbers, 1)
         return np.concatenate(grouped(windows.low, windows.high, asked.groups))
 
-    return list(sobol(ends, inputs, ("pretension_from", "pretension_to"), count, study.uncertainty.seed))
+    return list(
+        sobol(ends, inputs, ("pretension_from", "pretension_to"), count, study.uncertainty.seed)
+    )

@@ -21,8 +21,12 @@ from tendon_cli.model.window import Ends, Window
 from tendon_cli.space.axis import Numbers, Rows
 
 WORST = (
-    "max_tension", "max_spring_extension", "peak_motor_torque", "min_elbow_stiffness", "max_contact_pressure",
-)  # fmt: skip
+    "max_tension",
+    "max_spring_extension",
+    "peak_motor_torque",
+    "min_elbow_stiffness",
+    "max_contact_pressure",
+)
 """Columns of a choice at its pretension: the worst over all conditions that this serves."""
 
 _WINDOWS_AT_ONCE = 2**19
@@ -40,7 +44,9 @@ class Solutions:
 
     results: Columns
     row: Rows  # their rows in `choices.parquet`; -1 for one between the points of the grid that has none yet
-    columns: Columns  # their values of each axis: SI, or of named values the position among their names
+    columns: (
+        Columns  # their values of each axis: SI, or of named values the position among their names
+    )
 
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
         """An axis or a result by its column's name."""
@@ -63,7 +69,9 @@ class Solutions:
         scores = np.column_stack([goal.score(self[goal.column]) for goal in goals])
         return np.where(self["feasible"][:, np.newaxis], scores, -np.inf)
 
-    def with_worst(self, rows: Rows | slice, values: dict[str, Array], *, has_worst: bool = True) -> Solutions:
+    def with_worst(
+        self, rows: Rows | slice, values: dict[str, Array], *, has_worst: bool = True
+    ) -> Solutions:
         """The same, some of the choices with the worst at their pretension."""
         whole = {name: self[name].copy() for name in (*WORST, "has_worst")}
         for name, column in {**values, "has_worst": has_worst}.items():
@@ -72,15 +80,21 @@ class Solutions:
 
     def taken(self, rows: Rows | Flags | list[int]) -> Solutions:
         """Some of them."""
-        results, columns = ({name: each[rows] for name, each in of.items()} for of in (self.results, self.columns))
+        results, columns = (
+            {name: each[rows] for name, each in of.items()} for of in (self.results, self.columns)
+        )
         return Solutions(results, self.row[rows], columns)
 
     @classmethod
     def joined(cls, parts: list[Solutions]) -> Solutions:
         """Those of several, one after the other."""
         first = parts[0]
-        results = {name: np.concatenate([part.results[name] for part in parts]) for name in first.results}
-        columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in first.columns}
+        results = {
+            name: np.concatenate([part.results[name] for part in parts]) for name in first.results
+        }
+        columns = {
+            name: np.concatenate([part.columns[name] for part in parts]) for name in first.columns
+        }
         return cls(results, np.concatenate([part.row for part in parts]), columns)
 
 
@@ -89,9 +103,13 @@ def of_rows(problem: Problem, rows: Rows) -> Solutions:
     return replace(of_columns(problem, problem.choices.columns(rows), len(rows)), row=rows)
 
 
-def of_columns(problem: Problem, columns: Columns, count: int, *, with_worst: bool = True) -> Solutions:
+def of_columns(
+    problem: Problem, columns: Columns, count: int, *, with_worst: bool = True
+) -> Solutions:
     """Choices anywhere, solved."""
-    return replace(solve(problem, problem.numbers_of(columns), count, with_worst=with_worst), columns=columns)
+    return replace(
+        solve(problem, problem.numbers_of(columns), count, with_worst=with_worst), columns=columns
+    )
 
 
 def solve(problem: Problem, numbers: Numbers, count: int, *, with_worst: bool = True) -> Solutions:
@@ -105,7 +123,9 @@ def solve(problem: Problem, numbers: Numbers, count: int, *, with_worst: bool = 
     return parts[0] if len(parts) == 1 else Solutions.joined(parts)
 
 
-def without_worst(problem: Problem, numbers: Numbers, count: int, ends: Ends | None = None) -> tuple[Solutions, Flags]:
+def without_worst(
+    problem: Problem, numbers: Numbers, count: int, ends: Ends | None = None
+) -> tuple[Solutions, Flags]:
     """Choices solved but for the worst at their pretensions, and which conditions each serves; by ends, if known."""
     ends = problem.ends(numbers, count) if ends is None else ends
     of_groups = grouped(ends.low, ends.high, problem.groups)
@@ -117,20 +137,29 @@ def without_worst(problem: Problem, numbers: Numbers, count: int, ends: Ends | N
     held = serves(*of_groups, pretension[:, np.newaxis])
     # Exactly 1 if all groups are served.
     served = np.where(held.all(axis=1), 1.0, np.minimum(held @ normalised(problem.weighting), 1.0))
-    named = _named(problem, numbers, ends, np.concatenate([results["from_condition"], results["to_condition"]]))
+    named = _named(
+        problem, numbers, ends, np.concatenate([results["from_condition"], results["to_condition"]])
+    )
     results |= {"from_by": named.low_by[:count], "to_by": named.high_by[count:]}
     for end, name in (("from", "low"), ("to", "high")):
         condition = results[f"{end}_condition"]
         results[f"{end}_state"] = _taken(getattr(ends, f"{name}_state"), condition)
         results[f"{end}_angle"] = _taken(getattr(ends, f"{name}_angle"), condition)
     results |= {"tolerance": _tolerance(low, high), "served_at": served, "pretension": pretension}
-    results |= {**dict.fromkeys(WORST, np.full(count, np.nan)), "has_worst": np.zeros(count, dtype=np.bool_)}
+    results |= {
+        **dict.fromkeys(WORST, np.full(count, np.nan)),
+        "has_worst": np.zeros(count, dtype=np.bool_),
+    }
     results["between_samples"] = np.zeros(count, dtype=np.int64)
-    results["feasible"] = low <= high if problem.given is None else served >= problem.enough - ROUNDING
+    results["feasible"] = (
+        low <= high if problem.given is None else served >= problem.enough - ROUNDING
+    )
     return Solutions(results, np.full(count, -1), {}), held[:, problem.groups]
 
 
-def _common(problem: Problem, ends: Ends, of_low: Array, of_high: Array) -> tuple[Columns, tuple[Array, Array]]:
+def _common(
+    problem: Problem, ends: Ends, of_low: Array, of_high: Array
+) -> tuple[Columns, tuple[Array, Array]]:
     """The widest interval that serves enough, its binding conditions, how many there are, and what is best served.
 
     `of_low` and `of_high` are the ends of groups. If there is none, its ends are those over all conditions, and it is
@@ -153,8 +182,9 @@ def _common(problem: Problem, ends: Ends, of_low: Array, of_high: Array) -> tupl
             condition[some] = np.argmax(binds, axis=1)
     results = {"pretension_from": low, "pretension_to": high, "windows": windows, "served": served}
     return {**results, "from_condition": from_condition, "to_condition": to_condition}, (
-        covered.best_low, covered.best_high,
-    )  # fmt: skip
+        covered.best_low,
+        covered.best_high,
+    )
 
 
 def _named(problem: Problem, numbers: Numbers, ends: Ends, condition: Rows) -> Window:
@@ -177,7 +207,9 @@ def _tolerance(low: Array, high: Array) -> Array:
     with np.errstate(invalid="ignore", divide="ignore"):
         share = (high - low) / (high + low)
     # A window from 0 to 0 tolerates nothing.
-    return np.where(low <= high, np.where(np.isinf(high), 1.0, np.where(high == 0.0, 0.0, share)), np.nan)
+    return np.where(
+        low <= high, np.where(np.isinf(high), 1.0, np.where(high == 0.0, 0.0, share)), np.nan
+    )
 
 
 def _within(problem: Problem, low: Array, high: Array) -> Array:
@@ -210,24 +242,44 @@ def under_each(problem: Problem, numbers: Numbers, pretension: Array, served: Fl
     """The six quantities of one choice under each condition, (6, conditions); those that are not served have least."""
     whole = np.full((6, len(problem.conditions)), -np.inf)
     for rows, conditions, values in _quantities(problem, numbers, pretension):
-        whole[:, conditions] = np.where(served[rows, conditions] & ~np.isnan(values), values, -np.inf)[:, 0]
+        whole[:, conditions] = np.where(
+            served[rows, conditions] & ~np.isnan(values), values, -np.inf
+        )[:, 0]
     return whole
 
 
-def severest(problem: Problem, numbers: Numbers, pretension: Array, served: Flags, most: int) -> Rows:
+def severest(
+    problem: Problem, numbers: Numbers, pretension: Array, served: Flags, most: int
+) -> Rows:
     """The conditions, `most` for each quantity, that are the worst for one choice."""
     whole = under_each(problem, numbers, pretension, served)
     return np.unique(np.argsort(-whole, axis=1, kind="stable")[:, :most])
 
 
-def _quantities(problem: Problem, numbers: Numbers, pretension: Array) -> Iterator[tuple[slice, slice, Array]]:
+def _quantities(
+    problem: Problem, numbers: Numbers, pretension: Array
+) -> Iterator[tuple[slice, slice, Array]]:
     """Six quantities of choices under conditions, the larger the worse, (6, choices, conditions)."""
     for rows, conditions, design in problem.chunks(numbers, len(pretension), pretension):
         shape = rows.stop - rows.start, conditions.stop - conditions.start
         values, at = extremes.begin(shape), State.of(design, problem.angles, problem.flexion)
-        kernel.fold_extremes(values, at, problem.angles.ravel(), (*shape, len(problem.flexion), problem.angles.size))
-        pressure = contact_pressure(design, values["max_extensor_distal"][..., np.newaxis, np.newaxis])[..., 0, 0]
-        yield rows, conditions, np.stack((
-            values["max_tension"], values["max_spring_extension"], values["highest_motor_torque"],
-            -values["lowest_motor_torque"], -values["min_elbow_stiffness"], np.broadcast_to(pressure, shape),
-        ))  # fmt: skip
+        kernel.fold_extremes(
+            values, at, problem.angles.ravel(), (*shape, len(problem.flexion), problem.angles.size)
+        )
+        pressure = contact_pressure(
+            design, values["max_extensor_distal"][..., np.newaxis, np.newaxis]
+        )[..., 0, 0]
+        yield (
+            rows,
+            conditions,
+            np.stack(
+                (
+                    values["max_tension"],
+                    values["max_spring_extension"],
+                    values["highest_motor_torque"],
+                    -values["lowest_motor_torque"],
+                    -values["min_elbow_stiffness"],
+                    np.broadcast_to(pressure, shape),
+                )
+            ),
+        )

@@ -25,7 +25,10 @@ from tendon_cli.studies.values import RIGID
 from tendon_cli.tables.schema import Column
 
 _LIMITS = ("", *LIMIT_NAMES)  # by a limit's code and one: NOTHING is -1
-_BINDS = tuple(Column(f"{end}_condition", "count", "1", "row of conditions that binds") for end in ("from", "to"))
+_BINDS = tuple(
+    Column(f"{end}_condition", "count", "1", "row of conditions that binds")
+    for end in ("from", "to")
+)
 _SEX = Column("sex", "text", "1", "sex", choices=("male", "female"))
 
 
@@ -38,19 +41,40 @@ def choice_columns(problem: Problem) -> tuple[Column, ...]:
         *map(_of_axis, problem.choices.axes),
         Column("refined", "truth", "1", "a point between those of the grid"),
         *_of_quantities("pretension_from", "pretension_to", read=read),
-        Column("windows", "count", "1", "intervals of pretension that serve enough; the widest is the window"),
+        Column(
+            "windows",
+            "count",
+            "1",
+            "intervals of pretension that serve enough; the widest is the window",
+        ),
         *_of_quantities("tolerance"),
         Column("from_by", "text", "1", f"limit that binds below, {neither}", choices=_LIMITS),
         Column("to_by", "text", "1", f"limit that binds above, {neither}", choices=_LIMITS),
         *_BINDS,
-        *(Column(f"{end}_direction", "text", "1", of_state, choices=directions) for end in ("from", "to")),
-        *(Column.of(QUANTITIES["elbow_angle"], f"{end}_elbow_angle") for end in ("from", "to")),
-        *_of_quantities("served", "served_at", "pretension", *WORST, *SET, "tolerance_length", read=read),
-        Column(
-            "between_samples", "text", "1", "whether the window is proved between the samples", choices=say.STATUSES
+        *(
+            Column(f"{end}_direction", "text", "1", of_state, choices=directions)
+            for end in ("from", "to")
         ),
-        Column("feasible", "truth", "1", "it has a window; if the pretension is given, that serves enough"),
-        Column("on_front", "truth", "1", "no other choice is as good in every goal and better in one"),
+        *(Column.of(QUANTITIES["elbow_angle"], f"{end}_elbow_angle") for end in ("from", "to")),
+        *_of_quantities(
+            "served", "served_at", "pretension", *WORST, *SET, "tolerance_length", read=read
+        ),
+        Column(
+            "between_samples",
+            "text",
+            "1",
+            "whether the window is proved between the samples",
+            choices=say.STATUSES,
+        ),
+        Column(
+            "feasible",
+            "truth",
+            "1",
+            "it has a window; if the pretension is given, that serves enough",
+        ),
+        Column(
+            "on_front", "truth", "1", "no other choice is as good in every goal and better in one"
+        ),
     )
 
 
@@ -80,7 +104,9 @@ def condition_columns(problem: Problem) -> tuple[Column, ...]:
 def condition_rows(problem: Problem) -> Columns:
     """Rows of `conditions.parquet`."""
     count, given = len(problem.conditions), problem.conditions.weighting
-    return problem.conditions.columns(np.arange(count)) | {"weighting": np.ones(count) if given is None else given}
+    return problem.conditions.columns(np.arange(count)) | {
+        "weighting": np.ones(count) if given is None else given
+    }
 
 
 # --- Persons and draws -----------------------------------------------------------------------------------------------
@@ -97,14 +123,24 @@ def person_columns(problem: Problem, axis: Axis) -> tuple[Column, ...]:
         Column("weighting", "number", "1", "how much it counts in a share"),
         *_of_quantities(*(DIMENSIONS if people is not None else ())),
         *_of_quantities("pretension_from", "pretension_to", read=problem.study.setting.read),
-        *(Column(f"{end}_by", "text", "1", f"limit that binds {word}", choices=_LIMITS) for end, word in ends),
+        *(
+            Column(f"{end}_by", "text", "1", f"limit that binds {word}", choices=_LIMITS)
+            for end, word in ends
+        ),
         *_BINDS,
-        Column("served", "number", "1", "whether the pretension of the choice serves it; of several draws the share"),
+        Column(
+            "served",
+            "number",
+            "1",
+            "whether the pretension of the choice serves it; of several draws the share",
+        ),
         *_of_quantities(*SET),
     )
 
 
-def person_rows(problem: Problem, axis: Axis, windows: GroupWindows, columns: Columns, pretension: float) -> Columns:
+def person_rows(
+    problem: Problem, axis: Axis, windows: GroupWindows, columns: Columns, pretension: float
+) -> Columns:
     """A row per person under one choice at its pretension (N): its window is of at least `serve` of its draws.
 
     With completions the bodies drawn of a person are draws, too; body and tensions to set are their means.
@@ -116,7 +152,9 @@ def person_rows(problem: Problem, axis: Axis, windows: GroupWindows, columns: Co
     low, high, first, last = _windows(problem, windows, served.shape)
     rows: Columns = {
         axis.column: np.arange(count),
-        "weighting": np.ones(count) if axis.weighting is None else axis.weighting.reshape(count, -1).sum(axis=1),
+        "weighting": np.ones(count)
+        if axis.weighting is None
+        else axis.weighting.reshape(count, -1).sum(axis=1),
         "pretension_from": low,
         "pretension_to": _finite(high),
         "from_by": windows.low_by[first].astype(np.int64) + 1,
@@ -135,7 +173,9 @@ def person_rows(problem: Problem, axis: Axis, windows: GroupWindows, columns: Co
     return rows | {name: values.reshape(count, -1).mean(axis=1) for name, values in set_.items()}
 
 
-def _windows(problem: Problem, windows: GroupWindows, shape: tuple[int, ...]) -> tuple[Array, Array, Rows, Rows]:
+def _windows(
+    problem: Problem, windows: GroupWindows, shape: tuple[int, ...]
+) -> tuple[Array, Array, Rows, Rows]:
     """The window of each person, and the group that binds at each end of it."""
     low, high = windows.low.reshape(shape), windows.high.reshape(shape)
     first, last = np.argmax(low, axis=1), np.argmin(high, axis=1)
@@ -155,8 +195,14 @@ def _windows(problem: Problem, windows: GroupWindows, shape: tuple[int, ...]) ->
 
 def _of_quantities(*names: str, read: str = F0) -> tuple[Column, ...]:
     """Columns of quantities; those of pretension say how it is read."""
-    of = ((Column.of(QUANTITIES[name]), name.startswith("pretension") and read != F0) for name in names)
-    return tuple(replace(each, long_name=f"{each.long_name}, read as {read}") if other else each for each, other in of)
+    of = (
+        (Column.of(QUANTITIES[name]), name.startswith("pretension") and read != F0)
+        for name in names
+    )
+    return tuple(
+        replace(each, long_name=f"{each.long_name}, read as {read}") if other else each
+        for each, other in of
+    )
 
 
 def _of_axis(axis: Axis) -> Column:
@@ -180,7 +226,10 @@ def _as_list(column: Column, values: np.ndarray[Any, Any]) -> list[Any]:
         return [column.choices[at] or None for at in values]
     if column.kind == "number":
         endless = RIGID if column.is_axis else None
-        return [value if np.isfinite(value) else endless if value == np.inf else None for value in values.tolist()]
+        return [
+            value if np.isfinite(value) else endless if value == np.inf else None
+            for value in values.tolist()
+        ]
     return list(values.tolist())
 
 

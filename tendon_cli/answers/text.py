@@ -18,10 +18,12 @@ from tendon_cli.studies.study import keys
 
 _MOST_ALTERNATIVES, _MOST_MOVES = 8, 5
 _WORST = {
-    "max_tension": "a tension of", "max_spring_extension": "a spring extension of",
-    "peak_motor_torque": "a motor torque of", "min_elbow_stiffness": "an elbow stiffness of",
+    "max_tension": "a tension of",
+    "max_spring_extension": "a spring extension of",
+    "peak_motor_torque": "a motor torque of",
+    "min_elbow_stiffness": "an elbow stiffness of",
     "max_contact_pressure": "a strap pressure of",
-}  # fmt: skip
+}
 
 
 def blocks_of(problem: Problem, record: Row) -> Iterator[say.Block]:
@@ -46,14 +48,21 @@ def _list(heading: str, texts: Iterable[str]) -> Iterator[say.Block]:
 def _answer(problem: Problem, record: Row) -> Iterator[say.Block]:
     yield say.sentence(f"{_first_sentence(problem, record)} {say.proof(record['between_samples'])}")
     yield from _list("Why", _why(problem, record))
-    yield from _list(f"To set it{on_whom(problem)}: {posture(problem, record['setting'])}", to_set(problem, record))
-    yield from _list("Before you build it", (f"{each['text']} ({each['source']})" for each in record["remarks"]))
+    yield from _list(
+        f"To set it{on_whom(problem)}: {posture(problem, record['setting'])}",
+        to_set(problem, record),
+    )
+    yield from _list(
+        "Before you build it", (f"{each['text']} ({each['source']})" for each in record["remarks"])
+    )
     yield from _list("What moves the window most, per 1 %", _moves(record["sensitivities"]))
     yield from _alternatives(problem, record)
     yield from _list("Asked to be proved", (_proved(problem, row) for row in record["proved"]))
     if record["choices"] > 1:
         have = "has" if record["feasible"] == 1 else "have"
-        yield say.sentence(f"{record['feasible']:,} of {say.counted(record['choices'], 'choice')} {have} a window.")
+        yield say.sentence(
+            f"{record['feasible']:,} of {say.counted(record['choices'], 'choice')} {have} a window."
+        )
     yield from say.items(_in_choices(problem, each) for each in record["conflicts"])
 
 
@@ -82,7 +91,9 @@ def _set(row: Row) -> str:
 
 
 def _span(low: float, high: float) -> str:
-    return f"from {say.number(low)}" + (f" to {say.number(high)} N" if np.isfinite(high) else " N on")
+    return f"from {say.number(low)}" + (
+        f" to {say.number(high)} N" if np.isfinite(high) else " N on"
+    )
 
 
 def _tolerance(row: Row) -> str:
@@ -127,13 +138,19 @@ def _why(problem: Problem, record: Row) -> Iterator[str]:
     best = record["best"]
     yield words.end_words(problem, best, "from")
     yield f"{words.end_words(problem, best, 'to')}{drift_in_words(record['drift'])}"
-    worst = [f"{word} {say.quantity(name, best[name])}" for name, word in _WORST.items() if best[name]]
+    worst = [
+        f"{word} {say.quantity(name, best[name])}" for name, word in _WORST.items() if best[name]
+    ]
     yield f"at {_set(best)} the worst is {say.listed(worst)}"
     yield from _edges(problem, best)
 
 
 def _proved(problem: Problem, row: Row) -> str:
-    known = f"{say.window(*ends_of(row))}, {say.proved(row['between_samples'])}" if row["feasible"] else "no window"
+    known = (
+        f"{say.window(*ends_of(row))}, {say.proved(row['between_samples'])}"
+        if row["feasible"]
+        else "no window"
+    )
     return f"{row_words(problem.choices, row) or 'the design'}: {known}"
 
 
@@ -150,7 +167,9 @@ def _edges(problem: Problem, best: Row) -> Iterator[str]:
 def _moves(moves: list[Row]) -> Iterator[str]:
     """What moves the ends of the window most."""
     for end, word in (("from", "lower"), ("to", "upper")):
-        of_end = [each for each in moves if each["end"] == end and each["per_percent"]][:_MOST_MOVES]
+        of_end = [each for each in moves if each["end"] == end and each["per_percent"]][
+            :_MOST_MOVES
+        ]
         if of_end:
             yield f"{word} end: {', '.join(map(_move, of_end))}"
     if any(not each["steady"] for each in moves):
@@ -181,16 +200,26 @@ def _alternatives(problem: Problem, record: Row) -> Iterator[say.Block]:
     lines = [["", "", "window N", "±%", "N", *["served"] * some, *COSTS.values()]]
     for name, row in rows:
         low, high = ends_of(row)
-        lines.append([
-            name, ("~" if row["refined"] else "") + row_words(problem.choices, row),
-            f"{say.number(low, 3)} {'on' if np.isinf(high) else f'to {say.number(high, 3)}'}",
-            _tolerance(row), say.number(row["pretension"], 3), *[say.percent(row["served_at"])] * some, *costs(row),
-        ])  # fmt: skip
+        lines.append(
+            [
+                name,
+                ("~" if row["refined"] else "") + row_words(problem.choices, row),
+                f"{say.number(low, 3)} {'on' if np.isinf(high) else f'to {say.number(high, 3)}'}",
+                _tolerance(row),
+                say.number(row["pretension"], 3),
+                *[say.percent(row["served_at"])] * some,
+                *costs(row),
+            ]
+        )
     yield say.heading(head)
     yield say.table(lines)
     if record["gains"]:
-        gains = [f"{_name(column)} by {say.percent(gain)}" for column, gain in record["gains"].items()]
-        yield from say.items([f"~ between the points of the grid; better than it in {', '.join(gains)}"])
+        gains = [
+            f"{_name(column)} by {say.percent(gain)}" for column, gain in record["gains"].items()
+        ]
+        yield from say.items(
+            [f"~ between the points of the grid; better than it in {', '.join(gains)}"]
+        )
 
 
 # --- There is none ---------------------------------------------------------------------------------------------------
@@ -199,13 +228,21 @@ def _alternatives(problem: Problem, record: Row) -> Iterator[say.Block]:
 def _no_window(problem: Problem, record: Row) -> Iterator[say.Block]:
     choices, (noun, where) = record["choices"], say.reading(problem.study.setting.read)
     which = "" if choices == 1 else f", whichever of {choices:,} choices is taken"
-    whom = _all_of(problem) if problem.enough >= 1.0 else f"{say.percent(problem.enough)} of {_everyone(problem)}"
+    whom = (
+        _all_of(problem)
+        if problem.enough >= 1.0
+        else f"{say.percent(problem.enough)} of {_everyone(problem)}"
+    )
     at = f"No {noun}{where} suits"
     if problem.given is not None:
         at = f"A {noun} of {say.number(problem.given)} N{where} does not suit"
     yield say.sentence(f"{at} {whom}{which}.")
-    yield from _list("Why", (text for each in record["conflicts"] for text in _conflict(problem, record, each)))
-    yield from _list("What it would take, all else equal", relaxations_in_words(problem, record["would_take"]))
+    yield from _list(
+        "Why", (text for each in record["conflicts"] for text in _conflict(problem, record, each))
+    )
+    yield from _list(
+        "What it would take, all else equal", relaxations_in_words(problem, record["would_take"])
+    )
     if record["fixes"]:
         yield from fixes_table(record["fixes"])
 
@@ -213,7 +250,11 @@ def _no_window(problem: Problem, record: Row) -> Iterator[say.Block]:
 def _in_choices(problem: Problem, conflict: Row) -> str:
     """In how many choices two limits exclude each other, and how."""
     choices, limits = say.counted(conflict["choices"], "choice"), conflict["limits"]
-    if problem.given is not None and conflict["nearest"]["pretension_from"] is not None and len(limits) == 1:
+    if (
+        problem.given is not None
+        and conflict["nearest"]["pretension_from"] is not None
+        and len(limits) == 1
+    ):
         return f"in {choices} {say.number(problem.given)} N does not do: {words.broken(problem, limits[0])}"
     return f"in {choices} {say.conflict(limits, problem.study.limits)}"
 

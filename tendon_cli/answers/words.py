@@ -22,13 +22,19 @@ _MOST_NAMED = 3
 _DIFFERENT = 0.5  # standard deviations from which on those not served differ
 MORE, LESS, NEITHER = "more", "less", "another suit"
 """What someone who is not served would need: more pretension, less, or another suit."""
-_NEEDS = {MORE: "would need more", LESS: "would need less", NEITHER: "cannot be served by any pretension"}
+_NEEDS = {
+    MORE: "would need more",
+    LESS: "would need less",
+    NEITHER: "cannot be served by any pretension",
+}
 _HOW_MANY = ("one suit", "two suits", "three suits")
 
 
 def parameter(key: str, value: float | str) -> str:
     """A number of a study with its symbol, by its key; as a record has it."""
-    return say.parameter(keys()[key].number.quantity, math.inf if value == RIGID else float(value), say.side_of(key))
+    return say.parameter(
+        keys()[key].number.quantity, math.inf if value == RIGID else float(value), say.side_of(key)
+    )
 
 
 def value_words(axis: Axis, value: float | str) -> str:
@@ -64,7 +70,9 @@ def everyone(counts: Mapping[str, int], count: int, kind: str) -> str:
     if persons == 1 and draws > 1:
         return f"this person's {say.counted(draws, 'draw')}"
     if persons > 1 and draws > 1 and kind == "pairs":
-        return f"{count:,} pairs of {say.counted(persons, 'person')} and {say.counted(draws, 'draw')}"
+        return (
+            f"{count:,} pairs of {say.counted(persons, 'person')} and {say.counted(draws, 'draw')}"
+        )
     return f"this {kind[:-1]}" if count == 1 else say.counted(count, kind[:-1])
 
 
@@ -135,7 +143,9 @@ def population_share(population: Row) -> str:
         return f"all {whom}" if served >= 1.0 else f"{say.percent(served)} of {whom}"
     if persons == 1 and draws > 1:
         share = say.sampled_share(served, count, "draw")
-        return share.replace(f"{count:,} draws", f"{'of ' if share.startswith('all') else ''}{whom}")
+        return share.replace(
+            f"{count:,} draws", f"{'of ' if share.startswith('all') else ''}{whom}"
+        )
     return say.sampled_share(served, count, noun, population["effective_count"])
 
 
@@ -143,14 +153,18 @@ def population_blocks(problem: Problem, population: Row) -> Iterator[say.Block]:
     """What an answer says of persons or draws."""
     what = row_words(problem.choices, population["values"])
     yield say.heading("For whom" if "person" in population["counts"] else "How sure")
-    yield from say.items([
-        f"{what}: {_served(population)}" if what else _served(population),
-        *(["; ".join(map(_of_sex, population["by"]))] if population["by"] else []),
-        *(_not_served(population, reason) for reason in population["not_served"]),
-    ])  # fmt: skip
+    yield from say.items(
+        [
+            f"{what}: {_served(population)}" if what else _served(population),
+            *(["; ".join(map(_of_sex, population["by"]))] if population["by"] else []),
+            *(_not_served(population, reason) for reason in population["not_served"]),
+        ]
+    )
     if population["counts"].get("person", 0) > 1:
         for axis in problem.choices.axes:
-            yield from _sizes(problem, axis, population["sizes"].get(axis.column), population["counts"]["person"])
+            yield from _sizes(
+                problem, axis, population["sizes"].get(axis.column), population["counts"]["person"]
+            )
     yield from _sobol(population["sobol"])
 
 
@@ -164,7 +178,9 @@ def _served(population: Row) -> str:
     words = f"{say.number(population['pretension'])} N {verb} {population_share(population)}"
     if most - served < ROUNDING:
         return words
-    return f"{words}; {say.number(population['largest_share_at'])} N would serve {say.percent(most)}"
+    return (
+        f"{words}; {say.number(population['largest_share_at'])} N would serve {say.percent(most)}"
+    )
 
 
 def _of_sex(share: Row) -> str:
@@ -187,30 +203,43 @@ def _not_served(population: Row, reason: Row) -> str:
         for name, each in reason["bodies"].items()
         if abs(each["deviations"]) >= _DIFFERENT
     ]
-    names = ", ".join(reason["first"][:_MOST_NAMED]) + (", ..." if reason["count"] > _MOST_NAMED else "")
+    names = ", ".join(reason["first"][:_MOST_NAMED]) + (
+        ", ..." if reason["count"] > _MOST_NAMED else ""
+    )
     return "; ".join([words, *bodies[:2], names])
 
 
-def _sizes(problem: Problem, axis: Axis, sizes: list[Row] | None, of_all: int) -> Iterator[say.Block]:
+def _sizes(
+    problem: Problem, axis: Axis, sizes: list[Row] | None, of_all: int
+) -> Iterator[say.Block]:
     if not sizes:
         return
     few = f", by the first {sizes[0]['persons']:,} persons" if sizes[0]["persons"] < of_all else ""
     thin = "" if sizes[0]["all_values"] else f", among {sizes[0]['values_tried']} of its values"
-    of_draws = f" with at least {say.percent(problem.enough)} of their draws" if problem.counted == "pairs" else ""
+    of_draws = (
+        f" with at least {say.percent(problem.enough)} of their draws"
+        if problem.counted == "pairs"
+        else ""
+    )
     yield say.heading(f"Sizes of {axis.key}{few}{thin}")
     for count, each in enumerate(sizes):
         if count and each["served"] == sizes[count - 1]["served"]:
             yield from say.items(["further sizes serve nobody else"])
             break
         share = say.sampled_share(each["served"], each["persons"], "person") + of_draws
-        suits = [f"{value_words(axis, one['value'])} at {say.number(one['pretension'])} N" for one in each["choices"]]
+        suits = [
+            f"{value_words(axis, one['value'])} at {say.number(one['pretension'])} N"
+            for one in each["choices"]
+        ]
         yield from say.items([f"{_HOW_MANY[count]}: {share}, {' and '.join(suits) or 'none'}"])
 
 
 def _sobol(ends: list[Row]) -> Iterator[say.Block]:
     if not ends:
         return
-    yield say.heading("Where the uncertainty of the window comes from (Sobol index: first order, total)")
+    yield say.heading(
+        "Where the uncertainty of the window comes from (Sobol index: first order, total)"
+    )
     for each in ends:
         end = "lower" if each["end"] == "pretension_from" else "upper"
         inputs = [

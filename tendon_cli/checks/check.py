@@ -27,9 +27,13 @@ Breach = dict[str, Any]
 
 
 def check(
-    run: AnyResult, baseline: AnyResult | None = None, *, tolerance: float = TOLERANCE, apart: Sequence[str] = (),
+    run: AnyResult,
+    baseline: AnyResult | None = None,
+    *,
+    tolerance: float = TOLERANCE,
+    apart: Sequence[str] = (),
     worst: int = WORST,
-) -> Checked:  # fmt: skip
+) -> Checked:
     """Whether every design of a run is within its limits, or with a baseline what changed since that run.
 
     An answer holds if at least one choice has a window. The result has `holds`, `text` and `record`. `tolerance` is the
@@ -44,20 +48,31 @@ def check(
     """
     folder = folder_of(run)
     if baseline is not None:
-        return compare(folder, folder_of(baseline), tolerance=tolerance, apart=tuple(apart), worst=worst)
+        return compare(
+            folder, folder_of(baseline), tolerance=tolerance, apart=tuple(apart), worst=worst
+        )
     record = verified_record(folder)
     if record["verb"] == "design":
         return _answer(record)
     table = Run(record, folder).kept("designs")
     result = _check_designs(table, recorded_study(table.facts["study"]), worst)
-    return Checked(result["holds"], verdict_text(result, cube_of(table), record["name"]), finite(result))
+    return Checked(
+        result["holds"], verdict_text(result, cube_of(table), record["name"]), finite(result)
+    )
 
 
 def _answer(record: dict[str, Any]) -> Checked:
     choices, feasible = record["choices"], record["feasible"]
     lines = [f"{record['name']}: {feasible:,} of {choices:,} choices have a window of pretension"]
-    lines += [f"  {' against '.join(each['limits'])}" for each in record["conflicts"] if not feasible]
-    kept = {"choices": choices, "feasible": feasible, "conflicts": record["conflicts"], "holds": feasible > 0}
+    lines += [
+        f"  {' against '.join(each['limits'])}" for each in record["conflicts"] if not feasible
+    ]
+    kept = {
+        "choices": choices,
+        "feasible": feasible,
+        "conflicts": record["conflicts"],
+        "holds": feasible > 0,
+    }
     return Checked(feasible > 0, "\n".join(lines), kept)
 
 
@@ -67,12 +82,16 @@ def _check_designs(table: TableFiles, study: Study, worst: int) -> dict[str, Any
     names = ["design", "feasible", "taut", "margin", "required_pretension"]
     names += [name for limit in limits for name in _columns_of(limit)]
     breaches, broken, designs, feasible = list[Breach](), Counter[str](), 0, 0
-    for _, part in table.parts([name for name in dict.fromkeys(names) if name in table.schema.names]):
+    for _, part in table.parts(
+        [name for name in dict.fromkeys(names) if name in table.schema.names]
+    ):
         columns = {name: as_numpy(part[name]) for name in part.column_names}
         here = list(_breaches(columns, limits))
         designs, feasible = designs + part.num_rows, feasible + int(columns["feasible"].sum())
         broken.update(breach["limit"] for breach in here)
-        breaches = sorted([*breaches, *here], key=lambda breach: (-breach["excess"], breach["design"]))[:worst]
+        breaches = sorted(
+            [*breaches, *here], key=lambda breach: (-breach["excess"], breach["design"])
+        )[:worst]
     return {
         "designs": designs,
         "feasible": feasible,
@@ -99,13 +118,25 @@ def _breaches(columns: Mapping[str, Array], limits: Mapping[str, float]) -> Iter
         for name in _columns_of(limit):
             if name in columns:
                 excess = LIMITS[limit].beyond(columns[name], bound) / (abs(bound) or 1.0)
-                beyond.append((limit, columns[name], bound, np.where(excess > SLACK_TOLERANCE, excess, -np.inf)))
+                beyond.append(
+                    (
+                        limit,
+                        columns[name],
+                        bound,
+                        np.where(excess > SLACK_TOLERANCE, excess, -np.inf),
+                    )
+                )
     for limit, values, bound, excess in beyond:
         for row in np.flatnonzero(failing & (excess > -np.inf)):
             yield {
-                "design": int(columns["design"][row]), "limit": limit, "value": float(values[row]), "bound": bound,
-                "excess": float(excess[row]), "direction": None, "elbow_angle": None,
-            }  # fmt: skip
+                "design": int(columns["design"][row]),
+                "limit": limit,
+                "value": float(values[row]),
+                "bound": bound,
+                "excess": float(excess[row]),
+                "direction": None,
+                "elbow_angle": None,
+            }
 
 
 def _with_state(breach: Breach, plan: Plan) -> Breach:
@@ -118,7 +149,9 @@ def _with_state(breach: Breach, plan: Plan) -> Breach:
         directions, angles = plan.directions[block.directions], plan.elbow_angles[block.angles]
         state = plan.state(block)
         if limit is not None:
-            badness: Array = limit.beyond(limit.value(state, np.nan if speed is None else speed.single), 0.0)
+            badness: Array = limit.beyond(
+                limit.value(state, np.nan if speed is None else speed.single), 0.0
+            )
         elif breach["limit"] == SLACK:
             badness = state.response.required
         else:
@@ -129,5 +162,8 @@ def _with_state(breach: Breach, plan: Plan) -> Breach:
         worst = float(np.nanmax(values))
         direction, angle = np.unravel_index(int(np.nanargmax(values)), values.shape)
         flexion = np.broadcast_to(plan.motion(block)[1], values.shape)[direction, angle]
-        breach |= {"direction": "flexion" if flexion else "extension", "elbow_angle": float(angles[angle])}
+        breach |= {
+            "direction": "flexion" if flexion else "extension",
+            "elbow_angle": float(angles[angle]),
+        }
     return breach

@@ -32,7 +32,15 @@ FLAGS = ("status", *JUDGEMENTS)
 """Columns of words and truths, which are compared exactly."""
 TOLERANCE = 1e-9
 """The share of a column's scale by which numbers may differ."""
-_MAY_DIFFER = ("motion.elbow_angle", "motion.direction", "cases", "name", "title", "output", "figure")
+_MAY_DIFFER = (
+    "motion.elbow_angle",
+    "motion.direction",
+    "cases",
+    "name",
+    "title",
+    "output",
+    "figure",
+)
 """What a study says of its rows, and what changes no number."""
 
 Record = dict[str, Any]
@@ -40,7 +48,12 @@ Record = dict[str, Any]
 
 
 def compare(
-    folder: Path, baseline: Path, *, tolerance: float = TOLERANCE, apart: Sequence[str] = (), worst: int = WORST
+    folder: Path,
+    baseline: Path,
+    *,
+    tolerance: float = TOLERANCE,
+    apart: Sequence[str] = (),
+    worst: int = WORST,
 ) -> Checked:
     """What changed since another run: columns beyond the tolerance, flags exactly, designs that became feasible or not.
 
@@ -69,7 +82,11 @@ def compare(
         "columns": {pair.here.kind: len(pair.columns) for pair in pairs},
         "missing": missing,
         "excepted": list(excepted.values()),
-        "within": max((c for c in changes if c not in beyond), key=lambda change: change["share"], default=None),
+        "within": max(
+            (c for c in changes if c not in beyond),
+            key=lambda change: change["share"],
+            default=None,
+        ),
         "changes": beyond,
         "flips": flips[:worst],
         "flipped": len(flips),
@@ -81,7 +98,9 @@ def compare(
 
 def _check_studies(ours: Study, theirs: Study, apart: Sequence[str]) -> None:
     """Raises UsageError where two studies differ in more than the values of axes and the keys `apart`."""
-    known = {key.rsplit(".", depth)[0] for key in key_words() for depth in range(key.count(".") + 1)}
+    known = {
+        key.rsplit(".", depth)[0] for key in key_words() for depth in range(key.count(".") + 1)
+    }
     if unknown := [key for key in apart if key not in known.union(Study.model_fields)]:
         hint = nearest(unknown[0], known) or "`tendon schema` lists every key"
         raise UsageError(f'a study has no key "{shorten(unknown[0])}"', where="--except", hint=hint)
@@ -125,11 +144,20 @@ class Pair:
                 axes.append(axis)
                 at_here[axis.column], at_there[other.column] = _common(axis, other)
             both = len(at_here[axis.column])
-            left_out[axis.key] = _only(axis.key, len(axis) - both, len(other) - both if other else 0)
+            left_out[axis.key] = _only(
+                axis.key, len(axis) - both, len(other) - both if other else 0
+            )
         for axis in others.values():
             at_there[axis.column] = _single(axis, ours)
             left_out[axis.key] = _only(axis.key, 0, len(axis) - 1)
-        return cls(here, there, tuple(axes), at_here, at_there, {key: text for key, text in left_out.items() if text})
+        return cls(
+            here,
+            there,
+            tuple(axes),
+            at_here,
+            at_there,
+            {key: text for key, text in left_out.items() if text},
+        )
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -155,7 +183,9 @@ class Pair:
         """A column on the rows that both have."""
         order = [axis.column for axis in self.axes]
         here = self.here.gather(self.here.rows(order, self.at_here), [name])
-        return here[name].ravel(), self.there.gather(self.there.rows(order, self.at_there), [name])[name].ravel()
+        return here[name].ravel(), self.there.gather(self.there.rows(order, self.at_there), [name])[
+            name
+        ].ravel()
 
     def where(self, row: int) -> dict[str, float | str]:
         """A common row by its axes."""
@@ -176,11 +206,17 @@ class Pair:
             scale = 1.0 if is_flag else max(_largest(first), _largest(second))
             row, beyond = int(np.argmax(size)), size > (0.0 if is_flag else tolerance * scale)
             rows = beyond if beyond.any() else size > 0.0
-            changes.append({
-                "table": self.here.kind, "column": name, "difference": None if is_flag else float(size[row]),
-                "share": float(size.mean() if is_flag else size[row] / (scale or 1.0)), "rows": int(rows.sum()),
-                "where": self.where(row), "is_beyond": bool(beyond.any()),
-            })  # fmt: skip
+            changes.append(
+                {
+                    "table": self.here.kind,
+                    "column": name,
+                    "difference": None if is_flag else float(size[row]),
+                    "share": float(size.mean() if is_flag else size[row] / (scale or 1.0)),
+                    "rows": int(rows.sum()),
+                    "where": self.where(row),
+                    "is_beyond": bool(beyond.any()),
+                }
+            )
         return sorted(changes, key=lambda change: -change["share"])
 
     def flips(self) -> list[Record]:
@@ -190,14 +226,25 @@ class Pair:
         for row in np.flatnonzero(now != before).tolist():
             known = [float(each[row]) if math.isfinite(each[row]) else None for each in margins]
             place = self.where(row)
-            flips.append({"where": place, "now": bool(now[row]), "margin_before": known[1], "margin_now": known[0]})
+            flips.append(
+                {
+                    "where": place,
+                    "now": bool(now[row]),
+                    "margin_before": known[1],
+                    "margin_now": known[0],
+                }
+            )
         return sorted(flips, key=_moved, reverse=True)
 
 
 def _results(cube: Cube) -> list[str]:
     """Columns that are computed; the others say which design or state a row is."""
     known = {*OF_DESIGNS, *OF_CYCLES, *OF_STATES, *FLAGS}
-    return [name for name in cube.files.schema.names if name in known] if cube.files is not None else []
+    return (
+        [name for name in cube.files.schema.names if name in known]
+        if cube.files is not None
+        else []
+    )
 
 
 def _largest(values: Values) -> float:
@@ -230,7 +277,10 @@ def _common(axis: Axis, other: Axis) -> tuple[Ints, Ints]:
     mine, theirs = (np.array([_token(value) for value in each.values]) for each in (axis, other))
     _, first, second = np.intersect1d(mine, theirs, return_indices=True)
     if not len(first):
-        raise UsageError(f"the runs have no value of {axis.key} in common", hint="runs are compared by axis values")
+        raise UsageError(
+            f"the runs have no value of {axis.key} in common",
+            hint="runs are compared by axis values",
+        )
     order = np.argsort(first)
     return first[order], second[order]
 
@@ -238,10 +288,16 @@ def _common(axis: Axis, other: Axis) -> tuple[Ints, Ints]:
 def _single(axis: Axis, other: Study) -> Ints:
     """Where an axis has the one value that the other run has of it."""
     value = other.numbers[axis.key].single if axis.key in other.numbers else None
-    places = [at for at, each in enumerate(axis.values) if value is not None and _token(each) == _token(value)]
+    places = [
+        at
+        for at, each in enumerate(axis.values)
+        if value is not None and _token(each) == _token(value)
+    ]
     if places or len(axis) == 1:
         return np.array(places[:1] or [0], dtype=np.int64)
-    raise UsageError(f"only one of the runs has the axis {axis.key}, and the other's value is not on it")
+    raise UsageError(
+        f"only one of the runs has the axis {axis.key}, and the other's value is not on it"
+    )
 
 
 def _token(value: Any) -> str:

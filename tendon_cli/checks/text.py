@@ -43,17 +43,27 @@ def verdict_text(record: Record, cube: Cube, name: str) -> str:
     designs = record["designs"]
     if record["holds"]:
         return f"{name}: " + (
-            "the design is within its limits" if designs == 1 else f"all {designs:,} designs are within their limits"
+            "the design is within its limits"
+            if designs == 1
+            else f"all {designs:,} designs are within their limits"
         )
-    lines = [f"{name}: {designs - record['feasible']:,} of {designs:,} designs are not within their limits"]
-    lines += [f"  {limit:<22} broken by {counted(count, 'design')}" for limit, count in record["broken"].items()]
+    lines = [
+        f"{name}: {designs - record['feasible']:,} of {designs:,} designs are not within their limits"
+    ]
+    lines += [
+        f"  {limit:<22} broken by {counted(count, 'design')}"
+        for limit, count in record["broken"].items()
+    ]
     lines += ["worst first", *(f"  {_breach(each, cube)}" for each in record["breaches"])]
     return "\n".join(lines)
 
 
 def _breach(breach: Record, cube: Cube) -> str:
     design, limit = breach["design"], breach["limit"]
-    place = {axis.column: axis.values[design // cube.strides[axis.column] % len(axis)] for axis in cube.axes}
+    place = {
+        axis.column: axis.values[design // cube.strides[axis.column] % len(axis)]
+        for axis in cube.axes
+    }
     if limit == NO_EQUILIBRIUM:
         words = "has a state without equilibrium"
     elif limit == SLACK:
@@ -64,12 +74,16 @@ def _breach(breach: Record, cube: Cube) -> str:
         words = f"has {column} {value}, {'below' if limit.startswith('min_') else 'above'} {bound}"
         words += f" by {100 * breach['excess']:.3g} %" if breach["bound"] else ""
     if breach["direction"] is not None:
-        words += f"; worst in {breach['direction']} at {number(math.degrees(breach['elbow_angle']))} deg"
+        words += (
+            f"; worst in {breach['direction']} at {number(math.degrees(breach['elbow_angle']))} deg"
+        )
     return f"design {design}{f' ({_where(place, cube)})' if place else ''}: {words}"
 
 
 def _shown(column: str, value: float) -> str:
-    return Shown.of(column, QUANTITIES[column]).text(value) if column in QUANTITIES else number(value)
+    return (
+        Shown.of(column, QUANTITIES[column]).text(value) if column in QUANTITIES else number(value)
+    )
 
 
 def comparison_text(record: Record, cube: Cube, names: tuple[str, str]) -> str:
@@ -82,12 +96,16 @@ def comparison_text(record: Record, cube: Cube, names: tuple[str, str]) -> str:
     compared += "" if "states" in record["columns"] else "; no states, which are not kept by both"
     lines = [f"{names[0]}: {head} since {names[1]}", f"  compared: {compared}"]
     if record["within"] is not None:
-        lines.append(f"  within the tolerance, the largest difference: {_change(record['within'], cube)}")
+        lines.append(
+            f"  within the tolerance, the largest difference: {_change(record['within'], cube)}"
+        )
     lines += [f"  not compared, as it may differ: {text}" for text in record["excepted"]]
     lines += [f"  not compared: {text}" for text in record["missing"]]
     lines += [f"  {_change(each, cube)}" for each in record["changes"]]
     if record["flipped"]:
-        lines.append(f"feasible in one run only: {counted(record['flipped'], 'design')}, worst first")
+        lines.append(
+            f"feasible in one run only: {counted(record['flipped'], 'design')}, worst first"
+        )
         lines += [f"  {_flip(each, cube)}" for each in record["flips"]]
     return "\n".join(lines)
 
@@ -100,14 +118,24 @@ def _change(change: Record, cube: Cube) -> str:
     difference, share = change["difference"], change["share"]
     if difference is None:
         return f"{head}, first at {place}"
-    by = "null in one only" if math.isinf(difference) else f"by {_shown(change['column'], difference)}"
-    return f"{head}, most {by}{'' if math.isinf(share) else f' ({share:.3g} of its scale)'} at {place}"
+    by = (
+        "null in one only"
+        if math.isinf(difference)
+        else f"by {_shown(change['column'], difference)}"
+    )
+    return (
+        f"{head}, most {by}{'' if math.isinf(share) else f' ({share:.3g} of its scale)'} at {place}"
+    )
 
 
 def _flip(flip: Record, cube: Cube) -> str:
     now = "feasible now, was not" if flip["now"] else "not feasible now, was"
     margins = flip["margin_before"], flip["margin_now"]
-    moved = "; margin {}, now {}".format(*(_shown("margin", each) for each in margins)) if None not in margins else ""
+    moved = (
+        "; margin {}, now {}".format(*(_shown("margin", each) for each in margins))
+        if None not in margins
+        else ""
+    )
     return f"{_where(flip['where'], cube)}: {now}{moved}"
 
 
@@ -125,12 +153,21 @@ def as_markdown(text: str, *, holds: bool) -> str:
     """The same for a job's summary."""
     head, *rest = text.split("\n")
     mark = "within limits" if holds else "not as hoped"
-    body = "\n".join(f"- {line.strip()}" if line.startswith("  ") else f"\n**{line}**\n" for line in rest)
+    body = "\n".join(
+        f"- {line.strip()}" if line.startswith("  ") else f"\n**{line}**\n" for line in rest
+    )
     return f"### tendon check: {mark}\n\n{_escaped(head)}\n\n{_escaped(body)}".rstrip() + "\n"
 
 
 def _escaped(text: str) -> str:
     """Names from studies say no Markdown and no HTML."""
-    for sign, harmless in (("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ("|", "\\|"), ("`", "\\`"), ("[", "\\[")):
+    for sign, harmless in (
+        ("&", "&amp;"),
+        ("<", "&lt;"),
+        (">", "&gt;"),
+        ("|", "\\|"),
+        ("`", "\\`"),
+        ("[", "\\["),
+    ):
         text = text.replace(sign, harmless)
     return text

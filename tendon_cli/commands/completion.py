@@ -60,9 +60,14 @@ _MOST_NAMES = 1000
 _SCRIPTS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH}
 
 Shell = Annotated[
-    str, typer.Argument(metavar="bash|zsh|fish", help="which shell", autocompletion=lambda: list(_SCRIPTS))
+    str,
+    typer.Argument(
+        metavar="bash|zsh|fish", help="which shell", autocompletion=lambda: list(_SCRIPTS)
+    ),
 ]
-Line = Annotated[str | None, typer.Option(metavar="TEXT", help="complete this line instead; for the script")]
+Line = Annotated[
+    str | None, typer.Option(metavar="TEXT", help="complete this line instead; for the script")
+]
 
 
 def completion(context: typer.Context, shell: Shell, line: Line = None) -> None:
@@ -80,11 +85,15 @@ def completion(context: typer.Context, shell: Shell, line: Line = None) -> None:
         print_result(_SCRIPTS[shell])
         return
     words, begun, quote = split_line(line)
-    items = [item for item in candidates(context.find_root().command, words, begun) if item[0] != begun]
+    items = [
+        item for item in candidates(context.find_root().command, words, begun) if item[0] != begun
+    ]
     if shell == "bash":  # which splits words at signs of its choice: it gets the rest of each
         text = [_for_bash(word.removeprefix(begun), quote) for word, _ in items]
     else:
-        text = [f"{word}  {' '.join(meaning.split())}" if meaning else word for word, meaning in items]
+        text = [
+            f"{word}  {' '.join(meaning.split())}" if meaning else word for word, meaning in items
+        ]
     print_result("\n".join(text), unless=not text)
 
 
@@ -99,7 +108,9 @@ def split_line(line: str) -> tuple[list[str], str, str]:
     """The whole words of a line after the program's, the one that is begun, and the quote that is open in it."""
     for closing in ("", "'", '"'):
         try:
-            *words, last = shlex.split(f"{line}x{closing}")  # the x makes a word of what is begun, also of nothing
+            *words, last = shlex.split(
+                f"{line}x{closing}"
+            )  # the x makes a word of what is begun, also of nothing
         except ValueError:
             continue
         return words[1:], last[:-1], closing
@@ -116,11 +127,16 @@ def candidates(app: Any, words: list[str], begun: str) -> list[tuple[str, str]]:
     if command is None:
         return []
     given = words[words.index(name) + 1 :] if name else []
-    parameter = next((each for each in command.params if given and given[-1] in each.opts and not each.is_flag), None)
+    parameter = next(
+        (each for each in command.params if given and given[-1] in each.opts and not each.is_flag),
+        None,
+    )
     if parameter is not None:
         given.pop()
     elif not begun.startswith("-"):
-        parameter = next((each for each in command.params if each.param_type_name == "argument"), None)
+        parameter = next(
+            (each for each in command.params if each.param_type_name == "argument"), None
+        )
     context = command.make_context(command.name, given, resilient_parsing=True)
     items = (parameter or command).shell_complete(context, begun)
     return [(item.value, item.help or "") for item in items if item.type == "plain"]
@@ -130,7 +146,11 @@ def settings() -> list[Any]:
     """Every key of a study with `=`, and with each of its values if these are few words."""
     from tendon_cli.studies.schema import key_words
 
-    return [(f"{key}={value}", meaning) for key, (meaning, values) in key_words().items() for value in ("", *values)]
+    return [
+        (f"{key}={value}", meaning)
+        for key, (meaning, values) in key_words().items()
+        for value in ("", *values)
+    ]
 
 
 def keys() -> list[Any]:
@@ -152,7 +172,9 @@ def tables(ctx: typer.Context) -> list[Any]:
     from tendon_cli.cube.source import TABLES
 
     source = _source(ctx)
-    return [name for name in TABLES if source is not None and (source / f"{name}.parquet").exists()] or list(TABLES)
+    return [
+        name for name in TABLES if source is not None and (source / f"{name}.parquet").exists()
+    ] or list(TABLES)
 
 
 def cases(ctx: typer.Context) -> list[Any]:
@@ -178,7 +200,9 @@ def columns(ctx: typer.Context, incomplete: str) -> list[Any]:
 
 def _source(ctx: typer.Context) -> Path | None:
     """The run, table or study that the line names first."""
-    first = next((each.name for each in ctx.command.params if each.param_type_name == "argument"), "")
+    first = next(
+        (each.name for each in ctx.command.params if each.param_type_name == "argument"), ""
+    )
     return ctx.params.get(first or "")
 
 
@@ -214,7 +238,10 @@ def _held(ctx: typer.Context) -> dict[str, str]:
             schema = TableFiles((file,)).schema
     except (TendonError, OSError, ValueError):  # an error of Arrow is one of the latter two
         return {}
-    return {name: (schema.field(name).metadata or {}).get(b"long_name", b"").decode() for name in schema.names}
+    return {
+        name: (schema.field(name).metadata or {}).get(b"long_name", b"").decode()
+        for name in schema.names
+    }
 
 
 def _possible() -> dict[str, str]:

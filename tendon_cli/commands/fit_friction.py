@@ -15,25 +15,38 @@ from tendon_cli.terminal import print_result
 Readings = Annotated[
     list[Path],
     typer.Argument(
-        parser=options.source, metavar="CSV", help="readings of two load cells, one at each end; several are one fit"
+        parser=options.source,
+        metavar="CSV",
+        help="readings of two load cells, one at each end; several are one fit",
     ),
 ]
-BendAngle = Annotated[str | None, options.option("ANGLE", "total bend of the sheath: '144 deg' or '144 deg +/- 2 deg'")]
+BendAngle = Annotated[
+    str | None,
+    options.option("ANGLE", "total bend of the sheath: '144 deg' or '144 deg +/- 2 deg'"),
+]
 Route = Annotated[
     Path | None,
-    options.option("FILE", "way-points x, y, z of the sheath, instead of --bend-angle", parser=options.source),
+    options.option(
+        "FILE", "way-points x, y, z of the sheath, instead of --bend-angle", parser=options.source
+    ),
 ]
-PathSmoothing = Annotated[str | None, options.option("LENGTH", "noise of the route's way-points, such as '0.5 mm'")]
+PathSmoothing = Annotated[
+    str | None, options.option("LENGTH", "noise of the route's way-points, such as '0.5 mm'")
+]
 FirstCell = Annotated[str | None, options.option("COLUMN", "column of the first load cell")]
 SecondCell = Annotated[str | None, options.option("COLUMN", "column of the second load cell")]
 MotorCell = Annotated[str | None, options.option("1|2", "which cell is at the motor's end")]
 Position = Annotated[
-    str | None, options.option("COLUMN", "column of the motor's position, travel, speed or encoder counts")
+    str | None,
+    options.option("COLUMN", "column of the motor's position, travel, speed or encoder counts"),
 ]
-ZeroMotor = Annotated[str | None, options.option("FORCE", "what the motor's cell reads without load")]
+ZeroMotor = Annotated[
+    str | None, options.option("FORCE", "what the motor's cell reads without load")
+]
 ZeroLoad = Annotated[str | None, options.option("FORCE", "what the load's cell reads without load")]
 CellUncertainty = Annotated[
-    str | None, options.option("TEXT", "standard uncertainty of a cell's zero and gain: '0.2 N, 0.5 %'")
+    str | None,
+    options.option("TEXT", "standard uncertainty of a cell's zero and gain: '0.2 N, 0.5 %'"),
 ]
 StrokesFile = Annotated[Path | None, options.written("write a table of the strokes: .csv")]
 FitFigure = Annotated[Path | None, options.written("draw readings and fit: .png, .svg, .pdf")]
@@ -85,11 +98,17 @@ def fit_friction(
     print_result(fit.record if as_json else fit.text)
 
 
-def _check_places(read: tuple[Path | None, ...], plot: Path | None, out: Path | None, strokes: Path | None) -> None:
+def _check_places(
+    read: tuple[Path | None, ...], plot: Path | None, out: Path | None, strokes: Path | None
+) -> None:
     """Refuse to write over the readings or the route, over what tendon did not write, or both over each other."""
     from tendon_cli.files import check_ours
 
-    given = [(option, place) for option, place in (("--plot", plot), ("--out", out), ("--strokes", strokes)) if place]
+    given = [
+        (option, place)
+        for option, place in (("--plot", plot), ("--out", out), ("--strokes", strokes))
+        if place
+    ]
     for (one, place), (other, place_of_other) in itertools.combinations(given, 2):
         if place.absolute() == place_of_other.absolute():
             raise UsageError(f"{one} and {other} name the same file", where=f"{one}, {other}")

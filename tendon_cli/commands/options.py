@@ -12,11 +12,17 @@ from tendon_cli.commands import completion
 from tendon_cli.errors import UsageError
 
 
-def option(metavar: str, text: str, *names: str, among: Callable[..., list[Any]] | None = None, **more: Any) -> Any:
+def option(
+    metavar: str, text: str, *names: str, among: Callable[..., list[Any]] | None = None, **more: Any
+) -> Any:
     """An option with a value, completed from what `among` gives, or from the words of `metavar`."""
     words = metavar.split("|")
     return typer.Option(
-        *names, metavar=metavar, help=text, autocompletion=(lambda: words) if words[1:] else among, **more
+        *names,
+        metavar=metavar,
+        help=text,
+        autocompletion=(lambda: words) if words[1:] else among,
+        **more,
     )
 
 
@@ -52,14 +58,24 @@ def written(text: str, metavar: str = "FILE") -> Any:
 
 StudyFile = Annotated[
     Path,
-    typer.Argument(parser=source, metavar="STUDY", help="study file, TOML or YAML; - reads it from standard input"),
+    typer.Argument(
+        parser=source,
+        metavar="STUDY",
+        help="study file, TOML or YAML; - reads it from standard input",
+    ),
 ]
 RunFolder = Annotated[
-    Path, typer.Argument(parser=place, metavar="RUN", help="folder of a sweep, a design or the paper")
+    Path,
+    typer.Argument(parser=place, metavar="RUN", help="folder of a sweep, a design or the paper"),
 ]
 Settings = Annotated[
     list[str] | None,
-    option("KEY=VALUE", "override a key, such as 'arm.b1=160 mm'; repeatable", "--set", among=completion.settings),
+    option(
+        "KEY=VALUE",
+        "override a key, such as 'arm.b1=160 mm'; repeatable",
+        "--set",
+        among=completion.settings,
+    ),
 ]
 Case = Annotated[str | None, option("NAME", "one of the study's cases", among=completion.cases)]
 OutFile = Annotated[Path | None, written("file to write")]
@@ -68,26 +84,42 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but er
 
 # What computes a folder of results
 OutFolder = Annotated[
-    Path | None, written("folder to write to; default results/<name>, results/<name>-design for an answer", "DIR")
+    Path | None,
+    written(
+        "folder to write to; default results/<name>, results/<name>-design for an answer", "DIR"
+    ),
 ]
 Jobs = Annotated[int | None, option("N", "compute N parts at once; default: one per core", min=1)]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="show the size and cost, write nothing")]
 Resume = Annotated[bool, typer.Option("--resume", help="finish what was interrupted")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="replace the results in the folder")]
 NoFigures = Annotated[bool, typer.Option("--no-figures", help="draw nothing")]
-NoLock = Annotated[bool, typer.Option("--no-lock", help="do not lock the folder, for file systems without locks")]
+NoLock = Annotated[
+    bool, typer.Option("--no-lock", help="do not lock the folder, for file systems without locks")
+]
 Scheduler = Annotated[str | None, option("tcp://HOST:PORT", "compute on this running Dask cluster")]
 
 # Rows of tables
 Table = Annotated[
     Path,
     typer.Argument(
-        parser=place, metavar="TABLE_OR_RUN", help="a table, the folder of a run or an answer, or a CSV of people"
+        parser=place,
+        metavar="TABLE_OR_RUN",
+        help="a table, the folder of a run or an answer, or a CSV of people",
     ),
 ]
-TableName = Annotated[str | None, option("NAME", "table of the folder", "--table", among=completion.tables)]
+TableName = Annotated[
+    str | None, option("NAME", "table of the folder", "--table", among=completion.tables)
+]
 Where = Annotated[
     list[str] | None,
-    option("FILTER", "keep only some rows, such as 'load_mass = 5 kg'; repeatable", among=completion.columns),
+    option(
+        "FILTER",
+        "keep only some rows, such as 'load_mass = 5 kg'; repeatable",
+        among=completion.columns,
+    ),
 ]
-Columns = Annotated[list[str] | None, option("NAMES", "columns to show, separated by commas", among=completion.columns)]
+Columns = Annotated[
+    list[str] | None,
+    option("NAMES", "columns to show, separated by commas", among=completion.columns),
+]

@@ -16,14 +16,23 @@ from tendon_cli.terminal import print_result
 
 Baseline = Annotated[Path | None, options.written("report only what changed since this run", "RUN")]
 Tolerance = Annotated[
-    float | None, options.option("SHARE", "largest difference allowed, as a share of a column's scale; default 1e-9")
+    float | None,
+    options.option(
+        "SHARE", "largest difference allowed, as a share of a column's scale; default 1e-9"
+    ),
 ]
 Apart = Annotated[
     list[str] | None,
-    options.option("KEY", "key in which the studies may differ; repeatable", "--except", among=completion.keys),
+    options.option(
+        "KEY", "key in which the studies may differ; repeatable", "--except", among=completion.keys
+    ),
 ]
-Worst = Annotated[int, typer.Option(metavar="N", min=1, help="how many designs to list, the worst first")]
-Markdown = Annotated[bool, typer.Option("--markdown", help="print Markdown, for the summary of a CI job")]
+Worst = Annotated[
+    int, typer.Option(metavar="N", min=1, help="how many designs to list, the worst first")
+]
+Markdown = Annotated[
+    bool, typer.Option("--markdown", help="print Markdown, for the summary of a CI job")
+]
 
 
 def check(
@@ -43,7 +52,9 @@ def check(
     from tendon_cli.checks.text import as_markdown
 
     if tolerance is not None and not 0.0 <= tolerance < float("inf"):
-        raise UsageError("--tolerance is a share of a column's scale, 0 or more", hint="such as 1e-9")
+        raise UsageError(
+            "--tolerance is a share of a column's scale, 0 or more", hint="such as 1e-9"
+        )
     options.exclude("--json", as_json, "--markdown", markdown)
     if baseline is None and (apart or tolerance is not None):
         given = "--except" if tolerance is None else "--tolerance"
@@ -56,7 +67,9 @@ def check(
         raise typer.Exit(EXIT_NEGATIVE)
 
 
-Page = Annotated[Path | None, options.written("file to write; default: report.html in the run's folder")]
+Page = Annotated[
+    Path | None, options.written("file to write; default: report.html in the run's folder")
+]
 
 
 def report(run: options.RunFolder, out: Page = None, as_json: options.AsJson = False) -> None:
@@ -68,23 +81,47 @@ def report(run: options.RunFolder, out: Page = None, as_json: options.AsJson = F
 Source = Annotated[
     Path,
     typer.Argument(
-        parser=options.source, metavar="RUN_OR_TABLE", help="a run folder, or any one of its tables; a study with --arm"
+        parser=options.source,
+        metavar="RUN_OR_TABLE",
+        help="a run folder, or any one of its tables; a study with --arm",
     ),
 ]
 Between = Annotated[
-    bool, typer.Option("--between", help="of an answer: what each limit asks for over the angle, and what binds where")
+    bool,
+    typer.Option(
+        "--between",
+        help="of an answer: what each limit asks for over the angle, and what binds where",
+    ),
 ]
-DrawsArm = Annotated[bool, typer.Option("--arm", help="draw the arm of a study to scale, and the route of its sheath")]
+DrawsArm = Annotated[
+    bool,
+    typer.Option("--arm", help="draw the arm of a study to scale, and the route of its sheath"),
+]
 TableName = Annotated[str | None, options.option("states|designs", "table of a run folder")]
 Quantities = Annotated[
-    list[str] | None, options.option("COLUMN", "what to draw; repeatable", "--quantity", "-y", among=completion.columns)
+    list[str] | None,
+    options.option(
+        "COLUMN", "what to draw; repeatable", "--quantity", "-y", among=completion.columns
+    ),
 ]
-Against = Annotated[str | None, options.option("COLUMN", "the horizontal axis", "--x", "-x", among=completion.columns)]
-Colour = Annotated[str | None, options.option("AXIS", "a colour for each value of this axis", among=completion.columns)]
-Panels = Annotated[str | None, options.option("AXIS", "a panel for each value of this axis", among=completion.columns)]
-Units = Annotated[list[str] | None, options.option("UNIT", "unit to show a dimension in, such as cm; repeatable")]
+Against = Annotated[
+    str | None,
+    options.option("COLUMN", "the horizontal axis", "--x", "-x", among=completion.columns),
+]
+Colour = Annotated[
+    str | None,
+    options.option("AXIS", "a colour for each value of this axis", among=completion.columns),
+]
+Panels = Annotated[
+    str | None,
+    options.option("AXIS", "a panel for each value of this axis", among=completion.columns),
+]
+Units = Annotated[
+    list[str] | None, options.option("UNIT", "unit to show a dimension in, such as cm; repeatable")
+]
 Angles = Annotated[
-    list[str] | None, options.option("ANGLE", "with --arm: elbow angle to draw, such as 45 deg; repeatable")
+    list[str] | None,
+    options.option("ANGLE", "with --arm: elbow angle to draw, such as 45 deg; repeatable"),
 ]
 Format = Annotated[str, options.option("png|svg|pdf", "format of the figure", "--format")]
 Size = Annotated[str, options.option("SIZE", "column, page, '120 mm' or '120 x 80 mm'")]
@@ -111,11 +148,16 @@ def plot(
 ) -> None:
     """Draw figures of a run, of any table, of an answer, or of the arm of a study."""
     if str(source) == "-":
-        raise UsageError("a figure needs a file or a folder, not standard input", hint="tendon plot --arm study.toml")
+        raise UsageError(
+            "a figure needs a file or a folder, not standard input",
+            hint="tendon plot --arm study.toml",
+        )
     if arm:
         from tendon_cli.figures.route import draw_geometry
 
-        drawn = draw_geometry(source, tuple(settings or ()), [_angle(text) for text in angle or ()], out, case)
+        drawn = draw_geometry(
+            source, tuple(settings or ()), [_angle(text) for text in angle or ()], out, case
+        )
     elif between:
         from tendon_cli.engine.results import verified_record
         from tendon_cli.figures.answer import draw_between_samples
@@ -123,14 +165,25 @@ def plot(
         record = verified_record(source)
         if record["verb"] != "design":
             hint = "tendon design STUDY writes one"
-            raise UsageError("is not an answer, and only answers have a window to draw", where=str(source), hint=hint)
+            raise UsageError(
+                "is not an answer, and only answers have a window to draw",
+                where=str(source),
+                hint=hint,
+            )
         drawn = [draw_between_samples(source, record, out)]
     else:
         from tendon_cli.figures.draw import plot as draw
         from tendon_cli.figures.draw import table_of
         from tendon_cli.studies.figures import figure_spec
 
-        asked = {"quantity": quantity, "x": x, "colour": colour, "panels": panels, "where": where, "unit": unit}
+        asked = {
+            "quantity": quantity,
+            "x": x,
+            "colour": colour,
+            "panels": panels,
+            "where": where,
+            "unit": unit,
+        }
         given = {name: value for name, value in asked.items() if value is not None}
         spec = figure_spec(**given, format=format_, size=size)
         drawn = draw(table_of(source, spec, table), spec, out)
@@ -148,7 +201,10 @@ def _angle(text: str) -> float:
 
 
 Sort = Annotated[
-    str | None, options.option("COLUMN", "sort by this column; -COLUMN: the largest first", among=completion.columns)
+    str | None,
+    options.option(
+        "COLUMN", "sort by this column; -COLUMN: the largest first", among=completion.columns
+    ),
 ]
 Head = Annotated[int, typer.Option(min=0, metavar="N", help="how many rows to show")]
 AsCsv = Annotated[bool, typer.Option("--csv", help="print CSV in SI units, named in the header")]
@@ -188,15 +244,27 @@ def show(
 
 def _finite(row: dict[str, object]) -> dict[str, object]:
     """A row that JSON can hold."""
-    odd = {name: value for name, value in row.items() if isinstance(value, float) and not math.isfinite(value)}
+    odd = {
+        name: value
+        for name, value in row.items()
+        if isinstance(value, float) and not math.isfinite(value)
+    }
     return row | {name: "rigid" if value == math.inf else None for name, value in odd.items()}
 
 
-CsvFile = Annotated[Path, typer.Argument(parser=options.place, metavar="FILE.csv", help="file to write")]
-Locale = Annotated[
-    str, options.option("LANGUAGE", "numbers as this language writes them: de writes 1,5 and separates by semicolons")
+CsvFile = Annotated[
+    Path, typer.Argument(parser=options.place, metavar="FILE.csv", help="file to write")
 ]
-InUnits = Annotated[str, options.option("si|study", "SI units, or those people read, such as mm", "--units")]
+Locale = Annotated[
+    str,
+    options.option(
+        "LANGUAGE",
+        "numbers as this language writes them: de writes 1,5 and separates by semicolons",
+    ),
+]
+InUnits = Annotated[
+    str, options.option("si|study", "SI units, or those people read, such as mm", "--units")
+]
 
 
 def export(
@@ -217,7 +285,9 @@ def export(
     rows = rows_in(source, table, where or (), options.listed(columns))
     with contextlib.suppress(OSError):
         if file.samefile(source):
-            raise UsageError(f"{file.name}, which is read, would be written over", hint="choose another name")
+            raise UsageError(
+                f"{file.name}, which is read, would be written over", hint="choose another name"
+            )
     count = written(rows, file, form)
     text = f"{file} written: {count:,} rows, {len(rows.names)} columns"
     print_result({"file": str(file), "rows": count, "columns": rows.names} if as_json else text)

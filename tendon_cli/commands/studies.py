@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 
 StarterFile = Annotated[
     Path | None,
-    typer.Argument(parser=options.place, metavar="FILE", help="TOML or YAML, by its ending; default study.toml"),
+    typer.Argument(
+        parser=options.place, metavar="FILE", help="TOML or YAML, by its ending; default study.toml"
+    ),
 ]
 Template = Annotated[
     str,
@@ -33,15 +35,22 @@ Template = Annotated[
     ),
 ]
 Example = Annotated[
-    str | None, options.option("NAME", "copy this study or CSV from the documentation instead", "--from")
+    str | None,
+    options.option("NAME", "copy this study or CSV from the documentation instead", "--from"),
 ]
 IsListed = Annotated[
-    bool, typer.Option("--list", help="list the questions and the files that --from copies, write nothing")
+    bool,
+    typer.Option(
+        "--list", help="list the questions and the files that --from copies, write nothing"
+    ),
 ]
 
 
 def init(
-    file: StarterFile = None, template: Template = "sweep", example: Example = None, listed: IsListed = False
+    file: StarterFile = None,
+    template: Template = "sweep",
+    example: Example = None,
+    listed: IsListed = False,
 ) -> None:
     """Write a commented study to start from, or copy one from the documentation."""
     from tendon_cli.studies.starter import TEMPLATES, examples, write_example, write_starter
@@ -53,7 +62,13 @@ def init(
     options.exclude("--for", template != "sweep", "--from", example is not None)
     if example is not None:
         file, name = write_example(example, file)
-        verb = "fit-friction" if file.suffix == ".csv" else "design" if name.startswith("design/") else "sweep"
+        verb = (
+            "fit-friction"
+            if file.suffix == ".csv"
+            else "design"
+            if name.startswith("design/")
+            else "sweep"
+        )
     else:
         file = file or Path("study.toml")
         write_starter(file, template)
@@ -69,11 +84,20 @@ def schema() -> None:
 
 
 Person = Annotated[
-    str | None, options.option("NAME", "one of the study's people, or mean-man, mean-woman", among=completion.persons)
+    str | None,
+    options.option(
+        "NAME", "one of the study's people, or mean-man, mean-woman", among=completion.persons
+    ),
 ]
-Draw = Annotated[int | None, options.option("N", "a draw of the uncertain numbers; default: nominal numbers")]
-Reversal = Annotated[bool, typer.Option("--reversal", help="add what happens if the motion turns back there")]
-Plot = Annotated[Path | None, options.written("draw the motor over the cycle, and the turn with --reversal")]
+Draw = Annotated[
+    int | None, options.option("N", "a draw of the uncertain numbers; default: nominal numbers")
+]
+Reversal = Annotated[
+    bool, typer.Option("--reversal", help="add what happens if the motion turns back there")
+]
+Plot = Annotated[
+    Path | None, options.written("draw the motor over the cycle, and the turn with --reversal")
+]
 
 
 def state(
@@ -87,7 +111,9 @@ def state(
     as_json: options.AsJson = False,
 ) -> None:
     """Work out one state line by line, with the numbers of every equation, to check by hand."""
-    page = tendon.state(tendon.load_study(study, settings or ()), case, person, draw, reversal=reversal, plot=plot)
+    page = tendon.state(
+        tendon.load_study(study, settings or ()), case, person, draw, reversal=reversal, plot=plot
+    )
     print_result(page.record if as_json else page.text)
     if not page.has_equilibrium:
         raise typer.Exit(EXIT_NEGATIVE)
@@ -95,7 +121,9 @@ def state(
 
 Prove = Annotated[
     list[str] | None,
-    options.option("CHOICE", "prove its window, too: a row of choices.parquet; repeatable", "--prove"),
+    options.option(
+        "CHOICE", "prove its window, too: a row of choices.parquet; repeatable", "--prove"
+    ),
 ]
 AllowNoEquilibrium = Annotated[
     bool, typer.Option("--allow-no-equilibrium", help="exit 0 even if states have no equilibrium")
@@ -137,20 +165,36 @@ def _compute(
         loaded = tendon.load_study(study, [*(settings or ()), *proofs])
         folder = out or Path("results", f"{loaded.name}-design" if is_design else loaded.name)
         if dry_run:
-            record, text = _question(loaded) if is_design else _cost(loaded, folder, jobs, figures=not no_figures)
+            record, text = (
+                _question(loaded)
+                if is_design
+                else _cost(loaded, folder, jobs, figures=not no_figures)
+            )
             print_result(record if as_json else text, unless=quiet and not as_json)
             return
         verb = tendon.design if is_design else tendon.sweep
         with progress(loaded.name, quiet=quiet or as_json) as show:
             done: Any = verb(
-                loaded, folder, jobs, not no_figures, resume=resume, overwrite=overwrite, lock=not no_lock,
-                scheduler=scheduler, progress=show, stop=stop,
-            )  # fmt: skip
+                loaded,
+                folder,
+                jobs,
+                not no_figures,
+                resume=resume,
+                overwrite=overwrite,
+                lock=not no_lock,
+                scheduler=scheduler,
+                progress=show,
+                stop=stop,
+            )
     text = _answer_text(done) if is_design else done.text
     print_result(done.record if as_json else text, unless=quiet and not as_json)
     if not quiet:
         _note_stale_page(folder, done.record)
-    if not done.feasible if is_design else done.record["no_equilibrium"] and not allow_no_equilibrium:
+    if (
+        not done.feasible
+        if is_design
+        else done.record["no_equilibrium"] and not allow_no_equilibrium
+    ):
         raise typer.Exit(EXIT_NEGATIVE)
 
 
@@ -161,13 +205,17 @@ for _command, _foreign in ((sweep, "prove"), (design, "allow_no_equilibrium")):
     )
 
 
-def _cost(study: "Study", folder: Path, jobs: int | None, *, figures: bool) -> tuple[dict[str, Any], str]:
+def _cost(
+    study: "Study", folder: Path, jobs: int | None, *, figures: bool
+) -> tuple[dict[str, Any], str]:
     """The size and cost of a sweep, as a record and as text."""
     from tendon_cli.engine.folder import free_bytes
     from tendon_cli.summary import estimate_text
 
     cost, free = tendon.estimate(study, jobs, figures), free_bytes(folder)
-    return {"name": study.name, **cost.record(), "free_bytes": free}, estimate_text(cost, study.name, free)
+    return {"name": study.name, **cost.record(), "free_bytes": free}, estimate_text(
+        cost, study.name, free
+    )
 
 
 def _question(study: "Study") -> tuple[dict[str, Any], str]:
@@ -197,7 +245,9 @@ def _note_stale_page(folder: Path, record: dict[str, Any]) -> None:
         page = read_file(folder / "report.html", 10**7).decode(errors="replace")
         sums = [record["study_hash"], *(entry["sha256"] for entry in record["files"])]
         if MARK in page[:4096] and not all(each in page for each in sums):
-            print_note(f"{folder}/report.html is of earlier results; `tendon report {folder}` writes it anew")
+            print_note(
+                f"{folder}/report.html is of earlier results; `tendon report {folder}` writes it anew"
+            )
 
 
 def _answer_text(answer: "Answer") -> str:
@@ -207,7 +257,9 @@ def _answer_text(answer: "Answer") -> str:
     took = ", up to date" if answer.up_to_date else f" in {record['seconds']:.3g} s"
     written = ", ".join([*files, "design.json", *record["figures"]])
     warnings = (f"warning: {warning}" for warning in record["warnings"])
-    return "\n".join([answer.text, *warnings, f"{record['name']}{took}, in {answer.folder}: {written}"])
+    return "\n".join(
+        [answer.text, *warnings, f"{record['name']}{took}, in {answer.folder}: {written}"]
+    )
 
 
 PaperFolder = Annotated[Path, options.written("folder to write to", "DIR")]

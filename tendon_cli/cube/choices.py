@@ -40,7 +40,11 @@ def conflicts_of(read: Mapping[str, Values], bounds: Mapping[str, float]) -> Val
     has_window = (low <= high) | (np.isnan(high) & ~np.isnan(low))
     for at in np.argwhere(~has_window):
         place = tuple(at)
-        limits = list(dict.fromkeys(str(read[name][place]) for name in ("from_by", "to_by") if read[name][place]))
+        limits = list(
+            dict.fromkeys(
+                str(read[name][place]) for name in ("from_by", "to_by") if read[name][place]
+            )
+        )
         limits = limits if np.isfinite(low[place]) else limits[:1]
         texts[place] = say.conflict_label(limits, bounds) if limits else "no window"
     return texts
@@ -90,30 +94,49 @@ def over_angle(record: Mapping[str, Any]) -> OverAngle | None:
     if not between or best is None:
         return None
     curves = between["curves"]
-    low, high = best["pretension_from"], math.inf if best["pretension_to"] is None else best["pretension_to"]
+    low, high = (
+        best["pretension_from"],
+        math.inf if best["pretension_to"] is None else best["pretension_to"],
+    )
     top = _ROOM * (high if math.isfinite(high) else max(2.0 * low, 1.0))
     angle, samples = np.degrees(curves["elbow_angle"]), np.degrees(curves["samples"])
     lower, upper = (
-        {name: np.array(values, dtype=np.float64) for name, values in curves[end].items()} for end in ("lower", "upper")
+        {name: np.array(values, dtype=np.float64) for name, values in curves[end].items()}
+        for end in ("lower", "upper")
     )
     floor = np.fmax.reduce([*lower.values(), np.zeros(len(angle))])
     roof = np.fmin.reduce([*upper.values(), np.full(len(angle), np.inf)])
     at_samples = [np.interp(samples, angle, each) for each in (floor, roof)]
     first, second = (np.where(each <= top, each, np.nan) for each in at_samples)
     stand, works = _whom(record, of_all=curves["all_conditions"])
-    return OverAngle(angle, (lower, upper), (floor, roof), samples, (first, second), (low, high), top,
-                     (say.proof(between), stand), works)  # fmt: skip
+    return OverAngle(
+        angle,
+        (lower, upper),
+        (floor, roof),
+        samples,
+        (first, second),
+        (low, high),
+        top,
+        (say.proof(between), stand),
+        works,
+    )
 
 
 def _whom(record: Mapping[str, Any], *, of_all: bool) -> tuple[str, tuple[str, str]]:
     """For whom the lines stand; and what the window does, and the room between the lines."""
-    pretension, everywhere = say.quantity("pretension", record["best"]["pretension"]), "works at every angle"
+    pretension, everywhere = (
+        say.quantity("pretension", record["best"]["pretension"]),
+        "works at every angle",
+    )
     lines = "all conditions" if of_all else f"the conditions that {pretension} serves"
     there, window = "works at that angle" if of_all else "works at that angle for those served", ""
     if record["serve"] < 1.0:
         kind = "conditions" if record["population"] is None else record["population"]["kind"]
         share = f"at least {say.percent(record['serve'])}"
-        everywhere, window = f"{everywhere} for {share}", f" The window serves {share} of the {kind}."
+        everywhere, window = (
+            f"{everywhere} for {share}",
+            f" The window serves {share} of the {kind}.",
+        )
         there = f"{there} for all" if of_all else there
     elif not of_all:
         window = " The window is that of all conditions."

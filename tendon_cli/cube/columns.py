@@ -36,14 +36,18 @@ class Columns:
     def of(cls, schema: pa.Schema) -> Columns:
         """Those of a table on the disk or in memory."""
         held = {each.name: quantity_in(each) if _is_number(each.type) else None for each in schema}
-        return cls(with_derived(held), frozenset(each.name for each in schema if each.type == pa.bool_()))
+        return cls(
+            with_derived(held), frozenset(each.name for each in schema if each.type == pa.bool_())
+        )
 
     def find(self, name: str, option: str) -> str:
         """A column by its name or by its key in a study; raises UsageError with the nearest name."""
         known, column = keys(), column_named(name)
         if name in self.held or column in self.held:
             return name if name in self.held else column
-        hint = nearest(name, [*self.held, *(key for key, at in known.items() if at.column in self.held)])
+        hint = nearest(
+            name, [*self.held, *(key for key, at in known.items() if at.column in self.held)]
+        )
         hint = hint or f"columns: {', '.join(self.held)}"
         raise UsageError(f'the table has no column "{shorten(name)}"', where=option, hint=hint)
 
@@ -65,12 +69,16 @@ class Columns:
 
     def stored(self, names: Iterable[str]) -> list[str]:
         """The columns that must be read for some columns, each once."""
-        return list(dict.fromkeys(need for name in names for need in (needs(name, self.held) or [name])))
+        return list(
+            dict.fromkeys(need for name in names for need in (needs(name, self.held) or [name]))
+        )
 
     def work_out(self, names: Iterable[str], read: dict[str, Values]) -> dict[str, Values]:
         """Columns by name from those that were read, the derived ones by their formulas."""
         return {
-            name: np.asarray(DERIVED[name].of(*(read[need] for need in needs(name, self.held))), dtype=np.float64)
+            name: np.asarray(
+                DERIVED[name].of(*(read[need] for need in needs(name, self.held))), dtype=np.float64
+            )
             if name in DERIVED
             else read[name]
             for name in names
@@ -93,15 +101,21 @@ def needs(name: str, columns: Mapping[str, object]) -> list[str]:
 
 def with_derived(held: Mapping[str, Quantity | None]) -> dict[str, Quantity | None]:
     """Columns, and the derived quantities that follow from them."""
-    offered = {name: each.quantity for name, each in DERIVED.items() if set(needs(name, held)) <= set(held)}
+    offered = {
+        name: each.quantity for name, each in DERIVED.items() if set(needs(name, held)) <= set(held)
+    }
     return {**held, **offered}
 
 
 def quantity_in(field: pa.Field) -> Quantity:
     """What a column of a table holds; of one that we do not know its name and unit."""
     metadata = field.metadata or {}
-    name, unit = (metadata.get(key, other).decode() for key, other in ((b"quantity", b""), (b"unit", b"1")))
-    return QUANTITIES.get(name, Quantity(field.name, field.name.replace("_", " "), "number", unit, unit, field.name))
+    name, unit = (
+        metadata.get(key, other).decode() for key, other in ((b"quantity", b""), (b"unit", b"1"))
+    )
+    return QUANTITIES.get(
+        name, Quantity(field.name, field.name.replace("_", " "), "number", unit, unit, field.name)
+    )
 
 
 def _is_number(kind: pa.DataType) -> bool:
@@ -128,7 +142,9 @@ def _ratio(flexor_travel: Values, extensor_travel: Values) -> Values:
         return np.where(extensor_travel == 0.0, np.nan, flexor_travel / extensor_travel)
 
 
-def _elongation(tension: Values, pretension: Values, tendon_stretch: Values, spring_stretch: Values) -> Values:
+def _elongation(
+    tension: Values, pretension: Values, tendon_stretch: Values, spring_stretch: Values
+) -> Values:
     """Stretches are from the pretensioned state, and linear in tension, c (F - F0). From no load, c F."""
     change = tension - pretension
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -136,9 +152,16 @@ def _elongation(tension: Values, pretension: Values, tendon_stretch: Values, spr
     return np.asarray(compliance * tension)
 
 
-DERIVED = {"radius_ratio": Derived(OF_FIGURES["radius_ratio"], ("flexor_travel", "extensor_travel"), "", _ratio)}
+DERIVED = {
+    "radius_ratio": Derived(
+        OF_FIGURES["radius_ratio"], ("flexor_travel", "extensor_travel"), "", _ratio
+    )
+}
 for _side in ("flexor", "extensor"):
-    _stretches, _tension = (f"{_side}_tendon_stretch", f"{_side}_spring_stretch"), f"{_side}_tension_distal"
+    _stretches, _tension = (
+        (f"{_side}_tendon_stretch", f"{_side}_spring_stretch"),
+        f"{_side}_tension_distal",
+    )
     for _name, _needs, _of in (
         ("length_change", _stretches, np.add),
         ("elongation", (_tension, "pretension", *_stretches), _elongation),

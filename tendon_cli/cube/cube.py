@@ -85,12 +85,17 @@ class Cube:
 
     def is_null(self, column: str) -> bool:
         """Whether a column is null whatever the numbers are: slack lengths have no meaning if tendons push."""
-        return column in ("flexor_slack", "extensor_slack", "max_slack") and not self._unilateral.any()
+        return (
+            column in ("flexor_slack", "extensor_slack", "max_slack") and not self._unilateral.any()
+        )
 
     @cached_property
     def defining(self) -> list[str]:
         """Columns of numbers that say what a design is."""
-        names = [*_ALWAYS, *(axis.column for axis in self.axes if not axis.is_text and axis.column != ANGLE)]
+        names = [
+            *_ALWAYS,
+            *(axis.column for axis in self.axes if not axis.is_text and axis.column != ANGLE),
+        ]
         return [each for name in dict.fromkeys(names) for each in self.with_sides(name)]
 
     def with_sides(self, column: str) -> list[str]:
@@ -101,7 +106,10 @@ class Cube:
     @cached_property
     def strides(self) -> dict[str, int]:
         """Rows from one value of an axis to the next, by its column."""
-        return {axis.column: math.prod(map(len, self.axes[at + 1 :])) for at, axis in enumerate(self.axes)}
+        return {
+            axis.column: math.prod(map(len, self.axes[at + 1 :]))
+            for at, axis in enumerate(self.axes)
+        }
 
     def axis(self, column: str) -> Axis | None:
         """The axis of a column."""
@@ -124,14 +132,20 @@ class Cube:
                 continue
             positions = chosen[axis.column]
             known = [str(value) for value in axis.values] if axis.is_text else []
-            wrong = next((str(word) for word in condition.wanted if axis.is_text and word not in known), None)
+            wrong = next(
+                (str(word) for word in condition.wanted if axis.is_text and word not in known), None
+            )
             if wrong is not None:
                 hint = f"values: {', '.join(known[:20])}"
-                raise UsageError(f'{axis.column} is never "{shorten(wrong)}"', where="--where", hint=hint)
+                raise UsageError(
+                    f'{axis.column} is never "{shorten(wrong)}"', where="--where", hint=hint
+                )
             kept = positions[condition.holds(axis.values[positions], of_axis=True)]
             if not len(kept):
                 hint = f"values: {', '.join(self._listed(axis, positions))}"
-                raise UsageError(f'nothing is left by "{shorten(condition.text)}"', where="--where", hint=hint)
+                raise UsageError(
+                    f'nothing is left by "{shorten(condition.text)}"', where="--where", hint=hint
+                )
             chosen[axis.column] = kept
         return chosen
 
@@ -139,7 +153,10 @@ class Cube:
         """The values of an axis as one writes them in a filter, many of them shortened."""
         ends = positions if len(positions) <= _MOST_LISTED else positions[[0, 1, 2, -1]]
         values = axis.values[ends]
-        texts = [str(each) if axis.is_text else self.shown(axis.column).text(each).replace("−", "-") for each in values]
+        texts = [
+            str(each) if axis.is_text else self.shown(axis.column).text(each).replace("−", "-")
+            for each in values
+        ]
         return texts if len(ends) == len(positions) else [*texts[:-1], "…", *texts[-1:]]
 
     def rows(self, order: Sequence[str], positions: Mapping[str, Ints]) -> Ints:
@@ -197,8 +214,24 @@ def cube_of(table: AnyTable, kinds: Sequence[str] = ("designs", "states")) -> Cu
         is_whole = needed <= {*table.schema.names} and rows == math.prod(map(len, axes))
         if kind not in kinds or not _is_ours(table.schema) or not is_whole:
             raise foreign(table)
-        return Cube(kind, axes, Columns.of(table.schema), record["study"], asked, str(table.facts["study_hash"]), table)
-    except (LookupError, TypeError, ValueError, OverflowError, AttributeError, pa.ArrowException, TendonError):
+        return Cube(
+            kind,
+            axes,
+            Columns.of(table.schema),
+            record["study"],
+            asked,
+            str(table.facts["study_hash"]),
+            table,
+        )
+    except (
+        LookupError,
+        TypeError,
+        ValueError,
+        OverflowError,
+        AttributeError,
+        pa.ArrowException,
+        TendonError,
+    ):
         raise foreign(table) from None
 
 
@@ -216,7 +249,9 @@ def _is_ours(schema: pa.Schema) -> bool:
     """Whether columns have different names, and types that we write."""
     kinds = [each.type for each in schema]
     numbers = [kind for kind in kinds if kind in (pa.float64(), pa.int64(), pa.bool_())]
-    words = [kind for kind in kinds if pa.types.is_dictionary(kind) and kind.value_type == pa.string()]
+    words = [
+        kind for kind in kinds if pa.types.is_dictionary(kind) and kind.value_type == pa.string()
+    ]
     return len(set(schema.names)) == len(schema.names) == len(numbers) + len(words)
 
 
@@ -224,5 +259,7 @@ def foreign(table: AnyTable) -> InputError:
     """The fault of a table of another kind."""
     hint = "figures are drawn from designs.parquet and states.parquet of a run"
     return InputError(
-        "is not a table of designs or states", where=str(table.files[0] if table.files else "in memory"), hint=hint
+        "is not a table of designs or states",
+        where=str(table.files[0] if table.files else "in memory"),
+        hint=hint,
     )

@@ -44,7 +44,14 @@ class Shown:
     def side(self) -> str:
         """The side of a column that only one side has, where the quantity's name does not say it."""
         sides = ("flexor", "extensor")
-        return next((one for one in sides if self.column.endswith(f"_{one}") and one not in self.quantity.name), "")
+        return next(
+            (
+                one
+                for one in sides
+                if self.column.endswith(f"_{one}") and one not in self.quantity.name
+            ),
+            "",
+        )
 
     @property
     def symbol(self) -> str:
@@ -108,7 +115,9 @@ def as_read(quantity: Quantity, document: Mapping[str, Any]) -> Quantity:
     if quantity.name not in AS_READ or words == "pretension":
         return quantity
     name = say.column(quantity.name).replace("pretension", words)
-    return replace(quantity, name=name, symbol=quantity.symbol.replace("F₀*", "F_set^*").replace("F₀", "F_set"))
+    return replace(
+        quantity, name=name, symbol=quantity.symbol.replace("F₀*", "F_set^*").replace("F₀", "F_set")
+    )
 
 
 def number(value: float) -> str:
@@ -123,7 +132,9 @@ def symbol(text: str) -> str:
 
 def without_formulas(text: str) -> str:
     """Drawn text as it can stand in a file's metadata: formulas as they are written, F_o^f."""
-    return _FORMULA.sub(lambda match: match[1].replace("{", "").replace("}", ""), text).replace(r"\$", "$")
+    return _FORMULA.sub(lambda match: match[1].replace("{", "").replace("}", ""), text).replace(
+        r"\$", "$"
+    )
 
 
 def _set(word: str) -> str:
@@ -143,5 +154,7 @@ def plain(text: str, *, width: int | None = None, lines: int = 3) -> str:
     """Text of a user as it stands: no formula is made of a dollar sign, no line is broken by a control character."""
     clean = " ".join("".join(sign if sign.isprintable() else " " for sign in text).split())
     if width is not None:
-        clean = "\n".join(textwrap.wrap(clean, width, max_lines=lines, placeholder=" …", break_long_words=True))
+        clean = "\n".join(
+            textwrap.wrap(clean, width, max_lines=lines, placeholder=" …", break_long_words=True)
+        )
     return clean.replace("$", r"\$")

@@ -48,7 +48,9 @@ class TableRows:
         names = [self.of.find(name, "--columns") for name in self.columns]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
-            raise UsageError(f"{twice} stands in the list twice, expected each column once", where="--columns")
+            raise UsageError(
+                f"{twice} stands in the list twice, expected each column once", where="--columns"
+            )
         return names or list(self.table.schema.names)
 
     @cached_property
@@ -73,7 +75,9 @@ class TableRows:
             held = np.ones(batch.num_rows, dtype=np.bool_)
             for condition in self.conditions:
                 held &= condition.holds(read[condition.column])
-            arrays = [_derived(name, read[name]) if name in derived else batch[name] for name in wanted]
+            arrays = [
+                _derived(name, read[name]) if name in derived else batch[name] for name in wanted
+            ]
             fields = [_field(name, batch.schema) for name in wanted]
             rows = pa.Table.from_arrays(arrays, schema=pa.schema(fields))
             yield rows if held.all() else rows.filter(pa.array(held))
@@ -89,12 +93,20 @@ class TableRows:
                 continue
             kept = batch if kept is None else pa.concat_tables([kept, batch]).unify_dictionaries()
             if by is not None:
-                column = kept[by].cast(pa.string()) if pa.types.is_dictionary(kept[by].type) else kept[by]
+                column = (
+                    kept[by].cast(pa.string())
+                    if pa.types.is_dictionary(kept[by].type)
+                    else kept[by]
+                )
                 order = "descending" if falling else "ascending"
-                kept = kept.take(pc.sort_indices(pa.table({"by": column}), sort_keys=[("by", order)])[:count])
+                kept = kept.take(
+                    pc.sort_indices(pa.table({"by": column}), sort_keys=[("by", order)])[:count]
+                )
             kept = kept.slice(0, count)
         if kept is None:
-            return pa.schema([_field(name, self.table.schema) for name in self.names]).empty_table(), 0
+            return pa.schema(
+                [_field(name, self.table.schema) for name in self.names]
+            ).empty_table(), 0
         return kept.select(self.names), total
 
 
@@ -108,7 +120,10 @@ class CsvForm:
     """si, or study: the units in which studies are written and people read, such as mm and deg."""
 
     def __post_init__(self) -> None:
-        for value, known, option in ((self.locale, _LOCALES, "--locale"), (self.units, _UNITS, "--units")):
+        for value, known, option in (
+            (self.locale, _LOCALES, "--locale"),
+            (self.units, _UNITS, "--units"),
+        ):
             if value not in known:
                 hint = nearest(value, known) or ", ".join(known)
                 raise UsageError(f'"{shorten(value)}" is not known', where=option, hint=hint)
@@ -124,10 +139,18 @@ class CsvForm:
 
     def header(self, name: str, quantity: Quantity | None) -> str:
         """A column's name with its unit, such as "pretension (N)"."""
-        unit = "1" if quantity is None else quantity.shown_in if self.units == "study" else quantity.unit
+        unit = (
+            "1"
+            if quantity is None
+            else quantity.shown_in
+            if self.units == "study"
+            else quantity.unit
+        )
         return name if unit == "1" else f"{name} ({unit})"
 
-    def column(self, column: pa.ChunkedArray, quantity: Quantity | None, *, is_rigid: bool) -> pa.ChunkedArray:
+    def column(
+        self, column: pa.ChunkedArray, quantity: Quantity | None, *, is_rigid: bool
+    ) -> pa.ChunkedArray:
         """A column as it is written; text that a spreadsheet would run has a ' before it, an endless number "rigid"."""
         if pa.types.is_dictionary(column.type):
             column = column.cast(pa.string())
@@ -144,7 +167,22 @@ class CsvForm:
 
 
 _WITH_POINT = ("en", "zh", "ja", "ko")
-_LOCALES = (*_WITH_POINT, "de", "fr", "es", "it", "nl", "pl", "pt", "ru", "sv", "da", "fi", "cs", "tr")
+_LOCALES = (
+    *_WITH_POINT,
+    "de",
+    "fr",
+    "es",
+    "it",
+    "nl",
+    "pl",
+    "pt",
+    "ru",
+    "sv",
+    "da",
+    "fi",
+    "cs",
+    "tr",
+)
 _UNITS = ("si", "study")
 
 
@@ -157,11 +195,18 @@ def _derived(name: str, values: Values) -> pa.Array:
 
 
 def rows_in(
-    path: Path, table: str | None = None, where: Sequence[str] = (), columns: Sequence[str] = (),
+    path: Path,
+    table: str | None = None,
+    where: Sequence[str] = (),
+    columns: Sequence[str] = (),
     sort: str | None = None,
-) -> TableRows:  # fmt: skip
+) -> TableRows:
     """Rows of the table that a path means, which has all that is asked for; raises UsageError, InputError."""
-    asked = [*columns, *(read_filter(text).name for text in where), *([sort.removeprefix("-")] if sort else [])]
+    asked = [
+        *columns,
+        *(read_filter(text).name for text in where),
+        *([sort.removeprefix("-")] if sort else []),
+    ]
     return TableRows(table_in(path, table, asked), tuple(where), tuple(columns))
 
 
@@ -169,21 +214,35 @@ def _is_rigid(table: AnyTable, name: str, quantity: Quantity | None) -> bool:
     """Whether a column of springs or anchors has a rigid one anywhere."""
     if quantity is None or quantity.dimension != "stiffness":
         return False
-    return any(bool(np.isposinf(as_numpy(stretch[name])).any()) for stretch in table.stretches([name], 1 << 16))
+    return any(
+        bool(np.isposinf(as_numpy(stretch[name])).any())
+        for stretch in table.stretches([name], 1 << 16)
+    )
 
 
 def write_csv(
-    rows: TableRows, file: Any, stretches: Iterator[pa.Table] | None = None, form: CsvForm | None = None
+    rows: TableRows,
+    file: Any,
+    stretches: Iterator[pa.Table] | None = None,
+    form: CsvForm | None = None,
 ) -> int:
     """Rows as CSV, by default in SI, units in the header; returns how many."""
     from pyarrow import csv
 
     form = form or CsvForm()
     held = [rows.of.held[name] for name in rows.names]
-    is_rigid = [_is_rigid(rows.table, name, quantity) for name, quantity in zip(rows.names, held, strict=True)]
-    heads = [f'"{form.header(name, quantity)}"' for name, quantity in zip(rows.names, held, strict=True)]
+    is_rigid = [
+        _is_rigid(rows.table, name, quantity)
+        for name, quantity in zip(rows.names, held, strict=True)
+    ]
+    heads = [
+        f'"{form.header(name, quantity)}"' for name, quantity in zip(rows.names, held, strict=True)
+    ]
     file.write((form.separator.join(heads) + "\n").encode())
-    how, count = csv.WriteOptions(include_header=False, quoting_style="needed", delimiter=form.separator), 0
+    how, count = (
+        csv.WriteOptions(include_header=False, quoting_style="needed", delimiter=form.separator),
+        0,
+    )
     for stretch in stretches or rows.batches():
         columns = [
             form.column(column, quantity, is_rigid=rigid)
@@ -199,7 +258,9 @@ def write_csv(
 def export(rows: TableRows, path: Path, form: CsvForm | None = None) -> int:
     """Write rows as CSV, the whole file or none; returns how many. Raises UsageError, OutputError."""
     if path.suffix.lower() != ".csv":
-        raise UsageError(f'"{shorten(path.name)}" is no name of a CSV file', hint="end it with .csv")
+        raise UsageError(
+            f'"{shorten(path.name)}" is no name of a CSV file', hint="end it with .csv"
+        )
     with whole_file(path) as temporary, output_errors(path), temporary.open("xb") as file:
         count = write_csv(rows, file, form=form)
         file.flush()

@@ -29,18 +29,30 @@ _ONLY_IN_STATES = {"direction", "elbow_angle", "status", *OF_STATES}
 
 
 def table_in(
-    path: Path, wanted: str | None = None, asked: Collection[str] = (), *, order: Sequence[str] = TABLES
+    path: Path,
+    wanted: str | None = None,
+    asked: Collection[str] = (),
+    *,
+    order: Sequence[str] = TABLES,
 ) -> AnyTable:
     """A table, of the folder of a run or an answer the one that is wanted, or a file of people; every byte verified.
 
     Without a wish it is the first in `order` that has the columns `asked` for; states that a run did not keep are
     worked out. Raises InputError if there is none, UsageError for one that the folder has not.
     """
-    return _people_in(path) if path.suffix.lower() == ".csv" else table_at(path, wanted, asked, order=order)
+    return (
+        _people_in(path)
+        if path.suffix.lower() == ".csv"
+        else table_at(path, wanted, asked, order=order)
+    )
 
 
 def table_at(
-    path: Path, wanted: str | None = None, asked: Collection[str] = (), *, order: Sequence[str] = TABLES
+    path: Path,
+    wanted: str | None = None,
+    asked: Collection[str] = (),
+    *,
+    order: Sequence[str] = TABLES,
 ) -> AnyTable:
     """As `table_in`, of tables alone."""
     asked = {column_named(name) for name in asked}
@@ -63,7 +75,9 @@ def table_of_study(path: Path, wanted: str | None = None, asked: Collection[str]
     """A table of designs or states, to be drawn; raises as `table_in` does."""
     if path.is_dir() and path.suffix != ".parquet" and not _tables_of(path, _OF_A_RUN):
         hint = "run `tendon sweep`"
-        raise InputError("holds neither designs.parquet nor states.parquet", where=str(path), hint=hint)
+        raise InputError(
+            "holds neither designs.parquet nor states.parquet", where=str(path), hint=hint
+        )
     return table_at(path, wanted, asked, order=("states", "designs"))
 
 
@@ -71,7 +85,9 @@ def file_of(path: Path, wanted: str | None = None, *, order: Sequence[str] = TAB
     """Where the table lies that a path means; raises InputError, UsageError."""
     if path.suffix.lower() in (".toml", ".yaml", ".yml"):
         hint = f"`tendon sweep {path}` runs it, `tendon plot --arm {path}` draws its arm"
-        raise UsageError("is a study, expected a table or the folder of a run", where=str(path), hint=hint)
+        raise UsageError(
+            "is a study, expected a table or the folder of a run", where=str(path), hint=hint
+        )
     if not path.is_dir() or path.suffix == ".parquet":
         if wanted is not None and wanted != path.stem:
             hint = "without --table, or the folder that the table lies in"
@@ -79,7 +95,9 @@ def file_of(path: Path, wanted: str | None = None, *, order: Sequence[str] = TAB
         return path
     names = _tables_of(path, order)
     if not names:
-        raise InputError("holds no table of tendon's", where=str(path), hint="`tendon sweep` writes some")
+        raise InputError(
+            "holds no table of tendon's", where=str(path), hint="`tendon sweep` writes some"
+        )
     if wanted is not None and wanted not in names:
         hint = nearest(wanted, names) or f"there is {', '.join(names)}"
         raise UsageError(f'there is no table "{shorten(wanted)}"', where=str(path), hint=hint)
@@ -106,7 +124,9 @@ def _states_in(path: Path, asked: Collection[str]) -> AnyTable | None:
     if table.facts["results_version"] != RESULTS_VERSION:
         hint = "`tendon sweep --overwrite` runs the study anew"
         raise InputError(
-            "is of a version with other results, its states cannot be worked out", where=str(path), hint=hint
+            "is of a version with other results, its states cannot be worked out",
+            where=str(path),
+            hint=hint,
         )
     return WorkedOut(table.facts["study"], str(table.facts["study_hash"]), table.files)
 
@@ -127,7 +147,11 @@ def _people_in(path: Path) -> TableInMemory:
             values.append(pa.array(words[name]))
             continue
         is_body = name in DIMENSIONS
-        column = Column.of(QUANTITIES[name]) if is_body else Column(name, "number", "1", "how much each counts")
+        column = (
+            Column.of(QUANTITIES[name])
+            if is_body
+            else Column(name, "number", "1", "how much each counts")
+        )
         fields.append(column.field)
         numbers = listed.values[:, DIMENSIONS.index(name)] if is_body else listed.weighting
         values.append(pa.array(numbers, from_pandas=True))

@@ -63,27 +63,47 @@ class Tables:
             columns[model] = lambda block: np.asarray(self.plan.design(block).flexor.pretension)
         for at, axis in enumerate(self.plan.axes):
             if axis.names:
-                names = Column(axis.column, "text", "1", axis.meaning, is_axis=True, choices=axis.names)
-                columns[names] = _within(Varying(np.nan, ((at, np.arange(len(axis), dtype=np.float64)),)))
+                names = Column(
+                    axis.column, "text", "1", axis.meaning, is_axis=True, choices=axis.names
+                )
+                columns[names] = _within(
+                    Varying(np.nan, ((at, np.arange(len(axis), dtype=np.float64)),))
+                )
         return columns
 
     @cached_property
     def designs(self) -> tuple[Column, ...]:
         """Columns of `designs`."""
         results = [self._result(QUANTITIES[name]) for name in OF_DESIGNS]
-        results += [Column.of(QUANTITIES[name]) for name in (*self.plan.of_motion, *self.plan.of_forms)]
-        return (*self.leading, *results, *(Column(name, "truth", "1", meaning) for name, meaning in JUDGEMENTS.items()))
+        results += [
+            Column.of(QUANTITIES[name]) for name in (*self.plan.of_motion, *self.plan.of_forms)
+        ]
+        return (
+            *self.leading,
+            *results,
+            *(Column(name, "truth", "1", meaning) for name, meaning in JUDGEMENTS.items()),
+        )
 
     @cached_property
     def of_states(self) -> dict[Column, Values]:
         """The columns that say which state of a design a row is, each with its values in a block."""
         directions = tuple(dict.fromkeys((*self.plan.directions, "flexion", "extension")))
-        text = Column("direction", "text", "1", "direction of the elbow's motion", is_axis=True, choices=directions)
+        text = Column(
+            "direction",
+            "text",
+            "1",
+            "direction of the elbow's motion",
+            is_axis=True,
+            choices=directions,
+        )
         angle = Column.of(QUANTITIES["elbow_angle"], is_axis=True, nullable=False)
         trajectory, angles = self.plan.study.trajectory, self.plan.elbow_angles
         if trajectory is None:
             numbers = np.arange(len(self.plan.directions))[:, np.newaxis]
-            return {text: lambda block: numbers[block.directions], angle: lambda block: angles[block.angles]}
+            return {
+                text: lambda block: numbers[block.directions],
+                angle: lambda block: angles[block.angles],
+            }
         ways = np.where(trajectory.flexion == trajectory.flexion[0], 0, 1)
         time = Column.of(QUANTITIES["time"], is_axis=True, nullable=False)
         speed = Column.of(QUANTITIES["elbow_speed"], nullable=False)
@@ -96,7 +116,11 @@ class Tables:
         kept = self.plan.study.output.states or ("status", *OF_STATES)
         status = Column("status", "text", "1", "which tendon is slack", choices=STATUS_NAMES)
         results = (status, *(self._result(QUANTITIES[name]) for name in OF_STATES))
-        return (*self.leading, *self.of_states, *(column for column in results if column.name in kept))
+        return (
+            *self.leading,
+            *self.of_states,
+            *(column for column in results if column.name in kept),
+        )
 
     def _result(self, quantity: Quantity) -> Column:
         return self._as_read(Column.of(quantity, nullable=self._may_be_null(quantity.null)))
@@ -111,7 +135,9 @@ class Tables:
     def _always_balanced(self) -> bool:
         """Whether the flexor can balance a load in every state; not looked into, and false, for very many arms."""
         axes = {axis for name in ANCHORS for axis in self.plan.space.number(f"arm.{name}").axes}
-        box = tuple(slice(0, length if axis in axes else 1) for axis, length in enumerate(self.plan.shape))
+        box = tuple(
+            slice(0, length if axis in axes else 1) for axis, length in enumerate(self.plan.shape)
+        )
         if math.prod(each.stop for each in box) * len(self.plan.elbow_angles) > _MOST_LOOKED_INTO:
             return False
         motion = self.plan.space.design(box).arm.joint.motion(self.plan.elbow_angles)
@@ -137,7 +163,10 @@ class Tables:
         plain, quantity, space = keys()[key].column, keys()[key].number.quantity, self.plan.space
         numbers = {plain: space.number(key)}
         if key in space.of_sides and not isinstance(numbers[plain].value, Spline):
-            numbers = {plain: Varying(None), **{f"{plain}_{side}": space.number(key, side) for side in SIDES}}
+            numbers = {
+                plain: Varying(None),
+                **{f"{plain}_{side}": space.number(key, side) for side in SIDES},
+            }
         columns = {}
         for name, number in numbers.items():  # a bend that follows the joint is no number
             is_number = number.value is not None and not isinstance(number.value, Spline)

@@ -53,7 +53,10 @@ class Estimate:
 
     def record(self) -> dict[str, Any]:
         """The estimate for a program."""
-        rounded = {"seconds": round(self.seconds, 2), "figure_seconds": round(self.figure_seconds, 2)}
+        rounded = {
+            "seconds": round(self.seconds, 2),
+            "figure_seconds": round(self.figure_seconds, 2),
+        }
         return asdict(self) | rounded
 
 
@@ -72,7 +75,9 @@ def estimate(plan: Plan, jobs: int, *, figures: bool) -> Estimate:
     task, samples = Sweep(plan), _samples(plan)
     count = sum(len(sample) for sample in samples)
     rows = {table: plan.rows(table, range(count)) for table in task.tables}
-    tables = {table: RowGroups(_Nowhere(), task.layout(table, 0, rows[table])) for table in task.tables}
+    tables = {
+        table: RowGroups(_Nowhere(), task.layout(table, 0, rows[table])) for table in task.tables
+    }
     _ = task.folds.known_windows  # worked out once, which the sample is not to be charged with
     started = time.perf_counter()
     for sample in samples:
@@ -107,7 +112,9 @@ def _samples(plan: Plan) -> list[range]:
     most = min(plan.designs, plan.part_designs, max(1, STATES_PER_PART // plan.states_per_design))
     runs = 1 if most == plan.designs else min(_SAMPLES, most)
     lengths = [most * (index + 1) // runs - most * index // runs for index in range(runs)]
-    starts = [(plan.designs - length) * index // max(1, runs - 1) for index, length in enumerate(lengths)]
+    starts = [
+        (plan.designs - length) * index // max(1, runs - 1) for index, length in enumerate(lengths)
+    ]
     return [range(start, start + length) for start, length in zip(starts, lengths, strict=True)]
 
 
@@ -118,7 +125,9 @@ def _axis_lines(plan: Plan) -> tuple[AxisLine, ...]:
         ends |= {"motion.trajectory": plan.study.trajectory.time}
     else:
         ends |= {"motion.direction": plan.directions, "motion.elbow_angle": plan.elbow_angles}
-    return tuple(AxisLine(key, len(v), _shown(key, v[0]), _shown(key, v[-1])) for key, v in ends.items())
+    return tuple(
+        AxisLine(key, len(v), _shown(key, v[0]), _shown(key, v[-1])) for key, v in ends.items()
+    )
 
 
 def _shown(key: str, value: Any) -> str:
@@ -132,6 +141,9 @@ def _shown(key: str, value: Any) -> str:
 def _bytes_per_worker(task: Sweep) -> int:
     """Row groups while they are filled and encoded, the arrays of a block, and what a part's designs come to."""
     plan, part = task.plan, task.plan.part(0)
-    row_groups = sum(2 * 8 * len(task.columns(table)) * min(ROW_GROUP, task.rows(table, 0)) for table in task.tables)
+    row_groups = sum(
+        2 * 8 * len(task.columns(table)) * min(ROW_GROUP, task.rows(table, 0))
+        for table in task.tables
+    )
     block = 8 * _ARRAYS_PER_BLOCK * min(plan.block_states, plan.rows("states", part))
     return row_groups + block + 8 * _RESULTS * len(part)

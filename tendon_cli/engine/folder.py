@@ -71,7 +71,11 @@ class RunFolder:
         path = self.path / name
         if path.is_symlink() or name not in {f"{table}.parquet" for table in TABLES}:
             return False
-        files = [path] if path.is_file() else [file for file in path.iterdir() if not OF_A_RUN.fullmatch(file.name)]
+        files = (
+            [path]
+            if path.is_file()
+            else [file for file in path.iterdir() if not OF_A_RUN.fullmatch(file.name)]
+        )
         return all(study_hash_of(file) == self.task.study.hash for file in files)
 
     def _check_replaceable(self, standing: dict[str, Any]) -> None:
@@ -81,13 +85,17 @@ class RunFolder:
         }
         for table in TABLES:
             path, parts = self.path / f"{table}.parquet", self.task.tables.get(table)
-            is_strangers = path.is_symlink() or (parts is not None and path.exists() and table not in listed)
+            is_strangers = path.is_symlink() or (
+                parts is not None and path.exists() and table not in listed
+            )
             in_the_way = [path.name] if is_strangers else []
             if path.is_dir() and table in listed:
                 others = [item.name for item in path.iterdir() if not _is_part(item.name)]
                 may_stay = parts is not None and parts > 1  # but for what readers take for a part
                 in_the_way += [
-                    f"{path.name}/{name}" for name in others if not may_stay or _READ_AS_PART.fullmatch(name)
+                    f"{path.name}/{name}"
+                    for name in others
+                    if not may_stay or _READ_AS_PART.fullmatch(name)
                 ]
             if in_the_way:
                 hint = "move it away, or choose another folder with --out"
@@ -119,11 +127,20 @@ class RunFolder:
             if not (index < self.task.parts and self.task.is_note(index, part.note)):
                 continue
             files = {
-                name: next((each for each in (file, journal.last.get(name)) if each and self._stands(name, each)), None)
+                name: next(
+                    (
+                        each
+                        for each in (file, journal.last.get(name))
+                        if each and self._stands(name, each)
+                    ),
+                    None,
+                )
                 for name, file in part.files.items()
             }
             if set(files) == set(self.task.files(index).values()) and None not in files.values():
-                kept[index] = replace(part, files={name: file for name, file in files.items() if file})
+                kept[index] = replace(
+                    part, files={name: file for name, file in files.items() if file}
+                )
         return kept
 
     def _stands(self, name: str, file: Any) -> bool:
@@ -137,7 +154,9 @@ class RunFolder:
                 continue
             try:
                 if folder.is_symlink():
-                    raise OutputError("is a symbolic link, which tendon does not write through", where=str(folder))
+                    raise OutputError(
+                        "is a symbolic link, which tendon does not write through", where=str(folder)
+                    )
                 folder.mkdir(exist_ok=True)
             except OSError as error:
                 raise OutputError(f"cannot be made: {error.strerror}", where=str(folder)) from error
@@ -145,7 +164,9 @@ class RunFolder:
     def clear(self) -> bool:
         """Delete the files of the run that stands here, finished or not, and nothing else; whether there was one."""
         record, journal = read_record(self.path), Journal.read(self.path)
-        if record is not None:  # until the new run has its journal, this one says whose files these are
+        if (
+            record is not None
+        ):  # until the new run has its journal, this one says whose files these are
             tables = sorted({entry["path"].partition(".")[0] for entry in record["files"]})
             kept = {key: record.get(key) for key in self.task.identity}
             journal.figures = (*record["figures"], *journal.figures)
@@ -187,13 +208,17 @@ class RunFolder:
         finally:
             shutil.rmtree(place, ignore_errors=True)
 
-    def place_figures(self, place: Path, names: list[str], before: list[str], journal: Journal | None) -> list[str]:
+    def place_figures(
+        self, place: Path, names: list[str], before: list[str], journal: Journal | None
+    ) -> list[str]:
         """Put drawn figures in place of those `before`; returns what is wrong with those that are left out."""
         faults = []
         for name in list(names):
             if name not in before and os.path.lexists(self.path / name):
                 names.remove(name)
-                faults.append(f"{name} is not drawn: a file of that name stands there, which no run wrote")
+                faults.append(
+                    f"{name} is not drawn: a file of that name stands there, which no run wrote"
+                )
         if journal is not None and names:
             journal.announce(names)
         with output_errors(self.path):

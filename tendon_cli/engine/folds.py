@@ -42,7 +42,9 @@ class Folds:
     @cached_property
     def _only_pretension(self) -> frozenset[int]:
         """The design axes that nothing but pretension depends on."""
-        return frozenset(range(len(self.plan.shape))) - self.plan.space.axes_of(lambda key: key != PRETENSION)
+        return frozenset(range(len(self.plan.shape))) - self.plan.space.axes_of(
+            lambda key: key != PRETENSION
+        )
 
     @cached_property
     def _of_the_arm(self) -> frozenset[int]:
@@ -55,12 +57,25 @@ class Folds:
 
     def _to_cut(self, block: Block) -> int | None:
         """Where a block has to be cut in two, if at all: best where pretension goes on along all its values."""
-        plan, free, lengths, states = self.plan, self._only_pretension, block.shape[:-2], self.plan.states_per_design
+        plan, free, lengths, states = (
+            self.plan,
+            self._only_pretension,
+            block.shape[:-2],
+            self.plan.states_per_design,
+        )
         whole = frozenset(range(len(lengths)))
-        most_of = [(whole, 1, _DESIGNS), (whole, states, _STATES if kernel.kind() else 4 * plan.block_states)]
+        most_of = [
+            (whole, 1, _DESIGNS),
+            (whole, states, _STATES if kernel.kind() else 4 * plan.block_states),
+        ]
         if kernel.kind():
-            most_of += [(self._of_the_arm, len(plan.elbow_angles), VALUES_AT_ONCE), (whole - free, 2, VALUES_AT_ONCE)]
-        if plan.of_forms or plan.of_motion or extremes.OVER_STATES:  # NumPy has arrays of all states
+            most_of += [
+                (self._of_the_arm, len(plan.elbow_angles), VALUES_AT_ONCE),
+                (whole - free, 2, VALUES_AT_ONCE),
+            ]
+        if (
+            plan.of_forms or plan.of_motion or extremes.OVER_STATES
+        ):  # NumPy has arrays of all states
             most_of += [(whole, states, VALUES_AT_ONCE)]
         for axes, each, most in most_of:
             long = [axis for axis in axes if lengths[axis] > 1]
@@ -73,20 +88,37 @@ class Folds:
         plan, design = self.plan, self.plan.design(block)
         folded = extremes.begin(block.shape[:-2])
         for stretch in self._stretches(block):
-            kernel.fold_extremes(folded, plan.state(stretch, design), plan.elbow_angles[stretch.angles], stretch.shape)
+            kernel.fold_extremes(
+                folded,
+                plan.state(stretch, design),
+                plan.elbow_angles[stretch.angles],
+                stretch.shape,
+            )
         results = extremes.as_read(extremes.finished(folded, plan.states_per_design), design)
-        results |= self._by_numpy(block, design) | extremes.of_design(design, folded) | self.windows(block, design)
-        return results | extremes.judged(results, plan.study.limits) | {name: folded[name] for name in extremes.COUNTS}
+        results |= (
+            self._by_numpy(block, design)
+            | extremes.of_design(design, folded)
+            | self.windows(block, design)
+        )
+        return (
+            results
+            | extremes.judged(results, plan.study.limits)
+            | {name: folded[name] for name in extremes.COUNTS}
+        )
 
     def windows(self, block: Block, design: Design) -> Found:
         """The windows of a block, worked out once for all designs that differ in pretension alone."""
         free = self._only_pretension
         if self.known_windows is not None:
-            place = tuple(slice(0, 1) if axis in free else part for axis, part in enumerate(block.designs))
+            place = tuple(
+                slice(0, 1) if axis in free else part for axis, part in enumerate(block.designs)
+            )
             columns = {name: values[place] for name, values in self.known_windows.items()}
         else:
             first = block.first_along(free)
-            columns = self._windows(first, design if first.shape == block.shape else self.plan.design(first))
+            columns = self._windows(
+                first, design if first.shape == block.shape else self.plan.design(first)
+            )
         return {name: np.broadcast_to(values, block.shape[:-2]) for name, values in columns.items()}
 
     @cached_property
@@ -98,7 +130,9 @@ class Folds:
         states, most = math.prod(every.shape), _MOST_BEFORE if kernel.kind() else _MOST_BEFORE // 16
         if every.design_count == plan.designs or every.design_count > _MOST_KEPT or states > most:
             return None
-        columns = {name: np.empty(every.shape[:-2]) for name in ("pretension_from", "pretension_to")}
+        columns = {
+            name: np.empty(every.shape[:-2]) for name in ("pretension_from", "pretension_to")
+        }
         for block in self.small_blocks(every):
             for name, values in self._windows(block, plan.design(block)).items():
                 columns[name][block.designs] = values
@@ -110,7 +144,9 @@ class Folds:
             from tendon_cli.model.motor_window import narrowed  # only these pay for its import
 
             motion = plan.motion(block)
-            ends: window.Ends = narrowed(window.window(design, *motion, bounds), design, *motion, bounds)
+            ends: window.Ends = narrowed(
+                window.window(design, *motion, bounds), design, *motion, bounds
+            )
         else:
             folded = window.begin(block.shape[:-2])
             for stretch in self._stretches(block):
@@ -118,7 +154,10 @@ class Folds:
                 kernel.fold_window(folded, at, bounds, stretch.shape, stretch.angles.start, count)
             ends = window.finished(folded, design, bounds)
         ends = window.as_read(ends, design)
-        return {"pretension_from": ends.low, "pretension_to": np.where(np.isinf(ends.high), np.nan, ends.high)}
+        return {
+            "pretension_from": ends.low,
+            "pretension_to": np.where(np.isinf(ends.high), np.nan, ends.high),
+        }
 
     def _stretches(self, block: Block) -> Iterator[Block]:
         """The block cut along its angles into what is best taken at once; the results do not depend on it."""
@@ -130,7 +169,9 @@ class Folds:
         plan, speed, columns = self.plan, self.plan.study.motion.speed, {}
         if plan.of_forms or extremes.OVER_STATES:
             state = plan.state(block, design)
-            columns = extremes.of_forms(plan.of_forms, state) | extremes.over_states(state, block.shape)
+            columns = extremes.of_forms(plan.of_forms, state) | extremes.over_states(
+                state, block.shape
+            )
         if plan.study.trajectory is not None:
             from tendon_cli.model.motor import along  # only a study of motion pays for its import
 
@@ -170,7 +211,9 @@ def flags(note: Any, count: int) -> Flags | None:
         packed = zlib.decompressobj().decompress(base64.b64decode(note, validate=True), size + 1)
     except (zlib.error, binascii.Error, ValueError, TypeError):
         return None
-    return np.unpackbits(np.frombuffer(packed, np.uint8))[:count] > 0 if len(packed) == size else None
+    return (
+        np.unpackbits(np.frombuffer(packed, np.uint8))[:count] > 0 if len(packed) == size else None
+    )
 
 
 def feasible_choices(plan: Plan, notes: Iterable[str]) -> int:

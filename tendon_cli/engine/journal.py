@@ -101,9 +101,13 @@ def _content(path: Path) -> bytes:
         return read_file(path, MOST_BYTES)
     except (FileNotFoundError, NotADirectoryError):
         return b""
-    except OSError as error:  # what it lists is not known, so nothing in the folder may be trusted or deleted
+    except (
+        OSError
+    ) as error:  # what it lists is not known, so nothing in the folder may be trusted or deleted
         hint = "make it a file that can be read, or choose another folder with --out"
-        raise FolderError(f"cannot be read: {error.strerror}", where=str(path), hint=hint) from error
+        raise FolderError(
+            f"cannot be read: {error.strerror}", where=str(path), hint=hint
+        ) from error
 
 
 def _entries(path: Path) -> list[dict[str, Any]]:
@@ -119,8 +123,15 @@ def _entries(path: Path) -> list[dict[str, Any]]:
 def _is_header(entry: dict[str, Any]) -> bool:
     """Whether an entry says of what run the journal is."""
     tables, parts = entry.get("tables"), entry.get("parts")
-    is_known = isinstance(tables, list) and bool(tables) and all(table in TABLES for table in tables)
-    return is_known and is_count(parts) and 0 < entry["parts"] <= _MOST_PARTS and type(entry.get("study_hash")) is str
+    is_known = (
+        isinstance(tables, list) and bool(tables) and all(table in TABLES for table in tables)
+    )
+    return (
+        is_known
+        and is_count(parts)
+        and 0 < entry["parts"] <= _MOST_PARTS
+        and type(entry.get("study_hash")) is str
+    )
 
 
 def _entry(result: PartResult) -> dict[str, Any]:
@@ -131,7 +142,11 @@ def _entry(result: PartResult) -> dict[str, Any]:
 def _part(entry: dict[str, Any]) -> PartResult | None:
     """A finished part, or nothing where the entry is not as it was written; its note is for the task to judge."""
     index, note, files = entry["part"], entry.get("note"), _files(entry.get("files"))
-    return PartResult(index, note, files) if is_count(index) and isinstance(note, dict) and files is not None else None
+    return (
+        PartResult(index, note, files)
+        if is_count(index) and isinstance(note, dict) and files is not None
+        else None
+    )
 
 
 def _files(entry: Any) -> dict[str, WrittenFile] | None:

@@ -52,7 +52,9 @@ class Block:
     @cached_property
     def shape(self) -> tuple[int, ...]:
         """Number of values along each design axis, then directions, then angles."""
-        return tuple(part.stop - part.start for part in (*self.designs, self.directions, self.angles))
+        return tuple(
+            part.stop - part.start for part in (*self.designs, self.directions, self.angles)
+        )
 
     @property
     def design_count(self) -> int:
@@ -66,7 +68,10 @@ class Block:
 
     def first_along(self, axes: Collection[int]) -> Block:
         """The designs of the block that stand first along some axes."""
-        first = (slice(part.start, part.start + 1) if at in axes else part for at, part in enumerate(self.designs))
+        first = (
+            slice(part.start, part.start + 1) if at in axes else part
+            for at, part in enumerate(self.designs)
+        )
         return replace(self, designs=tuple(first))
 
     def cut(self, where: Callable[[Block], int | None]) -> Iterator[Block]:
@@ -139,7 +144,9 @@ class Plan:
     @cached_property
     def of_forms(self) -> tuple[str, ...]:
         """Columns of `designs` that limits on forms add, each an extreme of its form, if the study states its needs."""
-        return tuple(each.column for each in ADDED if all(is_stated(self.study, need) for need in each.needs))
+        return tuple(
+            each.column for each in ADDED if all(is_stated(self.study, need) for need in each.needs)
+        )
 
     @property
     def of_motion(self) -> tuple[str, ...]:
@@ -191,7 +198,11 @@ class Plan:
 
         def where(block: Block) -> int | None:
             too_many = states is not None and math.prod(block.shape) > states
-            return next(axis for axis, length in enumerate(block.shape) if length > 1) if too_many else None
+            return (
+                next(axis for axis, length in enumerate(block.shape) if length > 1)
+                if too_many
+                else None
+            )
 
         at = designs.start
         while at < designs.stop:
@@ -229,11 +240,15 @@ class Plan:
         while axis > 0 and position[axis - 1] == 0 and whole * self.shape[axis - 1] <= most:
             axis -= 1
             whole *= self.shape[axis]
-        slices = [slice(at, at + 1) for at in position[:axis]] + [slice(0, length) for length in self.shape[axis:]]
+        slices = [slice(at, at + 1) for at in position[:axis]] + [
+            slice(0, length) for length in self.shape[axis:]
+        ]
         if axis > 0:
             along = min(self.shape[axis - 1] - position[axis - 1], most // whole)
             slices[axis - 1] = slice(position[axis - 1], position[axis - 1] + along)
-        return Block(design, tuple(slices), slice(0, len(self.directions)), slice(0, len(self.elbow_angles)))
+        return Block(
+            design, tuple(slices), slice(0, len(self.directions)), slice(0, len(self.elbow_angles))
+        )
 
 
 def part_of(count: int, length: int, index: int) -> range:

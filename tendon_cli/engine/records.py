@@ -30,13 +30,28 @@ _ALWAYS: dict[str, type] = {
 }
 """What every record has had since the first version."""
 _COUNTS = {
-    "sweep": ("designs", "states", "feasible", "slack", "no_equilibrium", "unstable", "parts", "resumed_parts"),
+    "sweep": (
+        "designs",
+        "states",
+        "feasible",
+        "slack",
+        "no_equilibrium",
+        "unstable",
+        "parts",
+        "resumed_parts",
+    ),
     "design": ("choices", "conditions", "feasible"),
 }
 _LATER: dict[str, type] = {
-    "sources": dict, "axes": list, "warnings": list, "notes": list, "text": str,
-    **dict.fromkeys(("taut", "stable", "choices", "feasible_choices", "parts", "resumed_parts"), int),
-}  # fmt: skip
+    "sources": dict,
+    "axes": list,
+    "warnings": list,
+    "notes": list,
+    "text": str,
+    **dict.fromkeys(
+        ("taut", "stable", "choices", "feasible_choices", "parts", "resumed_parts"), int
+    ),
+}
 
 
 def read_record(folder: Path) -> dict[str, Any] | None:
@@ -74,9 +89,17 @@ def _read_sealed(path: Path, verb: str) -> dict[str, Any] | None:
         return None
     except (ValueError, RecursionError, OSError):
         record = None
-    if isinstance(record, dict) and record.get("checksum") == checksum(record) and _is_sound(record, verb):
+    if (
+        isinstance(record, dict)
+        and record.get("checksum") == checksum(record)
+        and _is_sound(record, verb)
+    ):
         return record
-    raise FolderError(f"holds a {path.name} that is not as tendon wrote it", where=str(path.parent), hint=_ELSEWHERE)
+    raise FolderError(
+        f"holds a {path.name} that is not as tendon wrote it",
+        where=str(path.parent),
+        hint=_ELSEWHERE,
+    )
 
 
 def _is_sound(record: dict[str, Any], verb: str) -> bool:
@@ -85,7 +108,10 @@ def _is_sound(record: dict[str, Any], verb: str) -> bool:
     kinds |= {name: kind for name, kind in _LATER.items() if name in record}
     texts = [text for name in ("axes", "warnings", "notes") for text in record.get(name, ())]
     return (
-        all(type(record.get(name)) is kind and (kind is not int or record[name] >= 0) for name, kind in kinds.items())
+        all(
+            type(record.get(name)) is kind and (kind is not int or record[name] >= 0)
+            for name, kind in kinds.items()
+        )
         and record.get("verb", verb) == verb
         and type(record.get("seconds")) in (int, float)
         and math.isfinite(record["seconds"])
@@ -98,7 +124,12 @@ def _is_sound(record: dict[str, Any], verb: str) -> bool:
 def _is_file(entry: Mapping[str, Any]) -> bool:
     path, digest = entry.get("path"), entry.get("sha256")
     is_table = isinstance(path, str) and _TABLE_FILE.fullmatch(path) is not None
-    return is_table and isinstance(digest, str) and is_count(entry.get("size")) and is_count(entry.get("rows", 0))
+    return (
+        is_table
+        and isinstance(digest, str)
+        and is_count(entry.get("size"))
+        and is_count(entry.get("rows", 0))
+    )
 
 
 def is_count(value: Any) -> bool:
@@ -110,7 +141,11 @@ def stands(folder: Path, entry: Mapping[str, Any]) -> bool:
     """Whether a file of a run has the bytes that were recorded."""
     path = folder / entry["path"]
     try:
-        return not path.is_symlink() and path.stat().st_size == entry["size"] and file_sha256(path) == entry["sha256"]
+        return (
+            not path.is_symlink()
+            and path.stat().st_size == entry["size"]
+            and file_sha256(path) == entry["sha256"]
+        )
     except OSError:
         return False
 
@@ -128,7 +163,10 @@ def difference(standing: Mapping[str, Any], verb: str, study: Study) -> str | No
         return f"it is of `tendon {other}`, not of `tendon {verb}`"
     if standing.get("study_hash") == study.hash:
         return None
-    return "; ".join(differences(standing.get("study") or {}, study.document())[:4]) or "the order of the axes"
+    return (
+        "; ".join(differences(standing.get("study") or {}, study.document())[:4])
+        or "the order of the axes"
+    )
 
 
 def differences(theirs: Any, ours: Any, key: str = "") -> list[str]:
@@ -138,7 +176,9 @@ def differences(theirs: Any, ours: Any, key: str = "") -> list[str]:
         return [
             line
             for name in names
-            for line in differences(theirs.get(name), ours.get(name), f"{key}.{name}" if key else name)
+            for line in differences(
+                theirs.get(name), ours.get(name), f"{key}.{name}" if key else name
+            )
         ]
     if theirs == ours:
         return []

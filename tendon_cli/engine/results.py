@@ -87,7 +87,9 @@ class Run(Result):
     def table(self, name: str) -> pa.Table:
         """A table as Arrow has it, every byte verified; raises UsageError if the study leaves it out, InputError."""
         if name == "states" and name not in self.record["study"]["output"]["tables"]:
-            return WorkedOut(self.record, self.record["study_hash"], (self.folder or Path(),)).read()
+            return WorkedOut(
+                self.record, self.record["study_hash"], (self.folder or Path(),)
+            ).read()
         return self.tables[name] if name in self.tables else self.kept(name).read()
 
     def kept(self, name: str) -> TableFiles:
@@ -121,7 +123,11 @@ def verified_record(path: Path) -> dict[str, Any]:
             hint = f"`tendon {verb} --resume` finishes it; in Python {verb}(..., resume=True)"
             raise FolderError("holds an unfinished run", where=str(path), hint=hint)
         hint = "`tendon sweep` or `tendon design` writes one"
-        raise InputError(f"is no run folder, it holds no {' or '.join(RECORDS.values())}", where=str(path), hint=hint)
+        raise InputError(
+            f"is no run folder, it holds no {' or '.join(RECORDS.values())}",
+            where=str(path),
+            hint=hint,
+        )
     for name in lost(path, record):
         hint = f"`tendon {record['verb']} --resume` computes just this anew"
         raise InputError("is missing, or not as it was written", where=str(path / name), hint=hint)
@@ -136,7 +142,9 @@ def folder_of(result: AnyResult) -> Path:
     if not isinstance(result, Result):
         return result_path(result)
     if result.folder is None:
-        raise UsageError("this result is in memory, expected one in a folder", hint="name one: sweep(study, out)")
+        raise UsageError(
+            "this result is in memory, expected one in a folder", hint="name one: sweep(study, out)"
+        )
     return result.folder
 
 
@@ -166,7 +174,9 @@ def xarray_library() -> Any:
         import xarray as xr  # an optional extra
     except ImportError:
         hint = install_hint("xarray")
-        raise UsageError("to_xarray needs the package xarray, which is not installed", hint=hint) from None
+        raise UsageError(
+            "to_xarray needs the package xarray, which is not installed", hint=hint
+        ) from None
     return xr
 
 
@@ -207,9 +217,14 @@ def variables_of(table: pa.Table, sizes: dict[str, int]) -> dict[str, Variable]:
     variables = {}
     for held in table.schema:
         values = frame[held.name]
-        array = values.astype(object).to_numpy() if values.dtype == "category" else values.to_numpy()
+        array = (
+            values.astype(object).to_numpy() if values.dtype == "category" else values.to_numpy()
+        )
         meaning = {key.decode(): text.decode() for key, text in (held.metadata or {}).items()}
-        attributes = {"units": meaning.get("unit", "1"), "long_name": label_of(held.name, meaning.get("long_name", ""))}
+        attributes = {
+            "units": meaning.get("unit", "1"),
+            "long_name": label_of(held.name, meaning.get("long_name", "")),
+        }
         attributes["description"] = meaning.get("long_name", "")
         variables[held.name] = (dimensions, array.reshape(shape), attributes)
     return variables
@@ -218,7 +233,9 @@ def variables_of(table: pa.Table, sizes: dict[str, int]) -> dict[str, Variable]:
 def label_of(name: str, meaning: str) -> str:
     """A name of a column that is short enough for an axis: what it means if that is short, else its name in words."""
     of_its_own = name in QUANTITIES and meaning != QUANTITIES[name].long_name
-    return meaning if meaning and (of_its_own or len(meaning) <= _LONGEST_LABEL) else say.column(name)
+    return (
+        meaning if meaning and (of_its_own or len(meaning) <= _LONGEST_LABEL) else say.column(name)
+    )
 
 
 def along_own_axes(name: str, variable: Variable) -> Variable:
@@ -229,5 +246,8 @@ def along_own_axes(name: str, variable: Variable) -> Variable:
         first = values.take([0], axis=axis)
         same = (values == first) | ((values != values) & (first != first))  # noqa: PLR0124 - NaN differs from itself
         if dimension != name and (name in dimensions or np.all(same)):
-            values, dimensions = values.take(0, axis=axis), dimensions[:axis] + dimensions[axis + 1 :]
+            values, dimensions = (
+                values.take(0, axis=axis),
+                dimensions[:axis] + dimensions[axis + 1 :],
+            )
     return dimensions, np.asarray(values), attributes

@@ -15,7 +15,13 @@ from tendon_cli.engine.journal import Journal
 from tendon_cli.engine.records import lost, read_record, write_record
 from tendon_cli.engine.results import Result
 from tendon_cli.engine.task import InMemory, PartMaker, PartResult, Task
-from tendon_cli.engine.threads import Runner, available_cores, ended_by_keyboard, in_threads, make_parts
+from tendon_cli.engine.threads import (
+    Runner,
+    available_cores,
+    ended_by_keyboard,
+    in_threads,
+    make_parts,
+)
 from tendon_cli.errors import FolderError, OutputError, Stopped, UsageError
 from tendon_cli.files import check_unlocked, locked
 from tendon_cli.studies.study import Study
@@ -49,7 +55,11 @@ class How:
 
 
 def carried_out(
-    task: type[Task], kind: type[Kind], study: Study, out: Path | None = None, how: How | None = None
+    task: type[Task],
+    kind: type[Kind],
+    study: Study,
+    out: Path | None = None,
+    how: How | None = None,
 ) -> Kind:
     """Carry a task out into the folder `out`, or without one in memory; returns when all stands and is recorded.
 
@@ -66,7 +76,9 @@ def carried_out(
         folder = RunFolder(out, task.of(study, ended))
         if how.lock:
             check_unlocked(out)
-        folder.check(resume=how.resume, overwrite=how.overwrite)  # before the lock: a refused one stays as it was
+        folder.check(
+            resume=how.resume, overwrite=how.overwrite
+        )  # before the lock: a refused one stays as it was
         folder.check_space()
         with _runner(how, folder.task.parts) as runner, locked(out, use_lock=how.lock):
             record, stands = worked_out(folder, how, runner)
@@ -91,7 +103,9 @@ def _runner(how: How, parts: int) -> Iterator[Runner]:
     if how.scheduler is None:
         yield in_threads(min(how.jobs or available_cores(), parts))
         return
-    from tendon_cli.engine.cluster.flight import connected  # only who has a cluster pays for its import
+    from tendon_cli.engine.cluster.flight import (
+        connected,
+    )  # only who has a cluster pays for its import
 
     with connected(how.scheduler, how.jobs) as runner:
         yield runner
@@ -117,16 +131,25 @@ def worked_out(folder: RunFolder, how: How, runner: Runner) -> tuple[dict[str, A
     return _recorded(maker, journal, runner, how.progress), False
 
 
-def _recorded(maker: PartMaker, journal: Journal, runner: Runner, progress: Progress) -> dict[str, Any]:
+def _recorded(
+    maker: PartMaker, journal: Journal, runner: Runner, progress: Progress
+) -> dict[str, Any]:
     """The record of a task whose missing parts are made, and then what only the whole gives."""
-    started, task, study, resumed = time.monotonic(), maker.task, maker.task.study, len(journal.parts)
+    started, task, study, resumed = (
+        time.monotonic(),
+        maker.task,
+        maker.task.study,
+        len(journal.parts),
+    )
 
     def take(result: PartResult) -> None:
         journal.add(result)
         progress(len(journal.parts), task.parts)
 
     progress(resumed, task.parts)
-    make_parts(maker, runner, (index for index in range(task.parts) if index not in journal.parts), take)
+    make_parts(
+        maker, runner, (index for index in range(task.parts) if index not in journal.parts), take
+    )
     parts = [journal.parts[index] for index in range(task.parts)]
     record = {
         "name": study.name,
@@ -185,7 +208,11 @@ def _repaired(
             entries[name].update(asdict(file))
 
     folder.prepare()
-    missing = [index for index in range(folder.task.parts) if not anew.isdisjoint(folder.task.files(index).values())]
+    missing = [
+        index
+        for index in range(folder.task.parts)
+        if not anew.isdisjoint(folder.task.files(index).values())
+    ]
     make_parts(maker, runner, missing, take)
     for name, file in _written_last(maker, record, only=anew).items():
         entries[name].update(asdict(file))
@@ -195,7 +222,9 @@ def _repaired(
 # --- Figures ---------------------------------------------------------------------------------------------------------
 
 
-def _with_figures(folder: RunFolder, record: dict[str, Any], draw: Draw | None, *, up_to_date: bool) -> str | None:
+def _with_figures(
+    folder: RunFolder, record: dict[str, Any], draw: Draw | None, *, up_to_date: bool
+) -> str | None:
     """Draw next to the folder's files, then put the figures in place, their names first; returns why there is no map.
 
     So whoever ends this process at any moment, each figure in the folder is one that a record or a journal lists.
@@ -209,9 +238,13 @@ def _with_figures(folder: RunFolder, record: dict[str, Any], draw: Draw | None, 
             if draw is not None:
                 names, faults, note = draw(folder.task.study, folder.path, place, record)
             if up_to_date:
-                write_record(folder.path, {**record, "figures": list(dict.fromkeys([*before, *names]))})
+                write_record(
+                    folder.path, {**record, "figures": list(dict.fromkeys([*before, *names]))}
+                )
             if draw is not None or not record.get("figures"):
-                faults += folder.place_figures(place, names, before, None if up_to_date else journal)
+                faults += folder.place_figures(
+                    place, names, before, None if up_to_date else journal
+                )
     except (OSError, OutputError) as error:
         names, faults = [], [*faults, f"the figures cannot be drawn: {error}"]
     record["figures"], record["warnings"] = names, [*folder.task.warnings(record), *faults]

@@ -40,7 +40,9 @@ class WorkedOut(AnyTable):
     def sweep(self) -> Sweep:
         """What gives them, whatever the study keeps of them."""
         output = {"tables": ["designs", "states"]}
-        return Sweep.of(recorded_study({**self.record, "study": {**self.record["study"], "output": output}}))
+        return Sweep.of(
+            recorded_study({**self.record, "study": {**self.record["study"], "output": output}})
+        )
 
     @property
     def plan(self) -> Plan:
@@ -83,8 +85,12 @@ class WorkedOut(AnyTable):
         whole = self.sweep.layout("states", 0)
         columns = {column.name: column for column in whole.columns}
         schema = pa.schema([whole.schema.field(name) for name in names], whole.schema.metadata)
-        rows = RowsInMemory(replace(whole, columns=tuple(columns[name] for name in names), schema=schema))
-        rows.fill(math.prod(block.shape), state_rows(self.plan, block, self.sweep.keys("states", block)))
+        rows = RowsInMemory(
+            replace(whole, columns=tuple(columns[name] for name in names), schema=schema)
+        )
+        rows.fill(
+            math.prod(block.shape), state_rows(self.plan, block, self.sweep.keys("states", block))
+        )
         return rows.table()
 
 
@@ -102,17 +108,29 @@ def states(design: AnyStudy, angle: npt.ArrayLike, flexion: npt.ArrayLike = True
     array([2.59 , 0.392, 0.72 ])
     """
     try:
-        angles, moves = np.broadcast_arrays(np.asarray(angle, dtype=np.float64), np.asarray(flexion, dtype=np.bool_))
+        angles, moves = np.broadcast_arrays(
+            np.asarray(angle, dtype=np.float64), np.asarray(flexion, dtype=np.bool_)
+        )
     except (TypeError, ValueError) as error:
         raise UsageError(f"angle and flexion are not arrays of one shape: {error}") from None
     if not angles.size:
         raise UsageError("angle is empty, expected at least one")
     different, at = np.unique(angles, return_inverse=True)
-    asked = varied_study(any_study(design), {
-        "motion.elbow_angle": [f"{value!r} rad" for value in different.tolist()], "motion.direction": list(_MOVES),
-    })  # fmt: skip
+    asked = varied_study(
+        any_study(design),
+        {
+            "motion.elbow_angle": [f"{value!r} rad" for value in different.tolist()],
+            "motion.direction": list(_MOVES),
+        },
+    )
     every = WorkedOut(asked.record, asked.hash, ())
     table, shape = every.read(), (*every.plan.shape, *angles.shape)
     rows = np.where(moves, 0, 1).ravel() * len(different) + at.ravel()
-    by_state = {name: as_numpy(table[name]).reshape(every.plan.designs, -1) for name in table.column_names}
-    return {name: values[:, rows].reshape(shape) for name, values in by_state.items() if name not in _LEADING}
+    by_state = {
+        name: as_numpy(table[name]).reshape(every.plan.designs, -1) for name in table.column_names
+    }
+    return {
+        name: values[:, rows].reshape(shape)
+        for name, values in by_state.items()
+        if name not in _LEADING
+    }

@@ -94,7 +94,9 @@ class Sweep(Task):
         states = self.plan.block_states * (_BLOCKS_AT_ONCE if kernel.kind() else 1)
         for block in self.plan.blocks(designs, states) if "states" in tables else ():
             self.go_on()
-            tables["states"].fill(math.prod(block.shape), state_rows(self.plan, block, self.keys("states", block)))
+            tables["states"].fill(
+                math.prod(block.shape), state_rows(self.plan, block, self.keys("states", block))
+            )
         totals, feasible = dict.fromkeys(COUNTED, 0), np.zeros(len(designs), np.bool_)
         for block in self.plan.blocks_of_designs(designs):
             start = block.first_design - designs.start
@@ -106,7 +108,9 @@ class Sweep(Task):
                 write({}, range(block.design_count))
         return {"totals": totals, "feasible": noted(feasible)}
 
-    def _design_rows(self, block: Block, totals: dict[str, int], feasible: npt.NDArray[np.bool_]) -> Filler:
+    def _design_rows(
+        self, block: Block, totals: dict[str, int], feasible: npt.NDArray[np.bool_]
+    ) -> Filler:
         """What writes all rows of a block at once, for they come in another order; counts, and judges each design."""
         keys = self.keys("designs", block)
 
@@ -127,14 +131,26 @@ class Sweep(Task):
 
     def keys(self, table: str, block: Block) -> Keys:
         """The columns that say which design, or which state, a row of a block is."""
-        keys = self.every_column.leading | (self.every_column.of_states if table == "states" else {})
-        return {column.name: np.asarray(values(block), dtype=column.dtype) for column, values in keys.items()}
+        keys = self.every_column.leading | (
+            self.every_column.of_states if table == "states" else {}
+        )
+        return {
+            column.name: np.asarray(values(block), dtype=column.dtype)
+            for column, values in keys.items()
+        }
 
     def is_note(self, index: int, note: Any) -> bool:
         """Whether the note of a part is as `fill` gives it."""
         try:
-            counts, known = note["totals"], flags(note["feasible"], len(self.plan.part(index))) is not None
-            return known and set(counts) == set(COUNTED) and all(type(n) is int and n >= 0 for n in counts.values())
+            counts, known = (
+                note["totals"],
+                flags(note["feasible"], len(self.plan.part(index))) is not None,
+            )
+            return (
+                known
+                and set(counts) == set(COUNTED)
+                and all(type(n) is int and n >= 0 for n in counts.values())
+            )
         except (KeyError, TypeError, AttributeError):
             return False
 
@@ -168,7 +184,9 @@ class Sweep(Task):
                 "passed the joint's centre (moment arm not above zero), where no tensions balance a positive elbow "
                 "torque, and those that balance another need not be the only ones; their results are null"
             )
-        if record["slack"] and any(getattr(model, "slack", None) == "bilateral" for model in models):
+        if record["slack"] and any(
+            getattr(model, "slack", None) == "bilateral" for model in models
+        ):
             warnings.append(
                 "the bilateral model lets tendons push: tensions in slack states are the paper's, not physics; "
                 'slack = "unilateral" gives those of real tendons'

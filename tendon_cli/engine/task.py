@@ -110,25 +110,43 @@ class Task(ABC):
     def identity(self) -> dict[str, Any]:
         """What makes two runs the same."""
         study = self.study
-        return {"verb": self.verb, "study_hash": study.hash, "results_version": RESULTS_VERSION, **study.record}
+        return {
+            "verb": self.verb,
+            "study_hash": study.hash,
+            "results_version": RESULTS_VERSION,
+            **study.record,
+        }
 
     def files(self, index: int) -> dict[str, str]:
         """The files of a part in the run folder, by table."""
-        return {table: file_name(table, index, parts) for table, parts in self.tables.items() if index < parts}
+        return {
+            table: file_name(table, index, parts)
+            for table, parts in self.tables.items()
+            if index < parts
+        }
 
     def layout(self, table: str, index: int, rows: int | None = None) -> TableLayout:
         """The layout of a part of a table; `rows` if it has not the usual number."""
         part = json.dumps({"index": index, "of": max(1, self.tables[table])}, sort_keys=True)
         first = self._schemas[table]
         schema = first.with_metadata({**first.metadata, b"tendon.part": part})
-        return TableLayout(self.columns(table), schema, self.rows(table, index) if rows is None else rows)
+        return TableLayout(
+            self.columns(table), schema, self.rows(table, index) if rows is None else rows
+        )
 
     @cached_property
     def _schemas(self) -> dict[str, pa.Schema]:
         """Those of all tables, but for the part; what they say follows from the study and the versions alone."""
-        facts = {"study": self.study.record, "study_hash": self.study.hash, "results_version": RESULTS_VERSION}
+        facts = {
+            "study": self.study.record,
+            "study_hash": self.study.hash,
+            "results_version": RESULTS_VERSION,
+        }
         facts |= {"versions": versions()}
-        return {table: schema_of(self.columns(table), {"table": table, **facts}) for table in self.tables}
+        return {
+            table: schema_of(self.columns(table), {"table": table, **facts})
+            for table in self.tables
+        }
 
     def go_on(self) -> None:
         """Raises Stopped if the work shall stop."""
@@ -168,18 +186,24 @@ class PartMaker:
     task: Task
     folder: Path
 
-    def open(self, name: str, layout: TableLayout) -> AbstractContextManager[TableFile | RowsInMemory]:
+    def open(
+        self, name: str, layout: TableLayout
+    ) -> AbstractContextManager[TableFile | RowsInMemory]:
         """A file of a table, to be filled and flushed; it is put in place at the end."""
         return table_file(self.folder / name, layout)
 
-    def make(self, index: int, working: Callable[[Callable[[], Note]], Note] = lambda work: work()) -> PartResult:
+    def make(
+        self, index: int, working: Callable[[Callable[[], Note]], Note] = lambda work: work()
+    ) -> PartResult:
         """Work a part out, `working`, then put its files in place; raises OutputError, or Stopped."""
         names, files = self.task.files(index), dict[str, TableFile | RowsInMemory]()
         with ExitStack() as stack:
 
             def work() -> Note:
                 for table, name in names.items():
-                    files[table] = stack.enter_context(self.open(name, self.task.layout(table, index)))
+                    files[table] = stack.enter_context(
+                        self.open(name, self.task.layout(table, index))
+                    )
                 note = self.task.fill(files, index)
                 for file in files.values():
                     file.close()
@@ -189,7 +213,9 @@ class PartMaker:
             for file in files.values():
                 file.flush()
             self.check()
-            return PartResult(index, note, {names[table]: file.close() for table, file in files.items()})
+            return PartResult(
+                index, note, {names[table]: file.close() for table, file in files.items()}
+            )
 
     def check(self) -> None:
         """Raises where written files may not be put in place."""
@@ -209,7 +235,11 @@ class PartMaker:
 
     def tidy(self) -> None:
         """Remove what was begun by whoever was killed; only for who holds the folder."""
-        tables = [self.folder / f"{table}.parquet" for table, parts in self.task.tables.items() if parts > 1]
+        tables = [
+            self.folder / f"{table}.parquet"
+            for table, parts in self.task.tables.items()
+            if parts > 1
+        ]
         for home in (self.folder, *tables):
             for left in home.iterdir() if home.is_dir() and not home.is_symlink() else ():
                 if OF_A_RUN.fullmatch(left.name):
@@ -238,5 +268,11 @@ class InMemory(PartMaker):
     def tables(self) -> dict[str, pa.Table]:
         """The tables, each of all its parts."""
         every = {table: max(1, parts) for table, parts in self.task.tables.items()}
-        names = {table: [file_name(table, index, parts) for index in range(parts)] for table, parts in every.items()}
-        return {table: pa.concat_tables(self.kept.pop(name) for name in each) for table, each in names.items()}
+        names = {
+            table: [file_name(table, index, parts) for index in range(parts)]
+            for table, parts in every.items()
+        }
+        return {
+            table: pa.concat_tables(self.kept.pop(name) for name in each)
+            for table, each in names.items()
+        }

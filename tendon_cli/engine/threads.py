@@ -13,7 +13,14 @@ from pathlib import Path
 from types import FrameType
 
 from tendon_cli.engine.task import Note, PartFailure, PartMaker, PartResult, Results
-from tendon_cli.errors import MemoryShortError, OutputError, Stopped, TendonError, WorkersLostError, is_memory_short
+from tendon_cli.errors import (
+    MemoryShortError,
+    OutputError,
+    Stopped,
+    TendonError,
+    WorkersLostError,
+    is_memory_short,
+)
 
 Runner = Callable[[PartMaker, Iterator[int]], Results]
 """Makes parts, and gives them in whatever order they are finished."""
@@ -27,17 +34,23 @@ def available_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def make_parts(maker: PartMaker, runner: Runner, parts: Iterable[int], take: Callable[[PartResult], None]) -> None:
+def make_parts(
+    maker: PartMaker, runner: Runner, parts: Iterable[int], take: Callable[[PartResult], None]
+) -> None:
     """Make parts and hand each over as it is finished; raises for those that failed when the others are done."""
     failures: list[PartFailure] = []
-    with contextlib.closing(runner(maker, iter(parts))) as results:  # nothing is out when the folder is let go
+    with contextlib.closing(
+        runner(maker, iter(parts))
+    ) as results:  # nothing is out when the folder is let go
         try:
             for result in results:
                 failure = _taken(result, take)
                 failures += [failure] if failure else []
                 if failure and isinstance(failure.error, OutputError):
                     maker.task.stop.set()  # the next part would not fit either
-        except BaseException as error:  # such as KeyboardInterrupt: the parts that are being made end at once
+        except (
+            BaseException
+        ) as error:  # such as KeyboardInterrupt: the parts that are being made end at once
             maker.task.stop.set()
             if is_memory_short(error):
                 raise _memory_short(maker, "threads") from error
@@ -52,7 +65,9 @@ def make_parts(maker: PartMaker, runner: Runner, parts: Iterable[int], take: Cal
         raise failures[0].error
 
 
-def _taken(result: PartResult | PartFailure, take: Callable[[PartResult], None]) -> PartFailure | None:
+def _taken(
+    result: PartResult | PartFailure, take: Callable[[PartResult], None]
+) -> PartFailure | None:
     """Hand a finished part over; what fails at that is a failure of the part, so that the others come to their end."""
     if isinstance(result, PartFailure):
         return result
@@ -77,7 +92,9 @@ def _lost(maker: PartMaker, faults: list[PartFailure]) -> TendonError:
 
 def _memory_short(maker: PartMaker, what: str) -> MemoryShortError:
     hint = "fewer --jobs need less; --resume goes on"
-    return MemoryShortError(f"there is not enough memory for {what}", where=str(maker.folder), hint=hint)
+    return MemoryShortError(
+        f"there is not enough memory for {what}", where=str(maker.folder), hint=hint
+    )
 
 
 def place(maker: PartMaker, index: int) -> str:
@@ -125,16 +142,24 @@ def _at_once(jobs: int, maker: PartMaker, missing: Iterator[int]) -> Results:
 
     def make(index: int) -> PartResult | PartFailure:
         with begun:
-            return PartFailure(index, Stopped()) if ended.is_set() else _attempt(maker, index, computed)
+            return (
+                PartFailure(index, Stopped())
+                if ended.is_set()
+                else _attempt(maker, index, computed)
+            )
 
     def computed(work: Callable[[], Note]) -> Note:
         return computing.submit(work).result()
 
     with (
         ThreadPoolExecutor(jobs) as computing,
-        Parallel(2 * jobs, backend="threading", return_as="generator_unordered", pre_dispatch="n_jobs") as pool,
+        Parallel(
+            2 * jobs, backend="threading", return_as="generator_unordered", pre_dispatch="n_jobs"
+        ) as pool,
     ):
-        parts = pool(delayed(make)(index) for index in takewhile(lambda _: not ended.is_set(), missing))
+        parts = pool(
+            delayed(make)(index) for index in takewhile(lambda _: not ended.is_set(), missing)
+        )
         try:
             for part in parts:  # noqa: UP028 - `yield from` would close joblib's generator, which then cancels
                 yield part
@@ -148,7 +173,9 @@ def _at_once(jobs: int, maker: PartMaker, missing: Iterator[int]) -> Results:
                 begun.acquire()
 
 
-def _attempt(maker: PartMaker, index: int, *working: Callable[[Callable[[], Note]], Note]) -> PartResult | PartFailure:
+def _attempt(
+    maker: PartMaker, index: int, *working: Callable[[Callable[[], Note]], Note]
+) -> PartResult | PartFailure:
     """A part; its failure is reported with the part's coordinates, while the others go on."""
     try:
         return maker.make(index, *working)
@@ -160,7 +187,11 @@ def _attempt(maker: PartMaker, index: int, *working: Callable[[Callable[[], Note
 def ended_by_keyboard(stop: threading.Event | None) -> Iterator[threading.Event]:
     """The event that ends a run: the caller's, or one that Ctrl-C sets; a second Ctrl-C does not wait."""
     is_main = threading.current_thread() is threading.main_thread()
-    if stop is not None or not is_main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+    if (
+        stop is not None
+        or not is_main
+        or signal.getsignal(signal.SIGINT) is not signal.default_int_handler
+    ):
         yield stop or threading.Event()
         return
     ended = threading.Event()

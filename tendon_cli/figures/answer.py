@@ -70,7 +70,9 @@ def draw_between_samples(folder: Path, record: dict[str, Any], out: Path | None)
     page = answer_figure("between", choices_of(open_table(folder / "choices.parquet")), record)
     if page is None:
         hint = "an answer with a window has them; `tendon design --overwrite` solves it anew"
-        raise UsageError("the answer has no limits over the angle to draw", where="--between", hint=hint)
+        raise UsageError(
+            "the answer has no limits over the angle to draw", where="--between", hint=hint
+        )
     return page.save(out or Path(f"{record['name']}-between.png"))
 
 
@@ -97,7 +99,9 @@ def draw_windows(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
         *([hatch_key("no window: the lower limit lies above the upper one")] if has_none else []),
         *([star(label="pretension recommended")] if chosen["feasible"] else []),
     ]
-    notes = ["At each end stands the limit that binds there. Elsewhere among the choices the window may be another."]
+    notes = [
+        "At each end stands the limit that binds there. Elsewhere among the choices the window may be another."
+    ]
     rows, columns = grid_shape(len(along), most=2)
     page = answer_page(cube, record, "the window of pretension", rows * 68.0, key, notes)
     grid = page.figure.subplots(rows, columns, squeeze=False)
@@ -106,7 +110,15 @@ def draw_windows(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
         panel.set_ylabel(f"{pretension_name(cube.study)} (N)")
         if chosen["feasible"]:
             at = place_of(cube, axis, chosen[axis.column], part.scales[0])
-            panel.plot([at], [chosen["pretension"]], marker="*", color=INK, markersize=9, clip_on=False, zorder=5)
+            panel.plot(
+                [at],
+                [chosen["pretension"]],
+                marker="*",
+                color=INK,
+                markersize=9,
+                clip_on=False,
+                zorder=5,
+            )
     for panel in list(grid.flat)[len(along) :]:
         panel.set_visible(False)
     FigureCanvasAgg(page.figure)
@@ -122,10 +134,16 @@ def _draw_window(panel: Axes, part: Slice) -> None:
     top = 1.2 * float(np.nanmax([low, high], initial=0.0)) or 1.0
     roof = np.where(np.isinf(part.high), top, high)
     style: dict[str, Any] = {"interpolate": True, "step": None}
-    panel.fill_between(x.places, low, roof, where=(roof >= low).tolist(), facecolor=_WINDOW, **style)
-    panel.fill_between(x.places, roof, low, where=(roof <= low).tolist(), **unknown_hatch(), **style)
+    panel.fill_between(
+        x.places, low, roof, where=(roof >= low).tolist(), facecolor=_WINDOW, **style
+    )
+    panel.fill_between(
+        x.places, roof, low, where=(roof <= low).tolist(), **unknown_hatch(), **style
+    )
     for values, (_, colour, _) in zip((low, high), _ENDS, strict=True):
-        panel.plot(x.places, values, color=colour, marker="o" if len(x.places) < 12 else "", markersize=2.5)
+        panel.plot(
+            x.places, values, color=colour, marker="o" if len(x.places) < 12 else "", markersize=2.5
+        )
     x.apply(panel, "x")
     panel.set(ylim=(0.0, top), xlabel=x.label, title=part.title or " ")
 
@@ -141,10 +159,14 @@ def _name_limits(panel: Axes, part: Slice) -> None:
     for values, (name, colour, up) in zip((low, high), _ENDS, strict=True):
         by = part.columns[name]
         starts = np.flatnonzero(np.concatenate([[True], by[1:] != by[:-1]]))
-        stretches = sorted(zip(starts, [*starts[1:], len(by)], strict=True), key=lambda each: each[0] - each[1])
+        stretches = sorted(
+            zip(starts, [*starts[1:], len(by)], strict=True), key=lambda each: each[0] - each[1]
+        )
         for start, stop in stretches:
             inner = slice(start + 1, stop - 1) if stop - start > 4 else slice(start, stop)
-            places = np.arange(len(by))[inner][np.argsort(-np.nan_to_num(np.abs(high - low)[inner]), kind="stable")]
+            places = np.arange(len(by))[inner][
+                np.argsort(-np.nan_to_num(np.abs(high - low)[inner]), kind="stable")
+            ]
             if by[start]:
                 text = say.limit_words(str(by[start]), part.bounds).label
                 sides = np.where(low > high, -up, up)
@@ -152,9 +174,15 @@ def _name_limits(panel: Axes, part: Slice) -> None:
 
 
 def _write(
-    panel: Axes, x: npt.NDArray[Any], y: npt.NDArray[Any], places: npt.NDArray[Any], text: str, colour: str,
-    sides: npt.NDArray[Any], placed: list[Any],
-) -> None:  # fmt: skip
+    panel: Axes,
+    x: npt.NDArray[Any],
+    y: npt.NDArray[Any],
+    places: npt.NDArray[Any],
+    text: str,
+    colour: str,
+    sides: npt.NDArray[Any],
+    placed: list[Any],
+) -> None:
     """A name at the first of some places of a line where it fits; `sides` is 1 where it goes above, -1 below."""
     canvas: Any = panel.figure.canvas
     renderer, per_point = canvas.get_renderer(), panel.figure.dpi / 72.0
@@ -164,11 +192,24 @@ def _write(
     for at in places[np.isfinite(y[places])]:
         align = {0: "left", len(x) - 1: "right"}.get(int(at), "center")
         clear = sides[at] * (_LABEL_GAP + rise[at] * half * (1.0 if align == "center" else 2.0))
-        note = panel.annotate(text, (x[at], y[at]), (0, clear), textcoords="offset points", ha=align,
-                              va="bottom" if sides[at] > 0.0 else "top", size=_LABEL_SIZE, color=colour)  # fmt: skip
+        note = panel.annotate(
+            text,
+            (x[at], y[at]),
+            (0, clear),
+            textcoords="offset points",
+            ha=align,
+            va="bottom" if sides[at] > 0.0 else "top",
+            size=_LABEL_SIZE,
+            color=colour,
+        )
         note.set_in_layout(False)
         box, room = note.get_window_extent(renderer).padded(per_point), panel.bbox
-        is_inside = room.y0 < box.y0 and box.y1 < room.y1 and room.x0 <= box.x0 + 4 and box.x1 - 4 <= room.x1
+        is_inside = (
+            room.y0 < box.y0
+            and box.y1 < room.y1
+            and room.x0 <= box.x0 + 4
+            and box.x1 - 4 <= room.x1
+        )
         if is_inside and not any(box.overlaps(other) for other in placed):
             placed.append(box)
             return
@@ -187,22 +228,45 @@ def draw_front(cube: Cube, record: dict[str, Any], _chosen: dict[str, Any]) -> P
     shown = [cube.shown(name) for name in names]
     read = cube.gather(evenly(cube.files.rows, _MOST_POINTS), [*names, "feasible"])
     with_window = {name: read[name][read["feasible"] == 1.0] for name in names}
-    front = dict(zip(names, np.array(sorted([row[name] for name in names] for row in record["front"])).T, strict=True))
+    front = dict(
+        zip(
+            names,
+            np.array(sorted([row[name] for name in names] for row in record["front"])).T,
+            strict=True,
+        )
+    )
     key = [
         Line2D([], [], color=_CHOICE, marker="o", linestyle="", label="choice with a window"),
-        Line2D([], [], color=OKABE_ITO[1], marker="o", label="front: no other is better in every goal"),
+        Line2D(
+            [], [], color=OKABE_ITO[1], marker="o", label="front: no other is better in every goal"
+        ),
         star(label=f"best compromise: {choice_text(cube, record['best'])}"),
     ]
-    notes = [] if len(record["goals"]) == 2 else ["The front is one of more goals than the two that are drawn."]
+    notes = (
+        []
+        if len(record["goals"]) == 2
+        else ["The front is one of more goals than the two that are drawn."]
+    )
     page = answer_page(cube, record, "what one goal costs the other", 95.0, key, notes)
     panel = page.figure.subplots()
     looks: tuple[tuple[dict[str, Any], dict[str, Any]], ...] = (
         (with_window, {"color": _CHOICE, "marker": "o", "linestyle": "", "markersize": 2.5}),
         (front, {"color": OKABE_ITO[1], "marker": "o"}),
-        (record["best"], {"marker": "*", "color": INK, "markersize": 11, "markeredgecolor": "white", "zorder": 5}),
+        (
+            record["best"],
+            {
+                "marker": "*",
+                "color": INK,
+                "markersize": 11,
+                "markeredgecolor": "white",
+                "zorder": 5,
+            },
+        ),
     )
     for values, style in looks:
-        panel.plot(*(how.scaled(values[name]) for how, name in zip(shown, names, strict=True)), **style)
+        panel.plot(
+            *(how.scaled(values[name]) for how, name in zip(shown, names, strict=True)), **style
+        )
     labels = [
         f"{how.label}, the {'more' if goal['maximise'] else 'less'} the better"
         for how, goal in zip(shown, goals, strict=True)

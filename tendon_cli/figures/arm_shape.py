@@ -50,7 +50,10 @@ class ArmShape:
         self.sizes, self.elbow_angle, joint = sizes, elbow_angle, sizes.anchors
         lean = sizes.upper_arm_angle
         self.up, self.front = _direction(lean + math.pi / 2.0), _direction(lean)
-        self.along, self.forearm_front = _direction(lean + elbow_angle - math.pi / 2.0), _direction(lean + elbow_angle)
+        self.along, self.forearm_front = (
+            _direction(lean + elbow_angle - math.pi / 2.0),
+            _direction(lean + elbow_angle),
+        )
         p, s = joint.b2 * self.along, joint.b1 * self.up
         q, r = p + joint.a2 * self.forearm_front, s + joint.a1 * self.front
         self.anchors: dict[str, Points] = {"p": p, "q": q, "r": r, "s": s}
@@ -68,13 +71,18 @@ class ArmShape:
         start, end = (
             line - radius * front
             for line, front in (
-                (self.sizes.upper_arm * self.up, self.front), (self.anchors["p"], self.forearm_front),
+                (self.sizes.upper_arm * self.up, self.front),
+                (self.anchors["p"], self.forearm_front),
             )
-        )  # fmt: skip
+        )
         if self.elbow_angle <= 0.0:
             bisector = _direction(lean + self.elbow_angle / 2.0)
             return np.array([start, -radius / math.cos(self.elbow_angle / 2.0) * bisector, end])
-        angles = lean + math.pi + np.linspace(0.0, self.elbow_angle, max(2, int(self.elbow_angle / _ARC_STEP)))
+        angles = (
+            lean
+            + math.pi
+            + np.linspace(0.0, self.elbow_angle, max(2, int(self.elbow_angle / _ARC_STEP)))
+        )
         return np.vstack((start, radius * np.stack((np.cos(angles), np.sin(angles)), axis=1), end))
 
 
@@ -83,15 +91,25 @@ def arm_sizes(study: Study, case: str | None = None) -> ArmSizes:
 
     Raises UsageError for a case that the study does not have.
     """
-    keys = {name: f"arm.{name}" for name in (*_ANCHORS, "forearm_com", "load_distance", "upper_arm_angle")}
+    keys = {
+        name: f"arm.{name}"
+        for name in (*_ANCHORS, "forearm_com", "load_distance", "upper_arm_angle")
+    }
     keys |= {"flexor_radius": "spool.flexor_radius", "ratio": "spool.ratio"}
     at = None if case is None else case_place(study, case)
     axes = [axis_of(study, key) for key in study.axes if key in keys.values()]
     cases = [case_axis(study)] if at is not None else []
     space = Space((*cases, *axes), single_numbers(study))
-    first = tuple(slice(at, at + 1) if at is not None and axis in cases else slice(0, 1) for axis in space.axes)
+    first = tuple(
+        slice(at, at + 1) if at is not None and axis in cases else slice(0, 1)
+        for axis in space.axes
+    )
     sizes = {name: np.asarray(space.number(key).within(first)).item() for name, key in keys.items()}
-    sizes |= {name: 1e3 * value for name, value in sizes.items() if name not in ("upper_arm_angle", "ratio")}
+    sizes |= {
+        name: 1e3 * value
+        for name, value in sizes.items()
+        if name not in ("upper_arm_angle", "ratio")
+    }
     several = [axis.key for axis in axes if len(axis) > 1]
     remarks = [f"The first of several values of {', '.join(several)} is drawn."] if several else []
     if study.cases and at is None:

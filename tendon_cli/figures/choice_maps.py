@@ -21,7 +21,9 @@ from tendon_cli.space.axis import Axis
 _PALE = ("#f6d9c5", "#e9e2f3", "#dcebe4", "#f7ecc8", "#e5e5e5", "#dbe7f3")
 """Grounds of what has no window, one for each pair of limits; the others share the last."""
 _HATCHES = ("", "....", "----", "\\\\\\\\", "xxxx", "++++")
-_BLUES = ListedColormap([mpl.colormaps["Blues"](at) for at in np.linspace(0.15, 0.95, 256)], name="tendon_window")
+_BLUES = ListedColormap(
+    [mpl.colormaps["Blues"](at) for at in np.linspace(0.15, 0.95, 256)], name="tendon_window"
+)
 _MOST_WRITTEN = 120
 """Cells of a map that have room for their value in figures."""
 _MEANING = (
@@ -47,11 +49,20 @@ class Slice:
     def of(cls, cube: Cube, axes: Sequence[Axis], choice: dict[str, Any]) -> Slice:
         """Those through a choice, in the order of the scales."""
         scales = [axis_scale(cube, axis, slice(None), {}, is_log=False) for axis in axes]
-        at = {axis.column: position(axis, choice[axis.column]) for axis in cube.axes if axis not in axes}
+        at = {
+            axis.column: position(axis, choice[axis.column])
+            for axis in cube.axes
+            if axis not in axes
+        }
         title = ", ".join(
-            value_text(cube, axis, axis.values[at[axis.column][0]]) for axis in cube.axes if axis not in axes
+            value_text(cube, axis, axis.values[at[axis.column][0]])
+            for axis in cube.axes
+            if axis not in axes
         )
-        places = {axis.column: scale.order.astype(np.int64) for axis, scale in zip(axes, scales, strict=True)}
+        places = {
+            axis.column: scale.order.astype(np.int64)
+            for axis, scale in zip(axes, scales, strict=True)
+        }
         rows = cube.rows([axis.column for axis in reversed(axes)], at | places)
         return cls(tuple(axes), tuple(scales), cube.gather(rows, _READ), title, cube.limits)
 
@@ -80,12 +91,23 @@ def answer_page(
     study = f"{record['name']} {record['study_hash'][:12]}"
     given = off_default(cube.asked, [axis.column for axis in cube.axes], {})
     asked = [f"With {', '.join(given)}; all else by default."] if given else []
-    return framed(f"{named}: {title}", panels, key, [*notes, *_bench_text(record["best"]), *asked], study=study)
+    return framed(
+        f"{named}: {title}",
+        panels,
+        key,
+        [*notes, *_bench_text(record["best"]), *asked],
+        study=study,
+    )
 
 
 def _bench_text(best: Mapping[str, Any] | None) -> list[str]:
     """What the choice named first is set to."""
-    ends = ("set_flexor_tension", "set_extensor_tension", "set_flexor_tension_motor", "set_extensor_tension_motor")
+    ends = (
+        "set_flexor_tension",
+        "set_extensor_tension",
+        "set_flexor_tension_motor",
+        "set_extensor_tension_motor",
+    )
     if best is None or any(best.get(name) is None for name in ends):
         return []
     flexor, extensor, *motor = (say.quantity(name, best[name], 4) for name in ends)
@@ -111,7 +133,11 @@ def long_axes(cube: Cube) -> list[Axis]:
 def place_of(cube: Cube, axis: Axis, value: Any, scale: Scale) -> float:
     """Where a value stands on a figure."""
     if scale.names:
-        return float(scale.names.index(str(value) if axis.is_text else cube.shown(axis.column).text(float(value))))
+        return float(
+            scale.names.index(
+                str(value) if axis.is_text else cube.shown(axis.column).text(float(value))
+            )
+        )
     return float(cube.shown(axis.column).scaled(value))
 
 
@@ -129,9 +155,12 @@ def draw_tolerance(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -
         for at in range(len(conflicts))
     ]
     key: list[Any] = [
-        Patch(label=each, linewidth=0.4, **ground) for each, ground in zip(conflicts, grounds, strict=True)
+        Patch(label=each, linewidth=0.4, **ground)
+        for each, ground in zip(conflicts, grounds, strict=True)
     ]
-    page, panel = _map(cube, record, chosen, part, "by how much the pretension may be off", key, [_MEANING])
+    page, panel = _map(
+        cube, record, chosen, part, "by how much the pretension may be off", key, [_MEANING]
+    )
     x, y = part.scales
     for each, ground in zip(conflicts, grounds, strict=True):
         cells = np.ma.masked_where(part.conflicts != each, np.zeros(part.low.shape))
@@ -142,7 +171,11 @@ def draw_tolerance(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -
     if percent.count():
         most = max(float(percent.max()), 1e-9)
         texts = [
-            "" if np.isnan(high) else f"from {low:.0f} N" if np.isinf(high) else f"{low:.0f}–{high:.0f} N"
+            ""
+            if np.isnan(high)
+            else f"from {low:.0f} N"
+            if np.isinf(high)
+            else f"{low:.0f}–{high:.0f} N"
             for low, high in zip(part.low.ravel(), part.high.ravel(), strict=True)
         ]
         dark = percent.filled(0.0) > 0.55 * most
@@ -155,21 +188,39 @@ def draw_served(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> P
     if len(axes := long_axes(cube)[:2]) < 2 or not record.get("population"):
         return None
     part = Slice.of(cube, axes, chosen)
-    page, panel = _map(cube, record, chosen, part, "the largest share that one pretension serves", [], [])
+    page, panel = _map(
+        cube, record, chosen, part, "the largest share that one pretension serves", [], []
+    )
     percent = np.ma.masked_invalid(100.0 * part.columns["served"])
     filled = percent.filled(0.0)
     texts = [f"{each:.3g} %" for each in filled.ravel()]
-    _cells(panel, part, percent, SEQUENTIAL.reversed(), 100.0, "served by one pretension (%)", texts, filled < 45.0)
+    _cells(
+        panel,
+        part,
+        percent,
+        SEQUENTIAL.reversed(),
+        100.0,
+        "served by one pretension (%)",
+        texts,
+        filled < 45.0,
+    )
     return page
 
 
 def _map(
-    cube: Cube, record: dict[str, Any], chosen: dict[str, Any], part: Slice, title: str, key: list[Any],
+    cube: Cube,
+    record: dict[str, Any],
+    chosen: dict[str, Any],
+    part: Slice,
+    title: str,
+    key: list[Any],
     notes: list[str],
-) -> tuple[Page, Axes]:  # fmt: skip
+) -> tuple[Page, Axes]:
     """A page with one panel over two choices, and where the choice named first stands."""
     key = [*key, *([star(label=choice_text(cube, chosen))] if chosen["feasible"] else [])]
-    page = answer_page(cube, record, title, 95.0, key, [*notes, *([f"At {part.title}."] if part.title else [])])
+    page = answer_page(
+        cube, record, title, 95.0, key, [*notes, *([f"At {part.title}."] if part.title else [])]
+    )
     panel = page.figure.subplots()
     x, y = part.scales
     x.apply(panel, "x", cells=True)
@@ -179,18 +230,31 @@ def _map(
         places = zip(part.axes, part.scales, strict=True)
         across, up = (place_of(cube, axis, chosen[axis.column], scale) for axis, scale in places)
         up += 0.3 * float(np.diff(y.edges).min()) if part.low.size <= _MOST_WRITTEN else 0.0
-        panel.plot(across, up, marker="*", color=INK, markersize=11, markeredgecolor="white", zorder=5)
+        panel.plot(
+            across, up, marker="*", color=INK, markersize=11, markeredgecolor="white", zorder=5
+        )
     return page, panel
 
 
-def _cells(panel: Axes, part: Slice, values: Any, colours: Any, most: float, label: str, texts: Any, dark: Any) -> None:
+def _cells(
+    panel: Axes,
+    part: Slice,
+    values: Any,
+    colours: Any,
+    most: float,
+    label: str,
+    texts: Any,
+    dark: Any,
+) -> None:
     """The cells of a map with their colour bar, and their values in figures if there is room for them."""
     x, y = part.scales
     mesh = panel.pcolormesh(x.edges, y.edges, values, cmap=colours, vmin=0.0, vmax=most)
     bar = panel.figure.colorbar(mesh, ax=panel, aspect=28, pad=0.02)
     bar.set_label(label)
     bar.outline.set_linewidth(0.5)
-    for row, column in np.argwhere(~np.ma.getmaskarray(values)) if values.size <= _MOST_WRITTEN else ():
+    for row, column in (
+        np.argwhere(~np.ma.getmaskarray(values)) if values.size <= _MOST_WRITTEN else ()
+    ):
         at = x.edges[column : column + 2].mean(), y.edges[row : row + 2].mean()
         ink = "white" if dark[row, column] else INK
         text = texts[row * values.shape[1] + column]

@@ -27,7 +27,13 @@ _ANY_SLACK = ("flexor slack", "extensor slack", "both slack")
 _STIFFNESS = "elbow_stiffness"
 _OF_GEOMETRY = ("flexor_moment_arm", "flexor_travel", "extensor_travel", "radius_ratio")
 """What no tension changes, so that nothing is marked on it."""
-_OF_A_TENDON = ("_tension_distal", "_tension_proximal", "_elongation", "_extensor_tension", "_flexor_tension")
+_OF_A_TENDON = (
+    "_tension_distal",
+    "_tension_proximal",
+    "_elongation",
+    "_extensor_tension",
+    "_flexor_tension",
+)
 
 
 _PARTS = ("values", "slack", "turned", "unstable")
@@ -68,36 +74,68 @@ class CurveData:
         return not (self.x and self.x.names)
 
 
-def curve_data(cube: Cube, plan: CurvePlan, asked: Sequence[Condition], spec: FigureSpec) -> CurveData:
+def curve_data(
+    cube: Cube, plan: CurvePlan, asked: Sequence[Condition], spec: FigureSpec
+) -> CurveData:
     """Read the lines of a plan; raises UsageError where the filters, or nulls, leave nothing to draw."""
     masks = [each for each in asked if cube.axis(each.column) is None]
-    names = [*plan.quantities, "status", _STIFFNESS, "taut", "stable", *(each.column for each in masks), plan.x_column]
+    names = [
+        *plan.quantities,
+        "status",
+        _STIFFNESS,
+        "taut",
+        "stable",
+        *(each.column for each in masks),
+        plan.x_column,
+    ]
     names += [*cube.defining, *(axis.column for axis in cube.axes if axis.is_text)]
     read = cube.gather(plan.rows(cube), [name for name in names if name in cube.columns])
     kept = np.logical_and.reduce(
         [np.ones(read[plan.x_column].shape), *(each.holds(read[each.column]) for each in masks)]
     )
-    quantities = [margin_shown(cube, spec) if name == MARGIN else cube.shown(name, spec.units)
-                  for name in plan.quantities]  # fmt: skip
+    quantities = [
+        margin_shown(cube, spec) if name == MARGIN else cube.shown(name, spec.units)
+        for name in plan.quantities
+    ]
     values = np.array([np.where(kept, how.scaled(read[how.column]), np.nan) for how in quantities])
     if not np.isfinite(values).any():
         _raise_empty(plan, asked)
-    marks = np.array([_marks(cube, read, name) for name in plan.quantities]) & np.isfinite(values)[:, np.newaxis]
+    marks = (
+        np.array([_marks(cube, read, name) for name in plan.quantities])
+        & np.isfinite(values)[:, np.newaxis]
+    )
     slack, turned, unstable = np.moveaxis(marks, 1, 0)
-    lines, _ = caption(cube, spec, read, varied=[axis.column for axis in plan.parts if axis is not None])
+    lines, _ = caption(
+        cube, spec, read, varied=[axis.column for axis in plan.parts if axis is not None]
+    )
     meaning = [meaning_of_margin(cube)] if MARGIN in plan.quantities else []
     panels, colours, dashes = (
-        () if axis is None else tuple(value_texts(cube, axis, plan.positions[axis.column], spec.units))
+        ()
+        if axis is None
+        else tuple(value_texts(cube, axis, plan.positions[axis.column], spec.units))
         for axis in plan.parts[:3]
     )
     # Below zero means slack of a margin, and in a model in which tendons push of their tensions and lengths.
-    below_zero = all(name.endswith((MARGIN, *_OF_A_TENDON) if cube.pushes else MARGIN) for name in plan.quantities)
+    below_zero = all(
+        name.endswith((MARGIN, *_OF_A_TENDON) if cube.pushes else MARGIN)
+        for name in plan.quantities
+    )
     data = CurveData(
-        spec.title or cube.title, cube.source, *_along_x(cube, plan, read, spec), tuple(quantities), values,
-        slack, turned, unstable, tuple(zip(colours or ("",), _colours(plan, len(colours)), strict=True)), dashes,
-        panels, not cube.pushes, below_zero,
+        spec.title or cube.title,
+        cube.source,
+        *_along_x(cube, plan, read, spec),
+        tuple(quantities),
+        values,
+        slack,
+        turned,
+        unstable,
+        tuple(zip(colours or ("",), _colours(plan, len(colours)), strict=True)),
+        dashes,
+        panels,
+        not cube.pushes,
+        below_zero,
         (*meaning, *lines, *plan.notes),
-    )  # fmt: skip
+    )
     return _each_panel_once(_overlaid(data) if spec.overlay else data)
 
 
@@ -109,7 +147,10 @@ def _marks(cube: Cube, read: Mapping[str, Values], name: str) -> tuple[Truth, Tr
     turned = slack = read["taut"] == 0.0 if "taut" in read and name != MARGIN else nowhere
     if "status" in read:
         side = next((side for side in _SLACK_OF if name.startswith(side)), "")
-        slack, turned = (np.isin(read["status"], words) for words in (_SLACK_OF.get(side, _ANY_SLACK), _ANY_SLACK))
+        slack, turned = (
+            np.isin(read["status"], words)
+            for words in (_SLACK_OF.get(side, _ANY_SLACK), _ANY_SLACK)
+        )
     unstable = read["stable"] == 0.0 if "stable" in read else nowhere
     if _STIFFNESS in read:
         stiffness, limit = read[_STIFFNESS], cube.limit("min_elbow_stiffness")
@@ -159,15 +200,20 @@ def _each_panel_once(data: CurveData) -> CurveData:
     parts = {part: getattr(data, part) for part in _PARTS} | {"x_values": data.x_values[np.newaxis]}
     first = {name: part[:, :1] for name, part in parts.items()}
     if len(data.panels) < 2 or not all(
-        np.array_equal(part, np.broadcast_to(first[name], part.shape), equal_nan=True) for name, part in parts.items()
+        np.array_equal(part, np.broadcast_to(first[name], part.shape), equal_nan=True)
+        for name, part in parts.items()
     ):
         return data
     note = f"The same picture for {', '.join(data.panels)}."
-    return replace(data, **first | {"x_values": data.x_values[:1]}, panels=(), notes=(*data.notes, note))
+    return replace(
+        data, **first | {"x_values": data.x_values[:1]}, panels=(), notes=(*data.notes, note)
+    )
 
 
 def _raise_empty(plan: CurvePlan, asked: Sequence[Condition]) -> None:
     if plan.quantities == (MARGIN,) and not asked:
         raise UsageError("no design has a margin, each has elbow angles without equilibrium")
     hint = "fewer or wider filters" if asked else "--where chooses other rows"
-    raise UsageError(f"{', '.join(plan.quantities)}: all null in the rows drawn", where="--where", hint=hint)
+    raise UsageError(
+        f"{', '.join(plan.quantities)}: all null in the rows drawn", where="--where", hint=hint
+    )

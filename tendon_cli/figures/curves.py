@@ -12,14 +12,34 @@ from tendon_cli.figures.curve_data import CurveData, Floats
 from tendon_cli.figures.engine import Axes, Line2D
 from tendon_cli.figures.frame import Page, empty_panels, framed, grid_shape, lowest, settle
 from tendon_cli.figures.scales import plain_numbers
-from tendon_cli.figures.style import COLUMN_WIDTH, INK, MARKERS, PAGE_HEIGHT, broken, hatch_key, unknown_hatch, wrapped
+from tendon_cli.figures.style import (
+    COLUMN_WIDTH,
+    INK,
+    MARKERS,
+    PAGE_HEIGHT,
+    broken,
+    hatch_key,
+    unknown_hatch,
+    wrapped,
+)
 from tendon_cli.studies.filters import Truth
 
 _DASHES: tuple[Any, ...] = ("solid", (0, (3.2, 1.4)))
 _BAND = 4.2
 """Width of the pale band behind a line whose tendon is slack, pt."""
-_UNSTABLE: dict[str, Any] = {"color": INK, "linewidth": 1.7, "linestyle": (0, (0.6, 0.9)), "marker": "none"}
-_KINK: dict[str, Any] = {"linestyle": "none", "marker": "|", "markersize": 6.0, "markeredgewidth": 1.0, "color": INK}
+_UNSTABLE: dict[str, Any] = {
+    "color": INK,
+    "linewidth": 1.7,
+    "linestyle": (0, (0.6, 0.9)),
+    "marker": "none",
+}
+_KINK: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": "|",
+    "markersize": 6.0,
+    "markeredgewidth": 1.0,
+    "color": INK,
+}
 _FEW_POINTS = 12
 _MOST_CELLS = 12
 _MOST_UNLIKE = 5.0
@@ -36,7 +56,9 @@ def draw_curves(data: CurveData, width: float, height: float | None) -> list[Pag
     cells = list(np.ndindex(quantities, panels))
     if quantities > 1 and panels > 1 and len(cells) > _MOST_CELLS:
         return [
-            _page(data, [(each, at) for each in range(quantities)], 2, data.panels[at], width, height)
+            _page(
+                data, [(each, at) for each in range(quantities)], 2, data.panels[at], width, height
+            )
             for at in range(panels)
         ]
     columns = grid_shape(len(cells))[1] if quantities == 1 else panels if panels > 1 else 2
@@ -44,15 +66,28 @@ def draw_curves(data: CurveData, width: float, height: float | None) -> list[Pag
 
 
 def _page(
-    data: CurveData, cells: Sequence[Cell], columns: int, subtitle: str, width: float, height: float | None
+    data: CurveData,
+    cells: Sequence[Cell],
+    columns: int,
+    subtitle: str,
+    width: float,
+    height: float | None,
 ) -> Page:
     columns = 1 if width <= COLUMN_WIDTH else columns
     rows = -(-len(cells) // columns)
     each = (width - 16.0) / columns
     usual = min(PAGE_HEIGHT, rows * min(0.62 * each + 6.0, 70.0) + 8.0)
     shown = np.array([data.values[cell] for cell in cells])
-    page = framed(data.title, usual, _key(data, cells), data.notes, width=width, height=height, subtitle=subtitle,
-                  study=data.study)  # fmt: skip
+    page = framed(
+        data.title,
+        usual,
+        _key(data, cells),
+        data.notes,
+        width=width,
+        height=height,
+        subtitle=subtitle,
+        study=data.study,
+    )
     grid = empty_panels(page, rows, columns, len(cells), sharex=True)
     for cell, axes in zip(cells, grid.flat, strict=False):
         _draw(axes, data, cell)
@@ -61,8 +96,16 @@ def _page(
         axes.set_xlabel(broken(data.x_label, int(each / 1.5)))
     like_left = _share_y(grid, data, cells, columns)
     for axes, (quantity, _), is_like in zip(grid.flat, cells, like_left, strict=False):
-        _finish(axes, data, data.quantities[quantity], labelled=not is_like, width=int(0.8 * page.inner / rows / 1.5))
-    reaches_below = np.nanmin(shown, initial=0.0) < -0.01 * np.nanmax(shown, initial=0.0)  # so far that it is seen
+        _finish(
+            axes,
+            data,
+            data.quantities[quantity],
+            labelled=not is_like,
+            width=int(0.8 * page.inner / rows / 1.5),
+        )
+    reaches_below = np.nanmin(shown, initial=0.0) < -0.01 * np.nanmax(
+        shown, initial=0.0
+    )  # so far that it is seen
     for axes in grid.flat[: len(cells)] if data.is_slack_below_zero and reaches_below else ():
         shade_slack(axes)
     settle(page, grid)
@@ -74,18 +117,31 @@ def _draw(axes: Axes, data: CurveData, cell: Cell) -> None:
     values = data.values[cell]
     for colour, dash in np.ndindex(*values.shape[:2]):
         at = (*cell, colour, dash)
-        order = np.argsort(data.x_values[at[1:]], kind="stable") if data.x else np.arange(values.shape[2])
+        order = (
+            np.argsort(data.x_values[at[1:]], kind="stable")
+            if data.x
+            else np.arange(values.shape[2])
+        )
         x, y = data.x_values[at[1:]][order], data.values[at][order]
-        slack, turned, unstable = (marks[at][order] for marks in (data.slack, data.turned, data.unstable))
+        slack, turned, unstable = (
+            marks[at][order] for marks in (data.slack, data.turned, data.unstable)
+        )
         sign = _sign(data, colour, dash, len(x))
         if slack.any() and data.is_line:
-            style = {"color": sign["color"], "alpha": 0.25, "linewidth": _BAND, "solid_capstyle": "butt"}
+            style = {
+                "color": sign["color"],
+                "alpha": 0.25,
+                "linewidth": _BAND,
+                "solid_capstyle": "butt",
+            }
             axes.plot(*_stretches(x, y, slack), **style, gid="slack")
         names = (data.colours[colour][0], data.dashes[dash] if data.dashes else "")
         axes.plot(x, y, **sign, gid="curve", label=", ".join(filter(None, names)) or "_line")
         if unstable.any() and data.is_line:
             axes.plot(*_stretches(x, y, unstable), **_UNSTABLE, gid="unstable")
-        if data.has_kinks and data.is_line and data.x:  # half way between the last taut state and the first slack one
+        if (
+            data.has_kinks and data.is_line and data.x
+        ):  # half way between the last taut state and the first slack one
             change = turned[:-1] != turned[1:]
             axes.plot(_middle(x)[change], _middle(y)[change], **_KINK, gid="kink")
     if data.x is None:
@@ -134,18 +190,28 @@ def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
     """Colours, then dashes with filled and open markers, then slack, instability and what has no value."""
     points = data.x_values.shape[-1]
     values, slack, turned, unstable = (
-        np.array([part[cell] for cell in cells]) for part in (data.values, data.slack, data.turned, data.unstable)
+        np.array([part[cell] for cell in cells])
+        for part in (data.values, data.slack, data.turned, data.unstable)
     )
     key: list[Any] = []
     for at, (text, _) in enumerate(data.colours):
         if text:
             key.append(Line2D([], [], **{**_sign(data, at, 0, points), "markevery": 1}, label=text))
     for at, text in enumerate(data.dashes):
-        sign = {**_sign(data, 0, at, points), "markevery": 1, "color": INK, "markerfacecolor": ("black", "white")[at]}
+        sign = {
+            **_sign(data, 0, at, points),
+            "markevery": 1,
+            "color": INK,
+            "markerfacecolor": ("black", "white")[at],
+        }
         marked = "" if sign["marker"] == "none" else f", {('filled', 'open')[at]}"
-        key.append(Line2D([], [], **{**sign, "marker": "o" if marked else "none"}, label=f"{text}{marked}"))
+        key.append(
+            Line2D([], [], **{**sign, "marker": "o" if marked else "none"}, label=f"{text}{marked}")
+        )
     if data.is_line and slack.any():
-        key.append(Line2D([], [], color=INK, alpha=0.25, linewidth=_BAND, label="a tendon is slack"))
+        key.append(
+            Line2D([], [], color=INK, alpha=0.25, linewidth=_BAND, label="a tendon is slack")
+        )
     if data.is_line and data.has_kinks and data.x and (turned[..., 1:] != turned[..., :-1]).any():
         key.append(Line2D([], [], **_KINK, label="one goes slack"))
     if data.is_line and unstable.any():
@@ -193,7 +259,9 @@ def _finish(axes: Axes, data: CurveData, quantity: Shown, *, labelled: bool, wid
     if low < 0.0 < high:
         axes.axhline(0.0, color=INK, linewidth=0.5, zorder=1.2)
     if labelled:
-        axes.set_ylabel(broken(quantity.label if len(data.quantities) == 1 else quantity.short_label, width))
+        axes.set_ylabel(
+            broken(quantity.label if len(data.quantities) == 1 else quantity.short_label, width)
+        )
 
 
 def shade_slack(axes: Axes) -> None:
@@ -203,5 +271,13 @@ def shade_slack(axes: Axes) -> None:
         return
     axes.axhspan(low, 0.0, facecolor=_SLACK_AREA, linewidth=0.0, zorder=0.3, gid="slack area")
     axes.axhline(0.0, color=INK, linewidth=0.5, zorder=1.2)
-    axes.text(0.02, 0.03, "slack", transform=axes.transAxes, color=_SLACK_WORD, style="italic", gid="slack word")
+    axes.text(
+        0.02,
+        0.03,
+        "slack",
+        transform=axes.transAxes,
+        color=_SLACK_WORD,
+        style="italic",
+        gid="slack word",
+    )
     axes.set_ylim(low, high)

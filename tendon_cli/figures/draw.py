@@ -27,7 +27,9 @@ Finish = Callable[[FigureSpec, "Figure"], None]
 """Adds to a figure before it is written; matplotlib is in the house style then."""
 
 
-def plot(source: Path | AnyTable, spec: FigureSpec | None = None, out: Path | None = None) -> list[Path]:
+def plot(
+    source: Path | AnyTable, spec: FigureSpec | None = None, out: Path | None = None
+) -> list[Path]:
     """Draw a table, or of a run folder the one that has what is asked for; returns the files, page by page.
 
     `out` is a file (its ending gives the format), or a folder; by default the working directory. Further pages get
@@ -39,7 +41,9 @@ def plot(source: Path | AnyTable, spec: FigureSpec | None = None, out: Path | No
     return _written(pages_of(table, spec), targets)
 
 
-def pages_of(table: AnyTable, spec: FigureSpec | None = None, finish: Finish | None = None) -> list[Page]:
+def pages_of(
+    table: AnyTable, spec: FigureSpec | None = None, finish: Finish | None = None
+) -> list[Page]:
     """The pages of a figure; raises UsageError where it does not fit the table, InputError for one of another kind.
 
     Without a wish states are drawn as curves, and designs as slack maps where they have two axes for one.
@@ -66,7 +70,9 @@ def check_figures_of(study: Study) -> None:
         key = f"figure.{at}"
         if spec.table == "designs" and spec.table not in study.output.tables:
             hint = '[output] tables needs "designs"'
-            problem = f'figure "{spec.name}": {spec.quantity[0]} is of designs, which is not written'
+            problem = (
+                f'figure "{spec.name}": {spec.quantity[0]} is of designs, which is not written'
+            )
             faults.append(Fault(f"{key}.quantity", problem, hint))
             continue
         try:
@@ -74,16 +80,22 @@ def check_figures_of(study: Study) -> None:
             _planned(cube, spec)
             null = [name for name in spec.quantity if cube.is_null(name)]
             if len(null) == len(spec.quantity):
-                problem = f'figure "{spec.name}": {", ".join(null)}: null in every row of this study'
+                problem = (
+                    f'figure "{spec.name}": {", ".join(null)}: null in every row of this study'
+                )
                 faults.append(Fault(f"{key}.quantity", problem))
         except UsageError as error:
             problem = f'figure "{spec.name}": {error.message}'
-            faults.append(Fault(f"{key}{(error.where or '').replace('--', '.')}", problem, error.hint))
+            faults.append(
+                Fault(f"{key}{(error.where or '').replace('--', '.')}", problem, error.hint)
+            )
     if faults:
         raise StudyError(faults)
 
 
-def draw_run(study: Study, folder: Path, out: Path | None = None) -> tuple[list[str], list[str], str | None]:
+def draw_run(
+    study: Study, folder: Path, out: Path | None = None
+) -> tuple[list[str], list[str], str | None]:
     """Slack maps of a finished run, and the figures that its study declares, into its folder unless `out` says where.
 
     Returns the names of the files, warnings of what could not be drawn, and why there is no slack map, where there is
@@ -92,10 +104,17 @@ def draw_run(study: Study, folder: Path, out: Path | None = None) -> tuple[list[
     files: list[Path] = []
     warnings: list[str] = []
     no_map = None
-    asked: list[tuple[str, FigureSpec | None]] = [(f'figure "{spec.name}"', spec) for spec in study.figure]
-    for name, spec in [*([("the slack map", None)] if "designs" in study.output.tables else []), *asked]:
+    asked: list[tuple[str, FigureSpec | None]] = [
+        (f'figure "{spec.name}"', spec) for spec in study.figure
+    ]
+    for name, spec in [
+        *([("the slack map", None)] if "designs" in study.output.tables else []),
+        *asked,
+    ]:
         try:
-            files += draw_declared(spec, folder, out) if spec else _slack_maps(folder, out or folder)
+            files += (
+                draw_declared(spec, folder, out) if spec else _slack_maps(folder, out or folder)
+            )
         except InputError:
             raise
         except Exception as error:  # noqa: BLE001 - whatever it is, the run stands
@@ -106,7 +125,9 @@ def draw_run(study: Study, folder: Path, out: Path | None = None) -> tuple[list[
     return [file.name for file in files], warnings, no_map
 
 
-def draw_declared(spec: FigureSpec, run: Path, out: Path | None = None, finish: Finish | None = None) -> list[Path]:
+def draw_declared(
+    spec: FigureSpec, run: Path, out: Path | None = None, finish: Finish | None = None
+) -> list[Path]:
     """Draw a declared figure of a run's tables, into its folder unless `out` says where.
 
     Returns the files written. Raises UsageError where it does not fit the tables, InputError for a damaged or missing
@@ -133,7 +154,9 @@ def _planned(cube: Cube, spec: FigureSpec) -> tuple[MapPlan | CurvePlan, list[Co
     return plan_curves(cube, chosen, spec), asked
 
 
-def _pages(cube: Cube, spec: FigureSpec, plan: MapPlan | CurvePlan, asked: list[Condition]) -> list[Page]:
+def _pages(
+    cube: Cube, spec: FigureSpec, plan: MapPlan | CurvePlan, asked: list[Condition]
+) -> list[Page]:
     width, height = read_size(spec.size)
     if isinstance(plan, MapPlan):
         from tendon_cli.figures.map_data import map_data
@@ -158,8 +181,9 @@ def _slack_maps(run: Path, folder: Path) -> list[Path]:
 def _written(pages: list[Page], targets: list[Path]) -> list[Path]:
     return [
         page.save(target if number == 1 else target.with_stem(f"{target.stem}-{number}"))
-        for number, page in enumerate(pages, 1) for target in targets
-    ]  # fmt: skip
+        for number, page in enumerate(pages, 1)
+        for target in targets
+    ]
 
 
 def _targets(table: AnyTable, spec: FigureSpec, out: Path | None) -> list[Path]:
@@ -170,8 +194,15 @@ def _targets(table: AnyTable, spec: FigureSpec, out: Path | None) -> list[Path]:
         format_of(out, "--out")
         return [out]
     cube = cube_of(table)
-    words = (re.sub(r"[^\w.-]+", "_", str(cube.study.get("name", ""))), cube.kind, *spec.quantity[:3])
-    return [(out or Path()) / f"{spec.name or '-'.join(filter(None, words))}.{kind}" for kind in spec.format]
+    words = (
+        re.sub(r"[^\w.-]+", "_", str(cube.study.get("name", ""))),
+        cube.kind,
+        *spec.quantity[:3],
+    )
+    return [
+        (out or Path()) / f"{spec.name or '-'.join(filter(None, words))}.{kind}"
+        for kind in spec.format
+    ]
 
 
 def _reason(error: Exception) -> str:

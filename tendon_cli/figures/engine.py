@@ -31,18 +31,25 @@ def _shipped_settings() -> Iterator[None]:
     if "matplotlib" in sys.modules or spec is None or spec.origin is None:
         yield
         return
-    shipped = {"MATPLOTLIBRC": str(Path(spec.origin).parent / "mpl-data/matplotlibrc"), "MPLBACKEND": "agg"}
+    shipped = {
+        "MATPLOTLIBRC": str(Path(spec.origin).parent / "mpl-data/matplotlibrc"),
+        "MPLBACKEND": "agg",
+    }
     before = {name: os.environ.get(name) for name in shipped}
     os.environ.update(shipped)
     try:
         if _LOCAL.exists() and not _LOCAL.is_dir():
-            open_file(_LOCAL).close()  # OSError for a pipe or a device, which matplotlib would wait for
+            open_file(
+                _LOCAL
+            ).close()  # OSError for a pipe or a device, which matplotlib would wait for
         yield
     except Exception as error:
         if not _LOCAL.exists():
             raise
         hint = "rename it, or start from another folder"
-        raise InputError(f"matplotlib cannot use these settings: {error}", where=str(_LOCAL), hint=hint) from error
+        raise InputError(
+            f"matplotlib cannot use these settings: {error}", where=str(_LOCAL), hint=hint
+        ) from error
     finally:
         for name in shipped:
             del os.environ[name]
@@ -64,7 +71,23 @@ with _shipped_settings():
     from matplotlib.text import Text
 
 __all__ = [
-    "Arc", "Artist", "Axes", "Circle", "ConstrainedLayoutEngine", "FancyArrowPatch", "Figure", "FigureCanvasAgg",
-    "Line2D", "LinearSegmentedColormap", "ListedColormap", "Normal", "Patch", "Text", "TickedStroke", "TwoSlopeNorm",
-    "mpl", "ticker", "withStroke",
-]  # fmt: skip
+    "Arc",
+    "Artist",
+    "Axes",
+    "Circle",
+    "ConstrainedLayoutEngine",
+    "FancyArrowPatch",
+    "Figure",
+    "FigureCanvasAgg",
+    "Line2D",
+    "LinearSegmentedColormap",
+    "ListedColormap",
+    "Normal",
+    "Patch",
+    "Text",
+    "TickedStroke",
+    "TwoSlopeNorm",
+    "mpl",
+    "ticker",
+    "withStroke",
+]

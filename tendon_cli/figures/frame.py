@@ -64,18 +64,35 @@ class Page:
 
 
 def framed(
-    title: str, panels: float, key: Sequence[Any] = (), notes: Sequence[str] = (), *, width: float = PAGE_WIDTH,
-    height: float | None = None, subtitle: str = "", study: str = "",
-) -> Page:  # fmt: skip
+    title: str,
+    panels: float,
+    key: Sequence[Any] = (),
+    notes: Sequence[str] = (),
+    *,
+    width: float = PAGE_WIDTH,
+    height: float | None = None,
+    subtitle: str = "",
+    study: str = "",
+) -> Page:
     """A page to draw on, in mm: its panels are `panels` high in all, or what a `height` of the page leaves for them.
 
     `title` is as the user wrote it, `key` are artists with a label, `notes` and `subtitle` may hold formulas, `study`
     is its name and hash for the file's metadata.
     """
-    heads = [*plain(title, width=int(width / _TITLE_SIGN)).splitlines(), *([subtitle] if subtitle else [])]
-    lines = [line for note in notes for line in textwrap.wrap(note, int(width / _NOTE_SIGN), break_long_words=False)]
+    heads = [
+        *plain(title, width=int(width / _TITLE_SIGN)).splitlines(),
+        *([subtitle] if subtitle else []),
+    ]
+    lines = [
+        line
+        for note in notes
+        for line in textwrap.wrap(note, int(width / _NOTE_SIGN), break_long_words=False)
+    ]
     texts, columns, key_height = _key_shape([str(entry.get_label()) for entry in key], width)
-    head, notes_height = len(heads) * _TITLE_LINE + _PAD if heads else 0.0, len(lines) * _NOTE_LINE + _PAD
+    head, notes_height = (
+        len(heads) * _TITLE_LINE + _PAD if heads else 0.0,
+        len(lines) * _NOTE_LINE + _PAD,
+    )
     foot = key_height + notes_height
     panels = panels if height is None else max(30.0, height - head - foot)
     height = head + panels + foot
@@ -83,13 +100,27 @@ def framed(
     figure = Figure(figsize=(width * MM, height * MM), layout=layout)
     text_of: dict[str, Any] = {"color": "#4d4d4d", "size": 6.5, "va": "bottom", "gid": "notes"}
     figure.text(
-        _PAD / width, 1.0 - 0.8 * _PAD / height, "\n".join(heads), va="top", size=9.0, weight="bold", gid="title"
+        _PAD / width,
+        1.0 - 0.8 * _PAD / height,
+        "\n".join(heads),
+        va="top",
+        size=9.0,
+        weight="bold",
+        gid="title",
     )
     figure.text(_PAD / width, 0.7 * _PAD / height, "\n".join(lines), **text_of)
     if key:
         anchor = (0.0, notes_height / height, 1.0, key_height / height)
-        figure.legend(handles=list(key), labels=texts, loc="center", bbox_to_anchor=anchor, ncols=columns,
-                      borderaxespad=0.0, columnspacing=1.6, handletextpad=0.6)  # fmt: skip
+        figure.legend(
+            handles=list(key),
+            labels=texts,
+            loc="center",
+            bbox_to_anchor=anchor,
+            ncols=columns,
+            borderaxespad=0.0,
+            columnspacing=1.6,
+            handletextpad=0.6,
+        )
     says = without_formulas(" ".join(filter(None, (subtitle, *notes))))
     return Page(figure, title, says, study, width, height, head, foot)
 
@@ -98,11 +129,16 @@ def _key_shape(texts: Sequence[str], width: float) -> tuple[list[str], int, floa
     """What a key says, broken to a width; how many entries stand side by side; and how high it is, mm."""
     room = max(8, int((width - _KEY_HANDLE) / _KEY_SIGN))
     broken = [
-        "\n".join(textwrap.wrap(text, room, break_long_words=False)) if len(text) > room else text for text in texts
+        "\n".join(textwrap.wrap(text, room, break_long_words=False)) if len(text) > room else text
+        for text in texts
     ]
     longest = max((_KEY_HANDLE + len(text) * _KEY_SIGN for text in broken), default=1.0)
     columns = max(1, min(len(texts), int((width + 4.0) / longest)))
-    return broken, columns, (math.ceil(len(texts) / columns) + sum(text.count("\n") for text in broken)) * _KEY_LINE
+    return (
+        broken,
+        columns,
+        (math.ceil(len(texts) / columns) + sum(text.count("\n") for text in broken)) * _KEY_LINE,
+    )
 
 
 def grid_shape(panels: int, in_row: int = 1, *, most: int = 4) -> tuple[int, int]:
@@ -123,9 +159,11 @@ def empty_panels(page: Page, rows: int, columns: int, count: int, **shared: Any)
     """Axes in an array of shape (rows, columns), `count` of them seen; `shared` are `sharex` and `sharey`."""
     page.figure.set_layout_engine("none")
     sides = {
-        "left": 14.0 / page.width, "right": 1.0 - 3.0 / page.width,
-        "bottom": (page.foot + 8.0) / page.height, "top": 1.0 - (page.head + 5.0) / page.height,
-    }  # fmt: skip
+        "left": 14.0 / page.width,
+        "right": 1.0 - 3.0 / page.width,
+        "bottom": (page.foot + 8.0) / page.height,
+        "top": 1.0 - (page.head + 5.0) / page.height,
+    }
     grid = page.figure.subplots(rows, columns, squeeze=False, gridspec_kw=sides, **shared)
     for axes in grid.flat[count:]:
         axes.set_visible(False)
@@ -145,7 +183,9 @@ def settle(page: Page, grid: Any, bar: Axes | None = None, *, must_fit: bool = T
     Constrained layout does the same by drawing everything twice. Raises UsageError where there is no room.
     """
     FigureCanvasAgg(page.figure)
-    reach = np.array([[_reach(page, axes) for axes in row] for row in grid])  # left, below, right, above
+    reach = np.array(
+        [[_reach(page, axes) for axes in row] for row in grid]
+    )  # left, below, right, above
     left, over = reach[..., 0].max(axis=0), max(_EDGE, reach[:, -1, 2].max() + 0.3)
     below, above = reach[..., 1].max(axis=1), reach[..., 3].max(axis=1)
     at_bar = 0.0 if bar is None else _BAR_GAP + _BAR + _reach(page, bar)[2]
@@ -163,7 +203,10 @@ def settle(page: Page, grid: Any, bar: Axes | None = None, *, must_fit: bool = T
         grid[row, column].set_position(np.array([x, y, width, height]) / scale)
     if bar is not None:
         low = page.foot + below[-1]
-        bar.set_position(np.array([page.width - at_bar - _EDGE + _BAR_GAP, low, _BAR, top - above[0] - low]) / scale)
+        bar.set_position(
+            np.array([page.width - at_bar - _EDGE + _BAR_GAP, low, _BAR, top - above[0] - low])
+            / scale
+        )
 
 
 def _reach(page: Page, axes: Axes) -> tuple[float, float, float, float]:

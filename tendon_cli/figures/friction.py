@@ -45,7 +45,12 @@ def fit_page(fit: Any) -> Page:
     with house_style():
         page = framed(title, _HEIGHT, _key(fit), [plain(note)], study=study)
         upper = _compose(page.figure, fit)
-        upper.set_title("\n".join(plain(text, width=105) for text in words), loc="left", fontsize=7.5, color=colour)
+        upper.set_title(
+            "\n".join(plain(text, width=105) for text in words),
+            loc="left",
+            fontsize=7.5,
+            color=colour,
+        )
     return replace(page, says=" ".join((*words, page.says)))
 
 
@@ -58,7 +63,13 @@ def _compose(figure: Figure, fit: Any) -> Axes:
     by_force, by_rate = figure.add_subplot(grid[2, 0]), figure.add_subplot(grid[2, 1])
     by_rate.sharey(by_force)
     unit = f" / {fit.unit}$^{{-1}}$" if fit.unit else ""
-    _draw_check(by_force, fit, 1.0 / fit.points["force"], "Zero error of a cell?", f"1 / force at load{unit}")
+    _draw_check(
+        by_force,
+        fit,
+        1.0 / fit.points["force"],
+        "Zero error of a cell?",
+        f"1 / force at load{unit}",
+    )
     _draw_check(by_rate, fit, fit.points.get("rate"), "A late cell?", "d ln F/dt, per unit of time")
     by_force.set_ylabel("residual before\noffsets and delay")
     by_rate.tick_params(labelleft=False)
@@ -82,20 +93,36 @@ def _key(fit: Any) -> list[Line2D]:
         if np.any(rows.used & (rows.way == way)):
             sign, label = (".", f"slipping {name}") if fit.is_log else (marker, name)
             key.append(Line2D([], [], linestyle="none", marker=sign, color=colour, label=label))
-    line = "fit; below, mean of a stroke" if fit.is_log else "fit: slope μ, height at 0 = ln gain ratio"
+    line = (
+        "fit; below, mean of a stroke"
+        if fit.is_log
+        else "fit: slope μ, height at 0 = ln gain ratio"
+    )
     key.append(Line2D([], [], color=_LINE, linewidth=1.6, label=line))
     if np.any(~rows.used & np.isfinite(rows.log_ratio)):
         sign = "." if fit.is_log else "x"
         key.append(Line2D([], [], linestyle="none", marker=sign, color=_ASIDE, label="set aside"))
     if np.any(fit.points.effects):
-        key.append(Line2D([], [], linestyle="none", marker=".", markersize=2.0, color=_LINE, label="effects fitted"))
+        key.append(
+            Line2D(
+                [],
+                [],
+                linestyle="none",
+                marker=".",
+                markersize=2.0,
+                color=_LINE,
+                label="effects fitted",
+            )
+        )
     return key
 
 
 def _verdict(fit: Any) -> tuple[list[str], str]:
     """What is wrong in words, if anything, and its colour."""
     notes = [f"Note: {text}" for text in fit.notes if "zero error" in text]
-    warnings = [f"Warning: {text}" for text in fit.warnings] or ["Nothing in the readings makes this number wrong."]
+    warnings = [f"Warning: {text}" for text in fit.warnings] or [
+        "Nothing in the readings makes this number wrong."
+    ]
     return [*warnings, *notes], _DRAGGED if fit.warnings else _LINE
 
 
@@ -140,7 +167,9 @@ def _draw_loop(axes: Axes, fit: Any) -> None:
         (known[~rows.used[known]], _ASIDE),
         *((known[(rows.used & (rows.way == way))[known]], colour) for way, colour, _, _ in _WAYS),
     ):
-        axes.plot(across[mine], rows.motor[mine], ".", color=colour, markersize=size, rasterized=True)
+        axes.plot(
+            across[mine], rows.motor[mine], ".", color=colour, markersize=size, rasterized=True
+        )
     name = "Loop of hysteresis" if fit.is_log else "Forces of the readings"
     _name(axes, name, "position of the motor, as in the file" if moved else f"force at load{unit}")
     axes.set_ylabel(f"force at motor{unit}")
@@ -153,7 +182,13 @@ def _draw_budget(axes: Axes, fit: Any) -> None:
     widths = [100.0 * part.contribution / fit.fitted for part in parts]
     axes.barh(range(len(parts)), widths, color=_PULLED, height=0.55)
     for row, (part, width) in enumerate(zip(parts, widths, strict=True)):
-        axes.text(0.0, row + 0.42, f" {part.name} (type {part.type}), {width:.2g} %", fontsize=6.5, va="center")
+        axes.text(
+            0.0,
+            row + 0.42,
+            f" {part.name} (type {part.type}), {width:.2g} %",
+            fontsize=6.5,
+            va="center",
+        )
     axes.set_ylim(-0.6, max(len(parts), 3) - 0.1)
     axes.set_yticks([])
     _name(axes, "What the standard error is made of", "part of the standard error, % of the number")
@@ -181,7 +216,9 @@ def _draw_settled(upper: Axes, lower: Axes, fit: Any) -> None:
     upper.axvline(0.0, color="#cccccc", linewidth=0.8, zorder=0)
     for way, colour, marker, _ in _WAYS:
         mine = rows.used & (rows.way == way)
-        upper.plot(signed[mine], rows.log_ratio[mine], marker, color=colour, markersize=5, alpha=0.8)
+        upper.plot(
+            signed[mine], rows.log_ratio[mine], marker, color=colour, markersize=5, alpha=0.8
+        )
         lower.plot(signed[mine], rows.residual[mine], marker, color=colour, markersize=5, alpha=0.8)
     aside = ~rows.used & np.isfinite(rows.log_ratio)
     upper.plot(signed[aside], rows.log_ratio[aside], "x", color=_ASIDE, markersize=5)
@@ -205,6 +242,8 @@ def _draw_log(upper: Axes, lower: Axes, fit: Any) -> None:
         for stroke in np.unique(rows.run[mine]):
             part = np.flatnonzero(rows.used & (rows.run == stroke))
             part = part[np.unique(np.linspace(0, len(part) - 1, 60).astype(int))]
-            upper.plot(place[part], (rows.log_ratio - rows.residual)[part], color=_LINE, linewidth=1.2)
+            upper.plot(
+                place[part], (rows.log_ratio - rows.residual)[part], color=_LINE, linewidth=1.2
+            )
             lower.plot(place[part[[0, -1]]], [residual[stroke]] * 2, color=_LINE, linewidth=1.6)
     lower.set_xlabel("time, as in the file" if timed else "line of the file")

@@ -48,17 +48,26 @@ def map_data(cube: Cube, plan: MapPlan, spec: FigureSpec) -> MapData:
     """Read what the panels show, and nothing else; raises UsageError where there is no margin."""
     if MARGIN not in cube.columns:
         raise UsageError("the table has no column of margins, which a map shows")
-    limits = [key for key in dict.fromkeys((STIFFNESS, *cube.study.get("limits", ()))) if _column(key) in cube.columns]
+    limits = [
+        key
+        for key in dict.fromkeys((STIFFNESS, *cube.study.get("limits", ())))
+        if _column(key) in cube.columns
+    ]
     names = (MARGIN, *map(_column, limits), *cube.defining)
     read = cube.gather(plan.rows(cube), [name for name in names if name in cube.columns])
     if not np.isfinite(read[MARGIN]).any():
         raise UsageError("no design has a margin, each has elbow angles without equilibrium")
-    x, y = (axis_scale(cube, axis, plan.positions[axis.column], spec.units) for axis in (plan.x, plan.y))
+    x, y = (
+        axis_scale(cube, axis, plan.positions[axis.column], spec.units) for axis in (plan.x, plan.y)
+    )
     margin = margin_shown(cube, spec)
     shown = {key: _room(read[_column(key)], key, cube.limit(key)) for key in limits}
     shown = {key: each[:, y.order][..., x.order] for key, each in shown.items()}
     margins = margin.scaled(read[MARGIN])[:, y.order][..., x.order]
-    texts = [value_texts(cube, axis, plan.positions[axis.column], spec.units) for axis in reversed(plan.titled)]
+    texts = [
+        value_texts(cube, axis, plan.positions[axis.column], spec.units)
+        for axis in reversed(plan.titled)
+    ]
     groups: dict[bytes, list[tuple[int, str]]] = {}  # panels that would repeat a picture are one
     for at, words in enumerate(itertools.product(*texts)):
         picture = b"".join(each[at].tobytes() for each in (margins, *shown.values()))
@@ -71,11 +80,18 @@ def map_data(cube: Cube, plan: MapPlan, spec: FigureSpec) -> MapData:
     if titles == [""]:
         titles = [next((text for text in fixed if text.endswith(" load")), "")]
     return MapData(
-        spec.title or cube.title, cube.source, x, y, margin, margins[first],
-        {key: each[first] for key, each in shown.items()}, {key: _words(cube, spec, key) for key in limits},
-        tuple(titles), len(plan.positions[plan.titled[0].column]) if plan.titled else 1,
+        spec.title or cube.title,
+        cube.source,
+        x,
+        y,
+        margin,
+        margins[first],
+        {key: each[first] for key, each in shown.items()},
+        {key: _words(cube, spec, key) for key in limits},
+        tuple(titles),
+        len(plan.positions[plan.titled[0].column]) if plan.titled else 1,
         (meaning_of_margin(cube), *lines, *plan.notes, *repeated),
-    )  # fmt: skip
+    )
 
 
 def _column(key: str) -> str:
@@ -105,15 +121,18 @@ def margin_shown(cube: Cube, spec: FigureSpec) -> Shown:
     margin = cube.shown(MARGIN, spec.units)
     if not _differ(cube):
         return margin
-    return replace(margin, quantity=replace(margin.quantity, name="common margin of both pretensions", symbol="margin"))
+    return replace(
+        margin,
+        quantity=replace(
+            margin.quantity, name="common margin of both pretensions", symbol="margin"
+        ),
+    )
 
 
 def meaning_of_margin(cube: Cube) -> str:
     """What the margin is, in a sentence."""
     if _differ(cube):
-        return (
-            "Margin: by how much both pretensions can be lowered together, or if negative must be raised, for no slack."
-        )
+        return "Margin: by how much both pretensions can be lowered together, or if negative must be raised, for no slack."
     least = symbol(as_read(QUANTITIES["required_pretension"], cube.study).symbol)
     return (
         f"Margin: {reading(cube.study)} in hand above {least}, the smallest that leaves no slack at any elbow angle of "

@@ -7,12 +7,28 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.figures.engine import Axes, Line2D, Patch, TickedStroke, TwoSlopeNorm, mpl, withStroke
+from tendon_cli.figures.engine import (
+    Axes,
+    Line2D,
+    Patch,
+    TickedStroke,
+    TwoSlopeNorm,
+    mpl,
+    withStroke,
+)
 from tendon_cli.figures.frame import Page, empty_panels, framed, grid_shape, lowest, settle
 from tendon_cli.figures.map_data import STIFFNESS, Floats, MapData
 from tendon_cli.figures.plan import PANELS_PER_PAGE
 from tendon_cli.figures.scales import Scale
-from tendon_cli.figures.style import DIVERGING, INK, PAGE_HEIGHT, broken, hatch_key, unknown_hatch, wrapped
+from tendon_cli.figures.style import (
+    DIVERGING,
+    INK,
+    PAGE_HEIGHT,
+    broken,
+    hatch_key,
+    unknown_hatch,
+    wrapped,
+)
 
 _BAR = 35.0
 """Width of labels and colour bar, mm."""
@@ -21,7 +37,10 @@ _NARROWEST = 42.0
 _BOUNDARY_WIDTH = 1.2
 _UNSTABLE: dict[str, Any] = {"hatch": "xxxx", "edgecolor": "#4d4d4d", "linewidth": 0.0}
 # Contours run with the higher values on their left; the ticks stand on the right, where a limit is not held.
-_EFFECTS = [TickedStroke(spacing=5.0, angle=-90.0, length=0.45, linewidth=0.6), mpl.patheffects.Normal()]
+_EFFECTS = [
+    TickedStroke(spacing=5.0, angle=-90.0, length=0.45, linewidth=0.6),
+    mpl.patheffects.Normal(),
+]
 _HALO = withStroke(linewidth=2.6, foreground="white")
 _LINES = (INK, "#006b4e", "#8f2d72", "#5a4a00", "#7a0019", "#003a70", "#4d4d4d")
 """Of limits."""
@@ -33,7 +52,10 @@ def draw_maps(data: MapData, width: float, height: float | None) -> list[Page]:
     parts = [range(at, min(count, at + PANELS_PER_PAGE)) for at in range(0, count, PANELS_PER_PAGE)]
     names = [f"{data.title} (page {page} of {len(parts)})" for page in range(1, len(parts) + 1)]
     titles = names if len(parts) > 1 else [data.title]
-    return [_page(data, panels, title, width, height) for panels, title in zip(parts, titles, strict=True)]
+    return [
+        _page(data, panels, title, width, height)
+        for panels, title in zip(parts, titles, strict=True)
+    ]
 
 
 def _page(data: MapData, panels: range, title: str, width: float, height: float | None) -> Page:
@@ -48,7 +70,9 @@ def _page(data: MapData, panels: range, title: str, width: float, height: float 
     grid = empty_panels(page, rows, columns, len(panels), sharex=True, sharey=True)
     for axes, panel in zip(grid.flat, panels, strict=False):
         _draw_panel(axes, data, panel, colour, ticks=max(2, min(6, int(each / 9.0))))
-        axes.set_title(wrapped(data.titles[panel], int(each / 1.9)), y=1.0)  # placed without a search
+        axes.set_title(
+            wrapped(data.titles[panel], int(each / 1.9)), y=1.0
+        )  # placed without a search
     # Narrow panels have one label for all of them, in the middle: side by side they would run into each other.
     if columns > 2 and rows * columns == len(panels):
         grid[-1, (columns - 1) // 2].set_xlabel(data.x.label, x=0.5 if columns % 2 else 1.07)
@@ -58,7 +82,9 @@ def _page(data: MapData, panels: range, title: str, width: float, height: float 
     for axes in grid[:, 0]:
         axes.set_ylabel(broken(data.y.label, int(0.7 * page.inner / rows / 1.5)))
     place = page.figure.add_axes((0.85, 0.2, 0.03, 0.6), label="<colorbar>")
-    bar = page.figure.colorbar(colour, cax=place, extend=extend, spacing="proportional", ticks=levels)
+    bar = page.figure.colorbar(
+        colour, cax=place, extend=extend, spacing="proportional", ticks=levels
+    )
     bar.set_label(f"{data.margin.label}\n←  slack             taut  →", linespacing=1.4)
     place.axhline(0.0, color=INK, linewidth=1.2)
     bar.outline.set_linewidth(0.5)
@@ -77,7 +103,12 @@ def colour_scale(margins: Floats) -> tuple[float, list[float], str]:
     bound = max(most, -least)
     bound = (usual if bound > 1.5 * usual else bound) or 1.0
     levels = list(mpl.ticker.MaxNLocator(10, steps=[1, 2, 2.5, 5, 10]).tick_values(-bound, bound))
-    extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
+    extend = {
+        (False, False): "neither",
+        (True, False): "min",
+        (False, True): "max",
+        (True, True): "both",
+    }
     return levels[-1], levels, extend[least < levels[0], most > levels[-1]]
 
 
@@ -87,17 +118,25 @@ def _draw_panel(axes: Axes, data: MapData, panel: int, colour: Any, ticks: int) 
     margin = np.ma.masked_invalid(data.margins[panel])
     if margin.mask.any():
         axes.patch.set(**unknown_hatch())
-    axes.pcolormesh(x.edges, y.edges, margin, cmap=colour.cmap, norm=colour.norm, rasterized=True, gid="margin")
+    axes.pcolormesh(
+        x.edges, y.edges, margin, cmap=colour.cmap, norm=colour.norm, rasterized=True, gid="margin"
+    )
     for at, (limit, rooms) in enumerate(data.rooms.items()):
         if limit == STIFFNESS:
             _hatch_negative(axes, x, y, rooms[panel])
-        _draw_limit(axes, x, y, rooms[panel], gid=limit, linewidth=0.8, color=_LINES[at % len(_LINES)])
-    _draw_limit(axes, x, y, data.margins[panel], gid="boundary", linewidth=_BOUNDARY_WIDTH, color=INK)
+        _draw_limit(
+            axes, x, y, rooms[panel], gid=limit, linewidth=0.8, color=_LINES[at % len(_LINES)]
+        )
+    _draw_limit(
+        axes, x, y, data.margins[panel], gid="boundary", linewidth=_BOUNDARY_WIDTH, color=INK
+    )
     x.apply(axes, "x", ticks=ticks, cells=True)
     y.apply(axes, "y", cells=True)
 
 
-def _draw_limit(axes: Axes, x: Scale, y: Scale, room: Floats, *, gid: str, linewidth: float, color: str) -> None:
+def _draw_limit(
+    axes: Axes, x: Scale, y: Scale, room: Floats, *, gid: str, linewidth: float, color: str
+) -> None:
     """The line where `room`, what is left up to a limit, is zero; ticks on the side where the limit is not held.
 
     `room` has the shape (y, x), in the order of the scales. Over names there is a stroke per name instead.
@@ -105,9 +144,18 @@ def _draw_limit(axes: Axes, x: Scale, y: Scale, room: Floats, *, gid: str, linew
     effects = [_HALO, *_EFFECTS]
     if x.names or y.names:
         for xy in _strokes(x, y, room):
-            axes.plot(*xy, path_effects=effects, solid_capstyle="butt", color=color, linewidth=linewidth, gid=gid)
+            axes.plot(
+                *xy,
+                path_effects=effects,
+                solid_capstyle="butt",
+                color=color,
+                linewidth=linewidth,
+                gid=gid,
+            )
     elif min(room.shape) > 1 and _crosses_zero(room):
-        lines = axes.contour(*_to_the_edges(x, y, room), levels=[0.0], colors=color, linewidths=linewidth)
+        lines = axes.contour(
+            *_to_the_edges(x, y, room), levels=[0.0], colors=color, linewidths=linewidth
+        )
         lines.set(path_effects=effects, gid=gid)
 
 
@@ -133,7 +181,9 @@ def _hatch_negative(axes: Axes, x: Scale, y: Scale, room: Floats) -> None:
         axes.pcolor(x.edges, y.edges, cells, facecolor="none", gid="unstable", **_UNSTABLE)
         return
     hatch, *edge = _UNSTABLE.values()
-    area = axes.contourf(*_to_the_edges(x, y, room), levels=[-np.inf, 0.0], colors="none", hatches=[hatch])
+    area = axes.contourf(
+        *_to_the_edges(x, y, room), levels=[-np.inf, 0.0], colors="none", hatches=[hatch]
+    )
     area.set(edgecolor=edge[0], linewidth=edge[1], gid="unstable")
 
 
@@ -156,7 +206,9 @@ def _to_the_edges(x: Scale, y: Scale, values: Floats) -> tuple[Floats, Floats, A
     places = [np.concatenate((each.edges[:1], each.places, each.edges[-1:])) for each in (x, y)]
     for axis in (0, 1):
         first, second, last, before = (np.take(values, [at], axis) for at in (0, 1, -1, -2))
-        values = np.concatenate((1.5 * first - 0.5 * second, values, 1.5 * last - 0.5 * before), axis)
+        values = np.concatenate(
+            (1.5 * first - 0.5 * second, values, 1.5 * last - 0.5 * before), axis
+        )
     return places[0], places[1], np.ma.masked_invalid(values)
 
 
@@ -172,7 +224,9 @@ def _key(data: MapData, seen: slice) -> list[Any]:
     key: list[Any] = []
 
     def line(label: str, width: float, colour: str) -> None:
-        key.append(Line2D([], [], color=colour, linewidth=width, path_effects=_EFFECTS, label=label))
+        key.append(
+            Line2D([], [], color=colour, linewidth=width, path_effects=_EFFECTS, label=label)
+        )
 
     if any(map(_crosses_zero, data.margins[seen])):
         line("margin = 0, ticks on the slack side", _BOUNDARY_WIDTH, INK)

@@ -69,12 +69,16 @@ def plan_curves(cube: Cube, chosen: Mapping[str, Ints], spec: FigureSpec) -> Cur
     free = [axis for axis in long if axis is not x]
     panels = named[1] or (_usual_panels(free) if spec.overlay else None)
     colour = None if spec.overlay else named[0] or _usual_colour(free, panels)
-    dash = next((axis for axis in free if axis.column == DIRECTION and axis not in (colour, panels)), None)
+    dash = next(
+        (axis for axis in free if axis.column == DIRECTION and axis not in (colour, panels)), None
+    )
     if panels is None and len(quantities) == 1:
         panels = next((axis for axis in free if axis not in (colour, dash)), None)
     parts = [axis for axis in (x, colour, dash, panels) if axis is not None]
     if len(set(parts)) < len(parts):
-        raise UsageError("one axis cannot play two parts", hint="x, colour and panels name different axes")
+        raise UsageError(
+            "one axis cannot play two parts", hint="x, colour and panels name different axes"
+        )
     most_panels = MOST_PANELS if len(quantities) == 1 and spec.panels else MOST_PANELS_UNASKED
     most = {x: POINTS, colour: MOST_COLOURS, dash: 2, panels: most_panels}
     return CurvePlan(quantities, x_column, x, colour, dash, panels, *_thinned(cube, chosen, most))
@@ -88,7 +92,11 @@ def _quantities(cube: Cube, spec: FigureSpec) -> tuple[str, ...]:
         return (cube.of.find_numbers("margin", "--quantity"),)
     kept = [name for name in OF_STATES if name in cube.columns and name not in DERIVED]
     if not kept:
-        raise UsageError("the table keeps no results", where="--quantity", hint="[output] states names those it keeps")
+        raise UsageError(
+            "the table keeps no results",
+            where="--quantity",
+            hint="[output] states names those it keeps",
+        )
     return tuple(name for name in STATE_PAIRS if name in kept) or tuple(kept[:MOST_QUANTITIES])
 
 
@@ -107,7 +115,9 @@ def _along_x(cube: Cube, spec: FigureSpec, long: list[Axis]) -> tuple[str, Axis]
             return cube.of.find_numbers(column, "--x"), runs
     if runs is None:
         hint = "`tendon state` prints a single design; colour and panels take axes away"
-        raise UsageError("no axis with several values is left to run along x", where="--x", hint=hint)
+        raise UsageError(
+            "no axis with several values is left to run along x", where="--x", hint=hint
+        )
     return runs.column, runs
 
 
@@ -116,17 +126,25 @@ def _named(cube: Cube, name: str | None, where: str) -> Axis | None:
     if name is None:
         return None
     axis = next((axis for axis in cube.axes if name in (axis.column, axis.key)), None)
-    if axis is None and not any(name in (key.path, key.column) for key in keys().values()) and name != CASE_AXIS:
+    if (
+        axis is None
+        and not any(name in (key.path, key.column) for key in keys().values())
+        and name != CASE_AXIS
+    ):
         column = cube.of.find(name, where)
         names = ", ".join(axis.column for axis in cube.axes)
-        raise UsageError(f"{column} is not an axis of the study", where=where, hint=f"axes: {names}")
+        raise UsageError(
+            f"{column} is not an axis of the study", where=where, hint=f"axes: {names}"
+        )
     return axis
 
 
 def _usual_colour(free: list[Axis], panels: Axis | None) -> Axis | None:
     """The load, or else the first axis that nothing was asked of."""
     open_axes = [axis for axis in free if axis.column != DIRECTION and axis != panels]
-    return next((axis for axis in open_axes if axis.column == LOAD), open_axes[0] if open_axes else None)
+    return next(
+        (axis for axis in open_axes if axis.column == LOAD), open_axes[0] if open_axes else None
+    )
 
 
 def _usual_panels(free: list[Axis]) -> Axis | None:
@@ -177,14 +195,22 @@ def plan_maps(cube: Cube, chosen: Mapping[str, Ints]) -> MapPlan:
     others.sort(key=lambda axis: axis.column != LOAD)
     lengths = [len(chosen[axis.column]) for axis in others]
     counts = lengths if math.prod(lengths) <= MOST_PANELS else _counts(lengths, PANELS_PER_PAGE)
-    most: dict[Axis | None, int] = {x: CELLS_PER_AXIS, y: CELLS_PER_AXIS, **dict(zip(others, counts, strict=True))}
+    most: dict[Axis | None, int] = {
+        x: CELLS_PER_AXIS,
+        y: CELLS_PER_AXIS,
+        **dict(zip(others, counts, strict=True)),
+    }
     positions, notes = _thinned(cube, chosen, most)
-    return MapPlan(x, y, tuple(axis for axis in others if len(positions[axis.column]) > 1), positions, notes)
+    return MapPlan(
+        x, y, tuple(axis for axis in others if len(positions[axis.column]) > 1), positions, notes
+    )
 
 
 def _counts(lengths: list[int], most: int) -> list[int]:
     """How many values of each axis, so that their product is at most `most`: the first axis, the load, gets most."""
     counts = [1] * len(lengths)
     for at, length in enumerate(lengths):
-        counts[at] = max(1, min(length, most // math.prod(counts), 4 if at == 0 and len(lengths) > 1 else length))
+        counts[at] = max(
+            1, min(length, most // math.prod(counts), 4 if at == 0 and len(lengths) > 1 else length)
+        )
     return counts

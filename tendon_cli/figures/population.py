@@ -53,27 +53,50 @@ def _number(value: float | None) -> float:
 def for_whom(record: Mapping[str, Any], rows: Table) -> Page:
     """Everyone's window as a line, N, the pretensions that serve enough shaded; next to it the bodies not served."""
     population, low = record["population"], rows["pretension_from"]
-    pretension, kind = _number(population["pretension"]), "draws" if population["kind"] == "draws" else "persons"
+    pretension, kind = (
+        _number(population["pretension"]),
+        "draws" if population["kind"] == "draws" else "persons",
+    )
     high = np.where(np.isnan(rows["pretension_to"]) & ~np.isnan(low), np.inf, rows["pretension_to"])
-    served, band = rows["served"] >= min(1.0, record["serve"]) - 1e-9, [*map(_number, population["window"])]
+    served, band = (
+        rows["served"] >= min(1.0, record["serve"]) - 1e-9,
+        [*map(_number, population["window"])],
+    )
     has_window, nowhere = ~np.isnan(low) & (low <= high), int(np.isnan(low).sum())
     key: list[Any] = [
         Patch(facecolor=colour, label=label)
         for colour, label, those in (
-            (_SERVED, "served", served), (_LEFT_OUT, "window elsewhere", has_window & ~served),
-            (FAINT, "no window: by how much the upper end lies below the lower one", ~has_window & ~np.isnan(low)),
-        ) if those.any()
-    ]  # fmt: skip
-    key += [Line2D([], [], label="serves enough between", **_LIMIT)] if np.isfinite(band).all() else []
+            (_SERVED, "served", served),
+            (_LEFT_OUT, "window elsewhere", has_window & ~served),
+            (
+                FAINT,
+                "no window: by how much the upper end lies below the lower one",
+                ~has_window & ~np.isnan(low),
+            ),
+        )
+        if those.any()
+    ]
+    key += (
+        [Line2D([], [], label="serves enough between", **_LIMIT)] if np.isfinite(band).all() else []
+    )
     reasons = population["not_served"][:_MOST_REASONS] if "weight" in rows and len(low) > 2 else []
     signs: list[dict[str, Any]] = [
-        {"marker": MARKERS[at % len(MARKERS)], "color": OKABE_ITO[(at + 1) % len(OKABE_ITO)], "linestyle": "",
-         "markersize": 3.2, "markeredgewidth": 0.0}
+        {
+            "marker": MARKERS[at % len(MARKERS)],
+            "color": OKABE_ITO[(at + 1) % len(OKABE_ITO)],
+            "linestyle": "",
+            "markersize": 3.2,
+            "markeredgewidth": 0.0,
+        }
         for at in range(len(reasons))
-    ]  # fmt: skip
+    ]
     for reason, sign in zip(reasons, signs, strict=True):
         key.append(Line2D([], [], label=plain(reason["text"], width=60, lines=2), **sign))
-    notes = [f"{nowhere} of {len(low)} {kind} have no pretension at all at which the arm balances."] if nowhere else []
+    notes = (
+        [f"{nowhere} of {len(low)} {kind} have no pretension at all at which the arm balances."]
+        if nowhere
+        else []
+    )
     page = framed(population["title"], 68.0, key, notes)
     has_bodies = "weight" in rows and len(low) > 2
     shape: dict[str, Any] = {"ncols": 2, "width_ratios": [1.5, 1.0]} if has_bodies else {}
@@ -82,14 +105,18 @@ def for_whom(record: Mapping[str, Any], rows: Table) -> Page:
     is_set = pretension_name(record["study"])
     panels[0].set_ylabel(f"{is_set} (N)")
     if len(low) > 1:
-        panels[0].set_xlabel(f"{kind}, in the order of the least {is_set.partition(' ')[0]} they need (%)")
+        panels[0].set_xlabel(
+            f"{kind}, in the order of the least {is_set.partition(' ')[0]} they need (%)"
+        )
     if has_bodies:
         groups = [members(rows, reason, pretension) for reason in reasons]
         _bodies(panels[1], population, rows, groups, signs)
     return page
 
 
-def _bodies(axes: Axes, population: Mapping[str, Any], rows: Table, groups: list[Any], signs: list[Any]) -> None:
+def _bodies(
+    axes: Axes, population: Mapping[str, Any], rows: Table, groups: list[Any], signs: list[Any]
+) -> None:
     """Everyone by the two dimensions in which those not served differ most, whatever the reason."""
     apart = dict.fromkeys(_USUAL, 0.0)
     for reason in population["not_served"]:
@@ -113,13 +140,20 @@ def members(rows: Table, reason: Mapping[str, Any], pretension: float) -> npt.ND
         chosen = {
             "more": has_window & (low > pretension) & (rows["from_by"] == limits[0]),
             "less": has_window & (high < pretension) & (rows["to_by"] == limits[0]),
-            "another suit": ~has_window & (rows["from_by"] == limits[0]) & np.isin(rows["to_by"], [*limits, ""]),
+            "another suit": ~has_window
+            & (rows["from_by"] == limits[0])
+            & np.isin(rows["to_by"], [*limits, ""]),
         }[reason["needs"]]
     return np.flatnonzero((rows["served"] < 1.0) & chosen)
 
 
 def _windows(
-    axes: Axes, low: Values, high: Values, served: Flags, band: tuple[float, float], pretension: float
+    axes: Axes,
+    low: Values,
+    high: Values,
+    served: Flags,
+    band: tuple[float, float],
+    pretension: float,
 ) -> None:
     able = np.flatnonzero(~np.isnan(low))
     order = able[np.lexsort((high[able], low[able]))]
@@ -127,10 +161,20 @@ def _windows(
     place = (np.arange(len(order)) + 0.5) / max(len(order), 1) * 100.0
     top = _ROOM * float(np.nanmax(low, initial=pretension if np.isfinite(pretension) else 1.0))
     ends = np.minimum(high[order], max(top, float(np.max(high[np.isfinite(high)], initial=0.0))))
-    begin, has_window, width = low[order], low[order] <= high[order], max(0.25, 230.0 / max(len(order), 1))
+    begin, has_window, width = (
+        low[order],
+        low[order] <= high[order],
+        max(0.25, 230.0 / max(len(order), 1)),
+    )
     for chosen, colour in ((served[order], _SERVED), (has_window & ~served[order], _LEFT_OUT)):
         axes.vlines(place[chosen], begin[chosen], ends[chosen], colors=colour, linewidth=width)
-    axes.vlines(place[~has_window], ends[~has_window], begin[~has_window], colors=FAINT, linewidth=min(width, 1.5))
+    axes.vlines(
+        place[~has_window],
+        ends[~has_window],
+        begin[~has_window],
+        colors=FAINT,
+        linewidth=min(width, 1.5),
+    )
     if np.isfinite(band).all():
         axes.axhspan(*band, color="white", alpha=0.4, linewidth=0.0, zorder=3)
         for end in band:
@@ -138,10 +182,16 @@ def _windows(
     if np.isfinite(pretension):
         axes.axhline(pretension, color=INK, linewidth=0.9, zorder=4)
         axes.annotate(
-            f"{pretension:.4g} N", (0.01, pretension), xycoords=("axes fraction", "data"), xytext=(0, 2),
-            textcoords="offset points", ha="left", va="bottom", zorder=5,
+            f"{pretension:.4g} N",
+            (0.01, pretension),
+            xycoords=("axes fraction", "data"),
+            xytext=(0, 2),
+            textcoords="offset points",
+            ha="left",
+            va="bottom",
+            zorder=5,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8},
-        )  # fmt: skip
+        )
     axes.set(xlim=(0.0, 100.0))
     axes.set_ylim(0.0, max(axes.get_ylim()[1], 1.05 * float(begin.max(initial=0.0))))
     if len(low) == 1:
@@ -152,12 +202,24 @@ def how_sure(record: Mapping[str, Any]) -> Page:
     """The probability that a pretension (N) is in its window, with its 95 % band; next to it Sobol indices as bars."""
     population = record["population"]
     ends = population["sobol"]
-    key = [Patch(facecolor=colour, label=label) for label, colour in _OF_BARS.values()] if ends else []
+    key = (
+        [Patch(facecolor=colour, label=label) for label, colour in _OF_BARS.values()]
+        if ends
+        else []
+    )
     page = framed(population["title"], 66.0, key)
-    panels = page.figure.subplots(1, 1 + len(ends), width_ratios=[1.6, *[1.0] * len(ends)], squeeze=False)[0]
-    pretension, *shares = (np.array(population["curve"][name]) for name in ("pretension", "share", "low", "high"))
+    panels = page.figure.subplots(
+        1, 1 + len(ends), width_ratios=[1.6, *[1.0] * len(ends)], squeeze=False
+    )[0]
+    pretension, *shares = (
+        np.array(population["curve"][name]) for name in ("pretension", "share", "low", "high")
+    )
     _probability(
-        panels[0], pretension, 100 * np.array(shares), _number(population["pretension"]), 100 * record["serve"]
+        panels[0],
+        pretension,
+        100 * np.array(shares),
+        _number(population["pretension"]),
+        100 * record["serve"],
     )
     panels[0].set_xlabel(f"{pretension_name(record['study'])} (N)")
     for at, (axes, end) in enumerate(zip(panels[1:], ends, strict=True)):
@@ -170,27 +232,46 @@ def _bars(axes: Axes, end: Mapping[str, Any], *, with_names: bool) -> None:
     inputs = end["inputs"].values()
     place = np.arange(len(inputs), dtype=np.float64)[::-1]
     for shift, (order, (_, colour)) in zip((0.2, -0.2), _OF_BARS.items(), strict=True):
-        share, error = (np.array([each[name] for each in inputs]) for name in (order, f"{order}_standard_error"))
+        share, error = (
+            np.array([each[name] for each in inputs]) for name in (order, f"{order}_standard_error")
+        )
         style: dict[str, Any] = {"color": colour, "error_kw": {"elinewidth": 0.7, "capsize": 1.5}}
         axes.barh(place + shift, 100 * share, 0.36, xerr=196 * error, **style)
     axes.set_yticks(place, [plain(each["name"], width=18) if with_names else "" for each in inputs])
     axes.set(xlabel="share of its variance (%)")
     axes.set_xlim(left=0.0)
     which = "lower" if end["end"] == "pretension_from" else "upper"
-    axes.set_title(plain(f"{which} end, ± {say.number(end['standard_deviation'], 2)} N"), loc="left")
+    axes.set_title(
+        plain(f"{which} end, ± {say.number(end['standard_deviation'], 2)} N"), loc="left"
+    )
 
 
-def _probability(axes: Axes, pretension: Values, percent: Values, chosen: float, enough: float) -> None:
+def _probability(
+    axes: Axes, pretension: Values, percent: Values, chosen: float, enough: float
+) -> None:
     share, low, high = percent
     axes.fill_between(pretension, low, high, step="post", color=_SERVED, alpha=0.22, linewidth=0.0)
     axes.plot(pretension, share, drawstyle="steps-post", color=_SERVED)
     axes.axhline(enough, color=FAINT, linestyle=(0, (4, 3)), linewidth=0.8)
     beside: dict[str, Any] = {"textcoords": "offset points"}
-    axes.annotate(f"enough: {enough:g} %", (0.99, enough), xycoords=("axes fraction", "data"), xytext=(0, 2),
-                  color=FAINT, ha="right", **beside)  # fmt: skip
+    axes.annotate(
+        f"enough: {enough:g} %",
+        (0.99, enough),
+        xycoords=("axes fraction", "data"),
+        xytext=(0, 2),
+        color=FAINT,
+        ha="right",
+        **beside,
+    )
     if np.isfinite(chosen):
         axes.axvline(chosen, color=INK, linewidth=0.9)
-        axes.annotate(f"{chosen:.4g} N", (chosen, 0.02), xycoords=("data", "axes fraction"), xytext=(3, 0), **beside)
+        axes.annotate(
+            f"{chosen:.4g} N",
+            (chosen, 0.02),
+            xycoords=("data", "axes fraction"),
+            xytext=(3, 0),
+            **beside,
+        )
     if len(pretension) and pretension[0] < pretension[-1]:
         axes.set_xlim(pretension[0], pretension[-1])
     axes.set(ylim=(0.0, 104.0), ylabel="in the window (%), band of 95 %")

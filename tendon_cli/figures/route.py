@@ -46,7 +46,11 @@ class RouteCurve:
 
 
 def route_page(
-    measured: npt.ArrayLike, route: npt.ArrayLike, title: str, notes: tuple[str, ...] = (), study: str = ""
+    measured: npt.ArrayLike,
+    route: npt.ArrayLike,
+    title: str,
+    notes: tuple[str, ...] = (),
+    study: str = "",
 ) -> Page:
     """Three views to one scale, coloured by curvature, and curvature and turn along the route.
 
@@ -54,7 +58,9 @@ def route_page(
     in m. Raises InputError for fewer than two different points.
     """
     curve, marks = route_curve(route), 1e3 * np.asarray(measured, dtype=np.float64)
-    count = f"{len(marks)} way-points over {number(curve.length / 1e3)} m; the views are to one scale."
+    count = (
+        f"{len(marks)} way-points over {number(curve.length / 1e3)} m; the views are to one scale."
+    )
     with house_style():
         page = framed(title, 118.0, notes=(count, *notes), study=study)
         grid = page.figure.add_gridspec(2, 3, height_ratios=(1.2, 1.0))
@@ -64,7 +70,9 @@ def route_page(
         for axes, (across, up, name) in zip(views, _VIEWS, strict=True):
             _draw_view(axes, curve, marks, (across, up), colour)
             axes.set_title(name)
-        page.figure.colorbar(colour, ax=views, pad=0.02, aspect=20, extend="max").set_label("curvature κ (1/m)")
+        page.figure.colorbar(colour, ax=views, pad=0.02, aspect=20, extend="max").set_label(
+            "curvature κ (1/m)"
+        )
         _draw_along(page.figure.add_subplot(grid[1, :]), curve)
     return page
 
@@ -83,20 +91,48 @@ def route_curve(points: npt.ArrayLike) -> RouteCurve:
     turns = np.arctan2(across, np.sum(chords[:-1] * chords[1:], axis=1))
     spans = (steps[:-1] + steps[1:]) / 2.0
     at = np.cumsum(steps)[:-1]
-    return RouteCurve(1e3 * route, 1e3 * at, turns / spans, np.degrees(np.cumsum(turns)), 1e3 * float(steps.sum()))
+    return RouteCurve(
+        1e3 * route, 1e3 * at, turns / spans, np.degrees(np.cumsum(turns)), 1e3 * float(steps.sum())
+    )
 
 
-def _draw_view(axes: Axes, curve: RouteCurve, marks: Floats, plane: tuple[int, int], colour: Any) -> None:
+def _draw_view(
+    axes: Axes, curve: RouteCurve, marks: Floats, plane: tuple[int, int], colour: Any
+) -> None:
     """The route seen along one axis, with its way-points."""
     axes.plot(*curve.points[:, plane].T, color=FAINT, linewidth=0.8, zorder=1, gid="route")
-    axes.plot(*marks[:, plane].T, color=FAINT, marker="+", markersize=3.0, markeredgewidth=0.5, linestyle="none",
-              zorder=1.5, gid="way-points")  # fmt: skip
+    axes.plot(
+        *marks[:, plane].T,
+        color=FAINT,
+        marker="+",
+        markersize=3.0,
+        markeredgewidth=0.5,
+        linestyle="none",
+        zorder=1.5,
+        gid="way-points",
+    )
     inner = curve.points[1:-1]
-    axes.scatter(inner[:, plane[0]], inner[:, plane[1]], c=curve.curvature, s=5.0, cmap=colour.cmap,
-                 norm=colour.norm, linewidths=0.0, zorder=2, rasterized=len(inner) > 2000)  # fmt: skip
+    axes.scatter(
+        inner[:, plane[0]],
+        inner[:, plane[1]],
+        c=curve.curvature,
+        s=5.0,
+        cmap=colour.cmap,
+        norm=colour.norm,
+        linewidths=0.0,
+        zorder=2,
+        rasterized=len(inner) > 2000,
+    )
     for at, text in ((0, "first"), (-1, "last")):
         end = tuple(curve.points[at, list(plane)])
-        axes.plot(*end, marker="o" if at == 0 else "s", markersize=4.5, color="white", markeredgecolor=INK, zorder=3)
+        axes.plot(
+            *end,
+            marker="o" if at == 0 else "s",
+            markersize=4.5,
+            color="white",
+            markeredgecolor=INK,
+            zorder=3,
+        )
         axes.annotate(text, end, xytext=(4, 4), textcoords="offset points", size=6.5)
     axes.set(xlabel=f"{'xyz'[plane[0]]} (mm)", ylabel=f"{'xyz'[plane[1]]} (mm)", aspect="equal")
     low, high = curve.points.min(axis=0), curve.points.max(axis=0)
@@ -108,9 +144,13 @@ def _draw_view(axes: Axes, curve: RouteCurve, marks: Floats, plane: tuple[int, i
 
 def _draw_along(axes: Axes, curve: RouteCurve) -> None:
     """Curvature as columns, and the turn so far as a line, along the route."""
-    axes.plot(curve.at, curve.curvature, color=INK, linewidth=0.8, drawstyle="steps-mid", gid="curvature")
+    axes.plot(
+        curve.at, curve.curvature, color=INK, linewidth=0.8, drawstyle="steps-mid", gid="curvature"
+    )
     axes.fill_between(curve.at, curve.curvature, color="#e4e4e4", step="mid", linewidth=0.0)
-    axes.set(xlabel="distance along the route (mm)", ylabel="curvature κ (1/m)", xlim=(0.0, curve.length))
+    axes.set(
+        xlabel="distance along the route (mm)", ylabel="curvature κ (1/m)", xlim=(0.0, curve.length)
+    )
     axes.set_ylim(0.0, 1.1 * curve.curvature.max(initial=0.0) or 1.0)
     turn = axes.twinx()
     turn.plot(curve.at, curve.turned, color=OKABE_ITO[1], gid="turned")
@@ -120,9 +160,12 @@ def _draw_along(axes: Axes, curve: RouteCurve) -> None:
 
 
 def draw_geometry(
-    file: Path, settings: tuple[str, ...] = (), angles: Sequence[float] = (), out: Path | None = None,
+    file: Path,
+    settings: tuple[str, ...] = (),
+    angles: Sequence[float] = (),
+    out: Path | None = None,
     case: str | None = None,
-) -> list[Path]:  # fmt: skip
+) -> list[Path]:
     """Draw the arm of a study file at some elbow angles in rad, and the routes of its sheaths next to it.
 
     `case` takes the arm and the sheaths of one of its cases. Routes are drawn as the model takes them, smoothed alike.
@@ -136,7 +179,9 @@ def draw_geometry(
     return drawn
 
 
-def _routes(study: Study, file: Path, settings: tuple[str, ...], case: str | None) -> Iterator[tuple[str, Page]]:
+def _routes(
+    study: Study, file: Path, settings: tuple[str, ...], case: str | None
+) -> Iterator[tuple[str, Page]]:
     """The route of both sheaths, or of either side, each with the end of its file's name."""
     of_case = "" if case is None else f"cases.{case_place(study, case)}."
     for side in ("", *SIDES):
@@ -150,16 +195,24 @@ def _routes(study: Study, file: Path, settings: tuple[str, ...], case: str | Non
         noise = float(source.get("path_smoothing") or 0.0)
         smoothed = f", smoothed for a noise of {number(1e3 * noise)} mm" if noise else ""
         angle = number(math.degrees(source["bend_angle"]))
-        notes = (f"Total curvature taken by the model: φ = {angle} deg{smoothed}.", *source.get("warnings", ()))
+        notes = (
+            f"Total curvature taken by the model: φ = {angle} deg{smoothed}.",
+            *source.get("warnings", ()),
+        )
         title = f"Route of the {side and side + ' '}sheath: {source['file']}"
-        page = route_page(points, smooth(points, noise), title, notes, f"tendon study {study.name} {study.hash}")
+        page = route_page(
+            points, smooth(points, noise), title, notes, f"tendon study {study.name} {study.hash}"
+        )
         yield f"route{side and '-'}{side}", page
 
 
 def _given(file: Path, settings: tuple[str, ...], key: str) -> str:
     """The path that a setting, or else the study file, gives a key."""
-    given = [text.strip().strip("\"'") for name, _, text in (each.partition("=") for each in settings)
-             if name.strip() == key]  # fmt: skip
+    given = [
+        text.strip().strip("\"'")
+        for name, _, text in (each.partition("=") for each in settings)
+        if name.strip() == key
+    ]
     value: Any = read_document(file).content
     for part in () if given else key.split("."):
         value = value[int(part) if isinstance(value, list) else part]

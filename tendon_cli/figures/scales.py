@@ -52,10 +52,14 @@ class Scale:
         ends = self.edges if cells or self.names or len(self.places) == 1 else self.places
         return float(ends[0]), float(ends[-1])
 
-    def apply(self, axes: Axes, which: Literal["x", "y"], *, ticks: int = 6, cells: bool = False) -> None:
+    def apply(
+        self, axes: Axes, which: Literal["x", "y"], *, ticks: int = 6, cells: bool = False
+    ) -> None:
         """Set scale, limits and at most so many ticks of the x or y axis of a panel."""
         axis = axes.xaxis if which == "x" else axes.yaxis
-        set_scale, set_limits = (axes.set_xscale, axes.set_xlim) if which == "x" else (axes.set_yscale, axes.set_ylim)
+        set_scale, set_limits = (
+            (axes.set_xscale, axes.set_xlim) if which == "x" else (axes.set_yscale, axes.set_ylim)
+        )
         if self.is_log:
             set_scale("log")
         self._set_ticks(axis, which, ticks)
@@ -75,14 +79,18 @@ class Scale:
             axis.set_minor_locator(ticker.NullLocator())
         elif self.is_log:
             decades = math.log10(self.places[-1] / self.places[0])
-            axis.set_major_locator(ticker.LogLocator(subs=(1.0, 2.0, 5.0) if decades < 3.5 else (1.0,), numticks=12))
+            axis.set_major_locator(
+                ticker.LogLocator(subs=(1.0, 2.0, 5.0) if decades < 3.5 else (1.0,), numticks=12)
+            )
             axis.set_minor_formatter(ticker.NullFormatter())
         else:
             axis.set_major_locator(ticker.MaxNLocator(ticks, steps=_steps(self.label)))
             axis.set_major_formatter(plain_numbers())
 
 
-def axis_scale(cube: Cube, axis: Axis, at: Ints | slice, units: Mapping[str, str], *, is_log: bool = True) -> Scale:
+def axis_scale(
+    cube: Cube, axis: Axis, at: Ints | slice, units: Mapping[str, str], *, is_log: bool = True
+) -> Scale:
     """The scale of the values at some positions of an axis; logarithmic, unless forbidden, if the axis is."""
     values = axis.values[at]
     if axis.is_text:
@@ -140,22 +148,39 @@ def off_default(study: Study, named: Collection[str], units: Mapping[str, str]) 
         if usual.get(key) == value or (known is not None and known.column in named):
             continue
         if known is None:
-            texts.append(plain(f"{key} = {value}" if isinstance(value, str) else f"{key} as in the study"))
+            texts.append(
+                plain(f"{key} = {value}" if isinstance(value, str) else f"{key} as in the study")
+            )
             continue
         shown = Shown.of(known.column, as_read(known.number.quantity, document), units)
         if values is None:
             texts.append(f"{shown.symbol} over the angle")
         elif values.uncertain is not None:
             uniform = " (uniform)" if values.uncertain.kind == "uniform" else ""
-            texts.append(f"{shown.equation(values.uncertain.middle)} ± {shown.text(values.uncertain.spread)}{uniform}")
+            texts.append(
+                f"{shown.equation(values.uncertain.middle)} ± {shown.text(values.uncertain.spread)}{uniform}"
+            )
         else:
             text, last = shown.equation(float(values.array[0])), shown.text(float(values.array[-1]))
             of_load = " load" if text.endswith(" load") else ""
-            texts.append(f"{text.removesuffix(of_load)} to {last}{of_load}" if len(values) > 1 else text)
+            texts.append(
+                f"{text.removesuffix(of_load)} to {last}{of_load}" if len(values) > 1 else text
+            )
     return texts
 
 
-_OF_THE_SUIT = ("arm", "sheath", "tendon", "spring", "spool", "anchor", "joint", "load", "setting", "model")
+_OF_THE_SUIT = (
+    "arm",
+    "sheath",
+    "tendon",
+    "spring",
+    "spool",
+    "anchor",
+    "joint",
+    "load",
+    "setting",
+    "model",
+)
 
 
 def _values_of(study: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

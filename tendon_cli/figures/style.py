@@ -33,7 +33,18 @@ OKABE_ITO = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 
 DIVERGING = LinearSegmentedColormap.from_list(
-    "tendon_margin", ("#6b2203", "#b4480f", "#e38a4f", "#f5c9a8", "#f7f6f4", "#b4d4ea", "#6aaad6", "#2472b0", "#08396b")
+    "tendon_margin",
+    (
+        "#6b2203",
+        "#b4480f",
+        "#e38a4f",
+        "#f5c9a8",
+        "#f7f6f4",
+        "#b4d4ea",
+        "#6aaad6",
+        "#2472b0",
+        "#08396b",
+    ),
 )
 """Orange below zero, blue above: distinguished by every kind of colour vision."""
 SEQUENTIAL = LinearSegmentedColormap.from_list(
@@ -42,10 +53,22 @@ SEQUENTIAL = LinearSegmentedColormap.from_list(
 
 FORMATS: dict[str, dict[str, str | None]] = {
     "png": {"title": "Title", "says": "Description", "study": "Source", "Software": None},
-    "svg": {"title": "Title", "says": "Description", "study": "Source", "Date": None, "Creator": None},
-    "pdf": {"title": "Title", "says": "Subject", "study": "Keywords", "CreationDate": None, "Creator": None,
-            "Producer": None},
-}  # fmt: skip
+    "svg": {
+        "title": "Title",
+        "says": "Description",
+        "study": "Source",
+        "Date": None,
+        "Creator": None,
+    },
+    "pdf": {
+        "title": "Title",
+        "says": "Subject",
+        "study": "Keywords",
+        "CreationDate": None,
+        "Creator": None,
+        "Producer": None,
+    },
+}
 """How each format calls what a figure says of itself; what is left out would differ from one day to the next."""
 _DPI = 250
 
@@ -54,16 +77,40 @@ _STYLE: dict[str, Any] = {
     "mathtext.fontset": "custom",
     "mathtext.it": "DejaVu Serif",  # only for the I of F_I, which would be a stroke without serifs
     "mathtext.default": "regular",
-    "font.size": 7.5, "axes.titlesize": 8.0, "axes.labelsize": 8.0, "figure.titlesize": 9.0,
-    "legend.fontsize": 7.0, "legend.title_fontsize": 7.5, "legend.frameon": False, "legend.handlelength": 2.6,
-    "axes.linewidth": 0.6, "axes.edgecolor": INK, "axes.labelcolor": INK, "text.color": INK,
-    "axes.titlepad": 4.0, "axes.labelpad": 3.0, "axes.grid": False,
-    "lines.linewidth": 1.1, "lines.markersize": 3.0, "hatch.linewidth": 0.5, "hatch.color": "#777777",
-    "figure.dpi": _DPI, "figure.constrained_layout.h_pad": 0.03, "figure.constrained_layout.w_pad": 0.03,
-    "svg.hashsalt": "tendon", "svg.fonttype": "none",  # text stays text
-    "pdf.fonttype": 42, "pdf.compression": 6,
-}  # fmt: skip
-_TICKS = {"labelsize": 7.0, "major.width": 0.6, "minor.width": 0.4, "major.size": 3.0, "minor.size": 1.8}
+    "font.size": 7.5,
+    "axes.titlesize": 8.0,
+    "axes.labelsize": 8.0,
+    "figure.titlesize": 9.0,
+    "legend.fontsize": 7.0,
+    "legend.title_fontsize": 7.5,
+    "legend.frameon": False,
+    "legend.handlelength": 2.6,
+    "axes.linewidth": 0.6,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "text.color": INK,
+    "axes.titlepad": 4.0,
+    "axes.labelpad": 3.0,
+    "axes.grid": False,
+    "lines.linewidth": 1.1,
+    "lines.markersize": 3.0,
+    "hatch.linewidth": 0.5,
+    "hatch.color": "#777777",
+    "figure.dpi": _DPI,
+    "figure.constrained_layout.h_pad": 0.03,
+    "figure.constrained_layout.w_pad": 0.03,
+    "svg.hashsalt": "tendon",
+    "svg.fonttype": "none",  # text stays text
+    "pdf.fonttype": 42,
+    "pdf.compression": 6,
+}
+_TICKS = {
+    "labelsize": 7.0,
+    "major.width": 0.6,
+    "minor.width": 0.4,
+    "major.size": 3.0,
+    "minor.size": 1.8,
+}
 _STYLE |= {f"{axis}tick.{name}": size for axis in "xy" for name, size in _TICKS.items()}
 
 
@@ -74,7 +121,9 @@ def house_style() -> Iterator[None]:
         # A title may hold signs that the font does not: they are drawn as boxes, which needs no further words.
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
         settings: Any = mpl.rcParams
-        dict.update(settings, _settings())  # what is in it was checked once, which takes longer than setting it
+        dict.update(
+            settings, _settings()
+        )  # what is in it was checked once, which takes longer than setting it
         yield
 
 
@@ -82,7 +131,9 @@ def house_style() -> Iterator[None]:
 def _settings() -> dict[str, Any]:
     """All settings of this style, as matplotlib reads them; called within `rc_context`."""
     settings: Any = mpl.rcParams
-    shipped = dict(mpl.rcParamsDefault)  # not by rcdefaults(), which reads all styles that matplotlib ships
+    shipped = dict(
+        mpl.rcParamsDefault
+    )  # not by rcdefaults(), which reads all styles that matplotlib ships
     dict.update(settings, {name: value for name, value in shipped.items() if name != "backend"})
     settings.update(_STYLE)
     kept = dict(settings.copy())
@@ -94,7 +145,11 @@ def render(figure: Figure, kind: str, about: Mapping[str, str] | None = None) ->
     """The bytes of a figure as PNG, SVG or PDF, with what it says of itself (`title`, `says`, `study`) inside."""
     buffer = io.BytesIO()
     facts = about or {}
-    metadata = {name or key: facts.get(key) for key, name in FORMATS[kind].items() if name is None or facts.get(key)}
+    metadata = {
+        name or key: facts.get(key)
+        for key, name in FORMATS[kind].items()
+        if name is None or facts.get(key)
+    }
     with house_style():
         warnings.filterwarnings("ignore", message="constrained_layout not applied")
         canvas: Any = FigureCanvasAgg(figure)
@@ -122,18 +177,28 @@ def _write_png(canvas: Any, metadata: Mapping[str, str | None], buffer: io.Bytes
     height, width, _ = pixels.shape
     rows = np.zeros((height, 1 + 3 * width), np.uint8)  # each begins with its filter: none
     rows[:, 1:].reshape(height, width, 3)[...] = pixels[:, :, :3]
-    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)  # eight bits of red, green and blue
+    header = struct.pack(
+        ">IIBBBBB", width, height, 8, 2, 0, 0, 0
+    )  # eight bits of red, green and blue
     size = struct.pack(">IIB", *2 * [round(_DPI / 0.0254)], 1)
     texts = ((kind, data) for kind, data, _ in info.chunks)
     buffer.write(b"\x89PNG\r\n\x1a\n")
-    for chunk in ((b"IHDR", header), (b"pHYs", size), *texts, (b"IDAT", zlib.compress(rows.data, 3)), (b"IEND",)):
+    for chunk in (
+        (b"IHDR", header),
+        (b"pHYs", size),
+        *texts,
+        (b"IDAT", zlib.compress(rows.data, 3)),
+        (b"IEND",),
+    ):
         PngImagePlugin.putchunk(buffer, *chunk)
 
 
 def format_of(path: Path, where: str) -> str:
     """The format that a file's ending means; raises UsageError for none of a figure."""
     if path.suffix[1:].lower() not in FORMATS:
-        raise UsageError(f'"{path.name}" has no ending of a figure', where=where, hint=".png, .svg or .pdf")
+        raise UsageError(
+            f'"{path.name}" has no ending of a figure', where=where, hint=".png, .svg or .pdf"
+        )
     return path.suffix[1:].lower()
 
 
@@ -149,7 +214,11 @@ def hatch_key(label: str) -> Patch:
 
 def sequence(count: int) -> list[Colour]:
     """Colours for values with an order, from light to dark so that they are distinguished in grey print too."""
-    return [SEQUENTIAL(float(at)) for at in np.linspace(0.0, 1.0, count)] if count > 1 else [SEQUENTIAL(1.0)]
+    return (
+        [SEQUENTIAL(float(at)) for at in np.linspace(0.0, 1.0, count)]
+        if count > 1
+        else [SEQUENTIAL(1.0)]
+    )
 
 
 def load_colours(masses: npt.ArrayLike) -> list[Colour]:
@@ -175,5 +244,7 @@ def broken(label: str, width: int) -> str:
     words = label.split(" ")
     if len(label.replace("$", "")) <= width or len(words) < 3:
         return label
-    middle = min(range(1, len(words)), key=lambda at: abs(len(" ".join(words[:at])) - len(label) / 2))
+    middle = min(
+        range(1, len(words)), key=lambda at: abs(len(" ".join(words[:at])) - len(label) / 2)
+    )
     return f"{' '.join(words[:middle])}\n{' '.join(words[middle:])}"

@@ -15,9 +15,13 @@ FEW, FEW_SHARE = 4, 0.03
 _KEEPS = 0.002
 """Of μ: no rig's strokes agree more closely."""
 SCATTER, RESOLUTION, EFFECTS, FEW_STROKES, BEND, GAIN = (
-    "scatter of the strokes", "resolution of the cells", "effects that the readings leave open",
-    "few strokes, 3 % assumed", "bend angle", "gain of the cells",
-)  # fmt: skip
+    "scatter of the strokes",
+    "resolution of the cells",
+    "effects that the readings leave open",
+    "few strokes, 3 % assumed",
+    "bend angle",
+    "gain of the cells",
+)
 
 
 @dataclass(frozen=True)
@@ -68,7 +72,14 @@ def uncertainty_of(
     average, points, friction = result.average, result.points, abs(result.friction)
     parts: list[BudgetPart] = []
 
-    def add(name: str, kind: str, value: float, unit: str = "1", slope: float = 1.0, free: float = math.inf) -> None:
+    def add(
+        name: str,
+        kind: str,
+        value: float,
+        unit: str = "1",
+        slope: float = 1.0,
+        free: float = math.inf,
+    ) -> None:
         if value and slope:
             parts.append(BudgetPart(name, kind, value, unit, slope, abs(slope) * value, free))
 
@@ -82,13 +93,19 @@ def uncertainty_of(
     if points.strokes < FEW:
         add(FEW_STROKES, "B", FEW_SHARE, slope=friction / root)
     add(BEND, "B", bend_share * angle, "rad", -result.friction / angle)
-    if cells is not None:  # a zero that is fitted has no part left, gains cancel between the directions
+    if (
+        cells is not None
+    ):  # a zero that is fitted has no part left, gains cancel between the directions
         for place, name in enumerate(("zero of the motor's cell", "zero of the load's cell")):
-            slope = math.sqrt(float(average.weights @ [model.zero[place] ** 2 for model in average.models]))
+            slope = math.sqrt(
+                float(average.weights @ [model.zero[place] ** 2 for model in average.models])
+            )
             add(name, "B", cells[0], unit, math.copysign(slope, average.best.zero[place]))
         add(GAIN, "B", 0.0 if points.both_ways else cells[1], slope=math.sqrt(2.0) / angle)
     total = math.sqrt(sum(part.contribution**2 for part in parts))
-    share = sum((part.contribution / max(total, 1e-300)) ** 4 / part.degrees_of_freedom for part in parts)
+    share = sum(
+        (part.contribution / max(total, 1e-300)) ** 4 / part.degrees_of_freedom for part in parts
+    )
     degrees = 1.0 / share if share > 1e-9 else math.inf
     factor = float(stdtrit(min(degrees, 1e9), 0.975))
     low, high = (result.friction + sign * factor * total for sign in (-1.0, 1.0))
@@ -107,7 +124,9 @@ def _resolution(result: Estimated, log: Log) -> float:
         left = step * math.exp(-2.0 * math.pi**2 * (noise / step) ** 2) if step else 0.0
         for way in np.unique(log.way[result.used]):
             rows = result.used & (log.way == way)
-            reach = len(np.unique(np.round(cell[rows] / (step or 1.0))))  # different codes are rounded independently
+            reach = len(
+                np.unique(np.round(cell[rows] / (step or 1.0)))
+            )  # different codes are rounded independently
             force, angle = float(np.mean(cell[rows])), float(np.mean(log.bend[rows]))
             variance += (left / (math.sqrt(12.0 * reach) * force * turn * angle)) ** 2
     return math.sqrt(variance)

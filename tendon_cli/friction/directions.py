@@ -40,19 +40,30 @@ def stated_motion(readings: Readings) -> tuple[Integers, Mask]:
         way = _moving(readings)
         return way, way == 0
     if "direction" not in readings.rows:
-        return np.zeros(len(readings.rows), dtype=np.int64), np.zeros(len(readings.rows), dtype=bool)
+        return np.zeros(len(readings.rows), dtype=np.int64), np.zeros(
+            len(readings.rows), dtype=bool
+        )
     labels, code = readings.codes("direction")
     names = [_tidy(str(label)) for label in labels]
     if "" in names:
         row = int(np.argmax(code == names.index("")))
         raise InputError("the direction is missing", where=readings.place(row))
-    is_signed = len(set(names) - {"0"}) >= 2  # 0 with 1 and -1 is a motor at rest; 0 and 1 alone are two names
-    known = np.array([bool(_PULLED.fullmatch(name)) - bool(_RELEASED.fullmatch(name)) for name in names], np.int64)
-    resting = np.array([bool(_RESTING.fullmatch(name)) or (is_signed and name == "0") for name in names])
+    is_signed = (
+        len(set(names) - {"0"}) >= 2
+    )  # 0 with 1 and -1 is a motor at rest; 0 and 1 alone are two names
+    known = np.array(
+        [bool(_PULLED.fullmatch(name)) - bool(_RELEASED.fullmatch(name)) for name in names],
+        np.int64,
+    )
+    resting = np.array(
+        [bool(_RESTING.fullmatch(name)) or (is_signed and name == "0") for name in names]
+    )
     if known.any() and np.any((known == 0) & ~resting):
         shown = ", ".join(shorten(str(label), 20) for label in labels[:6])
         hint = 'use "pull", "release" and "rest", or two other names'
-        raise InputError(f"directions are named in two ways: {shown}", where=readings.source, hint=hint)
+        raise InputError(
+            f"directions are named in two ways: {shown}", where=readings.source, hint=hint
+        )
     return known[code], resting[code]
 
 
@@ -69,7 +80,11 @@ def _moving(readings: Readings) -> Integers:
     known = np.isfinite(position)
     if not known.any() or np.ptp(position[known]) == 0.0:
         problem = f'"{shorten(readings.position_name, 30)}" never moves'
-        raise InputError(problem, where=readings.source, hint="name the column of the motor's position: --position")
+        raise InputError(
+            problem,
+            where=readings.source,
+            hint="name the column of the motor's position: --position",
+        )
     rows = np.arange(len(position))
     x = np.interp(rows, rows[known], position[known])
     speed, noise, width = x, noise_of(x), 1
@@ -83,7 +98,9 @@ def _moving(readings: Readings) -> Integers:
     return np.where(np.abs(speed) > least, np.sign(speed), 0.0).astype(np.int64)
 
 
-def stated_sides(readings: Readings, way: Integers, log_ratio: Floats, good: Mask) -> Integers | None:
+def stated_sides(
+    readings: Readings, way: Integers, log_ratio: Floats, good: Mask
+) -> Integers | None:
     """Per good row: +1 if the file says that cell 1 / cell 2 is at its upper limit, -1 at its lower, 0 at rest.
 
     `way` is that of the motor in all rows, `log_ratio` that of the good ones. None if the file says nothing.
@@ -91,10 +108,16 @@ def stated_sides(readings: Readings, way: Integers, log_ratio: Floats, good: Mas
     if "position" in readings.rows:
         way, (middle, half) = way[good], levels_of(log_ratio)
         counted = (np.abs(log_ratio - middle) > 0.5 * half) & (way != 0)
-        agree = float(np.mean((way * np.sign(log_ratio - middle))[counted])) if counted.any() else 0.0
+        agree = (
+            float(np.mean((way * np.sign(log_ratio - middle))[counted])) if counted.any() else 0.0
+        )
         if abs(agree) < 0.2 and len(np.unique(way)) > 1:
             problem = f'"{shorten(readings.position_name, 30)}" turns at other times than the force ratio does'
-            raise InputError(problem, where=readings.source, hint="is it the motor's position, and of the same clock?")
+            raise InputError(
+                problem,
+                where=readings.source,
+                hint="is it the motor's position, and of the same clock?",
+            )
         return way if agree >= 0.0 else -way
     if "direction" not in readings.rows:
         return None
@@ -159,7 +182,13 @@ def sides_by_sign(readings: Readings, log_ratio: Floats) -> Integers:
 
 
 def motor_cell(
-    readings: Readings, first: str, way: Integers, sides: Integers, cells: tuple[Floats, Floats], *, is_stated: bool
+    readings: Readings,
+    first: str,
+    way: Integers,
+    sides: Integers,
+    cells: tuple[Floats, Floats],
+    *,
+    is_stated: bool,
 ) -> tuple[str, list[str], list[str]]:
     """Which cell is the motor's, "1" or "2", with notes and warnings; `way` is 0 where no name says it.
 
@@ -168,7 +197,9 @@ def motor_cell(
     other = "2" if first == "1" else "1"
     agree = 0 if "position" in readings.rows else int(np.sum(way * sides))
     if agree < 0 and (is_stated or readings.motor):
-        problem = f"friction would help the motion: cell {first}, at the motor, reads less where it pulls"
+        problem = (
+            f"friction would help the motion: cell {first}, at the motor, reads less where it pulls"
+        )
         hint = f"if cell {other} is at the motor, say --motor {other}; else check the column of directions"
         raise InputError(problem, where=readings.source, hint=hint)
     if agree < 0:
@@ -177,12 +208,23 @@ def motor_cell(
         return first, [], []
     changes = [0.0, 0.0]
     if np.any(sides > 0) and np.any(sides < 0):
-        changes = [abs(float(np.mean(log[sides > 0]) - np.mean(log[sides < 0]))) for log in map(np.log, cells)]
+        changes = [
+            abs(float(np.mean(log[sides > 0]) - np.mean(log[sides < 0])))
+            for log in map(np.log, cells)
+        ]
     if readings.motor:
         header = f'"{shorten(readings.names[int(first) - 1], 30)}"'
         warning = f"{header} hardly changes between the directions, the other does: are the headers swapped?"
         return first, [], [warning] * (changes[0] < _STILL * max(changes))
     for number, (change, others) in ((first, changes), (other, changes[::-1])):
         if change > _STEADIER * others:
-            return number, [f"cell {number} is taken as the motor's: it changes more between the directions"], []
-    return "1", ["cell 1 is taken as the motor's, since nothing says which is; --motor 2 says otherwise"], []
+            return (
+                number,
+                [f"cell {number} is taken as the motor's: it changes more between the directions"],
+                [],
+            )
+    return (
+        "1",
+        ["cell 1 is taken as the motor's, since nothing says which is; --motor 2 says otherwise"],
+        [],
+    )

@@ -41,7 +41,9 @@ def columns_of(points: Log, effects: tuple[str, ...], zeros: Floats) -> list[Flo
 
 def _slope(log: Log, effect: str, zeros: Floats) -> Floats:
     if effect in OFFSETS:
-        return np.asarray(1.0 / (log.motor - zeros[0]) if effect == OFFSETS[0] else -1.0 / (log.load - zeros[1]))
+        return np.asarray(
+            1.0 / (log.motor - zeros[0]) if effect == OFFSETS[0] else -1.0 / (log.load - zeros[1])
+        )
     if effect == DELAY and log.rate is not None:
         return log.rate
     if effect == FORCE:
@@ -79,7 +81,9 @@ def sets_of(priors: dict[str, float]) -> list[tuple[str, ...]]:
     """Every set; offsets and a dependence on force bend the line alike and are not fitted together."""
     alone = [(effect,) for effect in priors if effect not in OFFSETS]
     groups = [OFFSETS, *alone] if OFFSETS[0] in priors else alone
-    every = itertools.chain.from_iterable(itertools.combinations(groups, size) for size in range(len(groups) + 1))
+    every = itertools.chain.from_iterable(
+        itertools.combinations(groups, size) for size in range(len(groups) + 1)
+    )
     sets = [tuple(itertools.chain.from_iterable(chosen)) for chosen in every]
     return [chosen for chosen in sets if not {OFFSETS[0], FORCE} <= set(chosen)]
 
@@ -124,10 +128,15 @@ class EffectModel:
     def shape(self, rows: Log) -> Floats:
         """What the effects add to the log ratio of rows."""
         others = [effect for effect in self.effects if effect not in OFFSETS]
-        added = sum((self.value(effect)[0] * _slope(rows, effect, np.zeros(2)) for effect in others), np.zeros(1))
+        added = sum(
+            (self.value(effect)[0] * _slope(rows, effect, np.zeros(2)) for effect in others),
+            np.zeros(1),
+        )
         if OFFSETS[0] in self.effects:
             # A row whose force is mostly offset is left with 5 % of it, so that it has a ratio.
-            motor, load = (np.maximum(cell - self.value(offset)[0], 0.05 * cell)
-                           for cell, offset in zip((rows.motor, rows.load), OFFSETS, strict=True))  # fmt: skip
+            motor, load = (
+                np.maximum(cell - self.value(offset)[0], 0.05 * cell)
+                for cell, offset in zip((rows.motor, rows.load), OFFSETS, strict=True)
+            )
             added = added + rows.log_ratio - np.log(motor / load)
         return np.broadcast_to(added, rows.motor.shape)

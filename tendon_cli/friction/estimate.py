@@ -133,7 +133,10 @@ def on_limit(log: Log, shape: Floats) -> tuple[Mask, Mask]:
     count = -(-size // length)
     place = np.arange(len(height)) - np.repeat(first, size)
     block = np.repeat(np.cumsum(count) - count, size) + place // length[log.stroke]
-    mean, of = np.bincount(block, height) / np.bincount(block), np.repeat(np.arange(len(size)), count)
+    mean, of = (
+        np.bincount(block, height) / np.bincount(block),
+        np.repeat(np.arange(len(size)), count),
+    )
     floor = np.maximum(_FLAT, _WIDE * noise / np.sqrt(length))
     width = _plateaus(mean, of, floor)[1]
     level, width, dense = _plateaus(mean, of, np.maximum(floor, _median(width, group)))
@@ -141,7 +144,11 @@ def on_limit(log: Log, shape: Floats) -> tuple[Mask, Mask]:
     long = size >= _SHORT * by_size[np.searchsorted(np.cumsum(by_size), size.sum() / 2.0)]
     usual = _median(np.where(long, level, np.nan), group)
     away = np.abs(np.where(long, level, np.nan) - usual)
-    good = dense & long & (level >= usual - np.clip(_DEVIATIONS * _median(away, group), _INSIDE, _FURTHEST))
+    good = (
+        dense
+        & long
+        & (level >= usual - np.clip(_DEVIATIONS * _median(away, group), _INSIDE, _FURTHEST))
+    )
     ramp = (mean < (level - width)[of]) & (mean >= (level - 2.0 * width)[of])
     kept = _eroded((np.abs(mean - level[of]) <= width[of]) & good[of], of, np.bincount(of, ramp))
     return kept[block], np.asarray(good & (np.bincount(of[kept], minlength=len(size)) > 0))
@@ -167,10 +174,15 @@ def _plateaus(mean: Floats, of: Integers, floor: Floats) -> tuple[Floats, Floats
         many = np.maximum(np.bincount(seg[above], minlength=size), 1)
         median = np.maximum(h[last - 1 - (many - 1) // 2] - level, 0.0)
         beyond = np.minimum(h - level[seg], 4.0 * median[seg])
-        width = np.maximum(_WIDE * np.sqrt(np.bincount(seg, np.where(above, beyond**2, 0.0)) / many), floor)
+        width = np.maximum(
+            _WIDE * np.sqrt(np.bincount(seg, np.where(above, beyond**2, 0.0)) / many), floor
+        )
         inside = np.abs(h - level[seg]) <= width[seg]
         count = np.bincount(seg, inside)
-        before, level = level, np.where(count > 0, np.bincount(seg, inside * h) / np.maximum(count, 1), level)
+        before, level = (
+            level,
+            np.where(count > 0, np.bincount(seg, inside * h) / np.maximum(count, 1), level),
+        )
         if np.max(np.abs(level - before)) < 1e-6:
             break
     within = np.bincount(seg, np.abs(h - level[seg]) <= width[seg]) / (2.0 * width)
@@ -212,15 +224,31 @@ def climbing(log: Log, result: Estimated) -> float:
     late, early = along >= 0.75, along < 0.25
 
     def change(column: Floats) -> Floats:
-        ends = (np.bincount(stroke, column * end) / np.maximum(np.bincount(stroke, end), 1) for end in (late, early))
+        ends = (
+            np.bincount(stroke, column * end) / np.maximum(np.bincount(stroke, end), 1)
+            for end in (late, early)
+        )
         return np.asarray(np.subtract(*ends)[full])
 
-    every, kept = np.bincount(log.stroke), np.bincount(log.stroke[result.used], minlength=log.strokes)
+    every, kept = (
+        np.bincount(log.stroke),
+        np.bincount(log.stroke[result.used], minlength=log.strokes),
+    )
     stretch = (every / np.maximum(kept, 1))[kept > 0][full] / 0.75
-    climbs = change(points.way * points.log_ratio) * stretch / (2.0 * result.friction * float(np.mean(points.bend)))
+    climbs = (
+        change(points.way * points.log_ratio)
+        * stretch
+        / (2.0 * result.friction * float(np.mean(points.bend)))
+    )
     steps = [float(np.mean(np.abs(change(np.log(cell))))) for cell in (points.motor, points.load)]
-    alone = 1.0 - min(steps) / max(*steps, 1e-300)  # in stick the load's cell rests, in slip both move
-    error = float(np.std(climbs, ddof=1)) / math.sqrt(len(climbs)) * float(stdtrit(len(climbs) - 1, 0.975))
+    alone = 1.0 - min(steps) / max(
+        *steps, 1e-300
+    )  # in stick the load's cell rests, in slip both move
+    error = (
+        float(np.std(climbs, ddof=1))
+        / math.sqrt(len(climbs))
+        * float(stdtrit(len(climbs) - 1, 0.975))
+    )
     return max(0.0, float(np.mean(climbs)) - error) * max(0.0, 2.0 * alone - 1.0)
 
 

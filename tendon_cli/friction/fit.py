@@ -62,27 +62,46 @@ def fit_friction(
     bend = bend_angle_of(bend_angle, None if route is None else path_of(route), path_smoothing)
     sources: list[Any] = list(path) if isinstance(path, list | tuple) else [path]
     sources = [path_of(each) if isinstance(each, str | PathLike) else each for each in sources]
-    readings = joined([read_readings(each, cell_1=cell_1, cell_2=cell_2, position=position) for each in sources])
-    zeros = force_of(zero_motor, "--zero-motor", readings.unit), force_of(zero_load, "--zero-load", readings.unit)
+    readings = joined(
+        [read_readings(each, cell_1=cell_1, cell_2=cell_2, position=position) for each in sources]
+    )
+    zeros = (
+        force_of(zero_motor, "--zero-motor", readings.unit),
+        force_of(zero_load, "--zero-load", readings.unit),
+    )
     cells = cells_of(cell_uncertainty, readings.unit)
     # Forces of 1e-320 are above zero, and their ratios overflow: the checks refuse them, and need no other warning.
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         angles, angle_share, bend = bend_angles(readings, bend)
         prepared = prepare(readings, angles, motor, zeros)
         result = _estimated(readings, prepared, cells)
-        error = uncertainty_of(result, prepared.log, readings.unit or "unit of the file", angle_share, cells)
-        fit = _assembled(readings, prepared, result, error, bend, _rows(readings, prepared, result, angles))
+        error = uncertainty_of(
+            result, prepared.log, readings.unit or "unit of the file", angle_share, cells
+        )
+        fit = _assembled(
+            readings, prepared, result, error, bend, _rows(readings, prepared, result, angles)
+        )
         seen = Remarks(fit, prepared.log, result, readings.time_unit, any(zeros))
-        return replace(fit, checks=tuple(seen.checks), notes=tuple(seen.notes), warnings=tuple(seen.warnings))
+        return replace(
+            fit, checks=tuple(seen.checks), notes=tuple(seen.notes), warnings=tuple(seen.warnings)
+        )
 
 
-def _estimated(readings: Readings, prepared: Prepared, cells: tuple[float, float] | None) -> Estimated:
+def _estimated(
+    readings: Readings, prepared: Prepared, cells: tuple[float, float] | None
+) -> Estimated:
     """The estimate; refused if nothing slips, or if friction would help the motion."""
     log, source = prepared.log, readings.source
     result = estimate(log, cells[0] if cells else None)
-    moves = "no stroke slips: the force ratio reaches no limit" if result is None else never_rests(log, result)
+    moves = (
+        "no stroke slips: the force ratio reaches no limit"
+        if result is None
+        else never_rests(log, result)
+    )
     if result is None or moves:
-        raise InputError(moves or "", where=source, hint="make the strokes longer, until the force ratio rests")
+        raise InputError(
+            moves or "", where=source, hint="make the strokes longer, until the force ratio rests"
+        )
     average, hint = result.average, "check the directions, and which cell is at the motor (--motor)"
     if log.settled and not average.best.effects:
         rounding = np.hypot(log.steps[0] / log.motor, log.steps[1] / log.load) / math.sqrt(3.0)
@@ -92,24 +111,36 @@ def _estimated(readings: Readings, prepared: Prepared, cells: tuple[float, float
             problem = "friction would help the motion in this reading, against the others"
             raise InputError(problem, where=readings.place(int(prepared.rows[wrong[0]])), hint=hint)
     if average.friction <= 0.0:
-        problem = f"friction would help the motion: the coefficient comes out as {average.friction:.4g}"
+        problem = (
+            f"friction would help the motion: the coefficient comes out as {average.friction:.4g}"
+        )
         raise InputError(problem, where=source, hint=hint)
     gain = abs(average.log_gain)
     if log.settled and gain > max(average.friction * float(log.bend.max()), _PLAUSIBLE_GAIN):
         unless = f"unless the cells' gains differ by {100.0 * (math.exp(gain) - 1.0):.0f} %"
         hint = "check the directions; calibrate the cells against each other with the same weight"
-        raise InputError(f"friction would help the motion in one direction, {unless}", where=source, hint=hint)
+        raise InputError(
+            f"friction would help the motion in one direction, {unless}", where=source, hint=hint
+        )
     return result
 
 
 def _assembled(
-    readings: Readings, prepared: Prepared, result: Estimated, error: FrictionUncertainty, bend: BendAngle | None,
+    readings: Readings,
+    prepared: Prepared,
+    result: Estimated,
+    error: FrictionUncertainty,
+    bend: BendAngle | None,
     rows: pd.DataFrame,
-) -> Fit:  # fmt: skip
+) -> Fit:
     """What is reported of an estimate, but for what is remarked of it."""
     log, average, points = prepared.log, result.average, result.points
     ways = {"toward_motor": 1, "toward_load": -1}
-    directions = {name: part for name, way in ways.items() if (part := _direction(log, result, way)) is not None}
+    directions = {
+        name: part
+        for name, way in ways.items()
+        if (part := _direction(log, result, way)) is not None
+    }
     strokes = strokes_of(rows, average.friction, bend is not None, readings.files)
     mean = float(np.mean(points.bend))
     about = bend or BendAngle(None, 0.0, "not given")
@@ -142,7 +173,12 @@ def _table(result: Estimated) -> pd.DataFrame:
     """The means that the line goes through, with what it misses them by and what effects do to them."""
     points, best = result.points, result.average.best
     effects = best.shape(points)
-    columns = {"way": points.way, "force": points.load, "misfit": best.residual + effects, "effects": effects}
+    columns = {
+        "way": points.way,
+        "force": points.load,
+        "misfit": best.residual + effects,
+        "effects": effects,
+    }
     return pd.DataFrame(columns | ({} if points.rate is None else {"rate": points.rate}))
 
 
@@ -155,7 +191,11 @@ def _direction(log: Log, result: Estimated, way: int) -> DirectionFit | None:
     model = fit_model(part, (), {}, 1.0)
     beyond = (log.bend > 0.0) & ((log.log_ratio > log.middle) == (way > 0))
     beyond &= log.way == way if not beyond.any() or log.settled else True
-    plain = float(np.median((way * log.log_ratio[beyond]) / log.bend[beyond])) if beyond.any() else math.nan
+    plain = (
+        float(np.median((way * log.log_ratio[beyond]) / log.bend[beyond]))
+        if beyond.any()
+        else math.nan
+    )
     used = int((log.way[result.used] == way).sum())
     return DirectionFit(model.friction, model.error if part.strokes > 1 else None, plain, used)
 
@@ -165,11 +205,17 @@ def _plain(log: Log, result: Estimated, directions: dict[str, DirectionFit]) -> 
     plain = float(np.mean([part.plain for part in directions.values()]))
     used = result.used & (log.bend > 0.0)
     turn = log.way[used] * log.log_ratio[used] / log.bend[used]
-    kept = float(np.mean([np.median(turn[log.way[used] == way]) for way in np.unique(log.way[used])]))
-    return Plain(plain, (kept - plain) / result.friction, (result.friction - kept) / result.friction)
+    kept = float(
+        np.mean([np.median(turn[log.way[used] == way]) for way in np.unique(log.way[used])])
+    )
+    return Plain(
+        plain, (kept - plain) / result.friction, (result.friction - kept) / result.friction
+    )
 
 
-def _rows(readings: Readings, prepared: Prepared, result: Estimated, angles: Floats) -> pd.DataFrame:
+def _rows(
+    readings: Readings, prepared: Prepared, result: Estimated, angles: Floats
+) -> pd.DataFrame:
     """Every reading with what became of it; what effects of the rig do is in the line, not taken off the readings."""
     log, (motor, load) = prepared.log, prepared.cells
     line = result.friction * log.way * log.bend + result.average.log_gain + result.shape
@@ -183,10 +229,20 @@ def _rows(readings: Readings, prepared: Prepared, result: Estimated, angles: Flo
         return column
 
     inside = np.where(result.reached[log.stroke], INSIDE, PARTIAL)
-    return stated.rename(columns={"position": "speed"} if readings.position_is_speed else {}).assign(
-        file=stated.get("file", 0), motor=motor, load=load, way=placed(log.way, 0), bend_angle=angles,
-        run=placed(log.stroke, -1), residual=placed(np.where(result.used, log.log_ratio - line, np.nan), np.nan),
-        code=placed(np.where(result.used, USED, inside), np.where(prepared.codes == USED, INSIDE, prepared.codes)),
+    return stated.rename(
+        columns={"position": "speed"} if readings.position_is_speed else {}
+    ).assign(
+        file=stated.get("file", 0),
+        motor=motor,
+        load=load,
+        way=placed(log.way, 0),
+        bend_angle=angles,
+        run=placed(log.stroke, -1),
+        residual=placed(np.where(result.used, log.log_ratio - line, np.nan), np.nan),
+        code=placed(
+            np.where(result.used, USED, inside),
+            np.where(prepared.codes == USED, INSIDE, prepared.codes),
+        ),
         used=placed(result.used, elsewhere=False),
         log_ratio=np.log(np.where(both, motor, np.nan)) - np.log(np.where(both, load, np.nan)),
-    )  # fmt: skip
+    )

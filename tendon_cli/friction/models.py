@@ -56,7 +56,13 @@ class Products:
         lengths, many = np.unique(count, return_counts=True)
         between = np.stack([mean[count == length].T @ mean[count == length] for length in lengths])
         size = float(kappa * (len(inner) - len(count)) + len(count))
-        return cls(kappa * inner.T @ inner, between, lengths.astype(np.float64), many.astype(np.float64), size)
+        return cls(
+            kappa * inner.T @ inner,
+            between,
+            lengths.astype(np.float64),
+            many.astype(np.float64),
+            size,
+        )
 
     def whitened(self, ratios: Floats) -> Floats:
         """Σ z V⁻¹ z for V = I + ratio J per stroke, for each ratio of variances between strokes and within."""
@@ -78,7 +84,9 @@ def _line(products: Products, unknown: int, ratios: Floats, least: float) -> Lin
     """The line at the ratio that is likeliest of those given, by the restricted likelihood."""
     gram, strokes = products.whitened(ratios), float(products.strokes.sum())
     scale = np.sqrt(np.maximum(np.diagonal(gram, axis1=1, axis2=2)[:, :unknown], 1e-300))
-    normal = gram[:, :unknown, :unknown] / (scale[:, :, None] * scale[:, None, :]) + _RIDGE * np.eye(unknown)
+    normal = gram[:, :unknown, :unknown] / (
+        scale[:, :, None] * scale[:, None, :]
+    ) + _RIDGE * np.eye(unknown)
     target = gram[:, :unknown, unknown] / scale
     values = np.linalg.solve(normal, target[:, :, None])[:, :, 0]
     size, free = products.size, max(products.size - unknown, 1.0)
@@ -103,7 +111,9 @@ def _best_line(products: Products, unknown: int, least: float, base: int) -> Lin
     return line
 
 
-def fit_model(points: Log, effects: tuple[str, ...], priors: dict[str, float], kappa: float) -> EffectModel:
+def fit_model(
+    points: Log, effects: tuple[str, ...], priors: dict[str, float], kappa: float
+) -> EffectModel:
     """One set of effects; `kappa` is the share of the points of a stroke that are independent."""
     base, zeros, fits_offsets = 1 + points.both_ways, np.zeros(2), OFFSETS[0] in effects
     unknown, strokes = base + len(effects), points.strokes
@@ -115,7 +125,9 @@ def fit_model(points: Log, effects: tuple[str, ...], priors: dict[str, float], k
         target = np.log((points.motor - zeros[0]) / (points.load - zeros[1]))
         if fits_offsets:  # the target is linear in them about where they stand
             target = target + columns[base] * zeros[0] + columns[base + 1] * zeros[1]
-        products = Products.of([*columns, target, 1.0 / points.motor, -1.0 / points.load], points, kappa)
+        products = Products.of(
+            [*columns, target, 1.0 / points.motor, -1.0 / points.load], points, kappa
+        )
         if step in {0, 3}:  # the ratio of variances changes little from step to step
             line = _best_line(products, unknown, least, base)
         else:
@@ -130,10 +142,14 @@ def fit_model(points: Log, effects: tuple[str, ...], priors: dict[str, float], k
     cost += 2.0 * sum(STRICT.get(name, 0.0) for name in effects)
     cost += (float(values[1]) / _GAIN) ** 2 if base == 2 else 0.0
     return EffectModel(
-        effects, values, inverse * line.variance, line.loglik * min(1.0, _ENOUGH / strokes) - 0.5 * cost,
-        target - np.column_stack(columns) @ values, strokes - base if strokes > base else max(len(target) - unknown, 1),
+        effects,
+        values,
+        inverse * line.variance,
+        line.loglik * min(1.0, _ENOUGH / strokes) - 0.5 * cost,
+        target - np.column_stack(columns) @ values,
+        strokes - base if strokes > base else max(len(target) - unknown, 1),
         (0.0, 0.0) if fits_offsets else (float(pull[0]), float(pull[1])),
-    )  # fmt: skip
+    )
 
 
 def _posterior(line: Line, gram: Floats, tau: Floats) -> tuple[Floats, Floats, float]:
@@ -151,7 +167,11 @@ def _posterior(line: Line, gram: Floats, tau: Floats) -> tuple[Floats, Floats, f
     moved = values - line.values
     # The room of the effects, ln det of their prior over their posterior covariance, which is part of the inverse.
     room = -float(np.linalg.slogdet(inverse[base:, base:] * line.variance / np.outer(tau, tau))[1])
-    cost = float(moved @ normal @ moved) / line.variance + float(np.sum((values[base:] / tau) ** 2)) + max(room, 0.0)
+    cost = (
+        float(moved @ normal @ moved) / line.variance
+        + float(np.sum((values[base:] / tau) ** 2))
+        + max(room, 0.0)
+    )
     return values, inverse, cost
 
 
@@ -185,7 +205,9 @@ class Average:
     @property
     def spread(self) -> float:
         """Standard deviation of μ over the models."""
-        return math.sqrt(float(self.weights @ [(model.friction - self.friction) ** 2 for model in self.models]))
+        return math.sqrt(
+            float(self.weights @ [(model.friction - self.friction) ** 2 for model in self.models])
+        )
 
 
 def average_of(points: Log, priors: dict[str, float]) -> Average:
@@ -200,7 +222,10 @@ def average_of(points: Log, priors: dict[str, float]) -> Average:
 
 
 def _is_plausible(model: EffectModel, plain: EffectModel) -> bool:
-    return model.error < _UNKNOWN * model.friction and abs(model.log_gain) <= abs(plain.log_gain) + _GAIN_MOVES
+    return (
+        model.error < _UNKNOWN * model.friction
+        and abs(model.log_gain) <= abs(plain.log_gain) + _GAIN_MOVES
+    )
 
 
 def _independent(points: Log, residual: Floats) -> float:

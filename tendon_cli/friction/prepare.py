@@ -16,9 +16,17 @@ from tendon_cli.friction.directions import (
     stated_sides,
     triggered_sides,
     usual_run,
-)  # fmt: skip
+)
 from tendon_cli.friction.reading.readings import Floats, Integers, Mask, Readings, check_forces
-from tendon_cli.friction.rows import SATURATED, USED, Log, bend_groups, noise_of, resolution_of, unusable
+from tendon_cli.friction.rows import (
+    SATURATED,
+    USED,
+    Log,
+    bend_groups,
+    noise_of,
+    resolution_of,
+    unusable,
+)
 from tendon_cli.units import counted, shorten
 
 _MOSTLY = 0.5
@@ -58,11 +66,17 @@ class Prepared:
     warnings: list[str]
 
 
-def prepare(readings: Readings, bend: Floats, motor: str | None, zeros: tuple[float, float]) -> Prepared:
+def prepare(
+    readings: Readings, bend: Floats, motor: str | None, zeros: tuple[float, float]
+) -> Prepared:
     """`zeros` are what the motor's and the load's cell read without load, in the unit of the file."""
     check_forces(readings)
     first = motor or readings.motor or "1"
-    cells, names = (readings.cells, readings.names) if first == "1" else (readings.cells[::-1], readings.names[::-1])
+    cells, names = (
+        (readings.cells, readings.names)
+        if first == "1"
+        else (readings.cells[::-1], readings.names[::-1])
+    )
     cells = _zeroed(cells, zeros)
     steps = resolution_of(cells[0]), resolution_of(cells[1])
     way, rest = stated_motion(readings)
@@ -72,10 +86,14 @@ def prepare(readings: Readings, bend: Floats, motor: str | None, zeros: tuple[fl
     log_ratio = np.log(forces[0] / forces[1])
     known, group = stated_sides(readings, way, log_ratio, good), bend_groups(bend[good])
     known = None if known is None else np.where(rest[good], 0, known)
-    rounding = sum(0.5 * step / float(np.median(force)) for step, force in zip(steps, forces, strict=True))
+    rounding = sum(
+        0.5 * step / float(np.median(force)) for step, force in zip(steps, forces, strict=True)
+    )
     middle, half, noise = levels = _levels(log_ratio, known, group, rounding)
     side, settled = _sides(readings, log_ratio, known, group, levels, good)
-    cell, notes, warnings = motor_cell(readings, first, way[good], side, forces, is_stated=motor is not None)
+    cell, notes, warnings = motor_cell(
+        readings, first, way[good], side, forces, is_stated=motor is not None
+    )
     if cell != first:
         return replace(prepare(readings, bend, cell, zeros), notes=notes)
     stroke = _strokes(readings, side, bend, good, settled)
@@ -84,10 +102,20 @@ def prepare(readings: Readings, bend: Floats, motor: str | None, zeros: tuple[fl
     rows = np.flatnonzero(good)[at]
     _check_enough(side[at], bend[rows], readings.source)
     log = Log(
-        forces[0][at], forces[1][at], side[at], bend[rows], np.unique(stroke[at], return_inverse=True)[1],
-        np.linspace(-0.5, 0.5, len(good))[rows], middle[at], half[at], noise[at], steps,
-        None if settled else readings.times[rows], settled, float(np.mean(np.log(forces[1][at]))),
-    )  # fmt: skip
+        forces[0][at],
+        forces[1][at],
+        side[at],
+        bend[rows],
+        np.unique(stroke[at], return_inverse=True)[1],
+        np.linspace(-0.5, 0.5, len(good))[rows],
+        middle[at],
+        half[at],
+        noise[at],
+        steps,
+        None if settled else readings.times[rows],
+        settled,
+        float(np.mean(np.log(forces[1][at]))),
+    )
     _check_follows(log, names, readings.source)
     return Prepared(log, rows, codes, cells, cell, notes, warnings)
 
@@ -99,7 +127,9 @@ def _good(codes: npt.NDArray[np.int8], source: str) -> Mask:
         problem = f"{100.0 * saturated:.0f} % of the rows are saturated, and what slips there is not known"
         raise InputError(problem, where=source, hint="use cells of a larger range")
     if not good.any():
-        raise InputError("no row has two forces above zero", where=source, hint="check the sign of the cells")
+        raise InputError(
+            "no row has two forces above zero", where=source, hint="check the sign of the cells"
+        )
     return good
 
 
@@ -119,7 +149,9 @@ def _zeroed(cells: tuple[Floats, Floats], zeros: tuple[float, float]) -> tuple[F
     for end, zero, cell in zip(("motor", "load"), zeros, cells, strict=True):
         if zero and np.nanquantile(cell, 0.9) <= zero:
             problem = f"the stated zero of the {end}'s cell, {zero:g}, is larger than its forces"
-            raise InputError(problem, where=f"--zero-{end}", hint="it is what the cell reads without load")
+            raise InputError(
+                problem, where=f"--zero-{end}", hint="it is what the cell reads without load"
+            )
     return cells[0] - zeros[0], cells[1] - zeros[1]
 
 
@@ -136,14 +168,22 @@ def _levels(
             sides = np.sign(y - middle).astype(np.int64)
         elif len(np.unique(sides[sides != 0])) < 2:
             middle, half = 0.0, float(np.quantile(np.abs(y), 0.8))
-        levels[:, mine] = [[middle], [max(half, 1e-12)], [max(noise_of(y, sides), min(rounding, 0.1 * half))]]
+        levels[:, mine] = [
+            [middle],
+            [max(half, 1e-12)],
+            [max(noise_of(y, sides), min(rounding, 0.1 * half))],
+        ]
     return levels[0], levels[1], levels[2]
 
 
 def _sides(
-    readings: Readings, log_ratio: Floats, known: Integers | None, group: Integers,
-    levels: tuple[Floats, Floats, Floats], good: Mask,
-) -> tuple[Integers, bool]:  # fmt: skip
+    readings: Readings,
+    log_ratio: Floats,
+    known: Integers | None,
+    group: Integers,
+    levels: tuple[Floats, Floats, Floats],
+    good: Mask,
+) -> tuple[Integers, bool]:
     """Which limit each row belongs to, 0 at rest; and whether rows are settled readings."""
     typed = "time" not in readings.rows and len(log_ratio) <= _TYPED
     other = 3 * np.cumsum(np.diff(group, prepend=group[:1]) != 0)
@@ -158,12 +198,16 @@ def _sides(
         mine = group == each
         middle, half, noise = (float(level[mine][0]) for level in levels)
         shown = half > _SHOWN * noise
-        side[mine] = triggered_sides(log_ratio[mine], middle, half, noise) if shown else np.sign(middle) or 1
+        side[mine] = (
+            triggered_sides(log_ratio[mine], middle, half, noise) if shown else np.sign(middle) or 1
+        )
         turns = np.count_nonzero(np.diff(side[mine]))
         moved = bool(moved and turns > 0 and (turns > 1 or abs(middle) <= 0.5 * half))
     settled = usual_run(side + other) <= _SETTLED
     away = np.abs(log_ratio - levels[0])
-    if not (moved or settled) or (settled and float(np.mean(away)) < _TWO_LIMITS * float(np.std(away))):
+    if not (moved or settled) or (
+        settled and float(np.mean(away)) < _TWO_LIMITS * float(np.std(away))
+    ):
         lines = readings.rows["line"].to_numpy()[good]
         raise InputError(
             "the log does not go back and forth between two limits, so the forces do not show the directions",
@@ -173,7 +217,9 @@ def _sides(
     return side, settled
 
 
-def _strokes(readings: Readings, side: Integers, bend: Floats, good: Mask, settled: bool) -> Integers:
+def _strokes(
+    readings: Readings, side: Integers, bend: Floats, good: Mask, settled: bool
+) -> Integers:
     """Number of the stroke of each good row, in order: a run on one side at one bend, or what a column says."""
     border = [np.diff(bend_groups(bend), prepend=0) != 0]
     for name in {"stroke", "file"} & set(readings.rows):
@@ -182,11 +228,15 @@ def _strokes(readings: Readings, side: Integers, bend: Floats, good: Mask, settl
     part = np.cumsum(np.logical_or.reduce(border))[good]
     last = np.maximum.accumulate(np.where(side != 0, np.arange(len(side)), 0))
     held = side[last]  # a rest does not end a stroke
-    if settled and "stroke" in readings.rows:  # the same name again, as in a table in any order, is the same stroke
+    if (
+        settled and "stroke" in readings.rows
+    ):  # the same name again, as in a table in any order, is the same stroke
         key = readings.codes("stroke")[1][good] * 3 + held
         first, place = np.unique(key, return_index=True, return_inverse=True)[1:]
         return np.asarray(np.argsort(np.argsort(first))[place])
-    return np.cumsum((np.diff(held, prepend=held[:1]) != 0) | (np.diff(part, prepend=part[:1]) != 0))
+    return np.cumsum(
+        (np.diff(held, prepend=held[:1]) != 0) | (np.diff(part, prepend=part[:1]) != 0)
+    )
 
 
 def _check_follows(log: Log, names: tuple[str, str], source: str) -> None:
@@ -195,14 +245,22 @@ def _check_follows(log: Log, names: tuple[str, str], source: str) -> None:
         return
     motor, load = (f'cell ("{shorten(name, 30)}")' for name in names)
     usual = float(np.median(log.motor))
-    fine = len(log.way) >= _NOISELESS and log.steps[0] < _FINE * usual and noise_of(log.motor, log.way) > _NOISY * usual
+    fine = (
+        len(log.way) >= _NOISELESS
+        and log.steps[0] < _FINE * usual
+        and noise_of(log.motor, log.way) > _NOISY * usual
+    )
     hint = "is the right column read, is the cell connected, are both of the same tendon?"
     if not np.ptp(log.motor):
-        raise InputError(f"the motor's {motor} reads the same in every row", where=source, hint=hint)
+        raise InputError(
+            f"the motor's {motor} reads the same in every row", where=source, hint=hint
+        )
     if not np.ptp(log.load) and fine:
         raise InputError(f"the load's {load} reads the same in every row", where=source, hint=hint)
     pulled, weighed = (np.log(cell) - np.mean(np.log(cell)) for cell in (log.motor, log.load))
     both, square = float(pulled @ weighed), float(pulled @ pulled)
-    against = both < -_FOLLOWS * square and -both > _AGAINST * np.sqrt(square * float(weighed @ weighed))
+    against = both < -_FOLLOWS * square and -both > _AGAINST * np.sqrt(
+        square * float(weighed @ weighed)
+    )
     if against or (abs(both) < _FOLLOWS * square and abs(float(np.median(log.middle))) > _FAR_GAIN):
         raise InputError(f"the load's {load} does not follow the motor's", where=source, hint=hint)

@@ -38,13 +38,22 @@ strokes that slip have more."""
 class Remarks:
     """What is remarked of a fit, each in one line: what was seen, what it does to μ, what to do at the bench."""
 
-    def __init__(self, fit: Fit, log: Log, result: Estimated, time_unit: str | None, zero_given: bool) -> None:
+    def __init__(
+        self, fit: Fit, log: Log, result: Estimated, time_unit: str | None, zero_given: bool
+    ) -> None:
         self.fit, self.log, self.result, self.points = fit, log, result, result.points
         self.time_unit, self.zero_given, self.friction = time_unit, zero_given, result.friction
         self.mu = "μφ" if fit.bend_angle is None else "μ"
         self.checks: list[Check] = []
         self.notes, self.warnings = [*fit.notes], [*fit.warnings]
-        for look in (self._effects, self._drift, self._zeros, self._gains, self._rows, self._number):
+        for look in (
+            self._effects,
+            self._drift,
+            self._zeros,
+            self._gains,
+            self._rows,
+            self._number,
+        ):
             look()
 
     def _effects(self) -> None:
@@ -82,14 +91,20 @@ class Remarks:
             unit = self.time_unit or "unit of the file's time"
         having = [at for at, model in enumerate(average.models) if effect in model.effects]
         if not having:
-            return Check(effect, delay or None, 0.0 if delay else None, unit, True if delay else None, None)
+            return Check(
+                effect, delay or None, 0.0 if delay else None, unit, True if delay else None, None
+            )
         model = average.models[max(having, key=average.weights.__getitem__)]
         share = float(np.sum(average.weights[having]))
         value, error = model.value(effect)
         scale = model.friction if effect == FORCE else 1.0
         moves = average.models[0].friction / model.friction - 1.0
         is_shown = bool(delay) or share > _SHOWN
-        if not is_shown and share > _OPEN and abs(moves) + 2.0 * model.error / model.friction > _MATTERS:
+        if (
+            not is_shown
+            and share > _OPEN
+            and abs(moves) + 2.0 * model.error / model.friction > _MATTERS
+        ):
             return Check(effect, None, None, unit, None, None)
         return Check(effect, (value + delay) / scale, error / abs(scale), unit, is_shown, moves)
 
@@ -104,15 +119,29 @@ class Remarks:
         count = np.bincount(points.stroke)
         columns = (self.result.average.best.residual, points.way * points.bend, points.place)
         left, turn, place = (np.bincount(points.stroke, column) / count for column in columns)
-        every = [self.friction * turn * place, turn, place, np.ones(len(left))]  # of μ, and of the gain
+        every = [
+            self.friction * turn * place,
+            turn,
+            place,
+            np.ones(len(left)),
+        ]  # of μ, and of the gain
         design = np.stack(every if points.both_ways else every[:2], axis=1)
         inverse = np.linalg.pinv(design.T @ design)
         values = inverse @ design.T @ left
         free = max(len(left) - design.shape[1], 1)
-        error = np.sqrt(np.maximum(np.diag(inverse) * np.sum((left - design @ values) ** 2) / free, 1e-300))
-        drifts = (2.0 * stdtr(free, -np.abs(values) / error) < _BY_CHANCE) & (np.abs(values) > _MATTERS)
-        self.checks.append(Check("drift", float(values[0]), float(error[0]), "1", bool(drifts[::2].any()), 0.0))
-        speed, changes = self.fit.speed, {self.mu: 0} | ({"the gain of the cells": 2} if points.both_ways else {})
+        error = np.sqrt(
+            np.maximum(np.diag(inverse) * np.sum((left - design @ values) ** 2) / free, 1e-300)
+        )
+        drifts = (2.0 * stdtr(free, -np.abs(values) / error) < _BY_CHANCE) & (
+            np.abs(values) > _MATTERS
+        )
+        self.checks.append(
+            Check("drift", float(values[0]), float(error[0]), "1", bool(drifts[::2].any()), 0.0)
+        )
+        speed, changes = (
+            self.fit.speed,
+            {self.mu: 0} | ({"the gain of the cells": 2} if points.both_ways else {}),
+        )
         for what, at in changes.items():
             if drifts[at] and at == 0 and speed and abs(speed.power) > 3.0 * speed.standard_error:
                 self.warnings.append(
@@ -128,7 +157,11 @@ class Remarks:
     def _zeros(self) -> None:
         """What a zero error would do if the readings do not show it."""
         models, points, unit = self.result.average.models, self.points, self.fit.unit
-        if any(OFFSETS[0] in model.effects for model in models) or self.zero_given or not points.both_ways:
+        if (
+            any(OFFSETS[0] in model.effects for model in models)
+            or self.zero_given
+            or not points.both_ways
+        ):
             return
         # Without a unit, 1 % of the force stands for 1 N.
         newton = 1.0 / (force_factor(unit) or 1.0) if unit else 0.01 * float(np.mean(points.load))
@@ -138,7 +171,9 @@ class Remarks:
         up, down = (float(np.mean(np.log(points.load[points.way == way]))) for way in (1, -1))
         if abs(up - down) > _APART and moved > _MATTERS:
             apart = f"the forces of the two directions lie {100.0 * abs(up - down):.0f} % apart"
-            self.warnings.append(f"{apart}: {would}; state the cells' zeros (--zero-motor, --zero-load)")
+            self.warnings.append(
+                f"{apart}: {would}; state the cells' zeros (--zero-motor, --zero-load)"
+            )
         elif moved > _NOTED:
             self.notes.append(f"{would}, and these forces do not show it")
 
@@ -154,7 +189,10 @@ class Remarks:
             )
             self.checks.append(Check("gain", None, None, "1", None, None))
             return
-        gain, error = math.exp(average.log_gain), math.sqrt(max(float(average.best.covariance[1, 1]), 0.0))
+        gain, error = (
+            math.exp(average.log_gain),
+            math.sqrt(max(float(average.best.covariance[1, 1]), 0.0)),
+        )
         differs = points.strokes > 2 and abs(average.log_gain) > max(3.0 * error, 1e-3)
         self.checks.append(Check("gain", gain, error, "1", differs, 0.0))
         more = max(gain, 1.0 / gain) - 1.0
@@ -185,14 +223,24 @@ class Remarks:
     def _number(self) -> None:
         """The number itself against the plain answer, the directions and what is plausible."""
         fit, friction, mu, warn = self.fit, self.friction, self.mu, self.warnings.append
-        coarse, alone = fit.uncertainty.of(RESOLUTION) / friction, [part.friction for part in fit.by_direction.values()]
+        coarse, alone = (
+            fit.uncertainty.of(RESOLUTION) / friction,
+            [part.friction for part in fit.by_direction.values()],
+        )
         if coarse > _MATTERS:
-            warn(f"the steps of the cells leave {mu} open by {100.0 * coarse:.0f} %; use a finer converter")
+            warn(
+                f"the steps of the cells leave {mu} open by {100.0 * coarse:.0f} %; use a finer converter"
+            )
         if self.points.strokes < FEW:
-            strokes, assumed = counted(self.points.strokes, "stroke"), f"{100.0 * FEW_SHARE:.0f} % of {mu} is assumed"
+            strokes, assumed = (
+                counted(self.points.strokes, "stroke"),
+                f"{100.0 * FEW_SHARE:.0f} % of {mu} is assumed",
+            )
             warn(f"{strokes} cannot show how strokes scatter: {assumed}; repeat the measurement")
         if abs(fit.from_plain) > _PLAIN_AWAY:
-            away = f"{100.0 * fit.from_plain:+.0f} % from the plain answer, {fit.plain.friction:.3g}"
+            away = (
+                f"{100.0 * fit.from_plain:+.0f} % from the plain answer, {fit.plain.friction:.3g}"
+            )
             warn(f"{mu} is {away}; look which rows are used (--plot)")
         slack = 2.0 * fit.uncertainty.standard_error
         if len(alone) == 2 and not min(alone) - slack <= friction <= max(alone) + slack:

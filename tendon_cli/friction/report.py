@@ -29,7 +29,10 @@ def summary_lines(fit: Fit) -> str:
     error, digits = fit.uncertainty, _digits(fit.uncertainty.standard_error)
     low, high = error.interval_95
     rows = [
-        ("95 % interval", f"{low:.{digits}f} to {high:.{digits}f}, standard error {error.standard_error:.2g}"),
+        (
+            "95 % interval",
+            f"{low:.{digits}f} to {high:.{digits}f}, standard error {error.standard_error:.2g}",
+        ),
         ("bend angle", _bend_text(fit)),
         ("gain ratio", _gain_text(fit)),
     ]
@@ -54,7 +57,10 @@ def _of_the_readings(fit: Fit) -> list[tuple[str, str]]:
     """Which readings are used, and what else they show."""
     where = "on the limit" if fit.is_log else "settled"
     used = f"{fit.rows['used'].sum():,} of {len(fit.rows):,} {where}, in {counted(fit.strokes, 'stroke')}"
-    rows = [("readings", used), *(("set aside", f"{aside.rows}: {aside.reason}") for aside in fit.set_aside)]
+    rows = [
+        ("readings", used),
+        *(("set aside", f"{aside.rows}: {aside.reason}") for aside in fit.set_aside),
+    ]
     if speed := fit.speed:
         span = f"from {speed.slowest:.3g} to {speed.fastest:.3g}"
         rows.append(("power of speed", f"{speed.power:+.3f} ± {speed.standard_error:.2g}, {span}"))
@@ -101,7 +107,9 @@ def _plain_text(fit: Fit, digits: int) -> str:
     """What ten lines of NumPy give, and why the fit differs."""
     plain = fit.plain
     moves = {"by rows set aside": plain.moved_by_rows, "by what is fitted": plain.moved_by_fit}
-    why = ", ".join(f"{100.0 * share:+.1f} % {what}" for what, share in moves.items() if abs(share) >= 5e-4)
+    why = ", ".join(
+        f"{100.0 * share:+.1f} % {what}" for what, share in moves.items() if abs(share) >= 5e-4
+    )
     text = f"{plain.friction:.{digits}f}, median |ln ratio|; the fit is {100.0 * fit.from_plain:+.1f} % from it"
     return f"{text}: {why}" if why else text
 
@@ -112,16 +120,23 @@ def write_fragment(fit: Fit, path: Path) -> None:
     The file is written whole or not at all; raises OutputError.
     """
     values: dict[str, Any] = {
-        "coefficient": fit.friction, "standard_error": fit.standard_error, "interval_95": fit.interval_95,
-        "bend_angle": fit.bend.text, "bend_angle_uncertainty": fit.bend.uncertainty_text,
-    }  # fmt: skip
+        "coefficient": fit.friction,
+        "standard_error": fit.standard_error,
+        "interval_95": fit.interval_95,
+        "bend_angle": fit.bend.text,
+        "bend_angle_uncertainty": fit.bend.uncertainty_text,
+    }
     values = {} if fit.friction is None else values
     values |= {
-        "friction_bend": fit.friction_bend, "friction_bend_standard_error": fit.friction_bend_standard_error,
-        "gain_ratio": fit.gain_ratio, "source": fit.source, "sha256": fit.sha256,
-        "rows_used": int(fit.rows["used"].sum()), "rows_set_aside": int((~fit.rows["used"]).sum()),
+        "friction_bend": fit.friction_bend,
+        "friction_bend_standard_error": fit.friction_bend_standard_error,
+        "gain_ratio": fit.gain_ratio,
+        "source": fit.source,
+        "sha256": fit.sha256,
+        "rows_used": int(fit.rows["used"].sum()),
+        "rows_set_aside": int((~fit.rows["used"]).sum()),
         "tendon_version": __version__,
-    }  # fmt: skip
+    }
     lines = [f"{key} = {_toml(value)}" for key, value in values.items() if value not in {None, ""}]
     header = _HEADER + (_OF_ONE_SHEATH if fit.friction is None else _OF_THE_RIG)
     write_whole(path, "\n".join([header, "[friction]", *lines, ""]).encode())
@@ -131,7 +146,9 @@ def _toml(value: Any) -> str:
     """A value in TOML; a basic string's escapes are those of JSON, and the one JSON leaves out (DEL) is written too."""
     if not isinstance(value, str):
         return repr(list(value) if isinstance(value, tuple) else value)
-    return json.dumps(value.encode("utf-8", "replace").decode(), ensure_ascii=False).replace("\x7f", "\\u007f")
+    return json.dumps(value.encode("utf-8", "replace").decode(), ensure_ascii=False).replace(
+        "\x7f", "\\u007f"
+    )
 
 
 def write_strokes(fit: Fit, path: Path) -> None:

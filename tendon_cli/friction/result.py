@@ -130,7 +130,11 @@ class Fit(Displayed):
     @property
     def bend_angles(self) -> tuple[float, ...]:
         """The different bend angles of the readings used, rad; empty if none is given."""
-        return () if self.bend_angle is None else tuple(np.unique(self.rows["bend_angle"][self.rows["used"]]).tolist())
+        return (
+            ()
+            if self.bend_angle is None
+            else tuple(np.unique(self.rows["bend_angle"][self.rows["used"]]).tolist())
+        )
 
     @property
     def set_aside(self) -> tuple[SetAside, ...]:
@@ -152,10 +156,27 @@ class Fit(Displayed):
         largest = np.argsort(-np.abs(left), kind="stable")[:_MOST_RESIDUALS]
         lines, angles = used["line"].to_numpy(), self.bend_angles
         names = (
-            "friction", "standard_error", "interval_95", "friction_bend", "friction_bend_standard_error",
-            "friction_bend_interval_95", "gain_ratio", "by_direction", "plain", "strokes", "speed", "presliding",
-            "files", "set_aside", "warnings", "notes", "checks", "unit", "source", "sha256",
-        )  # fmt: skip
+            "friction",
+            "standard_error",
+            "interval_95",
+            "friction_bend",
+            "friction_bend_standard_error",
+            "friction_bend_interval_95",
+            "gain_ratio",
+            "by_direction",
+            "plain",
+            "strokes",
+            "speed",
+            "presliding",
+            "files",
+            "set_aside",
+            "warnings",
+            "notes",
+            "checks",
+            "unit",
+            "source",
+            "sha256",
+        )
         record: dict[str, Any] = _data({name: getattr(self, name) for name in names})
         return record | {
             "bend_angle": _data(angles if len(angles) > 1 else angles[0] if angles else None),

@@ -93,7 +93,9 @@ class Log:
         """Of a usual stroke, in the unit of the time; 1 without one."""
         if self.time is None:
             return 1.0
-        return max(float(np.median(self.time[self.first[1:] - 1] - self.time[self.first[:-1]])), 1e-300)
+        return max(
+            float(np.median(self.time[self.first[1:] - 1] - self.time[self.first[:-1]])), 1e-300
+        )
 
     @property
     def both_ways(self) -> bool:
@@ -109,7 +111,9 @@ class Log:
     def means(self, part: Integers) -> Log:
         """Means over the parts 0, 1, ... of strokes; noise becomes that of a mean."""
         count = np.bincount(part)
-        columns: dict[str, Any] = {name: np.bincount(part, column) / count for name, column in self._columns().items()}
+        columns: dict[str, Any] = {
+            name: np.bincount(part, column) / count for name, column in self._columns().items()
+        }
         columns["noise"] /= np.sqrt(count)
         columns |= {name: np.rint(columns[name]).astype(np.int64) for name in ("way", "stroke")}
         return replace(self, **columns)
@@ -155,23 +159,31 @@ def noise_of(values: Floats, side: Integers | None = None) -> float:
         return 0.0
     noise = 1.4826 * float(np.median(bends))
     # Of a coarse cell most differences are zero, and a mean without the largest tenth still sees its steps.
-    return noise or 1.3 * float(np.sqrt(np.mean(np.sort(bends)[: max(1, int(0.9 * len(bends)))] ** 2)))
+    return noise or 1.3 * float(
+        np.sqrt(np.mean(np.sort(bends)[: max(1, int(0.9 * len(bends)))] ** 2))
+    )
 
 
-def unusable(cells: tuple[Floats, Floats], steps: tuple[float, float], rest: Mask) -> npt.NDArray[np.int8]:
+def unusable(
+    cells: tuple[Floats, Floats], steps: tuple[float, float], rest: Mask
+) -> npt.NDArray[np.int8]:
     """Code of each row that cannot be a reading of a loaded tendon that moves; `USED` for one that may be.
 
     `steps` are the resolutions of the cells, `rest` the rows in which the motor is known to stand.
     """
     codes = np.where(rest, AT_REST, USED).astype(np.int8)
-    usual = [float(np.quantile(cell[cell > 0.0], 0.9)) if np.any(cell > 0.0) else 0.0 for cell in cells]
+    usual = [
+        float(np.quantile(cell[cell > 0.0], 0.9)) if np.any(cell > 0.0) else 0.0 for cell in cells
+    ]
     if len(rest) >= _LOG_ROWS:
         for cell, step in zip(cells, steps, strict=True):
             codes[_spikes(cell, step)] = SPIKE
             codes[_saturated(cell, step)] = SATURATED
     codes[(cells[0] < _UNLOADED * usual[0]) & (cells[1] < _UNLOADED * usual[1])] = UNLOADED
     for cell, force in zip(cells, usual, strict=True):
-        codes[cell <= max(1e-9 * force, _NOTHING)] = NOT_POSITIVE  # what is less than rounding is nothing
+        codes[cell <= max(1e-9 * force, _NOTHING)] = (
+            NOT_POSITIVE  # what is less than rounding is nothing
+        )
     codes[~(np.isfinite(cells[0]) & np.isfinite(cells[1]))] = NO_READING
     return codes
 
@@ -186,7 +198,10 @@ def _saturated(cell: Floats, step: float) -> Mask:
     # A cell without noise stands wherever the tendon sticks, at both ends of the strokes, and not at the top alone.
     starts = np.concatenate([[0], np.flatnonzero(np.diff(known) != 0.0) + 1, [len(known)]])
     stands, top = np.diff(starts), known[starts[:-1]] == values[-1]
-    if counts[-1] <= _TOP_CODES * counts[-6:-1].mean() or stands[top].max() < 2 * stands[~top].max():
+    if (
+        counts[-1] <= _TOP_CODES * counts[-6:-1].mean()
+        or stands[top].max() < 2 * stands[~top].max()
+    ):
         return none
     return np.asarray(cell >= values[-1] - _NEAR_RAIL * noise)
 
@@ -214,5 +229,9 @@ def rates_of(time: Floats, log_force: Floats, stroke: Integers, width: int) -> F
     change = []
     for column in (log_force - log_force.mean(), time - time.mean()):
         sums = np.concatenate([[0.0], np.cumsum(column)])
-        change.append(sums[centre + reach + 1] - sums[centre + 1] - sums[centre] + sums[centre - reach])
-    return np.asarray(np.divide(change[0], change[1], out=np.zeros(len(time)), where=change[1] > 0.0))
+        change.append(
+            sums[centre + reach + 1] - sums[centre + 1] - sums[centre] + sums[centre - reach]
+        )
+    return np.asarray(
+        np.divide(change[0], change[1], out=np.zeros(len(time)), where=change[1] > 0.0)
+    )

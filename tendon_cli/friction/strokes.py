@@ -45,7 +45,9 @@ class Presliding:
     reversals: int
 
 
-def strokes_of(rows: pd.DataFrame, friction: float, given: bool, files: tuple[str, ...]) -> pd.DataFrame:
+def strokes_of(
+    rows: pd.DataFrame, friction: float, given: bool, files: tuple[str, ...]
+) -> pd.DataFrame:
     """Every stroke of a log, used or not: forces in the unit of the file, μ of each with gain and effects taken off.
 
     `rows` are those of `Fit.rows`, `given` says whether the bend angle is known.
@@ -69,7 +71,8 @@ def strokes_of(rows: pd.DataFrame, friction: float, given: bool, files: tuple[st
             "force_motor": mean["motor"],
             "force_load": mean["load"],
             "log_ratio": mean["log_ratio"],
-            "friction": friction + used["inward"].mean().reindex(first.index) / bend.where(bend > 0.0),
+            "friction": friction
+            + used["inward"].mean().reindex(first.index) / bend.where(bend > 0.0),
             "speed": mean["speed"],
             "why_not": why.where(count == 0, ""),
         }
@@ -89,7 +92,11 @@ def _speeds(rows: pd.DataFrame) -> Any:
 
 def speed_of(strokes: pd.DataFrame) -> Speed | None:
     """μ against speed, if the strokes have different speeds."""
-    used = np.log(strokes.loc[(strokes["friction"] > 0.0) & (strokes["speed"] > 0.0), ["speed", "friction"]].to_numpy())
+    used = np.log(
+        strokes.loc[
+            (strokes["friction"] > 0.0) & (strokes["speed"] > 0.0), ["speed", "friction"]
+        ].to_numpy()
+    )
     if len(used) < _FEWEST or np.ptp(used[:, 0]) < math.log1p(_SPEEDS):
         return None
     line, covariance = np.polyfit(used[:, 0], used[:, 1], 1, cov=True)
@@ -122,12 +129,21 @@ def by_file(strokes: pd.DataFrame, files: tuple[str, ...]) -> tuple[dict[str, An
     """μ of each of several files with its error: the mean of both directions, in which a file's gain cancels."""
     each = []
     for name in files if len(files) > 1 else ():
-        ways = strokes[(strokes["file"] == name) & strokes["friction"].notna()].groupby("direction")["friction"]
+        ways = strokes[(strokes["file"] == name) & strokes["friction"].notna()].groupby(
+            "direction"
+        )["friction"]
         error = math.sqrt(float((ways.var() / ways.size()).sum())) / max(len(ways), 1)
         sure = len(ways) > 0 and ways.size().min() > 1
         mean = float(ways.mean().mean()) if len(ways) else None
         number = int(ways.size().sum())
-        each.append({"file": name, "friction": mean, "standard_error": error if sure else None, "strokes": number})
+        each.append(
+            {
+                "file": name,
+                "friction": mean,
+                "standard_error": error if sure else None,
+                "strokes": number,
+            }
+        )
     return tuple(each)
 
 
@@ -135,7 +151,11 @@ def disagreement(files: tuple[dict[str, Any], ...]) -> list[str]:
     """What to say if the files do not agree: their scatter about the mean against their errors (chi-square)."""
     from scipy.special import chdtrc
 
-    known = [(each["friction"], each["standard_error"]) for each in files if each["standard_error"] is not None]
+    known = [
+        (each["friction"], each["standard_error"])
+        for each in files
+        if each["standard_error"] is not None
+    ]
     if len(known) < 2:
         return []
     value, error = np.array(known).T
@@ -145,4 +165,6 @@ def disagreement(files: tuple[dict[str, Any], ...]) -> list[str]:
     if chance >= _BY_CHANCE or np.ptp(value) <= _MATTERS * abs(mean):
         return []
     shown = ", ".join(f"{each:.4g}" for each in value[:6])
-    return [f"the files do not agree, they give {shown}: one number does not hold for all; fit them one by one"]
+    return [
+        f"the files do not agree, they give {shown}: one number does not hold for all; fit them one by one"
+    ]

@@ -45,7 +45,9 @@ RowWriter = Callable[[Columns, range], Collection[str] | None]
 @cache
 def native() -> Native | None:
     """The compiled code; None if there is none of this version, or none is wanted."""
-    spec = None if os.environ.get(UNWANTED) else importlib.util.find_spec("tendon_cli.kernel._native")
+    spec = (
+        None if os.environ.get(UNWANTED) else importlib.util.find_spec("tendon_cli.kernel._native")
+    )
     try:
         code = Native(spec.origin) if spec and spec.origin else None
     except (OSError, ValueError):
@@ -78,7 +80,10 @@ def row_writer(at: State, shape: tuple[int, ...], keys: Columns) -> RowWriter:
     if code is None or chosen is None:
         return writer_of({**keys, "status": at.status, **at.columns()}, shape)
     known = {*keys, "status", *code.results}
-    given, spread = _given(at), {name: np.ascontiguousarray(values) for name, values in keys.items()}
+    given, spread = (
+        _given(at),
+        {name: np.ascontiguousarray(values) for name, values in keys.items()},
+    )
     null = [name for name, values in spread.items() if np.isnan(values).any()]
 
     def write(columns: Columns, rows: range) -> Collection[str]:
@@ -87,7 +92,11 @@ def row_writer(at: State, shape: tuple[int, ...], keys: Columns) -> RowWriter:
         others = {name: values for name, values in columns.items() if name not in known}
         if others:
             writer_of(at.columns(others), shape)(others, rows)
-        return [*null, *results, *(name for name, values in others.items() if np.isnan(values).any())]
+        return [
+            *null,
+            *results,
+            *(name for name, values in others.items() if np.isnan(values).any()),
+        ]
 
     return write
 
@@ -122,26 +131,36 @@ def fold_window(
         window.fold(found, at, bounds, states)
     else:
         given, (one, forms) = _given(at), _held_to(at, bounds)
-        for start in range(0, max(1, len(forms)), code.most_forms):  # the tightest end is the same whatever comes first
+        for start in range(
+            0, max(1, len(forms)), code.most_forms
+        ):  # the tightest end is the same whatever comes first
             some = forms[start : start + code.most_forms]
             code.window(chosen, shape, given, one, some, found, first, total)
 
 
 def _held_to(at: State, bounds: Bounds) -> tuple[dict[str, Array], tuple[dict[str, Array], ...]]:
     """What compiled code takes of bounds: those on one share, by the names of BOUNDS in `arrays.h`, and other forms."""
-    one = {f"{share}_{end}": _as_input(sign * np.inf) for share in SHARES for end, sign in _ENDS.items()}
+    one = {
+        f"{share}_{end}": _as_input(sign * np.inf)
+        for share in SHARES
+        for end, sign in _ENDS.items()
+    }
     forms = []
     for held in held_forms(at, bounds):
         shares = {share: getattr(held.form, share) for share in SHARES}
         ends = {end: getattr(held, end) for end in _ENDS if getattr(held, end) is not None}
-        alone = [share for share, value in shares.items() if isinstance(value, float) and value == 1.0]
+        alone = [
+            share for share, value in shares.items() if isinstance(value, float) and value == 1.0
+        ]
         if len(alone) == 1 and sum(not is_nothing(value) for value in shares.values()) == 1:
             for end, bound in ends.items():
                 tighter = np.maximum if end == "least" else np.minimum
                 one[f"{alone[0]}_{end}"] = _as_input(tighter(one[f"{alone[0]}_{end}"], bound))
         else:
             unbounded = {end: sign * np.inf for end, sign in _ENDS.items()}
-            forms.append({name: _as_input(value) for name, value in (shares | unbounded | ends).items()})
+            forms.append(
+                {name: _as_input(value) for name, value in (shares | unbounded | ends).items()}
+            )
     return one, tuple(forms)
 
 
@@ -155,15 +174,25 @@ def _as_input(value: npt.ArrayLike) -> Array:
 def _given(at: State) -> dict[str, Array]:
     """What compiled code takes of states, by the names of GIVEN in `arrays.h`."""
     design, motion = at.design, at.motion
-    values = {name: getattr(motion, name) for name in ("pulling_arm", "flexor_travel", "extensor_travel")}
-    values |= {name: getattr(at, name) for name in ("sine", "cosine", "other_torque", "other_slope", "gravity_moment")}
+    values = {
+        name: getattr(motion, name) for name in ("pulling_arm", "flexor_travel", "extensor_travel")
+    }
+    values |= {
+        name: getattr(at, name)
+        for name in ("sine", "cosine", "other_torque", "other_slope", "gravity_moment")
+    }
     values |= {"moment_arm": motion.flexor_moment_arm, "extensor_arm": motion.extensor_moment_arm}
     values |= dict(zip(("flexor_slope", "extensor_slope"), at.arm_slopes, strict=True))
     values |= {name: getattr(design, name) for name in ("flexor_radius", "ratio", "unilateral")}
     for name, resting in zip(SIDES, at.resting or (at.flexor, at.extensor), strict=True):
         side = getattr(at, name)
-        values |= {f"{name}_{part}": getattr(side, part) for part in ("capstan", "tendon", "spring", "anchor")}
-        values |= {f"{name}_{part}_resting": getattr(resting, part) for part in ("tendon", "spring")}
+        values |= {
+            f"{name}_{part}": getattr(side, part)
+            for part in ("capstan", "tendon", "spring", "anchor")
+        }
+        values |= {
+            f"{name}_{part}_resting": getattr(resting, part) for part in ("tendon", "spring")
+        }
         values[f"{name}_pretension"] = getattr(design, name).pretension
     return {name: _as_input(value) for name, value in values.items()}
 

@@ -26,9 +26,16 @@ class _Walk(Structure):
 
 class _Rows(Structure):
     _fields_ = (
-        ("walk", _Walk), ("arrays", c_void_p), ("column", c_void_p), ("no_number", c_void_p), ("status", c_void_p),
-        ("key", c_void_p), ("keys", c_long), ("first", c_long), ("count", c_long),
-    )  # fmt: skip
+        ("walk", _Walk),
+        ("arrays", c_void_p),
+        ("column", c_void_p),
+        ("no_number", c_void_p),
+        ("status", c_void_p),
+        ("key", c_void_p),
+        ("keys", c_long),
+        ("first", c_long),
+        ("count", c_long),
+    )
 
 
 class _Extremes(Structure):
@@ -36,7 +43,13 @@ class _Extremes(Structure):
 
 
 class _Window(Structure):
-    _fields_ = (("walk", _Walk), ("arrays", c_void_p), ("forms", c_long), ("first", c_long), ("total", c_long))
+    _fields_ = (
+        ("walk", _Walk),
+        ("arrays", c_void_p),
+        ("forms", c_long),
+        ("first", c_long),
+        ("total", c_long),
+    )
 
 
 class Native:
@@ -56,7 +69,14 @@ class Native:
         """The kinds of code that this processor can run, the fastest last."""
 
     def rows(
-        self, kind: str, shape: Shape, given: Columns, keys: Columns, columns: Columns, first: int, count: int
+        self,
+        kind: str,
+        shape: Shape,
+        given: Columns,
+        keys: Columns,
+        columns: Columns,
+        first: int,
+        count: int,
     ) -> list[str]:
         """Write some rows into columns of that many; returns the names of results that are not everywhere a number."""
         walk, inputs = _walk(shape), _inputs(given, self._given, shape)
@@ -66,34 +86,59 @@ class Native:
         types = dict.fromkeys(self.results, np.dtype(np.float64)) | {"status": np.dtype(np.int8)}
         types |= {name: values.dtype for name, values in keys.items()}
         known = {name: values for name, values in columns.items() if name in types}
-        to = {name: _place(each, name, (count,), types[name], written=True)[0] for name, each in known.items()}
+        to = {
+            name: _place(each, name, (count,), types[name], written=True)[0]
+            for name, each in known.items()
+        }
         arrays, no_number = _table(inputs), np.zeros(len(self.results), np.int32)
         column = np.array([to.get(name, 0) for name in self.results])
         key = np.array([(to[name], values.itemsize) for name, values in keys.items()])
         what = _Rows(
-            walk, arrays.ctypes.data, column.ctypes.data, no_number.ctypes.data, to.get("status", 0),
-            key.ctypes.data, len(keys), first, count,
-        )  # fmt: skip
+            walk,
+            arrays.ctypes.data,
+            column.ctypes.data,
+            no_number.ctypes.data,
+            to.get("status", 0),
+            key.ctypes.data,
+            len(keys),
+            first,
+            count,
+        )
         self._call(kind, "rows", what)
         return [name for name, is_so in zip(self.results, no_number, strict=True) if is_so]
 
-    def extremes(self, kind: str, shape: Shape, given: Columns, angle: npt.NDArray[Any], found: Columns) -> None:
+    def extremes(
+        self, kind: str, shape: Shape, given: Columns, angle: npt.NDArray[Any], found: Columns
+    ) -> None:
         """Fold all states into the arrays of `found`."""
-        arrays = _table([*_inputs(given, self._given, shape), *_results(found, self._extremes, shape)])
+        arrays = _table(
+            [*_inputs(given, self._given, shape), *_results(found, self._extremes, shape)]
+        )
         angles = _table([_place(angle, "angle", shape)])
-        self._call(kind, "extremes", _Extremes(_walk(shape), arrays.ctypes.data, angles.ctypes.data))
+        self._call(
+            kind, "extremes", _Extremes(_walk(shape), arrays.ctypes.data, angles.ctypes.data)
+        )
 
     def window(
-        self, kind: str, shape: Shape, given: Columns, bounds: Columns, forms: Sequence[Columns], found: Columns,
-        first: int, total: int,
-    ) -> None:  # fmt: skip
+        self,
+        kind: str,
+        shape: Shape,
+        given: Columns,
+        bounds: Columns,
+        forms: Sequence[Columns],
+        found: Columns,
+        first: int,
+        total: int,
+    ) -> None:
         """Fold all states into the arrays of `found`; the angles are those from `first` on of `total`."""
         if len(forms) > self.most_forms:
             raise ValueError("more forms than there is room for")
         inputs = [*_inputs(given, self._given, shape), *_inputs(bounds, self._bounds, shape)]
         inputs += [place for form in forms for place in _inputs(form, self._form, shape)]
         arrays = _table([*inputs, *_results(found, self._window, shape)])
-        self._call(kind, "window", _Window(_walk(shape), arrays.ctypes.data, len(forms), first, total))
+        self._call(
+            kind, "window", _Window(_walk(shape), arrays.ctypes.data, len(forms), first, total)
+        )
 
     def _call(self, kind: str, name: str, what: Structure) -> None:
         if kind not in self.kinds:
@@ -106,7 +151,9 @@ class Native:
         return c_long.in_dll(self._library, f"tendon_{name}").value
 
     def _names(self, name: str) -> tuple[str, ...]:
-        return tuple((c_char_p.in_dll(self._library, f"tendon_{name}").value or b"").decode().split())
+        return tuple(
+            (c_char_p.in_dll(self._library, f"tendon_{name}").value or b"").decode().split()
+        )
 
 
 def _walk(shape: Shape) -> _Walk:
@@ -126,13 +173,20 @@ def _results(arrays: Columns, names: Sequence[str], shape: Shape) -> list[list[i
 
 
 def _place(
-    values: npt.NDArray[Any], name: str, shape: Shape, dtype: npt.DTypeLike = np.float64, *, written: bool = False
+    values: npt.NDArray[Any],
+    name: str,
+    shape: Shape,
+    dtype: npt.DTypeLike = np.float64,
+    *,
+    written: bool = False,
 ) -> list[int]:
     """Where an array begins, and its steps in bytes along the axes of a shape: none where it is broadcast."""
     if values.dtype != dtype:
         raise ValueError(f"{name} has values of {values.dtype}, expected {np.dtype(dtype)}")
     missing = len(shape) - values.ndim
-    steps = [step if length > 1 else 0 for step, length in zip(values.strides, values.shape, strict=True)]
+    steps = [
+        step if length > 1 else 0 for step, length in zip(values.strides, values.shape, strict=True)
+    ]
     if written:
         fits = values.shape == shape and values.flags.writeable
     else:
@@ -140,7 +194,9 @@ def _place(
             each in (1, length) for each, length in zip(values.shape, shape[missing:], strict=True)
         )
     if not fits or steps[-1:] not in ([], [0], [values.itemsize]):
-        raise ValueError(f"{name} has the shape {values.shape}, expected {shape}, the last axis side by side")
+        raise ValueError(
+            f"{name} has the shape {values.shape}, expected {shape}, the last axis side by side"
+        )
     return [values.__array_interface__["data"][0], *[0] * missing, *steps]
 
 

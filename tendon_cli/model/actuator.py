@@ -62,7 +62,10 @@ class State:
         if design.trajectory is not None:
             speed, acceleration, jerk = design.trajectory.at(elbow_angle)
             inertia = arm.inertia + design.load_mass * np.square(arm.load_distance)
-            other_torque, torque_rate = np.asarray(other_torque + inertia * acceleration), np.asarray(inertia * jerk)
+            other_torque, torque_rate = (
+                np.asarray(other_torque + inertia * acceleration),
+                np.asarray(inertia * jerk),
+            )
         return cls(
             design=design,
             motion=arm.joint.motion(elbow_angle),
@@ -90,7 +93,9 @@ class State:
             extensor_compliance=self.extensor.compliance,
             mismatch=motion.mismatch(ratio),
             elbow_torque=self.gravity_moment * self.sine + self.other_torque,
-            resting=None if self.resting is None else (self.resting[0].compliance, self.resting[1].compliance),
+            resting=None
+            if self.resting is None
+            else (self.resting[0].compliance, self.resting[1].compliance),
         )
 
     @cached_property
@@ -100,8 +105,13 @@ class State:
         of_flexor, of_extensor = motion.flexor_moment_arm_slope, motion.extensor_moment_arm_slope
         if self.resting is None:
             return of_flexor, of_extensor
-        flexor, extensor = (side.compliance_rate / side.compliance for side in (self.flexor, self.extensor))
-        return of_flexor - motion.flexor_moment_arm * flexor, of_extensor - motion.extensor_moment_arm * extensor
+        flexor, extensor = (
+            side.compliance_rate / side.compliance for side in (self.flexor, self.extensor)
+        )
+        return (
+            of_flexor - motion.flexor_moment_arm * flexor,
+            of_extensor - motion.extensor_moment_arm * extensor,
+        )
 
     @property
     def torque_slope(self) -> Array:
@@ -127,14 +137,18 @@ class State:
     def motor_arms(self) -> tuple[Array, Array]:
         """τ_m per distal newton of the flexor and, against it, of the extensor (Eq. 17), m."""
         radius = self.design.flexor_radius
-        return np.asarray(radius / self.flexor.capstan), np.asarray(self.design.ratio * radius / self.extensor.capstan)
+        return np.asarray(radius / self.flexor.capstan), np.asarray(
+            self.design.ratio * radius / self.extensor.capstan
+        )
 
     @cached_property
     def balance(self) -> Balance:
         """Distal tensions, and which side is slack."""
         design = self.design
         pretensions = design.flexor.pretension, design.extensor.pretension
-        return statics.solve(self.coupling, *pretensions, unilateral=design.unilateral, response=self.response)
+        return statics.solve(
+            self.coupling, *pretensions, unilateral=design.unilateral, response=self.response
+        )
 
     @property
     def flexor_tension_proximal(self) -> Array:
@@ -163,7 +177,9 @@ class State:
 
     def _slack_length(self, slack: Flags) -> Array:
         unilateral = np.asarray(self.design.unilateral)
-        per_path = np.where(self.coupling.elbow_torque < 0.0, 1.0 / np.asarray(self.design.ratio), 1.0)
+        per_path = np.where(
+            self.coupling.elbow_torque < 0.0, 1.0 / np.asarray(self.design.ratio), 1.0
+        )
         per_path = np.where(unilateral & ~self.response.idle, per_path, np.nan)
         taut = np.where(unilateral & ~np.isnan(self.coupling.moment_arm), 0.0, np.nan)
         return np.where(slack, self.balance.path * per_path, taut)
@@ -186,9 +202,15 @@ class State:
         In N m/rad. Negative where the arm is unstable: there the spool must turn back while the elbow goes on, and the
         direction of friction that the state assumes is wrong.
         """
-        (taut, slack), (of_flexor, of_extensor), balance = self.held_stiffness, self.arm_slopes, self.balance
+        (taut, slack), (of_flexor, of_extensor), balance = (
+            self.held_stiffness,
+            self.arm_slopes,
+            self.balance,
+        )
         stiffness = np.where(balance.is_slack, slack, taut) - balance.flexor * of_flexor
-        return np.asarray(stiffness + balance.extensor * of_extensor if np.any(of_extensor) else stiffness)
+        return np.asarray(
+            stiffness + balance.extensor * of_extensor if np.any(of_extensor) else stiffness
+        )
 
     @property
     def spool_angle(self) -> Array:
@@ -196,8 +218,12 @@ class State:
         design, motion, status = self.design, self.motion, self.status
         flexor, extensor = (self.stretch(side, "compliance") for side in SIDES)
         by_flexor = np.asarray((motion.flexor_travel + flexor) / design.flexor_radius)
-        by_extensor = (motion.extensor_travel - extensor) / (design.ratio * np.asarray(design.flexor_radius))
-        alpha = np.where((status == statics.FLEXOR_SLACK) & design.unilateral, by_extensor, by_flexor)
+        by_extensor = (motion.extensor_travel - extensor) / (
+            design.ratio * np.asarray(design.flexor_radius)
+        )
+        alpha = np.where(
+            (status == statics.FLEXOR_SLACK) & design.unilateral, by_extensor, by_flexor
+        )
         return np.where((status == statics.BOTH_SLACK) & design.unilateral, np.nan, alpha)
 
     def stretch(self, side: str, part: str) -> Array:
@@ -205,7 +231,9 @@ class State:
         now, start = getattr(self, side), getattr(self.design, side).pretension
         before = self.resting[SIDES.index(side)] if self.resting else now
         change = getattr(self.balance, side) - start
-        stretched: Array = getattr(now, part) * change + (getattr(now, part) - getattr(before, part)) * start
+        stretched: Array = (
+            getattr(now, part) * change + (getattr(now, part) - getattr(before, part)) * start
+        )
         return stretched
 
     @property

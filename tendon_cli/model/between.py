@@ -34,7 +34,9 @@ def grid(elbow_angle: Array) -> Array:
 def with_edges(angles: Array) -> Array:
     """`grid` angles, and besides the first and the last one just inward of it, (1, K + 2)."""
     ahead = _AHEAD * (angles[0, 1] - angles[0, 0])
-    return np.insert(angles, [1, angles.size - 1], [angles[0, 0] + ahead, angles[0, -1] - ahead], axis=1)
+    return np.insert(
+        angles, [1, angles.size - 1], [angles[0, 0] + ahead, angles[0, -1] - ahead], axis=1
+    )
 
 
 def without_edges(state: Positions, angles: Array) -> Flags:
@@ -55,7 +57,9 @@ def end_curves(
     at = State.of(design, elbow_angle, flexion)
     required, slack = at.response.required, slack_codes(at)
     curves: tuple[dict[str, Array], dict[str, Array]] = {}, {}
-    slack_ends = [(int(code), np.zeros(()), slack >= 0, 1.0 * (slack == code)) for code in np.unique(slack)]
+    slack_ends = [
+        (int(code), np.zeros(()), slack >= 0, 1.0 * (slack == code)) for code in np.unique(slack)
+    ]
     ends = [*slack_ends, *(each[:4] for each in ends_of(at, bounds))]
     for code, end, is_lower, gain in ends:
         for of_limits, holds, sign in zip(curves, (is_lower, ~is_lower), (1.0, -1.0), strict=True):
@@ -64,7 +68,9 @@ def end_curves(
             most = asked.reshape(-1, asked.shape[-1]).max(axis=0)
             if np.any(most > -np.inf):
                 name = LIMIT_NAMES[code]
-                of_limits[name] = sign * np.maximum(most, sign * of_limits.get(name, -sign * np.inf))
+                of_limits[name] = sign * np.maximum(
+                    most, sign * of_limits.get(name, -sign * np.inf)
+                )
     return curves
 
 
@@ -85,21 +91,31 @@ def refined(
     nearest to the angle that binds; that is NaN where the grid's end stays the tightest. From angles to `start` at
     they are sought in the state's direction, within a part of a step: where another peak lies that near.
     """
-    sign, step, place = -1.0 if upper else 1.0, (angles[-1] - angles[0]) / (len(angles) - 1), state % len(angles)
+    sign, step, place = (
+        -1.0 if upper else 1.0,
+        (angles[-1] - angles[0]) / (len(angles) - 1),
+        state % len(angles),
+    )
     way = state // len(angles)
 
     def asked(where: Array, ways: Flags) -> Array:
         """What is asked for at angles (designs, angles), the larger the tighter: (designs, directions, angles)."""
-        values = sign * ends_of_states(State.of(design, where[:, np.newaxis, :], ways), bounds)[int(upper)]
+        values = (
+            sign
+            * ends_of_states(State.of(design, where[:, np.newaxis, :], ways), bounds)[int(upper)]
+        )
         return np.broadcast_to(
-            np.where(np.isnan(values), -np.inf, values), (len(state), ways.shape[-2], where.shape[1])
+            np.where(np.isnan(values), -np.inf, values),
+            (len(state), ways.shape[-2], where.shape[1]),
         )
 
     centre, each = angles[place] if start is None else start, np.arange(len(state))
     for apart in step * _NARROWER ** -(np.arange(float(_ROUNDS)) + (start is not None)):
         middle = np.clip(centre, angles[0] + apart, angles[-1] - apart)
         where = middle[:, np.newaxis] + apart * np.array([-1.0, 0.0, 1.0])
-        values = asked(where, flexion if apart == step else flexion.ravel()[way, np.newaxis, np.newaxis])
+        values = asked(
+            where, flexion if apart == step else flexion.ravel()[way, np.newaxis, np.newaxis]
+        )
         before, here, after = np.moveaxis(values, -1, 0)
         with np.errstate(divide="ignore", invalid="ignore"):
             ahead = 0.5 * (before - after) / (before - 2.0 * here + after)
@@ -112,5 +128,12 @@ def refined(
             way = direction
         centre = middle + apart * ahead[each, direction if apart == step else 0]
     top = asked(centre[:, np.newaxis], flexion.ravel()[way, np.newaxis, np.newaxis])[:, 0, 0]
-    nearest, tighter = way * len(angles) + np.rint((centre - angles[0]) / step).astype(np.int64), top > sign * value
-    return np.where(tighter, sign * top, value), np.where(tighter, nearest, state), np.where(tighter, centre, np.nan)
+    nearest, tighter = (
+        way * len(angles) + np.rint((centre - angles[0]) / step).astype(np.int64),
+        top > sign * value,
+    )
+    return (
+        np.where(tighter, sign * top, value),
+        np.where(tighter, nearest, state),
+        np.where(tighter, centre, np.nan),
+    )

@@ -34,9 +34,13 @@ class Bounds(Mapping[str, "Real"]):
 
     def __init__(self, *, speed: Real = np.nan, **limits: Real) -> None:
         """Raises KeyError for a limit that there is not."""
-        defaults = {limit.name: limit.default for limit in LIMITS.values() if limit.default is not None}
+        defaults = {
+            limit.name: limit.default for limit in LIMITS.values() if limit.default is not None
+        }
         self.speed = speed
-        self._values: dict[str, Real] = {LIMITS[name].name: bound for name, bound in (defaults | limits).items()}
+        self._values: dict[str, Real] = {
+            LIMITS[name].name: bound for name, bound in (defaults | limits).items()
+        }
 
     def __getitem__(self, name: str) -> Real:
         return self._values[name]
@@ -54,7 +58,11 @@ class Bounds(Mapping[str, "Real"]):
     @cached_property
     def asked(self) -> list[DesignLimit]:
         """The limits that hold for any design, in the order of the table."""
-        return [limit for name, limit in LIMITS.items() if name in self and not np.all(np.isinf(self[name]))]
+        return [
+            limit
+            for name, limit in LIMITS.items()
+            if name in self and not np.all(np.isinf(self[name]))
+        ]
 
     @property
     def of_motion(self) -> list[DesignLimit]:
@@ -85,7 +93,9 @@ def held_forms(at: State, bounds: Bounds) -> list[Held]:
 
 
 def _held(limit: DesignLimit, form: Form, bound: Real) -> Held:
-    ends = [None if end is None else end - np.asarray(form.constant) for end in limit.range_of(bound)]
+    ends = [
+        None if end is None else end - np.asarray(form.constant) for end in limit.range_of(bound)
+    ]
     shares = {name: getattr(form, name) for name in SHARES if not is_nothing(getattr(form, name))}
     code = LIMIT_NAMES.index(limit.name)
     if len(shares) != 1:
@@ -93,16 +103,25 @@ def _held(limit: DesignLimit, form: Form, bound: Real) -> Held:
     ((name, share),) = shares.items()
     backward = bool(np.all(np.real(share) < 0.0))
     with np.errstate(divide="ignore"):  # a rigid spring is never extended
-        least, most = (None if end is None else end / np.asarray(share) for end in (ends[::-1] if backward else ends))
+        least, most = (
+            None if end is None else end / np.asarray(share)
+            for end in (ends[::-1] if backward else ends)
+        )
     return Held(code, Form(**{name: 1.0}), least, most)
 
 
 def stiffness_line(at: State) -> tuple[Array, Array]:
     """k of a taut state over v, the margin: base and gain, N m/rad and per newton."""
     response, (of_flexor, of_extensor) = at.response, at.arm_slopes
-    base, gain = at.held_stiffness[0] - response.flexor_floor * of_flexor, -(response.flexor_gain * of_flexor)
+    base, gain = (
+        at.held_stiffness[0] - response.flexor_floor * of_flexor,
+        -(response.flexor_gain * of_flexor),
+    )
     if np.any(of_extensor):
-        base, gain = base + response.extensor_floor * of_extensor, gain + response.extensor_gain * of_extensor
+        base, gain = (
+            base + response.extensor_floor * of_extensor,
+            gain + response.extensor_gain * of_extensor,
+        )
     return base, gain
 
 
@@ -126,7 +145,9 @@ def ends_of(at: State, bounds: Bounds) -> Iterator[tuple[int, Array, Flags, Arra
             yield held.limit, end, (gain > 0.0) == below, gain, hopeless
 
 
-def limit_end(code: int, design: Design, elbow_angle: Real, flexion: Flag, bounds: Bounds, *, upper: bool) -> Array:
+def limit_end(
+    code: int, design: Design, elbow_angle: Real, flexion: Flag, bounds: Bounds, *, upper: bool
+) -> Array:
     """The pretension at which one limit is just kept in each state, N; also of complex numbers, for derivatives."""
     if code == PRETENSION:
         return np.asarray(bounds["max_pretension"])
@@ -136,6 +157,10 @@ def limit_end(code: int, design: Design, elbow_angle: Real, flexion: Flag, bound
         return required
     for limit, end, is_lower, gain, _ in ends_of(at, bounds):
         if limit == code:
-            binds = (is_lower != upper) & (gain != 0.0) & ((end < tightest) if upper else (end > tightest))
+            binds = (
+                (is_lower != upper)
+                & (gain != 0.0)
+                & ((end < tightest) if upper else (end > tightest))
+            )
             tightest = np.where(binds, end, tightest)
     return np.asarray(required + tightest)

@@ -50,7 +50,11 @@ class Limb:
         """The torque that the joint asks for by itself to be flexed further (N m), or its slope (N m/rad)."""
         if self.torque is not None:
             return self.torque(angle, derivative)
-        return self.stiffness * np.subtract(angle, self.rest_angle) if derivative == 0 else self.stiffness
+        return (
+            self.stiffness * np.subtract(angle, self.rest_angle)
+            if derivative == 0
+            else self.stiffness
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +138,9 @@ class Design:
     @property
     def follows(self) -> bool:
         """Whether a sheath bends as the joint turns."""
-        return isinstance(self.flexor.bend_angle, Spline) or isinstance(self.extensor.bend_angle, Spline)
+        return isinstance(self.flexor.bend_angle, Spline) or isinstance(
+            self.extensor.bend_angle, Spline
+        )
 
     @property
     def gravity_moment(self) -> Array:
@@ -145,14 +151,27 @@ class Design:
     @property
     def knots(self) -> Array:
         """Where its curves have kinks in a derivative, rad."""
-        curves = [self.arm.torque, self.load_torque, self.flexor.bend_angle, self.extensor.bend_angle]
+        curves = [
+            self.arm.torque,
+            self.load_torque,
+            self.flexor.bend_angle,
+            self.extensor.bend_angle,
+        ]
         curves += [getattr(self.arm.joint, side, None) for side in ("flexor", "extensor")]
-        return np.unique(np.concatenate([np.zeros(0), *(each.knots for each in curves if isinstance(each, Spline))]))
+        return np.unique(
+            np.concatenate(
+                [np.zeros(0), *(each.knots for each in curves if isinstance(each, Spline))]
+            )
+        )
 
     def other_torque(self, angle: Real, derivative: int = 0) -> Real:
         """What joint and task ask for besides the weights (N m), or its slope (N m/rad)."""
         joint = self.arm.passive(angle, derivative)
-        return joint if self.load_torque is None else joint + self.load_scale * self.load_torque(angle, derivative)
+        return (
+            joint
+            if self.load_torque is None
+            else joint + self.load_scale * self.load_torque(angle, derivative)
+        )
 
 
 def changed(made: Any, change: Callable[..., Any], *others: Any) -> Any:
@@ -160,9 +179,15 @@ def changed(made: Any, change: Callable[..., Any], *others: Any) -> Any:
     if isinstance(made, np.ndarray):
         return change(made, *others)
     if isinstance(made, Mapping):
-        return {key: changed(each, change, *(other[key] for other in others)) for key, each in made.items()}
+        return {
+            key: changed(each, change, *(other[key] for other in others))
+            for key, each in made.items()
+        }
     if not is_dataclass(made):
         return made
     names = [each.name for each in fields(made)]
-    parts = {name: changed(getattr(made, name), change, *(getattr(each, name) for each in others)) for name in names}
+    parts = {
+        name: changed(getattr(made, name), change, *(getattr(each, name) for each in others))
+        for name in names
+    }
     return replace(made, **parts)  # type: ignore[type-var]

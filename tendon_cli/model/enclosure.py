@@ -38,14 +38,18 @@ def _added(a: Interval, b: Interval) -> Interval:
 
 def _times(a: Interval, b: Interval) -> Interval:
     middle = a[0] * b[0]
-    return middle, (abs(a[0]) * b[1] + a[1] * (abs(b[0]) + b[1]) + _UNIT * abs(middle)) * _OUT + _TINY
+    return middle, (
+        abs(a[0]) * b[1] + a[1] * (abs(b[0]) + b[1]) + _UNIT * abs(middle)
+    ) * _OUT + _TINY
 
 
 def _inverse(a: Interval) -> Interval:
     size = abs(a[0])
     least = size - a[1] * _OUT
     middle = 1.0 / a[0]
-    return middle, np.where(least > 0.0, (a[1] / (size * least) + _UNIT * abs(middle)) * _OUT, np.inf)
+    return middle, np.where(
+        least > 0.0, (a[1] / (size * least) + _UNIT * abs(middle)) * _OUT, np.inf
+    )
 
 
 def _root(a: Interval) -> Interval:
@@ -56,7 +60,9 @@ def _root(a: Interval) -> Interval:
 class Series(np.lib.mixins.NDArrayOperatorsMixin):
     """f, f', f''/2 ... of a function over cells, each an interval, or None where it is exactly zero."""
 
-    def __init__(self, terms: Sequence[Interval | None], partials: Mapping[int, Series] | None = None) -> None:
+    def __init__(
+        self, terms: Sequence[Interval | None], partials: Mapping[int, Series] | None = None
+    ) -> None:
         self.terms, self.partials = tuple(terms), partials or {}
 
     @classmethod
@@ -95,7 +101,9 @@ class Series(np.lib.mixins.NDArrayOperatorsMixin):
 
     def slope(self) -> Series:
         """Its derivative, of one order less."""
-        terms = [term and _times(term, (place, 0.0)) for place, term in enumerate(self.terms) if place]
+        terms = [
+            term and _times(term, (place, 0.0)) for place, term in enumerate(self.terms) if place
+        ]
         return Series(terms, {place: moves.slope() for place, moves in self.partials.items()})
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **_: Any) -> Any:
@@ -106,7 +114,11 @@ class Series(np.lib.mixins.NDArrayOperatorsMixin):
 
     def __array_function__(self, function: Any, _: Any, inputs: Any, __: Any) -> Any:
         """`np.where` alone."""
-        return _chosen(inputs[0], *map(Series.of, inputs[1:])) if function is np.where else NotImplemented
+        return (
+            _chosen(inputs[0], *map(Series.of, inputs[1:]))
+            if function is np.where
+            else NotImplemented
+        )
 
     def _composed(self, derivatives: Sequence[Interval]) -> Series:
         """g(f), from enclosures of g, g', g'' ... over the values of f, one more than there are terms."""
@@ -114,15 +126,24 @@ class Series(np.lib.mixins.NDArrayOperatorsMixin):
         def following(each: Sequence[Interval]) -> Series:
             change, power, total = Series([None, *self.terms[1:]]), Series.of(1.0), Series.of(0.0)
             for derivative, part in zip(each, _PARTS, strict=False):
-                total, power = total + power * Series([_times(derivative, part), *[None] * ORDER]), power * change
+                total, power = (
+                    total + power * Series([_times(derivative, part), *[None] * ORDER]),
+                    power * change,
+                )
             return total
 
         slope = following(derivatives[1:]) if self.partials else Series.of(0.0)
-        return Series(following(derivatives).terms, {place: slope * moves for place, moves in self.partials.items()})
+        return Series(
+            following(derivatives).terms,
+            {place: slope * moves for place, moves in self.partials.items()},
+        )
 
     def added(self, other: Series) -> Series:
         """Their sum."""
-        pairs, partials = zip(self.terms, other.terms, strict=False), {**other.partials, **self.partials}
+        pairs, partials = (
+            zip(self.terms, other.terms, strict=False),
+            {**other.partials, **self.partials},
+        )
         for place in self.partials.keys() & other.partials.keys():
             partials[place] = self.partials[place] + other.partials[place]
         return Series([_added(a, b) if a and b else a or b for a, b in pairs], partials)
@@ -135,7 +156,9 @@ class Series(np.lib.mixins.NDArrayOperatorsMixin):
     def times(self, other: Series) -> Series:
         """Their product."""
         a, b = self.terms, other.terms
-        product = Series([_dot(a[: place + 1], b[: place + 1]) for place in range(min(len(a), len(b)))])
+        product = Series(
+            [_dot(a[: place + 1], b[: place + 1]) for place in range(min(len(a), len(b)))]
+        )
         for one, factor in ((self, other), (other, self)):
             if one.partials:
                 product = product + Series._moved(
@@ -149,7 +172,9 @@ class Series(np.lib.mixins.NDArrayOperatorsMixin):
             below = Series(other.terms)
             quotient = Series(self.terms) / below
             moves = Series._moved(self.partials) - quotient * Series._moved(other.partials)
-            return Series(quotient.terms, {place: each / below for place, each in moves.partials.items()})
+            return Series(
+                quotient.terms, {place: each / below for place, each in moves.partials.items()}
+            )
         per = _inverse(other.value)
         terms: list[Interval | None] = []
         for place in range(min(len(self.terms), len(other.terms))):
@@ -165,12 +190,16 @@ class Series(np.lib.mixins.NDArrayOperatorsMixin):
         for known in self.terms[1:]:
             rest = _less(known, _dot([None, *terms[1:], None], [None, *terms[1:], None]))
             terms.append(rest and _times(rest, per))
-        return Series(terms, {place: 0.5 / Series(terms) * moves for place, moves in self.partials.items()})
+        return Series(
+            terms, {place: 0.5 / Series(terms) * moves for place, moves in self.partials.items()}
+        )
 
     def exp(self) -> Series:
         """e to it."""
         value, radius = np.exp(self.value[0]), self.value[1]
-        return self._composed([(value, value * (np.expm1(radius) + _FUNCTIONS) * _OUT) for _ in _DERIVATIVES])
+        return self._composed(
+            [(value, value * (np.expm1(radius) + _FUNCTIONS) * _OUT) for _ in _DERIVATIVES]
+        )
 
     def sine(self, ahead: int = 0) -> Series:
         """Its sine, or what is so many quarters of a turn ahead of that."""
@@ -192,7 +221,10 @@ class Series(np.lib.mixins.NDArrayOperatorsMixin):
             return total
 
         most = abs(middle) + radius
-        radii = [radius * derivative(n + 1, most) * _OUT + _FUNCTIONS * derivative(n, most) for n in _DERIVATIVES]
+        radii = [
+            radius * derivative(n + 1, most) * _OUT + _FUNCTIONS * derivative(n, most)
+            for n in _DERIVATIVES
+        ]
         return self._composed([(derivative(n, middle), about) for n, about in enumerate(radii)])
 
 
@@ -204,7 +236,12 @@ def _chosen(which: Any, a: Series, b: Series, apart: Any = True) -> Series:
         for first, second in zip(one.terms, two.terms, strict=False):
             (value, about), (other, about_other) = (each or (0.0, 0.0) for each in (first, second))
             hull = (abs(value - other) + about + about_other) * _OUT
-            terms.append((np.where(which, value, other), np.where(apart, np.where(which, about, about_other), hull)))
+            terms.append(
+                (
+                    np.where(which, value, other),
+                    np.where(apart, np.where(which, about, about_other), hull),
+                )
+            )
         return Series(terms)
 
     still, places = Series([None] * _ORDER_OF_PARTIALS), a.partials.keys() | b.partials.keys()

@@ -24,13 +24,23 @@ Found = dict[str, Array]
 """Over designs, by name."""
 
 _SMALLEST = (
-    "min_flexor_tension", "min_extensor_tension", "min_elbow_stiffness", "first_slack_angle", "margin",
-    "lowest_elbow_torque", "lowest_motor_torque",
-)  # fmt: skip
+    "min_flexor_tension",
+    "min_extensor_tension",
+    "min_elbow_stiffness",
+    "first_slack_angle",
+    "margin",
+    "lowest_elbow_torque",
+    "lowest_motor_torque",
+)
 _LARGEST = (
-    "max_tension", "max_extensor_distal", "max_spring_extension", "max_slack", "required_pretension",
-    "highest_elbow_torque", "highest_motor_torque",
-)  # fmt: skip
+    "max_tension",
+    "max_extensor_distal",
+    "max_spring_extension",
+    "max_slack",
+    "required_pretension",
+    "highest_elbow_torque",
+    "highest_motor_torque",
+)
 COUNTS = ("slack", "no_equilibrium", "unstable")
 OVER_STATES = {
     each.name: (each.value, each.over)
@@ -42,14 +52,22 @@ OVER_STATES = {
 
 def begin(shape: tuple[int, ...]) -> Found:
     """No state yet, for designs of a shape; other axes or angles of the same designs may be folded in turn."""
-    starts = dict.fromkeys(_SMALLEST, np.inf) | dict.fromkeys(_LARGEST, -np.inf) | dict.fromkeys(COUNTS, 0.0)
+    starts = (
+        dict.fromkeys(_SMALLEST, np.inf)
+        | dict.fromkeys(_LARGEST, -np.inf)
+        | dict.fromkeys(COUNTS, 0.0)
+    )
     return {name: np.full(shape, start) for name, start in starts.items()}
 
 
 def fold(folded: Found, at: State, elbow_angle: Array) -> None:
     """Take in states, whose last two axes are directions and elbow angles (rad); the others are those of `folded`."""
     x, y, slack = at.balance.flexor, at.balance.extensor, at.balance.is_slack
-    near_x, near_y, stiffness = at.flexor_tension_proximal, at.extensor_tension_proximal, at.elbow_stiffness
+    near_x, near_y, stiffness = (
+        at.flexor_tension_proximal,
+        at.extensor_tension_proximal,
+        at.elbow_stiffness,
+    )
     least = np.minimum(at.design.flexor.pretension, at.design.extensor.pretension)
     values = {
         "min_flexor_tension": np.fmin(x, near_x),
@@ -81,13 +99,24 @@ def fold(folded: Found, at: State, elbow_angle: Array) -> None:
 def finished(folded: Found, states: int) -> Found:
     """The result columns of designs, from the extremes over all `states` of each; NaN where no state has a result."""
     unanswerable, failing = folded["no_equilibrium"] > 0, folded["slack"] + folded["no_equilibrium"]
-    known = {name: np.where(np.isinf(folded[name]), np.nan, folded[name]) for name in (*_SMALLEST, *_LARGEST)}
-    columns = {name: values for name, values in known.items() if not name.endswith(("_torque", "_distal"))} | {
-        "peak_elbow_torque": _with_sign(known["lowest_elbow_torque"], known["highest_elbow_torque"]),
-        "peak_motor_torque": _with_sign(known["lowest_motor_torque"], known["highest_motor_torque"]),
+    known = {
+        name: np.where(np.isinf(folded[name]), np.nan, folded[name])
+        for name in (*_SMALLEST, *_LARGEST)
+    }
+    columns = {
+        name: values for name, values in known.items() if not name.endswith(("_torque", "_distal"))
+    } | {
+        "peak_elbow_torque": _with_sign(
+            known["lowest_elbow_torque"], known["highest_elbow_torque"]
+        ),
+        "peak_motor_torque": _with_sign(
+            known["lowest_motor_torque"], known["highest_motor_torque"]
+        ),
         "slack_fraction": failing / states,
         "unstable_fraction": folded["unstable"] / states,
-        "required_pretension": np.where(unanswerable, np.nan, np.maximum(0.0, known["required_pretension"])),
+        "required_pretension": np.where(
+            unanswerable, np.nan, np.maximum(0.0, known["required_pretension"])
+        ),
         "margin": np.where(unanswerable, np.nan, known["margin"]),
     }
     # Minus zero becomes zero: which of the two is the smallest depends on the order in which states are taken.
@@ -99,7 +128,10 @@ def as_read(columns: Found, design: Design) -> Found:
     if design.read == F0:
         return columns
     line, set_to = Reading.of(design), design.flexor.pretension
-    least = {name: columns[name][..., np.newaxis, np.newaxis] for name in ("required_pretension", "margin")}
+    least = {
+        name: columns[name][..., np.newaxis, np.newaxis]
+        for name in ("required_pretension", "margin")
+    }
     required = line.shown(least["required_pretension"])
     margin = line.shown(set_to) - line.shown(set_to - least["margin"])
     return columns | {"required_pretension": required[..., 0, 0], "margin": margin[..., 0, 0]}
@@ -111,22 +143,33 @@ def judged(columns: Found, limits: Mapping[str, float]) -> dict[str, npt.NDArray
     Limits are kept with the tolerance of slack. Those on what `columns` have not are left out, and what is no number
     keeps them.
     """
-    taut, stable = columns["slack_fraction"] == 0.0, ~(columns["min_elbow_stiffness"] < limits["min_elbow_stiffness"])
+    taut, stable = (
+        columns["slack_fraction"] == 0.0,
+        ~(columns["min_elbow_stiffness"] < limits["min_elbow_stiffness"]),
+    )
     feasible = taut & stable
     for name, bound in limits.items():
         column = name if LIMITS[name].of_design else LIMITS[name].column
         if column in columns and name != "min_elbow_stiffness":
-            feasible = feasible & ~(LIMITS[name].beyond(columns[column], bound) > SLACK_TOLERANCE * abs(bound))
+            feasible = feasible & ~(
+                LIMITS[name].beyond(columns[column], bound) > SLACK_TOLERANCE * abs(bound)
+            )
     return {"taut": taut, "stable": stable, "feasible": feasible}
 
 
 def of_design(design: Design, folded: Found) -> Found:
     """What limits bound of designs that no state has, by the limit's name, and the contact pressure (Pa)."""
     pressure = contact_pressure(design, folded["max_extensor_distal"][..., np.newaxis, np.newaxis])
-    values = {name: limit.of_design(design) for name, limit in LIMITS.items() if limit.of_design is not None}
+    values = {
+        name: limit.of_design(design)
+        for name, limit in LIMITS.items()
+        if limit.of_design is not None
+    }
     values["max_contact_pressure"] = pressure
     shape = folded["slack"].shape
-    return {name: np.broadcast_to(value, (*shape, 1, 1))[..., 0, 0] for name, value in values.items()}
+    return {
+        name: np.broadcast_to(value, (*shape, 1, 1))[..., 0, 0] for name, value in values.items()
+    }
 
 
 def of_forms(names: Iterable[str], at: State) -> Found:

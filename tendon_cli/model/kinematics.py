@@ -85,7 +85,9 @@ class Anchors:
             moment_arm = -(forward * forward_rate + up * up_rate) / path
             # d²(L_c²/2)/dθ² = L_c'² + L_c L_c'', and q moves on a circle: its acceleration is minus its position.
             speed_squared = forward_rate * forward_rate + up_rate * up_rate
-            slope = (forward * up_rate - up * forward_rate - speed_squared + moment_arm * moment_arm) / path
+            slope = (
+                forward * up_rate - up * forward_rate - speed_squared + moment_arm * moment_arm
+            ) / path
         reference = np.where(self.from_initial, flexor_path(self, 0.0), np.add(self.b1, self.b2))
         return Travels(
             flexor_travel=reference - path,
@@ -127,7 +129,9 @@ class Spline:
     def __call__(self, angle: Real, derivative: int = 0) -> Array:
         """Values, or derivatives, at angles (rad), of their shape; beyond the ends the last piece goes on."""
         # Of complex numbers, for derivatives, and of series, for proofs, the real part says in what piece they are.
-        piece = np.clip(np.searchsorted(self.knots, angle.real, side="right") - 1, 0, len(self.knots) - 2)
+        piece = np.clip(
+            np.searchsorted(self.knots, angle.real, side="right") - 1, 0, len(self.knots) - 2
+        )
         from_knot, total = angle - self.knots[piece], np.zeros(np.shape(piece))
         for power, coefficient in zip((3, 2, 1, 0), self.coefficients, strict=True):
             if power >= derivative:
@@ -158,11 +162,15 @@ class Excursion:
             return np.asarray(self.scale * curve(angle, derivative))
 
         flexor_arm, extensor_arm = along(self.flexor, 1), along(self.extensor, 1)
-        least = DEAD_CENTRE * (np.ptp(self.flexor.coefficients[3]) + np.ptp(self.extensor.coefficients[3]))
+        least = DEAD_CENTRE * (
+            np.ptp(self.flexor.coefficients[3]) + np.ptp(self.extensor.coefficients[3])
+        )
         balances = (flexor_arm > least) & (extensor_arm > least)
         return Travels(
             flexor_travel=np.asarray(self.scale * (self.flexor(angle) - self.flexor(self.origin))),
-            extensor_travel=np.asarray(self.scale * (self.extensor(angle) - self.extensor(self.origin))),
+            extensor_travel=np.asarray(
+                self.scale * (self.extensor(angle) - self.extensor(self.origin))
+            ),
             flexor_moment_arm=flexor_arm,
             extensor_moment_arm=extensor_arm,
             flexor_moment_arm_slope=along(self.flexor, 2),

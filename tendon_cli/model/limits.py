@@ -37,7 +37,9 @@ def spool_to_tendon(design: Design) -> Array:
 
 def contact_pressure(design: Design, extensor_tension: Array) -> Array:
     """p = T / (R w) of the extensor's strap (Pa), T its distal tension (N) and R its radius of curvature."""
-    pressure: Array = extensor_tension / (design.arm.strap_radius * design.arm.contact_width)  # or series, in proofs
+    pressure: Array = extensor_tension / (
+        design.arm.strap_radius * design.arm.contact_width
+    )  # or series, in proofs
     return pressure
 
 
@@ -70,161 +72,286 @@ def _turning(at: Any, speed: Real) -> Form:
 
 _ALL = (
     DesignLimit(
-        "min_flexor_tension", (0.0, 1e7), LimitWords(
-            "flexor tension too low", "flexor tension", "the flexor has less than {}",
-            "keeps {} in the flexor", "leaves less than {} in the flexor",
+        "min_flexor_tension",
+        (0.0, 1e7),
+        LimitWords(
+            "flexor tension too low",
+            "flexor tension",
+            "the flexor has less than {}",
+            "keeps {} in the flexor",
+            "leaves less than {} in the flexor",
         ),
         forms=lambda at, _: (Form(flexor=_least_end(at.flexor.capstan)),),
     ),
     DesignLimit(
-        "min_extensor_tension", (0.0, 1e7), LimitWords(
-            "extensor tension too low", "extensor tension", "the extensor has less than {}",
-            "keeps {} in the extensor", "leaves less than {} in the extensor",
+        "min_extensor_tension",
+        (0.0, 1e7),
+        LimitWords(
+            "extensor tension too low",
+            "extensor tension",
+            "the extensor has less than {}",
+            "keeps {} in the extensor",
+            "leaves less than {} in the extensor",
         ),
         forms=lambda at, _: (Form(extensor=_least_end(at.extensor.capstan)),),
     ),
     DesignLimit(
-        "max_tension", (0.0, 1e9), LimitWords(
-            "tension too high", "tension", "a tendon carries more than {}",
-            "keeps both tendons below {}", "loads a tendon with more than {}",
+        "max_tension",
+        (0.0, 1e9),
+        LimitWords(
+            "tension too high",
+            "tension",
+            "a tendon carries more than {}",
+            "keeps both tendons below {}",
+            "loads a tendon with more than {}",
         ),
         forms=lambda at, _: (
-            Form(flexor=_largest_end(at.flexor.capstan)), Form(extensor=_largest_end(at.extensor.capstan)),
+            Form(flexor=_largest_end(at.flexor.capstan)),
+            Form(extensor=_largest_end(at.extensor.capstan)),
         ),
     ),
     DesignLimit(
-        "max_spring_extension", (0.0, 100.0), LimitWords(
-            "spring stretched too far", "spring extension", "a spring is stretched by more than {}",
-            "keeps the springs within {}", "stretches a spring by more than {}",
+        "max_spring_extension",
+        (0.0, 100.0),
+        LimitWords(
+            "spring stretched too far",
+            "spring extension",
+            "a spring is stretched by more than {}",
+            "keeps the springs within {}",
+            "stretches a spring by more than {}",
         ),
         forms=lambda at, _: (Form(flexor=at.flexor.spring), Form(extensor=at.extensor.spring)),
     ),
     DesignLimit(
-        "peak_motor_torque", (0.0, 1e7), LimitWords(
-            "motor torque too high", "motor torque", "the motor needs more than {}",
-            "keeps the motor within {}", "asks the motor for more than {}",
+        "peak_motor_torque",
+        (0.0, 1e7),
+        LimitWords(
+            "motor torque too high",
+            "motor torque",
+            "the motor needs more than {}",
+            "keeps the motor within {}",
+            "asks the motor for more than {}",
         ),
         forms=lambda at, _: (Form(flexor=at.motor_arms[0], extensor=-at.motor_arms[1]),),
     ),
     DesignLimit(
-        "max_contact_pressure", (0.0, 1e12), LimitWords(
-            "strap presses too hard", "strap pressure", "the strap presses with more than {}",
-            "keeps the strap's pressure below {}", "makes the strap press with more than {}",
-        ), needs=(CONTACT_WIDTH,),
+        "max_contact_pressure",
+        (0.0, 1e12),
+        LimitWords(
+            "strap presses too hard",
+            "strap pressure",
+            "the strap presses with more than {}",
+            "keeps the strap's pressure below {}",
+            "makes the strap press with more than {}",
+        ),
+        needs=(CONTACT_WIDTH,),
         forms=lambda at, _: (Form(extensor=contact_pressure(at.design, np.ones(()))),),
     ),
     DesignLimit(
-        "min_spring_room", (-1.0, 10.0), LimitWords(
-            "spring does not fit", "room for the spring", "the spring leaves less than {} between the anchors",
-            "keeps {} between spring and anchors", "leaves less than {} between spring and anchors",
-        ), needs=(FREE_LENGTH,),
-        forms=lambda at, _: (
-            Form(flexor=-at.flexor.spring, constant=_room(at)),
+        "min_spring_room",
+        (-1.0, 10.0),
+        LimitWords(
+            "spring does not fit",
+            "room for the spring",
+            "the spring leaves less than {} between the anchors",
+            "keeps {} between spring and anchors",
+            "leaves less than {} between spring and anchors",
         ),
+        needs=(FREE_LENGTH,),
+        forms=lambda at, _: (Form(flexor=-at.flexor.spring, constant=_room(at)),),
     ),
     DesignLimit(
-        "min_elbow_stiffness", (-1e6, 1e6), LimitWords(
-            "elbow too soft", "stiffness", "the elbow is less stiff than {}",
-            "makes the elbow stiffer than {}", "makes the elbow less stiff than {}",
-        ), default=0.0,
+        "min_elbow_stiffness",
+        (-1e6, 1e6),
+        LimitWords(
+            "elbow too soft",
+            "stiffness",
+            "the elbow is less stiff than {}",
+            "makes the elbow stiffer than {}",
+            "makes the elbow less stiff than {}",
+        ),
+        default=0.0,
         forms=lambda *_: (Form(stiffness=1.0),),
     ),
     DesignLimit(
-        "max_pretension", (0.0, 1e7), LimitWords(
-            "pretension too high", "the largest pretension", "the pretension is above {}",
-            "is below {}", "exceeds {}",
-        ), column="pretension",
-        of_design=lambda design: shown(design, np.maximum(design.flexor.pretension, design.extensor.pretension)),
+        "max_pretension",
+        (0.0, 1e7),
+        LimitWords(
+            "pretension too high",
+            "the largest pretension",
+            "the pretension is above {}",
+            "is below {}",
+            "exceeds {}",
+        ),
+        column="pretension",
+        of_design=lambda design: shown(
+            design, np.maximum(design.flexor.pretension, design.extensor.pretension)
+        ),
     ),
     DesignLimit(
-        "min_spool_to_tendon", (0.0, 1e6), LimitWords(
-            "spool too small", "spool size", "a spool is less than {} tendon diameters wide",
-            "suits the spool", "needs a spool of more than {} tendon diameters",
-        ), of_design=spool_to_tendon,
+        "min_spool_to_tendon",
+        (0.0, 1e6),
+        LimitWords(
+            "spool too small",
+            "spool size",
+            "a spool is less than {} tendon diameters wide",
+            "suits the spool",
+            "needs a spool of more than {} tendon diameters",
+        ),
+        of_design=spool_to_tendon,
     ),
     DesignLimit(
-        "max_spool_travel", (0.0, 1e6), LimitWords(
-            "spool turns too far", "spool travel", "the spool turns by more than {}",
-            "keeps the spool within {}", "turns the spool by more than {}",
-        ), column="spool_travel", needs=(SPEED,),
+        "max_spool_travel",
+        (0.0, 1e6),
+        LimitWords(
+            "spool turns too far",
+            "spool travel",
+            "the spool turns by more than {}",
+            "keeps the spool within {}",
+            "turns the spool by more than {}",
+        ),
+        column="spool_travel",
+        needs=(SPEED,),
         excess=lambda motor, most: lambda at: np.ptp(motor.spool_angle.at(at), axis=1) - most,
     ),
     DesignLimit(
-        "max_backlash", (0.0, 1e6), LimitWords(
-            "too much backlash", "backlash", "the spool differs by more than {} between the directions",
-            "keeps the backlash below {}", "causes a backlash of more than {}",
-        ), needs=(SPEED,),
+        "max_backlash",
+        (0.0, 1e6),
+        LimitWords(
+            "too much backlash",
+            "backlash",
+            "the spool differs by more than {} between the directions",
+            "keeps the backlash below {}",
+            "causes a backlash of more than {}",
+        ),
+        needs=(SPEED,),
         lines=lambda motor: motor.between(motor.spool_angle),
     ),
     DesignLimit(
-        "max_torque_band", (0.0, 1e7), LimitWords(
-            "torque differs too much", "torque difference",
+        "max_torque_band",
+        (0.0, 1e7),
+        LimitWords(
+            "torque differs too much",
+            "torque difference",
             "the motor torque differs by more than {} between directions",
-            "keeps the directions within {} of torque", "makes the motor torque differ by more than {}",
+            "keeps the directions within {} of torque",
+            "makes the motor torque differ by more than {}",
         ),
-        needs=(SPEED,), lines=lambda motor: motor.between(motor.torque),
+        needs=(SPEED,),
+        lines=lambda motor: motor.between(motor.torque),
     ),
     DesignLimit(
-        "peak_motor_speed", (0.0, 1e6), LimitWords(
-            "motor too fast", "motor speed", "the motor turns faster than {}",
-            "keeps the motor slower than {}", "turns the motor faster than {}",
-        ), needs=(SPEED,),
+        "peak_motor_speed",
+        (0.0, 1e6),
+        LimitWords(
+            "motor too fast",
+            "motor speed",
+            "the motor turns faster than {}",
+            "keeps the motor slower than {}",
+            "turns the motor faster than {}",
+        ),
+        needs=(SPEED,),
         forms=lambda at, speed: (_turning(at, speed),),
     ),
     DesignLimit(
-        "peak_motor_power", (0.0, 1e9), LimitWords(
-            "motor power too high", "motor power", "the motor gives more than {}",
-            "keeps the motor below {}", "asks the motor for more than {}",
-        ), needs=(SPEED,),
+        "peak_motor_power",
+        (0.0, 1e9),
+        LimitWords(
+            "motor power too high",
+            "motor power",
+            "the motor gives more than {}",
+            "keeps the motor below {}",
+            "asks the motor for more than {}",
+        ),
+        needs=(SPEED,),
         excess=lambda motor, most: lambda at: np.max(motor.power(at), axis=1) - most,
     ),
     DesignLimit(
-        "max_motor_work_in", (0.0, 1e9), LimitWords(
-            "motor work too high", "motor work", "the motor works more than {} per cycle",
-            "keeps the motor below {}", "asks the motor for more than {} per cycle",
-        ), column="motor_work_in",
-        needs=(SPEED,), excess=lambda motor, most: lambda at: motor.work(at) - most,
+        "max_motor_work_in",
+        (0.0, 1e9),
+        LimitWords(
+            "motor work too high",
+            "motor work",
+            "the motor works more than {} per cycle",
+            "keeps the motor below {}",
+            "asks the motor for more than {} per cycle",
+        ),
+        column="motor_work_in",
+        needs=(SPEED,),
+        excess=lambda motor, most: lambda at: motor.work(at) - most,
     ),
     DesignLimit(
-        "max_friction_loss", (0.0, 1e9), LimitWords(
-            "friction loss too high", "friction loss", "friction takes more than {} per cycle",
-            "keeps the friction loss below {}", "loses more than {} per cycle to friction",
-        ), column="friction_loss",
-        needs=(SPEED,), excess=lambda motor, most: lambda at: motor.loss(at) - most,
+        "max_friction_loss",
+        (0.0, 1e9),
+        LimitWords(
+            "friction loss too high",
+            "friction loss",
+            "friction takes more than {} per cycle",
+            "keeps the friction loss below {}",
+            "loses more than {} per cycle to friction",
+        ),
+        column="friction_loss",
+        needs=(SPEED,),
+        excess=lambda motor, most: lambda at: motor.loss(at) - most,
     ),
     # Without work there is no efficiency, and nothing that could be held to one.
     DesignLimit(
-        "min_efficiency", (-1e6, 1.0), LimitWords(
-            "efficiency too low", "efficiency", "the efficiency is below {}",
-            "keeps the efficiency above {}", "lowers the efficiency below {}",
-        ), column="efficiency",
+        "min_efficiency",
+        (-1e6, 1.0),
+        LimitWords(
+            "efficiency too low",
+            "efficiency",
+            "the efficiency is below {}",
+            "keeps the efficiency above {}",
+            "lowers the efficiency below {}",
+        ),
+        column="efficiency",
         needs=(SPEED,),
-        excess=lambda motor, least: lambda at: np.where(
-            motor.work(at) > 0.0, motor.loss(at) - (1.0 - least) * motor.work(at), -np.inf
+        excess=lambda motor, least: (
+            lambda at: np.where(
+                motor.work(at) > 0.0, motor.loss(at) - (1.0 - least) * motor.work(at), -np.inf
+            )
         ),
     ),
-)  # fmt: skip
+)
 LIMITS: Mapping[str, DesignLimit] = {limit.name: limit for limit in _ALL}
-ADDED = tuple(each for each in _ALL if each.forms is not None and each.column not in (*OF_DESIGNS, *OF_CYCLES))
+ADDED = tuple(
+    each for each in _ALL if each.forms is not None and each.column not in (*OF_DESIGNS, *OF_CYCLES)
+)
 """Limits on forms that add a column to designs, the extreme of their form."""
 LIMIT_NAMES = ("flexor slack", "extensor slack", "no equilibrium", *LIMITS)
 """What ends a window, by its code. Slack and states without equilibrium are always limits."""
 FLEXOR_SLACK, EXTENSOR_SLACK, NO_EQUILIBRIUM = range(3)
-GIVEN = tuple(dict.fromkeys(need.key for limit in _ALL for need in limit.needs if need not in (SPEED, CONTACT_WIDTH)))
+GIVEN = tuple(
+    dict.fromkeys(
+        need.key for limit in _ALL for need in limit.needs if need not in (SPEED, CONTACT_WIDTH)
+    )
+)
 """Keys of numbers that limits alone need; a study's designs have them in `Design.given`, NaN if it states none."""
 PRETENSION = LIMIT_NAMES.index("max_pretension")
 NOTHING = -1
 """No limit binds: no pretension is below 0, and none need be too high."""
 ALWAYS = {
     "flexor slack": LimitWords(
-        "flexor slack", "slack", "the flexor goes slack", "prevents slack in the flexor", "lets the flexor go slack"
+        "flexor slack",
+        "slack",
+        "the flexor goes slack",
+        "prevents slack in the flexor",
+        "lets the flexor go slack",
     ),
     "extensor slack": LimitWords(
-        "extensor slack", "slack", "the extensor goes slack", "prevents slack", "lets the extensor go slack"
+        "extensor slack",
+        "slack",
+        "the extensor goes slack",
+        "prevents slack",
+        "lets the extensor go slack",
     ),
     "no equilibrium": LimitWords(
-        "no equilibrium", "equilibrium", "the flexor has passed the joint's centre",
-        "allows equilibrium", "leaves no equilibrium",
+        "no equilibrium",
+        "equilibrium",
+        "the flexor has passed the joint's centre",
+        "allows equilibrium",
+        "leaves no equilibrium",
     ),
-}  # fmt: skip
+}
 """What always ends a window, in words."""

@@ -65,7 +65,9 @@ def motor_rates(state: State) -> MotorRates:
     by_extensor = extensor_pulls * tied.ratio * tied.extensor_arm / tied.extensor_compliance
     with np.errstate(divide="ignore", invalid="ignore"):
         needed = state.elbow_stiffness * turning + asked
-        winding = np.where(flexor_pulls | extensor_pulls, needed / (by_flexor + by_extensor), np.nan)
+        winding = np.where(
+            flexor_pulls | extensor_pulls, needed / (by_flexor + by_extensor), np.nan
+        )
     wound = np.where(np.isnan(winding) & ~np.isnan(tied.moment_arm), 0.0, winding)
     x, y = state.balance.flexor, state.balance.extensor
     shortens, lengthens = tied.moment_arm * turning, np.asarray(tied.extensor_arm) * turning
@@ -75,13 +77,16 @@ def motor_rates(state: State) -> MotorRates:
         y_takes = y_takes - state.extensor.compliance_rate * y * turning
     x_rate = flexor_pulls * x_takes / tied.flexor_compliance
     y_rate = extensor_pulls * y_takes / tied.extensor_compliance
-    started = (state.flexor if state.resting is None else state.resting[0]).compliance * design.flexor.pretension
+    started = (
+        state.flexor if state.resting is None else state.resting[0]
+    ).compliance * design.flexor.pretension
     return MotorRates(
         spool_angle=state.spool_angle + started / design.flexor_radius,
         spool_speed=winding / design.flexor_radius,
         power=np.asarray(state.motor_torque * wound / design.flexor_radius),
         stored=0.5 * (state.flexor.gives * x * x + state.extensor.gives * y * y),
-        storing=state.flexor.storing(x, x_rate, turning) + state.extensor.storing(y, y_rate, turning),
+        storing=state.flexor.storing(x, x_rate, turning)
+        + state.extensor.storing(y, y_rate, turning),
         friction=state.flexor.friction_rate(x, x_rate, shortens, turning)
         + state.extensor.friction_rate(y, y_rate, -lengthens, turning),
     )
@@ -98,7 +103,9 @@ def cycle(design: Design, elbow_angle: Array, flexion: Flags, speed: float) -> d
     state = evaluate(design, angles[np.newaxis], flexion)
     rates = motor_rates(state)
     power = np.where(flexion, speed, -speed) * rates.power
-    return _columns(state, rates, speed * rates.spool_speed, power, _works(design, angles, flexion), flexion)
+    return _columns(
+        state, rates, speed * rates.spool_speed, power, _works(design, angles, flexion), flexion
+    )
 
 
 def along(design: Design, trajectory: Trajectory) -> dict[str, Array]:
@@ -120,7 +127,12 @@ def along(design: Design, trajectory: Trajectory) -> dict[str, Array]:
 
 
 def _columns(
-    state: State, rates: MotorRates, turning: Array, power: Array, works: tuple[Array, Array], flexion: Flags
+    state: State,
+    rates: MotorRates,
+    turning: Array,
+    power: Array,
+    works: tuple[Array, Array],
+    flexion: Flags,
 ) -> dict[str, Array]:
     """What states come to whose spool turns by `turning` (rad/s) with a power (W), and their works in and lost (J)."""
     work, loss = works
@@ -162,14 +174,21 @@ def _steps(angles: Array, longest: float = _LONGEST_STEP) -> Array:
     """The angles, and others between them, so that no step is too long."""
     counts = np.maximum(1, np.ceil(np.diff(angles) / longest - 1e-9)).astype(np.int64)
     steps = zip(angles[:-1], angles[1:], counts, strict=True)
-    return np.concatenate([*(np.linspace(low, high, count, endpoint=False) for low, high, count in steps), angles[-1:]])
+    return np.concatenate(
+        [
+            *(np.linspace(low, high, count, endpoint=False) for low, high, count in steps),
+            angles[-1:],
+        ]
+    )
 
 
 def gauss(angles: Array, longest: float = _LONGEST_STEP) -> tuple[Array, Array]:
     """Nodes and weights, one after the other, for integrals over ascending angles of what has no kinks, rad."""
     edges = _steps(angles, longest)
     middle, half = 0.5 * (edges[:-1] + edges[1:]), 0.5 * np.diff(edges)
-    return (middle[:, np.newaxis] + half[:, np.newaxis] * _NODES).ravel(), (half[:, np.newaxis] * _WEIGHTS).ravel()
+    return (middle[:, np.newaxis] + half[:, np.newaxis] * _NODES).ravel(), (
+        half[:, np.newaxis] * _WEIGHTS
+    ).ravel()
 
 
 def _rates(design: Design, angle: Array, flexion: Flags) -> tuple[State, Array, Array]:
@@ -210,7 +229,9 @@ def _next_kink(design: Design, start: Array, stop: Array, flexion: Flags) -> Arr
 
 def taken(design: Design, shape: tuple[int, ...], at: tuple[npt.NDArray[np.int64], ...]) -> Design:
     """Some states' designs of all, one after the other."""
-    some: Design = changed(design, lambda values: np.broadcast_to(values, shape)[at] if values.ndim else values)
+    some: Design = changed(
+        design, lambda values: np.broadcast_to(values, shape)[at] if values.ndim else values
+    )
     return some
 
 

@@ -81,7 +81,13 @@ def narrowed(
 
 
 def excess(
-    name: str, design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds, pretension: complex, state: int
+    name: str,
+    design: Design,
+    elbow_angle: Array,
+    flexion: Flags,
+    bounds: Bounds,
+    pretension: complex,
+    state: int,
 ) -> complex:
     """By how much one design exceeds a limit at a pretension; also of complex numbers, for derivatives.
 
@@ -110,9 +116,13 @@ class Motor:
     loads: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        self.ways = np.broadcast_to(np.where(self.flexion, 1.0, -1.0), (len(self.flexion), self.angles.size))
+        self.ways = np.broadcast_to(
+            np.where(self.flexion, 1.0, -1.0), (len(self.flexion), self.angles.size)
+        )
         self.trajectory = self.design.trajectory  # along which rates are per second
-        self.velocity = self.ways * self.speed if self.trajectory is None else np.ones(self.ways.shape)
+        self.velocity = (
+            self.ways * self.speed if self.trajectory is None else np.ones(self.ways.shape)
+        )
         self.spool_angle, self.spool_speed, self.torque = self._lines(self.angles)
 
     def _lines(self, angles: Array) -> list[Lines]:
@@ -120,7 +130,12 @@ class Motor:
         values = []
         for state in (self._taut(pretension, angles) for pretension in (0.0, _UNIT)):
             rates = motor_rates(state)
-            values.append([self._flat(each) for each in (rates.spool_angle, rates.spool_speed, state.motor_torque)])
+            values.append(
+                [
+                    self._flat(each)
+                    for each in (rates.spool_angle, rates.spool_speed, state.motor_torque)
+                ]
+            )
         return [Lines(base, (above - base) / _UNIT) for base, above in zip(*values, strict=True)]
 
     def _taut(self, pretension: float, angles: Array) -> State:
@@ -169,13 +184,20 @@ class Motor:
             return lambda at: np.asarray(np.maximum(self.power(at), 0.0) @ seconds)
         nodes, weights = gauss(np.unique(self.angles))
         _, turning, torque = self._lines(nodes[np.newaxis])
-        forward, weight = np.repeat(self.ways[:, 0], len(nodes)), np.tile(weights, np.size(self.flexion))
-        return lambda at: np.asarray(np.maximum(forward * torque.at(at) * turning.at(at), 0.0) @ weight)
+        forward, weight = (
+            np.repeat(self.ways[:, 0], len(nodes)),
+            np.tile(weights, np.size(self.flexion)),
+        )
+        return lambda at: np.asarray(
+            np.maximum(forward * torque.at(at) * turning.at(at), 0.0) @ weight
+        )
 
     @cached_property
     def loss(self) -> Measure:
         """What friction takes, J: a parabola in pretension, and smooth over all angles."""
-        nodes, weights = gauss(np.array([self.angles.min(), self.angles.max()]), float(np.radians(7.5)))
+        nodes, weights = gauss(
+            np.array([self.angles.min(), self.angles.max()]), float(np.radians(7.5))
+        )
         weight = np.outer(self.ways[:, 0], weights).ravel()
         if self.trajectory is not None:
             nodes, weight = self.trajectory.angle, self.trajectory.weights
@@ -183,7 +205,10 @@ class Motor:
             self._flat(motor_rates(self._taut(pretension, nodes[np.newaxis])).friction) @ weight
             for pretension in (0.0, _UNIT, 2.0 * _UNIT)
         )
-        slope, bend = (4.0 * second - 3.0 * first - third) / 2.0, (third - 2.0 * second + first) / 2.0
+        slope, bend = (
+            (4.0 * second - 3.0 * first - third) / 2.0,
+            (third - 2.0 * second + first) / 2.0,
+        )
         return lambda at: np.asarray(first + at / _UNIT * (slope + at / _UNIT * bend))
 
 
@@ -194,14 +219,33 @@ def _cut(windows: Window, code: int, lines: Lines, most: Real) -> None:
     for name, sign in (("low", 1.0), ("high", -1.0)):
         asked = np.where(sign * lines.gain < 0.0, sign * ends, -np.inf)
         tightest = asked.max(axis=1)
-        _set(windows, name, tightest > sign * getattr(windows, name), sign * tightest, code, asked.argmax(axis=1))
+        _set(
+            windows,
+            name,
+            tightest > sign * getattr(windows, name),
+            sign * tightest,
+            code,
+            asked.argmax(axis=1),
+        )
     hopeless = ((lines.gain == 0.0) & (lines.base > most * (1.0 + SLACK_TOLERANCE))).any(axis=1)
     _close(windows, code, hopeless)
 
 
-def _set(windows: Window, name: str, which: Flags, end: Array, code: int | Positions, state: int | Positions) -> None:
+def _set(
+    windows: Window,
+    name: str,
+    which: Flags,
+    end: Array,
+    code: int | Positions,
+    state: int | Positions,
+) -> None:
     """Give some of the windows another lower or upper end, in place."""
-    for of_end, new in ((name, end), (f"{name}_by", code), (f"{name}_state", state), (f"{name}_angle", np.nan)):
+    for of_end, new in (
+        (name, end),
+        (f"{name}_by", code),
+        (f"{name}_state", state),
+        (f"{name}_angle", np.nan),
+    ):
         values = getattr(windows, of_end)
         values[which] = np.broadcast_to(new, values.shape)[which]
 
@@ -214,7 +258,9 @@ def _cut_to_widest(windows: Window, measures: dict[int, Measure]) -> None:
     for _ in range(_DOUBLINGS if endless.any() else 0):  # beyond where any limit is kept
         stop = np.where(endless & ~_broken(stop, measures), start + 2.0 * (stop - start), stop)
     places = start + np.linspace(0.0, 1.0, _SAMPLES)[:, np.newaxis] * (stop - start)
-    broken = {code: np.array([measure(at) > 0.0 for at in places]) for code, measure in measures.items()}
+    broken = {
+        code: np.array([measure(at) > 0.0 for at in places]) for code, measure in measures.items()
+    }
     kept = ~np.any(list(broken.values()), axis=0)
     rows, places_of = np.arange(len(start)), np.arange(_SAMPLES)[:, np.newaxis]
     # The widest: it is longest since the last broken sample.
@@ -223,7 +269,10 @@ def _cut_to_widest(windows: Window, measures: dict[int, Measure]) -> None:
     first = last - since[last, rows] + 1
     some = windows.is_open & kept.any(axis=0)
     for name, inner, outer in (("low", first, first - 1), ("high", last, last + 1)):
-        cut, beyond = (outer >= 0) & (outer < _SAMPLES), places[np.clip(outer, 0, _SAMPLES - 1), rows]
+        cut, beyond = (
+            (outer >= 0) & (outer < _SAMPLES),
+            places[np.clip(outer, 0, _SAMPLES - 1), rows],
+        )
         _set(windows, name, some & cut, *_edge(places[inner, rows], beyond, measures), -1)
     worst = np.array([each.sum(axis=0) for each in broken.values()]).argmax(axis=0)
     _close(windows, np.array(list(broken))[worst], windows.is_open & ~some)
@@ -233,7 +282,9 @@ def _broken(at: Array, measures: dict[int, Measure]) -> npt.NDArray[np.bool_]:
     return np.asarray(np.any([measure(at) > 0.0 for measure in measures.values()], axis=0))
 
 
-def _edge(inside: Array, outside: Array, measures: dict[int, Measure]) -> tuple[Array, npt.NDArray[np.int64]]:
+def _edge(
+    inside: Array, outside: Array, measures: dict[int, Measure]
+) -> tuple[Array, npt.NDArray[np.int64]]:
     """Where between two pretensions the limits are just kept, and the limit that is broken beyond."""
     for _ in range(_HALVINGS):
         middle = 0.5 * (inside + outside)
@@ -243,7 +294,9 @@ def _edge(inside: Array, outside: Array, measures: dict[int, Measure]) -> tuple[
     return inside, np.array(list(measures))[beyond.argmax(axis=0)]
 
 
-def _close(windows: Window, code: int | npt.NDArray[np.int64], which: npt.NDArray[np.bool_]) -> None:
+def _close(
+    windows: Window, code: int | npt.NDArray[np.int64], which: npt.NDArray[np.bool_]
+) -> None:
     """Leave no pretension at all, for a reason."""
     which = which & ~np.isnan(windows.low)
     for ends, by in ((windows.low, windows.low_by), (windows.high, windows.high_by)):

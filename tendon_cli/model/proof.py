@@ -70,7 +70,9 @@ class Cells:
 
 
 def _joined(parts: list[Cells]) -> Cells:
-    return Cells(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])})
+    return Cells(
+        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])}
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,18 +86,33 @@ class Proof:
     """That are not decided, for they are too many or too narrow."""
 
 
-def cells_of(count: int, angles: tuple[float, float], flexion: Flags, knots: Array, numbers: int = 0) -> Cells:
+def cells_of(
+    count: int, angles: tuple[float, float], flexion: Flags, knots: Array, numbers: int = 0
+) -> Cells:
     """The first cells of designs from angle to angle, in each direction, at both ends of windows, of whole boxes."""
     low, high = angles
-    edges = np.unique([*np.linspace(low, high, FIRST_CELLS + 1), *knots[(knots > low) & (knots < high)]])
+    edges = np.unique(
+        [*np.linspace(low, high, FIRST_CELLS + 1), *knots[(knots > low) & (knots < high)]]
+    )
     parts = np.arange(max(1, len(edges) - 1))
-    row, ways, upper, place = map(np.ravel, np.meshgrid(np.arange(count), flexion, [False, True], parts, indexing="ij"))
+    row, ways, upper, place = map(
+        np.ravel, np.meshgrid(np.arange(count), flexion, [False, True], parts, indexing="ij")
+    )
     box = np.ones((len(row), numbers))
     ends = edges[place], edges[np.minimum(place + 1, len(edges) - 1)]
-    return Cells(row, ways, upper, np.column_stack([ends[0], -box]), np.column_stack([ends[1], box]))
+    return Cells(
+        row, ways, upper, np.column_stack([ends[0], -box]), np.column_stack([ends[1], box])
+    )
 
 
-def prove(design: Design, cells: Cells, low: Array, high: Array, bounds: Bounds, ends: Sequence[Design] = ()) -> Proof:
+def prove(
+    design: Design,
+    cells: Cells,
+    low: Array,
+    high: Array,
+    bounds: Bounds,
+    ends: Sequence[Design] = (),
+) -> Proof:
     """Whether designs, (designs, 1, 1), keep all limits on states from `low` to `high` (N) in cells.
 
     `ends` has, of a box about them, for each number the designs in which this one is at its upper end.
@@ -107,7 +124,9 @@ def prove(design: Design, cells: Cells, low: Array, high: Array, bounds: Bounds,
         count += len(todo)
         rest = [none]
         for part in (todo.taken(slice(at, at + at_once)) for at in range(0, len(todo), at_once)):
-            some, *of_ends = (taken(each, (len(low), 1, 1), (part.row, 0, 0)) for each in (design, *ends))  # type: ignore[arg-type]
+            some, *of_ends = (
+                taken(each, (len(low), 1, 1), (part.row, 0, 0)) for each in (design, *ends)
+            )  # type: ignore[arg-type]
             with np.errstate(all="ignore"):
                 pretension = np.where(part.upper, high[part.row], low[part.row])
                 kept, fails, along = _kept(some, of_ends, part, pretension, bounds)
@@ -124,10 +143,17 @@ def _kept(
     design: Design, ends: Sequence[Design], cells: Cells, pretension: Array, bounds: Bounds
 ) -> tuple[Flags, Flags, Rows]:
     """Whether all limits are kept in all of each cell, whether one is broken in its middle, and what to halve."""
-    middle, halves = cells.middle, np.maximum(cells.high - cells.middle, cells.middle - cells.low) * (1.0 + 1e-15)
+    middle, halves = (
+        cells.middle,
+        np.maximum(cells.high - cells.middle, cells.middle - cells.low) * (1.0 + 1e-15),
+    )
     angle, half, about = middle[:, 0], halves[:, 0], halves[:, 1:]
-    at_point, over_box = (within(design, ends, middle[:, 1:], size) for size in (0.0 * about, about))
-    at_middle = _held(enclosed(at_point, angle, np.zeros(()), cells.flexion, pretension, ORDER - 1), bounds)
+    at_point, over_box = (
+        within(design, ends, middle[:, 1:], size) for size in (0.0 * about, about)
+    )
+    at_middle = _held(
+        enclosed(at_point, angle, np.zeros(()), cells.flexion, pretension, ORDER - 1), bounds
+    )
     over_cell = _held(enclosed(over_box, angle, half, cells.flexion, pretension, ORDER), bounds)
     kept, fails = np.ones(len(cells), dtype=np.bool_), np.zeros(len(cells), dtype=np.bool_)
     worst, falls = np.full(len(cells), np.inf), np.zeros(middle.shape)
@@ -179,9 +205,14 @@ def _held(state: Any, bounds: Bounds) -> Iterator[Series]:
     yield state.y
     for limit in bounds.asked:
         for form in () if limit.forms is None else limit.forms(state, bounds.speed):
-            shares = ((form.flexor, state.x), (form.extensor, state.y), (form.stiffness, state.stiffness))
+            shares = (
+                (form.flexor, state.x),
+                (form.extensor, state.y),
+                (form.stiffness, state.stiffness),
+            )
             value = sum(
-                (Series.of(share, COMPUTED) * part for share, part in shares), Series.of(form.constant, COMPUTED)
+                (Series.of(share, COMPUTED) * part for share, part in shares),
+                Series.of(form.constant, COMPUTED),
             )
             least, most = limit.range_of(bounds[limit.name])
             if least is not None:
@@ -201,32 +232,65 @@ def enclosed(
     at_angle = before = sheaths_of(sides[0], sides[1], angle, flexion)
     if design.follows:
         before = sheaths_of(sides[0], sides[1], Series.of(design.setting.angle), flexion)  # type: ignore[arg-type]
-    (c_f, c_e), resting = ([Series.of(side.compliance, COMPUTED) for side in both] for both in (at_angle, before))
+    (c_f, c_e), resting = (
+        [Series.of(side.compliance, COMPUTED) for side in both] for both in (at_angle, before)
+    )
     torque = _torque(design, angle)
     apart = extensor_travel - ratio * flexor_travel + (ratio * resting[0] + resting[1]) * pretension
     det = arm * c_e + extensor_arm * (ratio * c_f)
     x, y = (torque * c_e + extensor_arm * apart) / det, (arm * apart - ratio * c_f * torque) / det
-    of_flexor, of_extensor = (each.slope() - each * c.slope() / c for each, c in ((arm, c_f), (extensor_arm, c_e)))
-    stiffness = arm * arm / c_f + extensor_arm * extensor_arm / c_e + torque.slope() - of_flexor * x + of_extensor * y
+    of_flexor, of_extensor = (
+        each.slope() - each * c.slope() / c for each, c in ((arm, c_f), (extensor_arm, c_e))
+    )
+    stiffness = (
+        arm * arm / c_f
+        + extensor_arm * extensor_arm / c_e
+        + torque.slope()
+        - of_flexor * x
+        + of_extensor * y
+    )
     flexor, extensor = at_angle
     return SimpleNamespace(
-        arms=(arm, extensor_arm), x=x, y=y, stiffness=stiffness, flexor=flexor, extensor=extensor, design=design,
-        motion=SimpleNamespace(flexor_path=path), speed=None,
+        arms=(arm, extensor_arm),
+        x=x,
+        y=y,
+        stiffness=stiffness,
+        flexor=flexor,
+        extensor=extensor,
+        design=design,
+        motion=SimpleNamespace(flexor_path=path),
+        speed=None,
         coupling=SimpleNamespace(
-            ratio=ratio, extensor_arm=extensor_arm, moment_arm=arm, flexor_compliance=c_f, extensor_compliance=c_e,
+            ratio=ratio,
+            extensor_arm=extensor_arm,
+            moment_arm=arm,
+            flexor_compliance=c_f,
+            extensor_compliance=c_e,
         ),
-        motor_arms=(design.flexor_radius / flexor.capstan, ratio * design.flexor_radius / extensor.capstan),
-    )  # fmt: skip
+        motor_arms=(
+            design.flexor_radius / flexor.capstan,
+            ratio * design.flexor_radius / extensor.capstan,
+        ),
+    )
 
 
 def _travels(joint: AnyJoint, angle: Any) -> Any:
     """The flexor's path, if the joint tells, and both travels, m."""
     if isinstance(joint, Excursion):
         origin: Any = Series.of(joint.origin)
-        return None, *((curve(angle) - curve(origin)) * joint.scale for curve in (joint.flexor, joint.extensor))
+        return None, *(
+            (curve(angle) - curve(origin)) * joint.scale for curve in (joint.flexor, joint.extensor)
+        )
     a1, b1, a2, b2 = (Series.of(each) for each in (joint.a1, joint.b1, joint.a2, joint.b2))
-    squares, along, across = a1 * a1 + b1 * b1 + a2 * a2 + b2 * b2, 2.0 * (b1 * b2 - a1 * a2), 2.0 * (a1 * b2 + a2 * b1)
-    path, start = np.sqrt(squares + along * np.cos(angle) - across * np.sin(angle)), np.sqrt(squares + along)
+    squares, along, across = (
+        a1 * a1 + b1 * b1 + a2 * a2 + b2 * b2,
+        2.0 * (b1 * b2 - a1 * a2),
+        2.0 * (a1 * b2 + a2 * b1),
+    )
+    path, start = (
+        np.sqrt(squares + along * np.cos(angle) - across * np.sin(angle)),
+        np.sqrt(squares + along),
+    )
     return path, np.where(joint.from_initial, start, b1 + b2) - path, angle * joint.elbow_radius
 
 
@@ -240,5 +304,8 @@ def _in_series(side: Any) -> Any:
     """A side with series for all of its numbers if it has any, or bends with the joint, so that nothing is rounded."""
     numbers = {name: value for name, value in vars(side).items() if name != "spring_at_motor"}
     if any(isinstance(value, Series | Spline) for value in numbers.values()):
-        numbers = {name: value if isinstance(value, Spline) else Series.of(value) for name, value in numbers.items()}
+        numbers = {
+            name: value if isinstance(value, Spline) else Series.of(value)
+            for name, value in numbers.items()
+        }
     return replace(side, **numbers)

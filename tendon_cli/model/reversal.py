@@ -53,7 +53,9 @@ class SideReversal:
         with np.errstate(divide="ignore", invalid="ignore"):
             done = np.minimum(turn / self.turn, 1.0)
             root = np.sqrt(np.square(self.sprung) + 4.0 * (1.0 - self.sprung) * done)
-            share = np.where(self.turn > 0.0, np.where(done > 0.0, 2.0 * done / (self.sprung + root), 0.0), 1.0)
+            share = np.where(
+                self.turn > 0.0, np.where(done > 0.0, 2.0 * done / (self.sprung + root), 0.0), 1.0
+            )
         return np.asarray(self.tension_before * np.square(1.0 + share * (self.ratio - 1.0)))
 
     @property
@@ -73,7 +75,9 @@ class Reversal:
 
     def motor_torque(self, turn: Array) -> Array:
         """τ_m once the spool has turned back so far (rad), N m; of a tendon without tension nothing is counted."""
-        flexor, extensor = (np.nan_to_num(side.tension(turn)) for side in (self.flexor, self.extensor))
+        flexor, extensor = (
+            np.nan_to_num(side.tension(turn)) for side in (self.flexor, self.extensor)
+        )
         return np.asarray((flexor - self.ratio * extensor) * self.flexor_radius)
 
 
@@ -100,8 +104,14 @@ def _side(before: Sheathed, after: Sheathed, tension: Array, radius: Array) -> S
     """
     pulled = np.where(tension > 0.0, tension, np.nan)
     near, change = pulled / before.capstan, before.capstan - 1.0
-    of_tendon, of_spring = pulled * (before.tendon - after.tendon), pulled * (before.spring - after.spring)
-    let_out, first = of_tendon + of_spring, -2.0 * change * np.where(before.at_motor, before.spring, 0.0) * pulled
+    of_tendon, of_spring = (
+        pulled * (before.tendon - after.tendon),
+        pulled * (before.spring - after.spring),
+    )
+    let_out, first = (
+        of_tendon + of_spring,
+        -2.0 * change * np.where(before.at_motor, before.spring, 0.0) * pulled,
+    )
     released = 0.5 * np.square(pulled) * (before.strain - after.strain)
     with np.errstate(divide="ignore", invalid="ignore"):
         sprung = np.where(let_out != 0.0, first / let_out, 0.0)
@@ -151,6 +161,11 @@ def _driving_torque(state: State) -> Array:
     design, motion, tied = state.design, state.motion, state.coupling
     held = np.asarray(design.flexor_radius) * state.spool_angle[..., :1]
     flexor = design.flexor.pretension + (held - motion.flexor_travel) / tied.flexor_compliance
-    extensor = design.extensor.pretension + (motion.extensor_travel - design.ratio * held) / tied.extensor_compliance
-    pulls = tied.moment_arm * np.maximum(flexor, 0.0) - tied.extensor_arm * np.maximum(extensor, 0.0)
+    extensor = (
+        design.extensor.pretension
+        + (motion.extensor_travel - design.ratio * held) / tied.extensor_compliance
+    )
+    pulls = tied.moment_arm * np.maximum(flexor, 0.0) - tied.extensor_arm * np.maximum(
+        extensor, 0.0
+    )
     return np.asarray(pulls - tied.elbow_torque)

@@ -65,8 +65,12 @@ def measured_route(points: Array, stated_noise: float | None = None) -> Measured
     scales = {length: _at_scale(route, length, noise) for length in _lengths(len(route))}
     first = scales[1]
     if first.variance < 1e-6:  # way-points of no noise to speak of: every turn counts
-        return MeasuredRoute(raw, math.hypot(_LEAST_ERROR * raw, _correction(scales, 1)[1]), raw, measured, turn)
-    bend_angle, error = min((_with_error(scales, length) for length in scales), key=lambda pair: pair[1])
+        return MeasuredRoute(
+            raw, math.hypot(_LEAST_ERROR * raw, _correction(scales, 1)[1]), raw, measured, turn
+        )
+    bend_angle, error = min(
+        (_with_error(scales, length) for length in scales), key=lambda pair: pair[1]
+    )
     largest = first.largest if first.variance < _TURNS_SHOW else 0.0
     return MeasuredRoute(bend_angle, error, raw, measured, largest)
 
@@ -100,7 +104,9 @@ def noise_of(route: Array) -> float:
             weights = 1.0 / np.prod(gaps, axis=2)
             weights /= np.linalg.norm(weights, axis=1)[:, np.newaxis]
             left = np.einsum("ij,ijk->ik", weights, route[windows])
-            estimates.append(math.sqrt(float(np.median(np.sum(left**2, axis=1))) / _MEDIANS[components]))
+            estimates.append(
+                math.sqrt(float(np.median(np.sum(left**2, axis=1))) / _MEDIANS[components])
+            )
     return _LEAST_OF_SEVERAL * min(estimates, default=0.0)
 
 
@@ -121,7 +127,9 @@ class _Scale:
 def _lengths(count: int) -> list[int]:
     """Lengths of windows in steps, each about half as long again as the one before."""
     lengths = [1]
-    while (count - 1) // (longer := max(lengths[-1] + 1, int(1.5 * lengths[-1]))) >= _FEWEST_WINDOWS:
+    while (count - 1) // (
+        longer := max(lengths[-1] + 1, int(1.5 * lengths[-1]))
+    ) >= _FEWEST_WINDOWS:
         lengths.append(longer)
     return lengths
 
@@ -129,7 +137,12 @@ def _lengths(count: int) -> list[int]:
 def _with_error(scales: dict[int, _Scale], length: int) -> tuple[float, float]:
     """The total at a scale, extrapolated to windows of no length, and its expected error."""
     scale, (correction, lost) = scales[length], _correction(scales, length)
-    parts = (1.5 * scale.scatter, (0.5 * scale.taken_off) ** 2, lost**2, (_LEAST_ERROR * scale.total) ** 2)
+    parts = (
+        1.5 * scale.scatter,
+        (0.5 * scale.taken_off) ** 2,
+        lost**2,
+        (_LEAST_ERROR * scale.total) ** 2,
+    )
     return max(0.0, scale.total + correction), math.sqrt(sum(parts))
 
 
@@ -168,7 +181,9 @@ def _from(route: Array, along: Array, length: int, offset: int, noise: float) ->
     weights /= np.linalg.norm(slopes, axis=1)[:, np.newaxis]
     turns = _angles(slopes[:-1], slopes[1:])
     each = np.sum(weights**2, axis=1)
-    variances = noise**2 * (each[:-1] + each[1:] - 2.0 * weights[:-1, -1] * weights[1:, 0])  # they share a way-point
+    variances = noise**2 * (
+        each[:-1] + each[1:] - 2.0 * weights[:-1, -1] * weights[1:, 0]
+    )  # they share a way-point
     counts = turns**2 > _SIGNIFICANT * variances
     real = np.where(counts, np.sqrt(np.maximum(turns**2 - variances, 0.0)), 0.0)
     idle = min(1.0, float(np.mean(~counts)) / _MISSED) if noise > 0.0 else 0.0
@@ -180,7 +195,9 @@ def _from(route: Array, along: Array, length: int, offset: int, noise: float) ->
     variance = float(np.mean(variances))
     scatter = variance * (1.5 + 0.5 * len(turns) * idle) + sum(error**2 for _, error in ends)
     total = max(0.0, float(real.sum()) - taken_off) + sum(bend for bend, _ in ends)
-    certain = turns**2 > 2.0 * variances * (math.log(len(turns)) + 5.0)  # noise alone hardly makes one of so many
+    certain = turns**2 > 2.0 * variances * (
+        math.log(len(turns)) + 5.0
+    )  # noise alone hardly makes one of so many
     return _Scale(total, scatter, taken_off, variance, float(real[certain].max(initial=0.0)))
 
 
@@ -192,7 +209,9 @@ def _end(curvatures: Array, distance: float) -> tuple[float, float]:
     mean, least = float(curvatures.mean()), float(curvatures.min())
     if len(curvatures) > 1 and least >= 0.5 * mean:
         return mean * distance, float(curvatures.std()) / math.sqrt(len(curvatures)) * distance
-    return least * distance * (len(curvatures) > 1), 0.5 * (mean - least * (len(curvatures) > 1)) * distance
+    return least * distance * (len(curvatures) > 1), 0.5 * (
+        mean - least * (len(curvatures) > 1)
+    ) * distance
 
 
 def total_curvature(points: npt.ArrayLike) -> tuple[float, float]:
@@ -206,7 +225,9 @@ def total_curvature(points: npt.ArrayLike) -> tuple[float, float]:
     fine, largest = _sum_of_turns(route, np.arange(len(route)))
     if len(route) < FEWEST:
         return fine, largest
-    coarse = float(np.mean([_sum_of_turns(route, np.arange(first, len(route), 2))[0] for first in (0, 1)]))
+    coarse = float(
+        np.mean([_sum_of_turns(route, np.arange(first, len(route), 2))[0] for first in (0, 1)])
+    )
     return fine + (fine - coarse) / 3.0, largest
 
 

@@ -52,7 +52,9 @@ class Reading:
 
     def shown(self, pretension: Real) -> Array:
         """The reading at F0."""
-        return np.asarray(self.floor + self.gain * np.maximum(pretension - self.required, self.lowest))
+        return np.asarray(
+            self.floor + self.gain * np.maximum(pretension - self.required, self.lowest)
+        )
 
     def pretension(self, shown: Real) -> Array:
         """The F0 of a reading; below what a slack tendon shows there is none, and it is then too low."""
@@ -79,5 +81,7 @@ def set_by(design: Design) -> Design:
     if design.read == F0:
         return design
     given = pretension_of(design, design.flexor.pretension)
-    flexor, extensor = (replace(side, pretension=given) for side in (design.flexor, design.extensor))
+    flexor, extensor = (
+        replace(side, pretension=given) for side in (design.flexor, design.extensor)
+    )
     return replace(design, flexor=flexor, extensor=extensor)

@@ -41,7 +41,12 @@ def relative_elongation(exponent: Any) -> Any:
 
 
 def tendon_compliance(
-    length: Real, diameter: Real, youngs_modulus: Real, friction: Real, bend_angle: Real, toward: Real
+    length: Real,
+    diameter: Real,
+    youngs_modulus: Real,
+    friction: Real,
+    bend_angle: Real,
+    toward: Real,
 ) -> Array:
     """Elongation of a round tendon per newton at its distal end (Eq. 13), m/N."""
     area = np.pi * np.square(diameter) / 4.0
@@ -57,7 +62,9 @@ def elongation_slope(exponent: Real) -> Array:
     for term in range(_TERMS, 0, -1):  # Σ n z^(n-1)/(n+1)!
         series = 1.0 + series * z * (term + 1) / (term * (term + 2))
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(np.abs(z) < _SERIES_BELOW, 0.5 * series, (np.exp(z) - relative_elongation(z)) / z)
+        return np.where(
+            np.abs(z) < _SERIES_BELOW, 0.5 * series, (np.exp(z) - relative_elongation(z)) / z
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +92,9 @@ class Sheathed:
     @property
     def compliance_rate(self) -> Array:
         """dc/dθ, m/(N rad)."""
-        return np.asarray(self._tendon_rate + self.spring * np.where(self.at_motor, self.exponent_rate, 0.0))
+        return np.asarray(
+            self._tendon_rate + self.spring * np.where(self.at_motor, self.exponent_rate, 0.0)
+        )
 
     @property
     def exponent(self) -> Array:
@@ -103,7 +112,11 @@ class Sheathed:
 
         With F = T e^(as/L) from the elbow on it is L/(AE) (e^(2a) - 1)/(2a), where c_Ten has a once.
         """
-        return np.asarray(self.tendon * relative_elongation(2.0 * self.exponent) / relative_elongation(self.exponent))
+        return np.asarray(
+            self.tendon
+            * relative_elongation(2.0 * self.exponent)
+            / relative_elongation(self.exponent)
+        )
 
     @property
     def _strain_rate(self) -> Array:
@@ -124,10 +137,16 @@ class Sheathed:
 
         Per second if the rate is and the joint turns by `turning` (rad/s).
         """
-        rate = self._strain_rate + 2.0 * self._spring_energy * np.where(self.at_motor, self.exponent_rate, 0.0)
-        return np.asarray(self.gives * tension * tension_rate + 0.5 * rate * tension * tension * turning)
+        rate = self._strain_rate + 2.0 * self._spring_energy * np.where(
+            self.at_motor, self.exponent_rate, 0.0
+        )
+        return np.asarray(
+            self.gives * tension * tension_rate + 0.5 * rate * tension * tension * turning
+        )
 
-    def friction_rate(self, tension: Array, tension_rate: Array, path_rate: Real, turning: Real = 1.0) -> Array:
+    def friction_rate(
+        self, tension: Array, tension_rate: Array, path_rate: Real, turning: Real = 1.0
+    ) -> Array:
         """∫ dF/ds du/dθ ds over the sheath: what friction takes, N m, by the distal tension T and its rate (N, N/rad).
 
         The path outside of the sheath shortens by `path_rate` (m/rad), so that the tendon moves toward the motor by
@@ -136,7 +155,9 @@ class Sheathed:
         last one is e^a c_Ten less `strain`. A bend that follows the joint adds T² (e^a dc_Ten/dθ - dstrain/dθ / 2).
         """
         near = 1.0 / self.capstan
-        slides = path_rate + (self.anchor + np.where(self.at_motor, 0.0, self.spring)) * tension_rate
+        slides = (
+            path_rate + (self.anchor + np.where(self.at_motor, 0.0, self.spring)) * tension_rate
+        )
         bending = (near * self._tendon_rate - 0.5 * self._strain_rate) * turning
         along = tension_rate * (near * self.tendon - self.strain) + tension * bending
         return np.asarray(tension * ((near - 1.0) * slides + along))
@@ -149,7 +170,9 @@ def sheath_of(side: Side, toward: Real, angle: Real) -> Sheathed:
     softness = np.divide(1.0, side.spring_stiffness)
     return Sheathed(
         capstan=capstan,
-        tendon=tendon_compliance(side.length, side.diameter, side.youngs_modulus, side.friction, bend, toward),
+        tendon=tendon_compliance(
+            side.length, side.diameter, side.youngs_modulus, side.friction, bend, toward
+        ),
         spring=np.where(side.spring_at_motor, softness / capstan, softness)
         if np.any(side.spring_at_motor)
         else softness,
@@ -159,7 +182,9 @@ def sheath_of(side: Side, toward: Real, angle: Real) -> Sheathed:
     )
 
 
-def sheaths_of(flexor: Side, extensor: Side, angle: Real, flexion: Flag) -> tuple[Sheathed, Sheathed]:
+def sheaths_of(
+    flexor: Side, extensor: Side, angle: Real, flexion: Flag
+) -> tuple[Sheathed, Sheathed]:
     """Flexor and extensor. In flexion the flexor is pulled toward the motor, the extensor dragged toward the elbow."""
     pulled = np.where(flexion, TOWARD_MOTOR, TOWARD_ELBOW)
     return sheath_of(flexor, pulled, angle), sheath_of(extensor, -pulled, angle)

@@ -145,7 +145,9 @@ def respond(state: Coupling, *, unilateral: Flag = True) -> Response:
     load, backward = np.maximum(floor_x, floor_y), state.elbow_torque < 0.0
     idle = load <= SLACK_TOLERANCE * np.abs(required)
     limit = required - _tolerance(load, required) * spread * np.where(backward, per_radius, per_arm)
-    flexor_limit, extensor_limit = (np.where(idle | slack, limit, -np.inf) for slack in (backward, ~backward))
+    flexor_limit, extensor_limit = (
+        np.where(idle | slack, limit, -np.inf) for slack in (backward, ~backward)
+    )
     if not np.all(unilateral):
         on_flexor, on_extensor = _side_limits(state, flexor_gain, extensor_gain)
         flexor_limit = np.where(unilateral, flexor_limit, on_flexor)
@@ -166,7 +168,10 @@ def respond(state: Coupling, *, unilateral: Flag = True) -> Response:
 def _side_limits(state: Coupling, flexor_gain: Array, extensor_gain: Array) -> tuple[Array, Array]:
     """Pretensions below which flexor and extensor are each in negative tension, N, in the bilateral model."""
     common = state.common_compliance
-    at_flexor, at_extensor = state.elbow_torque / state.moment_arm, -state.elbow_torque / state.extensor_arm
+    at_flexor, at_extensor = (
+        state.elbow_torque / state.moment_arm,
+        -state.elbow_torque / state.extensor_arm,
+    )
     for_extensor = (state.ratio * state.flexor_compliance * at_flexor - state.mismatch) / common
     for_flexor = (state.extensor_compliance * at_extensor - state.mismatch) / common
     return (
@@ -198,13 +203,18 @@ class Balance:
     def flexor(self) -> Array:
         """x, distal flexor tension, N."""
         response = self.response
-        return np.asarray(response.flexor_gain * np.maximum(self.margin, response.lowest) + response.flexor_floor)
+        return np.asarray(
+            response.flexor_gain * np.maximum(self.margin, response.lowest) + response.flexor_floor
+        )
 
     @cached_property
     def extensor(self) -> Array:
         """y, distal extensor tension, N."""
         response = self.response
-        return np.asarray(response.extensor_gain * np.maximum(self.margin, response.lowest) + response.extensor_floor)
+        return np.asarray(
+            response.extensor_gain * np.maximum(self.margin, response.lowest)
+            + response.extensor_floor
+        )
 
     @cached_property
     def flexor_slack(self) -> Flags:
@@ -219,7 +229,9 @@ class Balance:
     @cached_property
     def status(self) -> Status:
         """Index into STATUS_NAMES."""
-        slack = self.flexor_slack * np.int8(FLEXOR_SLACK) + self.extensor_slack * np.int8(EXTENSOR_SLACK)
+        slack = self.flexor_slack * np.int8(FLEXOR_SLACK) + self.extensor_slack * np.int8(
+            EXTENSOR_SLACK
+        )
         return np.where(np.isnan(self.coupling.moment_arm), np.int8(NO_EQUILIBRIUM), slack)
 
     @cached_property
@@ -240,9 +252,13 @@ class Balance:
 
 
 def solve(
-    state: Coupling, flexor_pretension: Real, extensor_pretension: Real, *, unilateral: Flag = True,
+    state: Coupling,
+    flexor_pretension: Real,
+    extensor_pretension: Real,
+    *,
+    unilateral: Flag = True,
     response: Response | None = None,
-) -> Balance:  # fmt: skip
+) -> Balance:
     """Distal tensions and status; `response` is what `respond` gives, for whoever has it already."""
     response = respond(state, unilateral=unilateral) if response is None else response
     return Balance(state, response, state.common_pretension(flexor_pretension, extensor_pretension))

@@ -22,7 +22,9 @@ class Trajectory:
         self._order = np.argsort(angle, kind="stable")
         self._ascending = angle[self._order]
         for at in range(1, len(angle)):
-            self._ascending[at] = max(self._ascending[at], np.nextafter(self._ascending[at - 1], np.inf))
+            self._ascending[at] = max(
+                self._ascending[at], np.nextafter(self._ascending[at - 1], np.inf)
+            )
         self.angle = np.empty(len(angle))
         self.angle[self._order] = self._ascending
 
@@ -54,7 +56,9 @@ class Trajectory:
         """The same where friction turns a sample earlier, and a sample later, whatever peaks lie between samples."""
         room = np.abs(np.diff(self.angle, 2)).max() / 8.0
         early, late = copy(self), copy(self)
-        early.flexion = np.append(ways(self.angle, max(0.0, self.reversal - room))[1:], self.flexion[-1])
+        early.flexion = np.append(
+            ways(self.angle, max(0.0, self.reversal - room))[1:], self.flexion[-1]
+        )
         late.flexion = np.insert(ways(self.angle, self.reversal + room)[:-1], 0, self.flexion[0])
         return early, late
 

@@ -76,7 +76,9 @@ def window(design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds) -
     """The windows of designs over their states: of angles (1, K) in each direction, (D, 1), or (1, K) in a motion."""
     at, states = State.of(design, elbow_angle, flexion), (len(flexion), elbow_angle.size)
     of_design = _ceiling(design, bounds), _broken_by_design(design, bounds)
-    shape = np.broadcast_shapes(*(each.shape for each in (*ends_of_states(at, bounds), *of_design)), states)
+    shape = np.broadcast_shapes(
+        *(each.shape for each in (*ends_of_states(at, bounds), *of_design)), states
+    )
     folded = begin(shape[:-2])
     fold(folded, at, bounds, np.arange(states[0] * states[1]).reshape(states))
     return named(finished(folded, design, bounds), design, elbow_angle, flexion, bounds)
@@ -84,7 +86,13 @@ def window(design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds) -
 
 def begin(shape: tuple[int, ...]) -> Found:
     """No state yet, for designs of a shape; other angles of the same designs may be folded in turn."""
-    starts = {"low": -np.inf, "high": np.inf, "low_state": -1.0, "high_state": -1.0, "blocked": np.inf}
+    starts = {
+        "low": -np.inf,
+        "high": np.inf,
+        "low_state": -1.0,
+        "high_state": -1.0,
+        "blocked": np.inf,
+    }
     return {name: np.full(shape, start) for name, start in starts.items()}
 
 
@@ -97,12 +105,17 @@ def fold(folded: Found, at: State, bounds: Bounds, states: Positions) -> None:
     def flat(values: npt.NDArray[Kind]) -> npt.NDArray[Kind]:
         return np.broadcast_to(values, whole).reshape(*whole[:-2], -1)
 
-    ends = (("low", np.where(np.isnan(low), -np.inf, low), 1.0), ("high", np.where(np.isnan(high), np.inf, high), -1.0))
+    ends = (
+        ("low", np.where(np.isnan(low), -np.inf, low), 1.0),
+        ("high", np.where(np.isnan(high), np.inf, high), -1.0),
+    )
     for name, values, sign in ends:
         spread = flat(values)
         place = np.argmax(sign * spread, axis=-1)
         end, state, before = _at(spread, place), numbers[place], folded[f"{name}_state"]
-        tighter = (sign * end > sign * folded[name]) | ((end == folded[name]) & np.isfinite(end) & (state < before))
+        tighter = (sign * end > sign * folded[name]) | (
+            (end == folded[name]) & np.isfinite(end) & (state < before)
+        )
         np.copyto(folded[name], end, where=tighter)
         np.copyto(before, state, where=tighter)
     first = np.min(np.where(flat(blocked) != NOTHING, numbers, np.inf), axis=-1)
@@ -138,7 +151,10 @@ def _ceiling(design: Design, bounds: Bounds) -> Array:
 def as_read(ends: Kept, design: Design) -> Kept:
     """Ends as the design's pretension is read."""
     with np.errstate(invalid="ignore"):
-        low, high = (shown(design, end[..., np.newaxis, np.newaxis])[..., 0, 0] for end in (ends.low, ends.high))
+        low, high = (
+            shown(design, end[..., np.newaxis, np.newaxis])[..., 0, 0]
+            for end in (ends.low, ends.high)
+        )
     return replace(ends, low=low, high=high)
 
 
@@ -149,7 +165,9 @@ def _broken_by_design(design: Design, bounds: Bounds) -> Codes:
         if limit.of_design is not None and LIMIT_NAMES.index(limit.name) != PRETENSION:
             bound = bounds[limit.name]
             broken = limit.beyond(limit.of_design(design), bound) > SLACK_TOLERANCE * np.abs(bound)
-            code = np.where(broken & (code == NOTHING), np.int8(LIMIT_NAMES.index(limit.name)), code)
+            code = np.where(
+                broken & (code == NOTHING), np.int8(LIMIT_NAMES.index(limit.name)), code
+            )
     return code
 
 
@@ -159,15 +177,24 @@ def named(ends: Ends, design: Design, elbow_angle: Array, flexion: Flags, bounds
     The states are all of `elbow_angle`, (1, K), in each direction of `flexion`, (D, 1), or (1, K) along a trajectory.
     """
     limits, fixed = [], _over_design(_broken_by_design(design, bounds))
-    for state, beside, upper in ((ends.low_state, ends.low_angle, False), (ends.high_state, ends.high_angle, True)):
+    for state, beside, upper in (
+        (ends.low_state, ends.low_angle, False),
+        (ends.high_state, ends.high_angle, True),
+    ):
         direction, place = np.divmod(np.maximum(state, 0), elbow_angle.size)
-        angle = np.where(np.isnan(beside), elbow_angle.ravel()[place], beside)[..., np.newaxis, np.newaxis]
+        angle = np.where(np.isnan(beside), elbow_angle.ravel()[place], beside)[
+            ..., np.newaxis, np.newaxis
+        ]
         way = np.broadcast_to(flexion, (len(flexion), elbow_angle.size))[direction, place]
         at = State.of(design, angle, way[..., np.newaxis, np.newaxis])
         _, _, low_by, high_by, blocked = ends_of_states(at, bounds)
         of_state, reason = map(_over_design, (high_by if upper else low_by, blocked))
         of_none = np.where(np.isfinite(ends.high), PRETENSION, NOTHING) if upper else NOTHING
-        by = np.where(np.isnan(ends.low), np.where(state < 0, fixed, reason), np.where(state < 0, of_none, of_state))
+        by = np.where(
+            np.isnan(ends.low),
+            np.where(state < 0, fixed, reason),
+            np.where(state < 0, of_none, of_state),
+        )
         limits.append(by.astype(np.int8))
     return Window(**vars(ends), low_by=limits[0], high_by=limits[1])
 

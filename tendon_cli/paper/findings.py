@@ -14,16 +14,25 @@ _COINCIDE, _DIFFER = 1.0, 30.0  # % of the peak tension
 _PRINTED_MU, _AS_PRINTED = np.array([0.073, 0.075]), 5e-4
 _NONE = 1e-9  # %, what rounding leaves of a difference
 _PEOPLE = 500
-_SEEN, _HARDLY = 10.0, 1.0  # % of the peak: a deviation that shows in a figure, and one that does not
+_SEEN, _HARDLY = (
+    10.0,
+    1.0,
+)  # % of the peak: a deviation that shows in a figure, and one that does not
 
 
 def failing_by_place(paper: Paper) -> dict[float, list[str]]:
     """Which findings fail, by the distance from the elbow at which the load is held (m)."""
     failing = {}
     for place in paper["fig06-places"].values("arm_load_distance").tolist():
-        moved = {study: paper[name].at(arm_load_distance=place) for name, (study, _) in PLACES.items()}
+        moved = {
+            study: paper[name].at(arm_load_distance=place) for name, (study, _) in PLACES.items()
+        }
         there = replace(paper, runs={**paper.runs, **moved})
-        asked = [each["id"] for each in content()["finding"] if each["figure"].removesuffix(".png") in moved]
+        asked = [
+            each["id"]
+            for each in content()["finding"]
+            if each["figure"].removesuffix(".png") in moved
+        ]
         failing[place] = [id_ for id_ in asked if not all(FINDINGS[id_](there)[0])]
     return failing
 
@@ -34,14 +43,23 @@ def failing_by_place(paper: Paper) -> dict[float, list[str]]:
 def _ratio(paper: Paper) -> Evidence:
     run = paper["fig04"]
     ratio = run.travel_ratio()
-    return [ratio[-1] > 1.0, falls(ratio[::-1])], ratio[-1], np.interp(1.0, ratio, run.degrees), ratio[0]
+    return (
+        [ratio[-1] > 1.0, falls(ratio[::-1])],
+        ratio[-1],
+        np.interp(1.0, ratio, run.degrees),
+        ratio[0],
+    )
 
 
 def _elbow_over_motor(paper: Paper) -> Evidence:
     run = paper["fig06"]
     angles, gain = run.crossings(), run.gain()
     is_first = all(0.0 < angle < _LAST_OF_THE_FIRST_ANGLES for angle in angles)
-    return [is_first, (np.diff(np.sign(gain[:, 0])) >= 0.0).all(), (gain[:, 1] > 0.0).all()], angles, run.loads
+    return (
+        [is_first, (np.diff(np.sign(gain[:, 0])) >= 0.0).all(), (gain[:, 1] > 0.0).all()],
+        angles,
+        run.loads,
+    )
 
 
 def _gain_grows(paper: Paper) -> Evidence:
@@ -67,7 +85,14 @@ def _extensor(paper: Paper) -> Evidence:
     run = paper["fig07"]
     idle, *loaded = run.curves("extensor_tension_distal")[:, 0]
     ends, at_peak = [line[-1] for line in loaded], run.degrees[idle.argmax()]
-    return [idle[1] > idle[0], *map(falls, loaded)], idle[0], idle.max(), at_peak, ends, run.loads[1:]
+    return (
+        [idle[1] > idle[0], *map(falls, loaded)],
+        idle[0],
+        idle.max(),
+        at_peak,
+        ends,
+        run.loads[1:],
+    )
 
 
 def _near_elbow(paper: Paper) -> Evidence:
@@ -83,7 +108,12 @@ def _near_motor(paper: Paper) -> Evidence:
 def _slack_at_the_motor(paper: Paper) -> Evidence:
     run = paper["fig08"]
     flexor, extensor = (run.least(f"{side}_tension_proximal") for side in SIDES)
-    return [flexor.min() > 0.0, ((extensor < 0.0) == (run.loads > 0.0)).all()], flexor, extensor, run.loads
+    return (
+        [flexor.min() > 0.0, ((extensor < 0.0) == (run.loads > 0.0)).all()],
+        flexor,
+        extensor,
+        run.loads,
+    )
 
 
 def _at_200_newtons(paper: Paper) -> Evidence:
@@ -93,9 +123,15 @@ def _at_200_newtons(paper: Paper) -> Evidence:
 
 
 def _softer_springs(paper: Paper) -> Evidence:
-    run, heavy, soft = paper["fig10"], {"load_mass": 10.0}, {"spring_stiffness": 1e3, "spool_ratio": 1.0}
+    run, heavy, soft = (
+        paper["fig10"],
+        {"load_mass": 10.0},
+        {"spring_stiffness": 1e3, "spool_ratio": 1.0},
+    )
     depths, longest = run.depth(), 1e3 * run.design("max_spring_extension")
-    deeper = [paper["fig10-springs"].depth(spring_stiffness=spring, **heavy) for spring in (3e3, 1e3)]
+    deeper = [
+        paper["fig10-springs"].depth(spring_stiffness=spring, **heavy) for spring in (3e3, 1e3)
+    ]
     windows = [paper["fig06-windows"].windows(load_mass=load, **soft) for load in (0.0, 5.0)]
     holds = [falls(depths), falls(run.design("slack_fraction")), falls(-longest)]
     return holds, depths, longest, run.values("spring_stiffness") / 1e3, *deeper, *np.ravel(windows)
@@ -107,13 +143,25 @@ def _smaller_ratio(paper: Paper) -> Evidence:
     gone = shares[-1] == 0.0 and run.design("min_extensor_tension")[-1] > 0.0
     left = paper["fig11-10kg"].least("extensor_tension_distal", spool_ratio=0.7)
     choice = {"spring_stiffness": 3e3, "spool_ratio": 0.7}
-    (idle, loaded, heavy) = (paper["fig06-windows"].windows(load_mass=load, **choice) for load in (0.0, 5.0, 10.0))
+    (idle, loaded, heavy) = (
+        paper["fig06-windows"].windows(load_mass=load, **choice) for load in (0.0, 5.0, 10.0)
+    )
     shared = max(idle[0], loaded[0]), min(idle[1], loaded[1])
-    return [falls(depths), falls(shares), gone], depths, shares, run.values("spool_ratio"), left, *shared, heavy[0]
+    return (
+        [falls(depths), falls(shares), gone],
+        depths,
+        shares,
+        run.values("spool_ratio"),
+        left,
+        *shared,
+        heavy[0],
+    )
 
 
 def _table_a1(paper: Paper) -> Evidence:
-    both = np.array([paper.fit.by_direction[way].friction for way in ("toward_motor", "toward_load")])
+    both = np.array(
+        [paper.fit.by_direction[way].friction for way in ("toward_motor", "toward_load")]
+    )
     return list(np.abs(both - _PRINTED_MU) < _AS_PRINTED), *both
 
 
@@ -182,7 +230,9 @@ def _universal(paper: Paper) -> Evidence:
     windows = [run.windows(spring_stiffness=k, spool_ratio=eta) for k, eta in remedies]
     common = [(low.max(), high.min()) for low, high in windows]
     shares = [100.0 * served(_PEOPLE, k, eta, run.loads) for k, eta in (*remedies, (8e3, 0.5))]
-    parts = [low <= high or share >= 95.0 for (low, high), share in zip(common, shares[:-1], strict=True)]
+    parts = [
+        low <= high or share >= 95.0 for (low, high), share in zip(common, shares[:-1], strict=True)
+    ]
     return parts, run.loads, *windows[0], *np.ravel(common), float(_PEOPLE), *shares
 
 

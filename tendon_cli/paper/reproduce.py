@@ -54,7 +54,9 @@ class Reproduction:
     def span(self) -> tuple[float, float] | None:
         """The nearest and the farthest place at which all findings hold, all those between them too; None for none."""
         holding = [place for place, failed in self.failing.items() if not failed]
-        if not holding or any(self.failing[place] for place in self.failing if holding[0] < place < holding[-1]):
+        if not holding or any(
+            self.failing[place] for place in self.failing if holding[0] < place < holding[-1]
+        ):
             return None
         return holding[0], holding[-1]
 
@@ -73,11 +75,14 @@ class Reproduction:
     def counts(self) -> list[str]:
         """What came out, a line each."""
         hold, shown = (
-            f"{sum(entry.holds for entry in part)} of {len(part)}" for part in map(self.of, ("finding", "slip"))
+            f"{sum(entry.holds for entry in part)} of {len(part)}"
+            for part in map(self.of, ("finding", "slip"))
         )
         claims = self.of("claim")
         verdicts = [entry.verdict for entry in claims]
-        count = ", ".join(f"{verdicts.count(verdict)} {verdict}" for verdict in (TRUE, IN_PART, FALSE))
+        count = ", ".join(
+            f"{verdicts.count(verdict)} {verdict}" for verdict in (TRUE, IN_PART, FALSE)
+        )
         recorded = "all" if all(entry.as_recorded for entry in claims) else "not all"
         return [
             f"{hold} findings of the paper hold.",
@@ -93,7 +98,11 @@ class Reproduction:
         near, far = self.span
         places = list(self.failing)
         ends = (("nearer", places.index(near) - 1), ("farther", places.index(far) + 1))
-        beyond = [f"{way}, not {', '.join(self.failing[places[at]])}" for way, at in ends if 0 <= at < len(places)]
+        beyond = [
+            f"{way}, not {', '.join(self.failing[places[at]])}"
+            for way, at in ends
+            if 0 <= at < len(places)
+        ]
         span = f"All findings hold together for loads held {1e3 * near:.0f} to {1e3 * far:.0f} mm from the elbow"
         return "; ".join([span, *beyond]) + "."
 
@@ -106,33 +115,44 @@ class Reproduction:
             ids = ", ".join(entry.id for entry in self.entries if entry.figure == figure)
             figures += f"![{caption}]({figure})\n\n*{caption}* Shows {ids}.\n\n"
         return str(written["page"]).format(
-            counts="\n".join(f"- {line}" for line in self.counts()), figures=figures,
+            counts="\n".join(f"- {line}" for line in self.counts()),
+            figures=figures,
             versions=f"tendon {known['tendon']} (results version {RESULTS_VERSION}), {libraries}",
             **{f"{kind}s": _table(self.of(kind), kind) for kind in ("finding", "claim", "slip")},
-        )  # fmt: skip
+        )
 
     def record(self) -> dict[str, Any]:
         """What `--json` prints."""
         return {
-            "holds": self.holds, "load_distance": self.span, "out": str(self.out), "ledger": self.data(),
+            "holds": self.holds,
+            "load_distance": self.span,
+            "out": str(self.out),
+            "ledger": self.data(),
             "files": list(self.files),
-        }  # fmt: skip
+        }
 
     def text(self) -> str:
         """A short summary, with every entry whose verdict is not the one on record."""
         wrong = [
             f"  {entry.id} is {entry.verdict}, on record {entry.recorded}: {entry.finding}\n    {entry.value}"
-            for entry in self.entries if not entry.as_recorded
-        ]  # fmt: skip
-        details = f"{self.out / _PAGE} has the details, with {len(self.files) - 2} figures next to it"
+            for entry in self.entries
+            if not entry.as_recorded
+        ]
+        details = (
+            f"{self.out / _PAGE} has the details, with {len(self.files) - 2} figures next to it"
+        )
         return "\n".join([*self.counts(), *wrong, details])
 
 
 def _table(entries: Sequence[Entry], kind: str) -> str:
     rows = [f"| id | verdict | {kind} | numbers | figure |", "|---|---|---|---|---|"]
     for entry in entries:
-        mark = entry.verdict if entry.as_recorded else f"✗ {entry.verdict}, on record {entry.recorded}"
-        texts = (text.replace("|", "\\|").replace("_", "\\_") for text in (entry.finding, entry.value))
+        mark = (
+            entry.verdict if entry.as_recorded else f"✗ {entry.verdict}, on record {entry.recorded}"
+        )
+        texts = (
+            text.replace("|", "\\|").replace("_", "\\_") for text in (entry.finding, entry.value)
+        )
         name = (entry.figure or "").partition(".")[0]
         called = f"Fig. {int(name[3:])}" if name.startswith("fig") else "Table A.1"
         link = f"[{called}]({entry.figure})" if entry.figure else ""
@@ -141,9 +161,13 @@ def _table(entries: Sequence[Entry], kind: str) -> str:
 
 
 def reproduce(
-    out: Path, *, jobs: int | None = None, progress: Progress | None = None, stop: threading.Event | None = None,
+    out: Path,
+    *,
+    jobs: int | None = None,
+    progress: Progress | None = None,
+    stop: threading.Event | None = None,
     runs: Path | None = None,
-) -> Reproduction:  # fmt: skip
+) -> Reproduction:
     """Run the paper's studies, draw its figures and write its page into `out`.
 
     The tables go to `runs` and stay there, by default to a temporary folder. Raises TendonError, and `part.Stopped`
@@ -169,16 +193,26 @@ def reproduce(
 
 
 def evaluate(
-    area: Path, *, jobs: int | None = 1, stop: threading.Event | None = None, step: Callable[[], None] = lambda: None,
+    area: Path,
+    *,
+    jobs: int | None = 1,
+    stop: threading.Event | None = None,
+    step: Callable[[], None] = lambda: None,
     lock: bool = True,
-) -> tuple[Paper, Reproduction]:  # fmt: skip
+) -> tuple[Paper, Reproduction]:
     """Sweep all studies into folders of `area`, fit Table A.1, and judge; nothing is drawn."""
     runs = {}
-    for name, run in swept((*STUDIES, *VARIANTS), area, jobs=jobs, stop=stop or threading.Event(), lock=lock):
+    for name, run in swept(
+        (*STUDIES, *VARIANTS), area, jobs=jobs, stop=stop or threading.Event(), lock=lock
+    ):
         runs[name] = run
         step()
-    paper = Paper(runs, *(fit_friction(READINGS, bend_angle=angle) for angle in (WRAP_ANGLE, PRINTED_ANGLE)))
-    return paper, Reproduction(judged(FINDINGS | CLAIMS | SLIPS, paper), failing_by_place(paper), area)
+    paper = Paper(
+        runs, *(fit_friction(READINGS, bend_angle=angle) for angle in (WRAP_ANGLE, PRINTED_ANGLE))
+    )
+    return paper, Reproduction(
+        judged(FINDINGS | CLAIMS | SLIPS, paper), failing_by_place(paper), area
+    )
 
 
 def _draw(paper: Paper, out: Path, step: Callable[[], None]) -> list[str]:
@@ -208,7 +242,9 @@ def finisher(run: PaperTables) -> Finish:
         if len(page.axes) == 2:
             for axes, side in zip(page.axes, ("front", "back"), strict=True):
                 axes.set_title(f"{side} of the arm: {axes.get_title()}")
-        if len(figure.quantity) == 2 and all(name.endswith("elongation") for name in figure.quantity):
+        if len(figure.quantity) == 2 and all(
+            name.endswith("elongation") for name in figure.quantity
+        ):
             page.axes[0].set_ylabel("length over unloaded (mm)")
         elif all("_tension_" in name for name in figure.quantity):
             page.axes[0].set_ylabel("tension (N)")
@@ -228,7 +264,9 @@ def _mark_ratio(axes: Axes) -> None:
     )
     for at, height, text, offset, side in points:
         axes.plot([at], [height], "o", color=INK, markersize=4.0, clip_on=False, gid="mark")
-        axes.annotate(text, (at, height), xytext=offset, textcoords="offset points", ha=side, va="center")
+        axes.annotate(
+            text, (at, height), xytext=offset, textcoords="offset points", ha=side, va="center"
+        )
 
 
 def _mark_crossings(page: Figure, run: PaperTables) -> None:
@@ -236,5 +274,11 @@ def _mark_crossings(page: Figure, run: PaperTables) -> None:
     for mark, axes, angle in zip("abcd", page.axes, run.crossings(), strict=True):
         axes.set_title(f"({mark}) {axes.get_title()}")
         axes.axvspan(0.0, angle, facecolor="#efefef", linewidth=0.0, zorder=0.4, gid="first angles")
-        axes.text(angle + 1.0, 0.97, f"in flexion $\\tau_m > \\tau_a$\nonly below {angle:.1f}°", va="top",
-                  transform=axes.get_xaxis_transform(), size=7.0)  # fmt: skip
+        axes.text(
+            angle + 1.0,
+            0.97,
+            f"in flexion $\\tau_m > \\tau_a$\nonly below {angle:.1f}°",
+            va="top",
+            transform=axes.get_xaxis_transform(),
+            size=7.0,
+        )

@@ -38,7 +38,11 @@ _SPRINGS = 'spring.stiffness=["3 kN/m", "1 kN/m", "0.9 kN/m", "0.5 kN/m"]'
 VARIANTS = PLACES | {
     "fig04-initial": ("fig04", "model.reference=initial"),
     "fig06-30kN": ("fig06", "spring.stiffness=30 kN/m"),
-    "fig06-pretensions": ("fig06", "load.mass=0 kg", 'tendon.pretension=["1 N", "50 N", "100 N", "200 N"]'),
+    "fig06-pretensions": (
+        "fig06",
+        "load.mass=0 kg",
+        'tendon.pretension=["1 N", "50 N", "100 N", "200 N"]',
+    ),
     "fig06-windows": ("fig06", 'spring.stiffness=["3 kN/m", "1 kN/m"]', "spool.ratio=[1.0, 0.7]"),
     "fig07-smooth": ("fig07", "sheath.friction=0"),
     "fig09-10kg": ("fig09", "load.mass=10 kg", 'tendon.pretension=["100 N", "200 N", "221 N"]'),
@@ -100,7 +104,9 @@ class PaperTables:
         """The run of the designs with these values alone."""
         rows = self.places(**fixed)
         per_design = len(self.states) // len(self.designs)
-        return replace(self, states=self.states[np.repeat(rows, per_design)], designs=self.designs[rows])
+        return replace(
+            self, states=self.states[np.repeat(rows, per_design)], designs=self.designs[rows]
+        )
 
     def inputs(self) -> tuple[Design, Array, npt.NDArray[np.bool_]]:
         """What the model takes for the study: designs, elbow angles and whether it is flexion, ready to broadcast."""
@@ -125,7 +131,9 @@ class PaperTables:
             below = np.flatnonzero(gained <= 0.0)
             crosses = len(below) > 0 and below[-1] + 1 < len(gained)
             last = slice(below[-1], below[-1] + 2) if crosses else slice(0)
-            angles.append(float(np.interp(0.0, gained[last], self.degrees[last])) if crosses else np.nan)
+            angles.append(
+                float(np.interp(0.0, gained[last], self.degrees[last])) if crosses else np.nan
+            )
         return angles
 
     def least(self, column: str, **fixed: float) -> Array:
@@ -134,11 +142,17 @@ class PaperTables:
 
     def depth(self, **fixed: float) -> Array:
         """How deep the extensor's slack is: -(least distal tension) / K, mm; negative where it stays in tension."""
-        return -1e3 * self.least("extensor_tension_distal", **fixed) / self.design("spring_stiffness", **fixed)
+        return (
+            -1e3
+            * self.least("extensor_tension_distal", **fixed)
+            / self.design("spring_stiffness", **fixed)
+        )
 
     def apart(self, quantity: str, **fixed: float) -> Array:
         """Largest difference between flexion and extension, in % of the peak, by side and design."""
-        return np.array([apart(self.curves(f"{side}_{quantity}", **fixed)).max(axis=-1) for side in SIDES])
+        return np.array(
+            [apart(self.curves(f"{side}_{quantity}", **fixed)).max(axis=-1) for side in SIDES]
+        )
 
     def windows(self, **fixed: float) -> tuple[Array, Array]:
         """The pretensions at which every state of a design is taut and stable, N; empty if the first is larger."""
@@ -163,16 +177,24 @@ class Paper:
 def apart(both: Array) -> Array:
     """The difference between lines of flexion and extension, (..., 2, angles), at each angle, in % of their peak."""
     peak = np.abs(both).max(axis=(-2, -1))[..., np.newaxis]
-    return np.asarray(100.0 * np.abs(both[..., 0, :] - both[..., 1, :]) / np.where(peak > 0.0, peak, 1.0))
+    return np.asarray(
+        100.0 * np.abs(both[..., 0, :] - both[..., 1, :]) / np.where(peak > 0.0, peak, 1.0)
+    )
 
 
 def served(people: int, stiffness: float, ratio: float, loads: Array) -> float:
     """The share of men and women drawn from the survey whom one pretension serves for all loads, every 5°."""
     motion = {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 19}}
-    choice = {"spring": {"stiffness": stiffness}, "spool": {"ratio": ratio}, "load": {"mass": list(loads)}}
+    choice = {
+        "spring": {"stiffness": stiffness},
+        "spool": {"ratio": ratio},
+        "load": {"mass": list(loads)},
+    }
     asked = question(study_from({"people": {"count": people}, "motion": motion, **choice}))
     windows = asked.windows({}, 1)
-    return float(share_served(*grouped(windows.low, windows.high, asked.groups), asked.weighting).served[0])
+    return float(
+        share_served(*grouped(windows.low, windows.high, asked.groups), asked.weighting).served[0]
+    )
 
 
 def falls(values: npt.ArrayLike) -> bool:
@@ -187,7 +209,12 @@ def load(name: str) -> Study:
 
 
 def swept(
-    names: tuple[str, ...], area: Path, *, jobs: int | None, stop: threading.Event, lock: bool = True
+    names: tuple[str, ...],
+    area: Path,
+    *,
+    jobs: int | None,
+    stop: threading.Event,
+    lock: bool = True,
 ) -> Iterator[tuple[str, PaperTables]]:
     """Sweep studies into folders of `area`, one after the other, and read their tables back, every byte verified."""
     for name in names:

@@ -29,17 +29,36 @@ Tensions = tuple[Array, Array]
 def _eq_12(paper: Paper) -> Evidence:
     run = paper["fig07"]
     at, sides = run.places(load_mass=5.0), np.array(eq_12_as_printed(*run.inputs()))
-    ends, lowest, ours = sides[:, at, 0][..., [0, -1]].reshape(2, 2), sides.min(), _least_extensor(run).min()
-    return [lowest > _TAUT and (ends[:, 1] / ends[:, 0]).min() > _FAR_ABOVE and ours < 0.0], lowest, *ends.ravel(), ours
+    ends, lowest, ours = (
+        sides[:, at, 0][..., [0, -1]].reshape(2, 2),
+        sides.min(),
+        _least_extensor(run).min(),
+    )
+    return (
+        [lowest > _TAUT and (ends[:, 1] / ends[:, 0]).min() > _FAR_ABOVE and ours < 0.0],
+        lowest,
+        *ends.ravel(),
+        ours,
+    )
 
 
 def _eq_11(paper: Paper) -> Evidence:
     run = paper["fig07"]
     flexor, extensor = np.array(eq_11_first(*run.inputs()))[:, run.places(load_mass=0.0)][:, 0]
-    share, used = apart(np.array([flexor, extensor])).max(), run.apart("tension_distal", load_mass=0.0).max()
+    share, used = (
+        apart(np.array([flexor, extensor])).max(),
+        run.apart("tension_distal", load_mass=0.0).max(),
+    )
     ours = run.line("flexor_tension_distal", load_mass=0.0)
     rises = flexor[0, 1] > flexor[0, 0] and extensor[0, 1] < extensor[0, 0]
-    return [rises and share > 10.0 and ours[1] < ours[0]], flexor[0, :2], extensor[0, :2], share, ours[:2], used
+    return (
+        [rises and share > 10.0 and ours[1] < ours[0]],
+        flexor[0, :2],
+        extensor[0, :2],
+        share,
+        ours[:2],
+        used,
+    )
 
 
 def _labels(paper: Paper) -> Evidence:
@@ -87,8 +106,12 @@ def eq_12_as_printed(design: Design, elbow_angle: Array, flexion: Flags) -> Tens
     """Eq. 12 with its printed right side, η H_f + H_e, where the reading used has H_e - η H_f; all else equal."""
     at = State.of(design, elbow_angle, flexion)
     motion, tied = at.motion, at.coupling
-    printed = replace(tied, mismatch=np.asarray(design.ratio * motion.flexor_travel + motion.extensor_travel))
-    balance = statics.solve(printed, design.flexor.pretension, design.extensor.pretension, unilateral=False)
+    printed = replace(
+        tied, mismatch=np.asarray(design.ratio * motion.flexor_travel + motion.extensor_travel)
+    )
+    balance = statics.solve(
+        printed, design.flexor.pretension, design.extensor.pretension, unilateral=False
+    )
     return balance.flexor, balance.extensor
 
 
@@ -101,7 +124,10 @@ def eq_11_first(design: Design, elbow_angle: Array, flexion: Flags) -> Tensions:
     at = State.of(design, elbow_angle, flexion)
     flexor, extensor, tied = at.flexor, at.extensor, at.coupling
     pull = tied.elbow_torque / (tied.moment_arm * flexor.capstan)
-    xi_t, xi_r = tied.flexor_compliance * flexor.capstan, tied.extensor_compliance * extensor.capstan
+    xi_t, xi_r = (
+        tied.flexor_compliance * flexor.capstan,
+        tied.extensor_compliance * extensor.capstan,
+    )
     pretensioned = (
         design.ratio * tied.flexor_compliance * design.flexor.pretension
         + tied.extensor_compliance * design.extensor.pretension
@@ -119,7 +145,9 @@ def normal_force(tension: float, curvature: float, length: float, friction: floa
 def transmitted(friction: float, bend_angle: float, steps: int = 100_000) -> float:
     """F_o / F_I by Eqs. A.8 and A.9 as printed, element by element along a sheath of length 1."""
     step = 1.0 / steps
-    gain = 1.0 + normal_force(1.0, bend_angle, step, friction) * (bend_angle * step / 2.0 + friction)
+    gain = 1.0 + normal_force(1.0, bend_angle, step, friction) * (
+        bend_angle * step / 2.0 + friction
+    )
     return float(gain**steps)
 
 

@@ -70,7 +70,9 @@ def judged(checks: Mapping[str, Check], paper: Paper) -> tuple[Entry, ...]:
         parts, *values = checks[each["id"]](paper)
         verdict, value, numbers = judge(parts, each["value"], *values, wrap=paper.fit.bend.text)
         recorded = each.get("recorded", TRUE)
-        entries.append(Entry(each["id"], each["text"], verdict, recorded, value, numbers, each.get("figure")))
+        entries.append(
+            Entry(each["id"], each["text"], verdict, recorded, value, numbers, each.get("figure"))
+        )
     return tuple(entries)
 
 
@@ -83,7 +85,10 @@ def judge(
     """
     verdict = TRUE if all(parts) else IN_PART if any(parts) else FALSE
     numbers = [np.ravel(np.asarray(value, dtype=np.float64)).tolist() for value in values]
-    rounded = (float(f"{value:.6g}") if abs(value) > _ROUNDING else 0.0 for value in itertools.chain(*numbers))
+    rounded = (
+        float(f"{value:.6g}") if abs(value) > _ROUNDING else 0.0
+        for value in itertools.chain(*numbers)
+    )
     return verdict, template.format(*map(_Listed, numbers), wrap=wrap), tuple(rounded)
 
 

@@ -31,7 +31,9 @@ MOST_BYTES = 2_300_000
 def page_data(**given: Any) -> dict[str, Any]:
     """What the scripts of a page are given: every name there is, whether the page has it or not."""
     lists: dict[str, Any] = {name: [] for name in ("axes", "quantities", "arms")}
-    nothing = dict.fromkeys(("states", "table", "design", "people", "between", "start")) | {"angle": "elbow angle"}
+    nothing = dict.fromkeys(("states", "table", "design", "people", "between", "start")) | {
+        "angle": "elbow angle"
+    }
     units = {symbol: [unit.dimension, float(unit.factor)] for symbol, unit in UNITS.items()}
     return {**lists, **nothing, "units": units, **given}
 
@@ -49,7 +51,10 @@ class PageAxis:
         values = self.axis.values[self.kept]
         about = _about(self.shown) | {"key": self.axis.key}
         if self.axis.is_text or not np.isfinite(values).all():
-            names = [str(value) if self.axis.is_text else self.shown.text(float(value)) for value in values]
+            names = [
+                str(value) if self.axis.is_text else self.shown.text(float(value))
+                for value in values
+            ]
             return {**about, "values": None, "names": names, "is_log": False}
         numbers = [float(f"{value:.10g}") for value in self.shown.scaled(values)]
         return {**about, "values": numbers, "names": None, "is_log": self.axis.is_log}
@@ -58,7 +63,10 @@ class PageAxis:
 def page_axes(cube: Cube) -> list[PageAxis]:
     """The axes of a table, so many values of each that a page can hold them."""
     kept = thinned([axis.length for axis in cube.axes], MOST_CELLS)
-    return [PageAxis(axis, cube.shown(axis.column), at) for axis, at in zip(cube.axes, kept, strict=True)]
+    return [
+        PageAxis(axis, cube.shown(axis.column), at)
+        for axis, at in zip(cube.axes, kept, strict=True)
+    ]
 
 
 def thinning_text(axes: Iterable[PageAxis], left_out: Sequence[str]) -> list[str]:
@@ -70,7 +78,11 @@ def thinning_text(axes: Iterable[PageAxis], left_out: Sequence[str]) -> list[str
     ]
     parts = [f"it holds {', '.join(kept)}"] if kept else []
     parts += [f"it leaves out {', '.join(left_out)}"] if left_out else []
-    return [f"This page is kept small: {'; '.join(parts)}. The tables have everything."] if parts else []
+    return (
+        [f"This page is kept small: {'; '.join(parts)}. The tables have everything."]
+        if parts
+        else []
+    )
 
 
 def within_size(records: Iterable[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[str]]:
@@ -97,17 +109,29 @@ def number_record(shown: Shown, values: Values) -> dict[str, Any]:
 def truths_record(columns: Mapping[str, Values]) -> list[dict[str, Any]]:
     """Columns that are true or false, to be filtered by."""
     return [
-        {"name": name, "label": name.replace("_", " "), "unit": "", "truth": True, "hidden": True,
-         "array": packed_classes(values)}
+        {
+            "name": name,
+            "label": name.replace("_", " "),
+            "unit": "",
+            "truth": True,
+            "hidden": True,
+            "array": packed_classes(values),
+        }
         for name, values in columns.items()
-    ]  # fmt: skip
+    ]
 
 
 def _about(shown: Shown) -> dict[str, Any]:
     """What a column is called, and the unit that its numbers are in."""
     unit = "" if shown.unit == "1" else shown.unit
     dimension = shown.quantity.dimension
-    return {"name": shown.column, "label": shown.name, "unit": unit, "dimension": dimension, "factor": shown.factor}
+    return {
+        "name": shown.column,
+        "label": shown.name,
+        "unit": unit,
+        "dimension": dimension,
+        "factor": shown.factor,
+    }
 
 
 # --- Packing ---------------------------------------------------------------------------------------------------------
@@ -172,19 +196,30 @@ def angles_of(study: Study) -> Array:
     return np.asarray(angles[evenly(len(angles), MOST_ANGLES)]).reshape(1, -1)
 
 
-def curves(study: Study, design: Design, shape: tuple[int, ...], labels: Iterable[str] = GROUPS) -> Curves:
+def curves(
+    study: Study, design: Design, shape: tuple[int, ...], labels: Iterable[str] = GROUPS
+) -> Curves:
     """Of designs, whose axes have a shape, the curves of some groups."""
     flexion = np.array([[direction == "flexion"] for direction in study.motion.direction])
     angles = angles_of(study)
     columns = State.columns(evaluate(design, angles, flexion))
     states = (*shape, flexion.size, angles.size)
     is_drawn = isinstance(design.arm.joint, Anchors)
-    wanted = [column for label in labels if not (is_drawn and label == "travel") for column in GROUPS[label]]
-    result = {name: np.broadcast_to(columns[name], states).reshape(-1, *states[-2:]) for name in wanted}
+    wanted = [
+        column
+        for label in labels
+        if not (is_drawn and label == "travel")
+        for column in GROUPS[label]
+    ]
+    result = {
+        name: np.broadcast_to(columns[name], states).reshape(-1, *states[-2:]) for name in wanted
+    }
     joint = design.arm.joint
     measures = {name: getattr(joint, name) for name in _ANCHORS} if is_drawn else {}
     measures["load_distance"] = design.arm.load_distance
-    return result | {name: np.broadcast_to(value, (*shape, 1, 1)).ravel() for name, value in measures.items()}
+    return result | {
+        name: np.broadcast_to(value, (*shape, 1, 1)).ravel() for name, value in measures.items()
+    }
 
 
 def rows_with_states(cube: Cube, axes: Sequence[PageAxis], most: int) -> tuple[list[Ints], Ints]:
@@ -204,7 +239,10 @@ def states_record(
         "directions": list(study.motion.direction),
         "groups": [group for at, each in enumerate(of_conditions) for group in _groups(at, *each)],
     }
-    arms = [{name: _short(result[name]) for name in _ARM if name in result} for _, result in of_conditions]
+    arms = [
+        {name: _short(result[name]) for name in _ARM if name in result}
+        for _, result in of_conditions
+    ]
     return record, arms
 
 
@@ -214,13 +252,25 @@ def _groups(arm: int, condition: str, result: Curves) -> Iterable[dict[str, Any]
         for column in columns if columns[0] in result else ():
             shown = Shown.of(column, QUANTITIES[column])
             colour = next((side for side in ("flexor", "extensor") if side in column), "motor")
-            lines.append({"label": shown.name, "colour": colour, "array": packed(shown.scaled(result[column]))})
+            lines.append(
+                {
+                    "label": shown.name,
+                    "colour": colour,
+                    "array": packed(shown.scaled(result[column])),
+                }
+            )
         if not lines:
             continue
         lines[0]["colour"] = "joint" if label == "torque" else lines[0]["colour"]
         unit = Shown.of(columns[0], QUANTITIES[columns[0]]).unit
         text = f"{label}, {condition}" if condition else label
-        yield {"label": text, "condition": condition, "arm": arm, "unit": "" if unit == "1" else unit, "lines": lines}
+        yield {
+            "label": text,
+            "condition": condition,
+            "arm": arm,
+            "unit": "" if unit == "1" else unit,
+            "lines": lines,
+        }
 
 
 def _short(values: Array) -> list[float]:

@@ -42,10 +42,26 @@ from tendon_cli.tables.read import open_table
 from tendon_cli.tables.schema import as_numpy
 
 RESULTS = (
-    "tolerance", "served", "served_at", "pretension", "pretension_from", "pretension_to", "max_tension",
-    "max_spring_extension", "peak_motor_torque", "min_elbow_stiffness", "max_contact_pressure",
-)  # fmt: skip
-GOALS = ("tolerance", "served", "pretension", "max_tension", "max_spring_extension", "peak_motor_torque")
+    "tolerance",
+    "served",
+    "served_at",
+    "pretension",
+    "pretension_from",
+    "pretension_to",
+    "max_tension",
+    "max_spring_extension",
+    "peak_motor_torque",
+    "min_elbow_stiffness",
+    "max_contact_pressure",
+)
+GOALS = (
+    "tolerance",
+    "served",
+    "pretension",
+    "max_tension",
+    "max_spring_extension",
+    "peak_motor_torque",
+)
 MOST_CONDITIONS = 4
 """Whose states the page keeps, evenly chosen."""
 
@@ -64,38 +80,62 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
     grid = cube.rows(list(kept), kept).ravel()
     product = int(np.prod([axis.length for axis in cube.axes]))
     rows = np.concatenate([grid, np.arange(product, table.rows)])
-    read = cube.gather(rows, [name for name in (*kept, *RESULTS, *_TRUTHS, *_WORDS) if name in cube.columns])
-    columns = {name: read[name] for name in RESULTS if name in read and np.isfinite(read[name]).any()}
+    read = cube.gather(
+        rows, [name for name in (*kept, *RESULTS, *_TRUTHS, *_WORDS) if name in cube.columns]
+    )
+    columns = {
+        name: read[name] for name in RESULTS if name in read and np.isfinite(read[name]).any()
+    }
     labels = {name: cube.shown(name) for name in columns}
-    maps, left_out = within_size(number_record(labels[name], values[: len(grid)]) for name, values in columns.items())
-    maps.insert(min(1, len(maps)), _conflicts(cube, {name: values[: len(grid)] for name, values in read.items()}))
+    maps, left_out = within_size(
+        number_record(labels[name], values[: len(grid)]) for name, values in columns.items()
+    )
+    maps.insert(
+        min(1, len(maps)),
+        _conflicts(cube, {name: values[: len(grid)] for name, values in read.items()}),
+    )
     states, arms = _states(cube, axes, read["pretension"][: len(grid)])
     persons = folder / "persons.parquet"
     people = people_record(record, open_table(persons).read() if persons.exists() else None)
     design = _answers(read, columns, labels, pretension_name(cube.study))
     between = _between(record, cube.limits)
     data = page_data(
-        axes=[axis.record() for axis in axes], quantities=maps, states=states, arms=arms, design=design,
-        table=_table(axes, read, columns, labels), start=_start(record, axes), people=people,
+        axes=[axis.record() for axis in axes],
+        quantities=maps,
+        states=states,
+        arms=arms,
+        design=design,
+        table=_table(axes, read, columns, labels),
+        start=_start(record, axes),
+        people=people,
         between=between,
-    )  # fmt: skip
+    )
     answer = html.blocks(record.get("blocks") or [say.sentence(record["text"])])
     answer += html.notes(thinning_text(axes, left_out))
     has_windows = bool(axes) and "pretension_from" in columns
     parts = {
         **({"map": ("Map", "Map of the choices", html.part("map"))} if axes else {}),
-        **({"windows": ("Windows", "Windows of pretension", html.part("windows"))} if has_windows else {}),
+        **(
+            {"windows": ("Windows", "Windows of pretension", html.part("windows"))}
+            if has_windows
+            else {}
+        ),
         **({"between": ("Angles", _BINDS, html.part("between"))} if between is not None else {}),
         **({"people": ("People", "For whom", html.part("people"))} if people is not None else {}),
         **({"front": ("Front", _COSTS, html.part("front"))} if len(design["goals"]) > 1 else {}),
         **({"design": ("One choice", _STATES, html.part("states"))} if states is not None else {}),
         "list": ("Table", "All choices of this page", html.part("table")),
     }
-    return html.result_page(record, "an answer", ("The answer", answer), parts, record["study"], data)
+    return html.result_page(
+        record, "an answer", ("The answer", answer), parts, record["study"], data
+    )
 
 
 def _answers(
-    read: Mapping[str, Values], columns: Mapping[str, Values], labels: Mapping[str, Shown], name: str
+    read: Mapping[str, Values],
+    columns: Mapping[str, Values],
+    labels: Mapping[str, Shown],
+    name: str,
 ) -> dict[str, Any]:
     """Windows and front, a number a choice."""
     records = {name: number_record(labels[name], values) for name, values in columns.items()}
@@ -126,18 +166,27 @@ def _conflicts(cube: Cube, read: Mapping[str, Values]) -> dict[str, Any]:
 
 
 def _table(
-    axes: Sequence[PageAxis], read: Mapping[str, Values], columns: Mapping[str, Values],
+    axes: Sequence[PageAxis],
+    read: Mapping[str, Values],
+    columns: Mapping[str, Values],
     labels: Mapping[str, Shown],
-) -> dict[str, Any]:  # fmt: skip
+) -> dict[str, Any]:
     shown: list[dict[str, Any]] = []
     for each in axes:
         values, name = read[each.axis.column], each.axis.column
         is_text = each.axis.is_text
         about = {"name": name, "key": each.axis.key, "label": each.shown.name, "unit": ""}
-        shown.append({**about, "texts": values.tolist()} if is_text else number_record(each.shown, values))
+        shown.append(
+            {**about, "texts": values.tolist()} if is_text else number_record(each.shown, values)
+        )
     shown += [number_record(labels[name], values) for name, values in columns.items()]
     shown += [
-        {"name": name, "label": label, "unit": "", "texts": [text or "none" for text in read[name].tolist()]}
+        {
+            "name": name,
+            "label": label,
+            "unit": "",
+            "texts": [text or "none" for text in read[name].tolist()],
+        }
         for name, label in zip(_WORDS, ("bound below by", "bound above by"), strict=True)
     ]
     shown += truths_record({name: read[name] for name in _TRUTHS})
@@ -162,12 +211,18 @@ def _states(cube: Cube, axes: Sequence[PageAxis], pretension: Values) -> tuple[A
     lengths = [len(axis.kept) for axis in axes]
     few = evenly(len(space.conditions), MOST_CONDITIONS)
     kept, rows = rows_with_states(cube, axes, MOST_DESIGNS // len(few))
-    cells = np.ravel_multi_index(np.meshgrid(*kept, indexing="ij"), lengths).ravel() if axes else np.zeros(1, np.int64)
+    cells = (
+        np.ravel_multi_index(np.meshgrid(*kept, indexing="ij"), lengths).ravel()
+        if axes
+        else np.zeros(1, np.int64)
+    )
     numbers, of_conditions = {**space.choices.numbers(rows), PRETENSION: pretension[cells]}, []
     for at in few:
         one = np.array([at])
         design = space.at(numbers, space.conditions.numbers(one)).design()
-        of_conditions.append((_in_words(space.conditions, one), curves(study, design, (len(rows), 1), OF_TAUT)))
+        of_conditions.append(
+            (_in_words(space.conditions, one), curves(study, design, (len(rows), 1), OF_TAUT))
+        )
     return states_record(study, kept, of_conditions)
 
 
@@ -176,8 +231,14 @@ def _in_words(conditions: Space, one: Ints) -> str:
     words = []
     for factor, place in zip(conditions.axes, conditions.places(one).values(), strict=True):
         at = int(place[0])
-        shown = None if factor.names else Shown.of(factor.column, keys()[factor.key].number.quantity)
-        words.append(factor.names[at] if shown is None else f"{shown.name} {shown.text(float(factor.values[at]))}")
+        shown = (
+            None if factor.names else Shown.of(factor.column, keys()[factor.key].number.quantity)
+        )
+        words.append(
+            factor.names[at]
+            if shown is None
+            else f"{shown.name} {shown.text(float(factor.values[at]))}"
+        )
     return ", ".join(words)
 
 
@@ -188,16 +249,28 @@ def _between(record: dict[str, Any], bounds: Mapping[str, float]) -> dict[str, A
         return None
     lines, points = [], []
     for end, of_end, on_line in zip(("from", "to"), drawn.ends, drawn.at_samples, strict=True):
-        points += [each for each in zip(drawn.samples.tolist(), on_line.tolist(), strict=True) if np.isfinite(each[1])]
+        points += [
+            each
+            for each in zip(drawn.samples.tolist(), on_line.tolist(), strict=True)
+            if np.isfinite(each[1])
+        ]
         for limit, values in of_end.items():
-            shown = [float(f"{value:.6g}") if np.isfinite(value) else None for value in drawn.shown(values).tolist()]
-            lines.append({"label": say.limit_words(limit, bounds).label, "end": end, "values": shown})
+            shown = [
+                float(f"{value:.6g}") if np.isfinite(value) else None
+                for value in drawn.shown(values).tolist()
+            ]
+            lines.append(
+                {"label": say.limit_words(limit, bounds).label, "end": end, "values": shown}
+            )
     low, high = drawn.window
     return {
-        "angles": drawn.angle.round(6).tolist(), "lines": lines, "window": [low, None if np.isinf(high) else high],
-        "top": drawn.top, "samples": {"x": [x for x, _ in points], "y": [y for _, y in points]},
+        "angles": drawn.angle.round(6).tolist(),
+        "lines": lines,
+        "window": [low, None if np.isinf(high) else high],
+        "top": drawn.top,
+        "samples": {"x": [x for x, _ in points], "y": [y for _, y in points]},
         "says": " ".join([*drawn.texts, f"Shaded is what {drawn.works[0]}."]),
-    }  # fmt: skip
+    }
 
 
 MOST_PERSONS = 5000

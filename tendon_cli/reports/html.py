@@ -23,15 +23,26 @@ MARK = '<meta name="generator" content="tendon">'
 _PLOTLY = "plotly-cartesian-4.1.1.min.js"
 
 
-def html_page(title: str, sections: Sequence[str], data: Mapping[str, Any], joint: str = "elbow") -> str:
+def html_page(
+    title: str, sections: Sequence[str], data: Mapping[str, Any], joint: str = "elbow"
+) -> str:
     """The whole file: `sections` are HTML, `data` is what the scripts draw, `joint` the word for the study's joint."""
     code = "\n".join((_PAGE / f"{name}.js").read_text(encoding="utf-8") for name in _SCRIPTS)
     library = (files("tendon_cli.reports") / "plotly" / _PLOTLY).read_text(encoding="utf-8")
-    return (_PAGE / "page.html").read_text(encoding="utf-8").format(
-        mark=MARK, scripts=f"{_source(library)} {_source(code)}", title=escape(title), library=library, code=code,
-        style=(_PAGE / "page.css").read_text(encoding="utf-8"), sections=say.of_joint("".join(sections), joint),
-        data=say.of_joint(_embedded(data), joint),
-    )  # fmt: skip
+    return (
+        (_PAGE / "page.html")
+        .read_text(encoding="utf-8")
+        .format(
+            mark=MARK,
+            scripts=f"{_source(library)} {_source(code)}",
+            title=escape(title),
+            library=library,
+            code=code,
+            style=(_PAGE / "page.css").read_text(encoding="utf-8"),
+            sections=say.of_joint("".join(sections), joint),
+            data=say.of_joint(_embedded(data), joint),
+        )
+    )
 
 
 Part = tuple[str, str, str]
@@ -39,13 +50,19 @@ Part = tuple[str, str, str]
 
 
 def result_page(
-    record: Mapping[str, Any], what: str, answer: tuple[str, str], parts: Mapping[str, Part], study: Mapping[str, Any],
+    record: Mapping[str, Any],
+    what: str,
+    answer: tuple[str, str],
+    parts: Mapping[str, Part],
+    study: Mapping[str, Any],
     data: Mapping[str, Any],
-) -> str:  # fmt: skip
+) -> str:
     """The page of a run or an answer: what came out (heading and HTML), its figures, its study and record."""
     title = record["title"] or record["name"]
     numbers = escape(json.dumps(dict(study), indent=1))
-    document = f"<details><summary>Every number, in SI units</summary><pre>{numbers}</pre></details>"
+    document = (
+        f"<details><summary>Every number, in SI units</summary><pre>{numbers}</pre></details>"
+    )
     shown = {
         **parts,
         "study": ("Study", "The study", document),
@@ -64,7 +81,10 @@ def _record_table(record: Mapping[str, Any]) -> str:
     rows = [("study, SHA-256", record["study_hash"])]
     rows += [(f"version of {name}", version) for name, version in record["versions"].items()]
     rows += [(name, record[name]) for name in ("designs", "states", "seconds") if name in record]
-    rows += [(f"{entry['path']}, {entry['size']} bytes, SHA-256", entry["sha256"]) for entry in record["files"]]
+    rows += [
+        (f"{entry['path']}, {entry['size']} bytes, SHA-256", entry["sha256"])
+        for entry in record["files"]
+    ]
     return table(("what", "value"), rows)
 
 
@@ -89,7 +109,9 @@ def section(name: str, heading: str, inner: str, kind: str = "") -> str:
 
 def head(title: str, under: str, links: Mapping[str, str]) -> str:
     """Title and navigation."""
-    places = " ".join(f'<a href="#{name}-section">{escape(text)}</a>' for name, text in links.items())
+    places = " ".join(
+        f'<a href="#{name}-section">{escape(text)}</a>' for name, text in links.items()
+    )
     text = f'<h1>{escape(title)}</h1><p class="says">{escape(under)}</p><nav>{places}</nav>'
     return f'<header>{text}</header>\n<p id="fault" role="alert"></p>\n'
 
@@ -125,7 +147,8 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     top = "".join(f'<th scope="col" class="left">{escape(each)}</th>' for each in heads)
     top = f"<thead><tr>{top}</tr></thead>" if heads else ""
     body = "".join(
-        "<tr>" + "".join(f'<td class="left">{escape(str(cell))}</td>' for cell in row) + "</tr>" for row in rows
+        "<tr>" + "".join(f'<td class="left">{escape(str(cell))}</td>' for cell in row) + "</tr>"
+        for row in rows
     )
     return f'<div class="scroll" tabindex="0"><table>{top}<tbody>{body}</tbody></table></div>'
 
@@ -138,10 +161,13 @@ _OF_BLOCKS: dict[str, Callable[[Any], str]] = {
 }
 
 _PLOTS = {
-    "map": "The map", "states": "States over the elbow angle", "windows": "Window of pretension",
-    "front": "Choices and their front", "people": "Persons served and left out",
+    "map": "The map",
+    "states": "States over the elbow angle",
+    "windows": "Window of pretension",
+    "front": "Choices and their front",
+    "people": "Persons served and left out",
     "between": "The window over the elbow angle",
-}  # fmt: skip
+}
 
 
 def part(name: str) -> str:

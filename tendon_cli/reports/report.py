@@ -47,10 +47,21 @@ _FIELDS = ("id", "verdict", "finding", "value")
 
 
 _FIRST = (
-    "margin", "pretension_from", "pretension_to", "required_pretension", "max_tension", "max_spring_extension",
-    "peak_motor_torque", "min_elbow_stiffness", "max_contact_pressure", "min_flexor_tension", "min_extensor_tension",
-    "max_slack", "slack_fraction", "unstable_fraction",
-)  # fmt: skip
+    "margin",
+    "pretension_from",
+    "pretension_to",
+    "required_pretension",
+    "max_tension",
+    "max_spring_extension",
+    "peak_motor_torque",
+    "min_elbow_stiffness",
+    "max_contact_pressure",
+    "min_flexor_tension",
+    "min_extensor_tension",
+    "max_slack",
+    "slack_fraction",
+    "unstable_fraction",
+)
 """Columns of designs in the order in which they earn their room on the page; all others follow."""
 
 _CLASSES = (
@@ -77,7 +88,9 @@ def write_report(result: AnyResult, out: str | PathLike[str] | None = None) -> P
     folder = folder_of(result)
     target = folder / NAME if out is None else result_path(out)
     if not _is_ours(target):
-        raise UsageError("is no page of tendon, and is left as it is", where=str(target), hint="another --out")
+        raise UsageError(
+            "is no page of tendon, and is left as it is", where=str(target), hint="another --out"
+        )
     page = _page_of(folder)
     write_whole(target, page.encode())
     return target
@@ -87,7 +100,11 @@ def _page_of(folder: Path) -> str:
     if (folder / LEDGER).exists():
         return _paper_page(folder)
     record = verified_record(folder)
-    return design_page(folder, record) if record["verb"] == "design" else _sweep_page(folder, Run(record, folder))
+    return (
+        design_page(folder, record)
+        if record["verb"] == "design"
+        else _sweep_page(folder, Run(record, folder))
+    )
 
 
 def _is_ours(target: Path) -> bool:
@@ -110,11 +127,14 @@ def _paper_page(folder: Path) -> str:
     pictures, left_out = _pictures(folder)
     table = html.table(("id", "verdict", "what the paper says", "result"), rows)
     parts = [
-        html.head("The paper, reproduced", "findings and claims, each with its number",
-                  {"ledger": "Findings", "figures": "Figures"}),
+        html.head(
+            "The paper, reproduced",
+            "findings and claims, each with its number",
+            {"ledger": "Findings", "figures": "Figures"},
+        ),
         html.section("ledger", "Findings and claims", table),
         html.section("figures", "Figures", pictures + html.notes(left_out, "warning")),
-    ]  # fmt: skip
+    ]
     return html.html_page("The paper, reproduced", parts, page_data())
 
 
@@ -146,23 +166,36 @@ def _sweep_page(folder: Path, run: Run) -> str:
     records = (number_record(cube.shown(name), columns[name]) for name in names)
     maps, left_out = within_size([_outcomes(columns, nowhere), *records])
     states, arms = _states(cube, axes)
-    shown = [*({"axis": at} for at in range(len(axes))), *({"quantity": at} for at in range(len(maps)))]
-    listed = {"rows": rows.size, "columns": [*shown, *truths_record({name: columns[name] for name in TRUTHS})]}
+    shown = [
+        *({"axis": at} for at in range(len(axes))),
+        *({"quantity": at} for at in range(len(maps))),
+    ]
+    listed = {
+        "rows": rows.size,
+        "columns": [*shown, *truths_record({name: columns[name] for name in TRUTHS})],
+    }
     data = page_data(
-        axes=[axis.record() for axis in axes], quantities=maps, states=states, arms=arms,
+        axes=[axis.record() for axis in axes],
+        quantities=maps,
+        states=states,
+        arms=arms,
         table=listed,
-    )  # fmt: skip
+    )
     remarks = thinning_text(axes, left_out)
     if cube.study["motion"].get("trajectory"):
         remarks.append(_SLOWLY)
     answer = html.blocks([say.sentence(run_head(run))]) + html.table((), run_facts(run))
-    answer += html.notes([f"Warning: {each}" for each in run.record["warnings"]], "warning") + html.notes(remarks)
+    answer += html.notes(
+        [f"Warning: {each}" for each in run.record["warnings"]], "warning"
+    ) + html.notes(remarks)
     parts = {
         **({"map": ("Map", "Map of the designs", html.part("map"))} if axes else {}),
         "design": ("One design", "The states of one design", html.part("states")),
         "list": ("Table", "All designs of this page", html.part("table")),
     }
-    return html.result_page(run.record, "a sweep", ("What came out", answer), parts, cube.study, data)
+    return html.result_page(
+        run.record, "a sweep", ("What came out", answer), parts, cube.study, data
+    )
 
 
 def _columns(cube: Cube) -> list[str]:
@@ -170,10 +203,15 @@ def _columns(cube: Cube) -> list[str]:
     known = [name for name, quantity in cube.columns.items() if quantity is not None]
     keys = {axis.column for axis in cube.axes}
     results = known[known.index("min_flexor_tension") :]
-    return [*(name for name in _FIRST if name in results), *(n for n in results if n not in _FIRST and n not in keys)]
+    return [
+        *(name for name in _FIRST if name in results),
+        *(n for n in results if n not in _FIRST and n not in keys),
+    ]
 
 
-def _outcomes(columns: Mapping[str, Values], no_equilibrium: npt.NDArray[np.bool_]) -> dict[str, Any]:
+def _outcomes(
+    columns: Mapping[str, Values], no_equilibrium: npt.NDArray[np.bool_]
+) -> dict[str, Any]:
     """What each design comes to, as a map of classes."""
     worst = np.where(columns["feasible"], 0, 1)
     worst = np.where(columns["stable"], worst, 2)

@@ -12,7 +12,7 @@ from tendon_cli.say.limits import (
     limit_words,
     proof,
     proved,
-)  # fmt: skip
+)
 from tendon_cli.say.words import (
     WIDTH,
     aligned,
@@ -35,12 +35,46 @@ from tendon_cli.say.words import (
     size,
     window,
     within,
-)  # fmt: skip
+)
 from tendon_cli.units import counted
 
 __all__ = [
-    "OPEN", "PROVEN", "SAMPLED", "STATUSES", "WIDTH", "Block", "LimitWords", "aligned", "as_text", "column", "conflict",
-    "conflict_label", "counted", "duration", "factor_of", "filled", "heading", "interval", "items", "joint_word",
-    "limit_words", "listed", "number", "of_joint", "parameter", "percent", "proof", "proved", "quantity", "reading",
-    "sampled_share", "sentence", "share", "side_of", "size", "table", "window", "within",
-]  # fmt: skip
+    "OPEN",
+    "PROVEN",
+    "SAMPLED",
+    "STATUSES",
+    "WIDTH",
+    "Block",
+    "LimitWords",
+    "aligned",
+    "as_text",
+    "column",
+    "conflict",
+    "conflict_label",
+    "counted",
+    "duration",
+    "factor_of",
+    "filled",
+    "heading",
+    "interval",
+    "items",
+    "joint_word",
+    "limit_words",
+    "listed",
+    "number",
+    "of_joint",
+    "parameter",
+    "percent",
+    "proof",
+    "proved",
+    "quantity",
+    "reading",
+    "sampled_share",
+    "sentence",
+    "share",
+    "side_of",
+    "size",
+    "table",
+    "window",
+    "within",
+]

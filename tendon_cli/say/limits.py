@@ -10,7 +10,11 @@ from tendon_cli.model.limits import ALWAYS, LIMITS
 from tendon_cli.say.words import number, quantity
 
 _STABLE = LimitWords(
-    "elbow unstable", "stability", "the elbow becomes unstable", "keeps the elbow stable", "makes the elbow unstable"
+    "elbow unstable",
+    "stability",
+    "the elbow becomes unstable",
+    "keeps the elbow stable",
+    "makes the elbow unstable",
 )
 
 
@@ -37,7 +41,11 @@ def conflict(limits: Sequence[str], bounds: Mapping[str, float]) -> str:
 def conflict_label(limits: Sequence[str], bounds: Mapping[str, float]) -> str:
     """The same in few words, for a legend or a table: "slack and stability exclude each other"."""
     words = [limit_words(each, bounds) for each in limits]
-    return words[0].label if len(words) == 1 else f"{words[0].topic} and {words[1].topic} exclude each other"
+    return (
+        words[0].label
+        if len(words) == 1
+        else f"{words[0].topic} and {words[1].topic} exclude each other"
+    )
 
 
 # --- Proof -----------------------------------------------------------------------------------------------------------

@@ -20,7 +20,9 @@ from tendon_cli.units import counted
 WIDTH = 80
 _TWO_SIDED_95 = 1.959963984540054
 _JOINED = "\u00a0"
-_UNIT = re.compile(r"(?<=\d) (?=(?:N|kN|mm|m|deg|kPa|kg|rad|GPa|1)\b|%)|(?<=\d N) (?=m\b)|(?<=\b[A-Zημφψ]) (?=\d)")
+_UNIT = re.compile(
+    r"(?<=\d) (?=(?:N|kN|mm|m|deg|kPa|kg|rad|GPa|1)\b|%)|(?<=\d N) (?=m\b)|(?<=\b[A-Zημφψ]) (?=\d)"
+)
 """Blanks within a quantity, where no line ends."""
 
 # --- Numbers ---------------------------------------------------------------------------------------------------------
@@ -53,7 +55,9 @@ def factor_of(quantity: Quantity) -> float:
     return units.factor_of(quantity.shown_in)
 
 
-def quantity(of: Quantity | str, value: float, digits: int = 3, *, toward: float | None = None) -> str:
+def quantity(
+    of: Quantity | str, value: float, digits: int = 3, *, toward: float | None = None
+) -> str:
     """An SI value in the unit that people read it in: "148 N", "65.8 mm". `of` may be the name of a quantity."""
     kind = QUANTITIES[of] if isinstance(of, str) else of
     if kind.dimension == "stiffness" and math.isinf(value):
@@ -73,7 +77,10 @@ def parameter(of: Quantity, value: float, side: str = "", digits: int = 3) -> st
 
 def side_of(key: str) -> str:
     """The side that a dotted key or a column names: "flexor", "extensor" or none."""
-    return next((side for side in ("flexor", "extensor") if f".{side}." in key or key.endswith(f"_{side}")), "")
+    return next(
+        (side for side in ("flexor", "extensor") if f".{side}." in key or key.endswith(f"_{side}")),
+        "",
+    )
 
 
 def window(low: float, high: float, digits: int = 4, unit: str = "N") -> str:
@@ -126,7 +133,9 @@ def percent(share: float) -> str:
 
 def share(part: int, whole: int, noun: str) -> str:
     """A part of a whole that is counted: "3 of 12 designs (25 %)"."""
-    return f"{part:,} of {counted(whole, noun)}" + (f" ({percent(part / whole)})" if 0 < part < whole else "")
+    return f"{part:,} of {counted(whole, noun)}" + (
+        f" ({percent(part / whole)})" if 0 < part < whole else ""
+    )
 
 
 def interval(served: float, count: float) -> tuple[float, float]:
@@ -196,9 +205,13 @@ def reading(read: str) -> tuple[str, str]:
 def filled(text: str, indent: str = "") -> list[str]:
     """A sentence on as many lines of 80 columns as it takes; no line ends within a quantity."""
     lines = textwrap.wrap(
-        _UNIT.sub(_JOINED, text), WIDTH, initial_indent=indent, subsequent_indent=indent + "  ",
-        break_long_words=False, break_on_hyphens=False,
-    )  # fmt: skip
+        _UNIT.sub(_JOINED, text),
+        WIDTH,
+        initial_indent=indent,
+        subsequent_indent=indent + "  ",
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
     return [line.replace(_JOINED, " ") for line in lines]
 
 
@@ -207,7 +220,10 @@ def aligned(lines: Sequence[Sequence[str]], least: int = 4) -> list[str]:
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     while sum(widths) + 2 * len(widths) > WIDTH and len(widths) > least:
         widths.pop()
-    rows = ([cell.ljust(width) for cell, width in zip(line, widths, strict=False) if width] for line in lines)
+    rows = (
+        [cell.ljust(width) for cell, width in zip(line, widths, strict=False) if width]
+        for line in lines
+    )
     return [f"  {'  '.join(cells)}".rstrip()[:WIDTH] for cells in rows]
 
 
@@ -237,6 +253,10 @@ def of_joint(text: str, study: Any) -> str:
     def named(match: re.Match[str]) -> str:
         article, elbow = match.groups()
         put = word[0].upper() + word[1:] if elbow[0].isupper() else word
-        return put if article is None else f"{article[0]}{'n' if word[0].lower() in 'aeiou' else ''} {put}"
+        return (
+            put
+            if article is None
+            else f"{article[0]}{'n' if word[0].lower() in 'aeiou' else ''} {put}"
+        )
 
     return _ELBOW.sub(named, text)

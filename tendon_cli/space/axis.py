@@ -55,7 +55,10 @@ def scale_of(key: str) -> str:
 
 def over(below: Numbers, above: Numbers) -> dict[str, Array]:
     """What rows say above, and where they say nothing, what they say below."""
-    both = {key: np.where(np.isnan(above[key]), below[key], above[key]) for key in below.keys() & above.keys()}
+    both = {
+        key: np.where(np.isnan(above[key]), below[key], above[key])
+        for key in below.keys() & above.keys()
+    }
     return {**below, **above, **both}
 
 
@@ -128,7 +131,9 @@ class Axis:
 
     def without(self, *common: str) -> Axis:
         """The same axis, saying nothing of some numbers and of those on either side."""
-        kept = {key: values for key, values in self.numbers.items() if split_side(key)[0] not in common}
+        kept = {
+            key: values for key, values in self.numbers.items() if split_side(key)[0] not in common
+        }
         return replace(self, numbers=kept)
 
 

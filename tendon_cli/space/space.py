@@ -96,7 +96,9 @@ class Space:
         One of these is served by a pretension that all its other conditions allow, and counts as much as the person
         is weighted.
         """
-        whose = tuple(axis for key in (PERSON_AXIS, DRAW_AXIS) for axis in self.axes if axis.key == key)
+        whose = tuple(
+            axis for key in (PERSON_AXIS, DRAW_AXIS) for axis in self.axes if axis.key == key
+        )
         if not whose:
             return self
         others = tuple(axis for axis in self.axes if axis not in whose)
@@ -105,7 +107,9 @@ class Space:
             along = np.ones(len(axis)) if axis.weighting is None else axis.weighting
             weighting = np.multiply.outer(weighting, along).ravel()
         groups = np.repeat(np.arange(len(weighting)), each)
-        return replace(self, axes=(*whose, *others), weighting=np.repeat(weighting, each), groups=groups)
+        return replace(
+            self, axes=(*whose, *others), weighting=np.repeat(weighting, each), groups=groups
+        )
 
     def at(self, *points: Numbers) -> Space:
         """Listed points, by what each says of the study's numbers, with the same single numbers; a product if several.
@@ -116,8 +120,12 @@ class Space:
 
     def unset(self) -> Space:
         """The same product without pretension, which is solved for, and with tendons that cannot push."""
-        axes = tuple(axis.without(PRETENSION, SLACK) for axis in self.axes if axis.role != "pretension")
-        single = {key: value for key, value in self.single.items() if split_side(key)[0] != PRETENSION}
+        axes = tuple(
+            axis.without(PRETENSION, SLACK) for axis in self.axes if axis.role != "pretension"
+        )
+        single = {
+            key: value for key, value in self.single.items() if split_side(key)[0] != PRETENSION
+        }
         return Space(axes, {**single, PRETENSION: 0.0, SLACK: 1.0})
 
     def places(self, rows: Rows) -> dict[str, Rows]:
@@ -130,12 +138,17 @@ class Space:
     def numbers(self, rows: Rows) -> Numbers:
         """What rows say of the study's numbers."""
         at = self.places(rows)
-        return {key: values[at[axis.key]] for axis in self.axes for key, values in axis.numbers.items()}
+        return {
+            key: values[at[axis.key]] for axis in self.axes for key, values in axis.numbers.items()
+        }
 
     def columns(self, rows: Rows) -> dict[str, npt.NDArray[Any]]:
         """Rows as a table has them: values, or the position among their names."""
         at = self.places(rows)
-        return {axis.column: at[axis.key] if axis.names else axis.values[at[axis.key]] for axis in self.axes}
+        return {
+            axis.column: at[axis.key] if axis.names else axis.values[at[axis.key]]
+            for axis in self.axes
+        }
 
     @cached_property
     def of_sides(self) -> frozenset[str]:
@@ -177,12 +190,19 @@ class Space:
 
     def axes_of(self, wanted: Callable[[str], bool]) -> frozenset[int]:
         """The axes that the numbers of the model whose keys are wanted depend on."""
-        return frozenset(at for (key, _), number in self.of_the_model.items() if wanted(key) for at in number.axes)
+        return frozenset(
+            at
+            for (key, _), number in self.of_the_model.items()
+            if wanted(key)
+            for at in number.axes
+        )
 
     def design(self, box: Box | None = None) -> Design:
         """The designs of a box, else of the whole product, each number shaped as it varies to (*box, 1, 1)."""
         place = self.whole if box is None else box
-        given: dict[Place, Any] = {where: number.within(place) for where, number in self.of_the_model.items()}
+        given: dict[Place, Any] = {
+            where: number.within(place) for where, number in self.of_the_model.items()
+        }
 
         def of(names: Mapping[str, str], side: str | None = None) -> dict[str, Any]:
             return {name: given[key, side] for name, key in names.items()}
@@ -190,12 +210,16 @@ class Space:
         def is_so(key: str, side: str | None = None) -> Flag:
             return np.asarray(given[key, side]) > 0.5
 
-        flexor, extensor = (Side(**of(_OF_A_SIDE, side), spring_at_motor=is_so(SPRING_AT, side)) for side in SIDES)
+        flexor, extensor = (
+            Side(**of(_OF_A_SIDE, side), spring_at_motor=is_so(SPRING_AT, side)) for side in SIDES
+        )
         travels = of(_TRAVELS)
         if travels["flexor"] is None or travels["extensor"] is None:
             joint: Anchors | Excursion = Anchors(**of(_ANCHORS), from_initial=is_so(REFERENCE))
         else:
-            joint = Excursion(**travels, origin=given["setting.angle", None], scale=given[EXCURSION, None])
+            joint = Excursion(
+                **travels, origin=given["setting.angle", None], scale=given[EXCURSION, None]
+            )
         made = Design(
             arm=Limb(joint, **of(_LIMB), inertia=self.single.get(INERTIA, 0.0)),
             flexor=flexor,
@@ -214,7 +238,14 @@ TRAJECTORY, INERTIA = "motion.trajectory", "motion.inertia"
 EXCURSION = "joint.excursion"
 """Measured travels, times which those of a body are."""
 ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")
-_WEIGHTS = ("forearm_mass", "forearm_com", "load_distance", "upper_arm_angle", "contact_width", "contact_radius")
+_WEIGHTS = (
+    "forearm_mass",
+    "forearm_com",
+    "load_distance",
+    "upper_arm_angle",
+    "contact_width",
+    "contact_radius",
+)
 
 # The names in the model and the common keys: of a joint, of the arm, of a design, of its setting, and of a side.
 _ANCHORS = {name: f"arm.{name}" for name in ANCHORS}
@@ -223,27 +254,47 @@ _LIMB = {name: f"arm.{name}" for name in _WEIGHTS} | {
     name: f"joint.{name}" for name in ("stiffness", "rest_angle", "torque")
 }
 _OF_A_DESIGN = {
-    "flexor_radius": "spool.flexor_radius", "ratio": "spool.ratio",
-    "load_mass": "load.mass", "load_torque": "load.torque", "load_scale": "load.scale",
-}  # fmt: skip
-_SETTING = {"angle": "setting.angle", "upper_arm_angle": "setting.upper_arm_angle", "load_mass": "setting.load"}
+    "flexor_radius": "spool.flexor_radius",
+    "ratio": "spool.ratio",
+    "load_mass": "load.mass",
+    "load_torque": "load.torque",
+    "load_scale": "load.scale",
+}
+_SETTING = {
+    "angle": "setting.angle",
+    "upper_arm_angle": "setting.upper_arm_angle",
+    "load_mass": "setting.load",
+}
 _OF_A_SIDE = {
-    "friction": "sheath.friction", "bend_angle": "sheath.bend_angle",
-    "length": "tendon.length", "diameter": "tendon.diameter", "youngs_modulus": "tendon.youngs_modulus",
-    "spring_stiffness": "spring.stiffness", "anchor_stiffness": "anchor.stiffness", "pretension": PRETENSION,
-}  # fmt: skip
+    "friction": "sheath.friction",
+    "bend_angle": "sheath.bend_angle",
+    "length": "tendon.length",
+    "diameter": "tendon.diameter",
+    "youngs_modulus": "tendon.youngs_modulus",
+    "spring_stiffness": "spring.stiffness",
+    "anchor_stiffness": "anchor.stiffness",
+    "pretension": PRETENSION,
+}
 _DEFAULTS: dict[str, Any] = {
-    **dict.fromkeys((*_SETTING.values(), "joint.stiffness", "joint.rest_angle", SPRING_AT, AFTER), 0.0),
+    **dict.fromkeys(
+        (*_SETTING.values(), "joint.stiffness", "joint.rest_angle", SPRING_AT, AFTER), 0.0
+    ),
     **dict.fromkeys((EXCURSION, "load.scale"), 1.0),
     **dict.fromkeys((*_TRAVELS.values(), "load.torque", "joint.torque")),
     "anchor.stiffness": np.inf,
 }
 """What a number is that nothing gives; others are not a number then."""
 _WITH_SIDES = ("sheath", "tendon", "spring", "anchor")
-_GIVEN: tuple[Place, ...] = tuple((key, SIDES[0] if key.startswith(_WITH_SIDES) else None) for key in GIVEN)
+_GIVEN: tuple[Place, ...] = tuple(
+    (key, SIDES[0] if key.startswith(_WITH_SIDES) else None) for key in GIVEN
+)
 """What a limit alone needs; of what the sides may differ in, the flexor's."""
 _PLACES: tuple[Place, ...] = (
-    *((key, None) for names in (_ANCHORS, _TRAVELS, _LIMB, _OF_A_DESIGN, _SETTING) for key in names.values()),
+    *(
+        (key, None)
+        for names in (_ANCHORS, _TRAVELS, _LIMB, _OF_A_DESIGN, _SETTING)
+        for key in names.values()
+    ),
     *((key, None) for key in (REFERENCE, SLACK, AFTER, EXCURSION)),
     *((key, side) for key in (*_OF_A_SIDE.values(), SPRING_AT) for side in SIDES),
     *_GIVEN,

@@ -34,8 +34,12 @@ class PageLine:
     @property
     def text(self) -> str:
         """The line in a terminal."""
-        values = "  ".join(f"{value:>13.7g}" if not np.isnan(value) else f"{'-':>13}" for value in self.values)
-        symbol, formula = (_padded(text, width) for text, width in ((self.symbol, 9), (self.formula, 42)))
+        values = "  ".join(
+            f"{value:>13.7g}" if not np.isnan(value) else f"{'-':>13}" for value in self.values
+        )
+        symbol, formula = (
+            _padded(text, width) for text, width in ((self.symbol, 9), (self.formula, 42))
+        )
         return f"  {symbol}{formula}{values:<29}{self.unit:<9}{self.source}".rstrip()
 
 
@@ -64,7 +68,11 @@ def state_lines(state: State, angle: float, table: str) -> list[PageLine]:
     `table` is the file of measured travels, if they are.
     """
     design = state.design
-    lines = [*_geometry(state, design, angle, table), *_sheath(state, design, angle), *_load(state, design, angle)]
+    lines = [
+        *_geometry(state, design, angle, table),
+        *_sheath(state, design, angle),
+        *_load(state, design, angle),
+    ]
     if int(state.status.flat[0]) == NO_EQUILIBRIUM:
         return lines
     return [*lines, *_balance(state, design), *_results(state, design), *_setting(design)]
@@ -75,12 +83,13 @@ def _geometry(state: State, design: Design, angle: float, table: str) -> list[Pa
     theta = ("θ", f"elbow angle, {np.degrees(angle):.6g} deg", angle, "rad")
     if not isinstance(joint, Anchors):
         return section(
-            "Geometry", theta,
+            "Geometry",
+            theta,
             ("H_f", "shortening of the flexor's path", motion.flexor_travel, "m", table),
             ("H_e", "lengthening of the extensor's", motion.extensor_travel, "m", table),
             ("J_f", "dH_f/dθ of the same curve", motion.flexor_moment_arm, "m", "Eq. 5"),
             ("J_e", "dH_e/dθ of the same curve", motion.extensor_moment_arm, "m", "Eq. 5"),
-        )  # fmt: skip
+        )
     travel = "L_c(0) - L_c" if np.any(joint.from_initial) else "(b1 + b2) - L_c"
     return section(
         "Geometry",
@@ -101,7 +110,13 @@ def _sheath(state: State, design: Design, angle: float) -> list[PageLine]:
     return section(
         "Sheath, tendon and spring (flexor, extensor)",
         ("μφ", "friction x bend angle", exponents, "1", "Eq. 6"),
-        ("e^(σμφ)", "distal / proximal tension", (flexor.capstan, extensor.capstan), "1", "Eq. 6, A.17"),
+        (
+            "e^(σμφ)",
+            "distal / proximal tension",
+            (flexor.capstan, extensor.capstan),
+            "1",
+            "Eq. 6, A.17",
+        ),
         ("c_Ten", "L/(AE) (1 - e^(-σμφ))/(σμφ)", (flexor.tendon, extensor.tendon), "m/N", "Eq. 13"),
         ("1/K_SE", "series spring", (flexor.spring, extensor.spring), "m/N", "Eq. 14"),
         ("c_f, c_e", "c_Ten + 1/K_SE", (flexor.compliance, extensor.compliance), "m/N", "Eq. 16"),
@@ -111,43 +126,77 @@ def _sheath(state: State, design: Design, angle: float) -> list[PageLine]:
 
 def _load(state: State, design: Design, angle: float) -> list[PageLine]:
     arm, other = design.arm, one(state.other_torque)
-    mass_moment = one(arm.forearm_mass) * one(arm.forearm_com) + one(design.load_mass) * one(arm.load_distance)
+    mass_moment = one(arm.forearm_mass) * one(arm.forearm_com) + one(design.load_mass) * one(
+        arm.load_distance
+    )
     others = [("τ_o", "asked for by joint, task and inertia", other, "N m")] if other else []
     return section(
         "Load",
         ("M", "m_f d_com + m d_load", mass_moment, "kg m"),
         ("θ + ψ", "inclination of the forearm", angle + one(arm.upper_arm_angle), "rad"),
         *others,
-        ("τ_a", f"M g sin(θ + ψ){' + τ_o' if other else ''}, g = 9.81", state.coupling.elbow_torque, "N m", "Eq. 5"),
+        (
+            "τ_a",
+            f"M g sin(θ + ψ){' + τ_o' if other else ''}, g = 9.81",
+            state.coupling.elbow_torque,
+            "N m",
+            "Eq. 5",
+        ),
     )
 
 
 def _balance(state: State, design: Design) -> list[PageLine]:
     tied, ratio = state.coupling, one(design.ratio)
-    c_f, c_e, moment_arm = one(tied.flexor_compliance), one(tied.extensor_compliance), one(tied.moment_arm)
+    c_f, c_e, moment_arm = (
+        one(tied.flexor_compliance),
+        one(tied.extensor_compliance),
+        one(tied.moment_arm),
+    )
     radius, torque = one(tied.extensor_arm), one(tied.elbow_torque)
-    preload = one(tied.mismatch) + ratio * c_f * one(design.flexor.pretension) + c_e * one(design.extensor.pretension)
+    preload = (
+        one(tied.mismatch)
+        + ratio * c_f * one(design.flexor.pretension)
+        + c_e * one(design.extensor.pretension)
+    )
     determinant = ratio * c_f * radius + moment_arm * c_e
-    rule = "max(y_b, 0, -τ_a/R_elb)" if np.all(design.unilateral) else "y_b (bilateral: may be negative)"
+    rule = (
+        "max(y_b, 0, -τ_a/R_elb)"
+        if np.all(design.unilateral)
+        else "y_b (bilateral: may be negative)"
+    )
     return section(
         "Balance of elbow and spool",
         ("η", "R_e / R_f", ratio, "1", "Eq. 12"),
         ("h", "H_e - η H_f", tied.mismatch, "m", "Eq. 12"),
         ("D", "h + η c_f F0_f + c_e F0_e", preload, "m", "Eq. 16"),
         ("Δ", "η c_f R_elb + J c_e", determinant, "m²/N"),
-        ("x_b", "(c_e τ_a + R_elb D) / Δ", (c_e * torque + radius * preload) / determinant, "N", "Eqs. 5, 16"),
-        ("y_b", "(J D - η c_f τ_a) / Δ", (moment_arm * preload - ratio * c_f * torque) / determinant, "N",
-         "Eqs. 5, 16"),
+        (
+            "x_b",
+            "(c_e τ_a + R_elb D) / Δ",
+            (c_e * torque + radius * preload) / determinant,
+            "N",
+            "Eqs. 5, 16",
+        ),
+        (
+            "y_b",
+            "(J D - η c_f τ_a) / Δ",
+            (moment_arm * preload - ratio * c_f * torque) / determinant,
+            "N",
+            "Eqs. 5, 16",
+        ),
         ("y", rule, state.balance.extensor, "N"),
         ("x", "(τ_a + R_elb y) / J", state.balance.flexor, "N", "Eq. 5"),
         ("σ", "η c_f x + c_e y - D, path that is loose", state.balance.loose, "m"),
-    )  # fmt: skip
+    )
 
 
 def _results(state: State, design: Design) -> list[PageLine]:
     distal, sides = (state.balance.flexor, state.balance.extensor), (state.flexor, state.extensor)
     proximal = state.flexor_tension_proximal, state.extensor_tension_proximal
-    change = [one(distal[0]) - one(design.flexor.pretension), one(distal[1]) - one(design.extensor.pretension)]
+    change = [
+        one(distal[0]) - one(design.flexor.pretension),
+        one(distal[1]) - one(design.extensor.pretension),
+    ]
     tendons = tuple(one(side.tendon) * by for side, by in zip(sides, change, strict=True))
     springs = tuple(one(side.spring) * by for side, by in zip(sides, change, strict=True))
     lines = section(
@@ -170,9 +219,13 @@ def _setting(design: Design) -> list[PageLine]:
     after = "flexion" if np.all(posture.after_flexion) else "extension"
     where = f"at {np.degrees(one(posture.angle)):.6g} deg, {one(posture.load_mass):.6g} kg, after {after}"
     if one(design.flexor.pretension) != one(design.extensor.pretension):
-        pretension = setting_of(design).coupling.common_pretension(pretension, design.extensor.pretension)
+        pretension = setting_of(design).coupling.common_pretension(
+            pretension, design.extensor.pretension
+        )
     shown = all_readings(design, pretension)
-    joint, motor = (tuple(shown[f"{side} at {end}"] for side in SIDES) for end in ("joint", "motor"))
+    joint, motor = (
+        tuple(shown[f"{side} at {end}"] for side in SIDES) for end in ("joint", "motor")
+    )
     return section(
         f"Setting {where} (flexor, extensor)",
         ("F_o,set", "tension at the joint", joint, "N"),
@@ -203,7 +256,9 @@ def cycle_lines(design: Design, plan: Plan, speed: float) -> list[PageLine]:
     """The columns of designs that a speed adds, over the study's angles and directions."""
     flexion = np.array([[direction == "flexion"] for direction in plan.directions])
     over = cycle(design, plan.elbow_angles[np.newaxis], flexion, speed)
-    rows = [(QUANTITIES[name].symbol, name, over[name], QUANTITIES[name].unit) for name in OF_CYCLES]
+    rows = [
+        (QUANTITIES[name].symbol, name, over[name], QUANTITIES[name].unit) for name in OF_CYCLES
+    ]
     return section(f"Over the study's angles and directions at {_per_second(speed)}", *rows)
 
 
@@ -212,12 +267,29 @@ def reversal_lines(state: State, elbow_angle: float, *, flexion: bool) -> list[P
     turn = reversal(state, elbow_angle, np.asarray(flexion))
     sides = (turn.flexor, turn.extensor)
     turns = np.array([one(side.turn) for side in sides])
-    torques = tuple(turn.motor_torque(end) for end in (np.zeros(1), *np.sort(turns[~np.isnan(turns)])))
+    torques = tuple(
+        turn.motor_torque(end) for end in (np.zeros(1), *np.sort(turns[~np.isnan(turns)]))
+    )
     return section(
         "Where the motion turns back here (elbow still; flexor, extensor)",
-        ("F_I", "at the motor as the motion stops", tuple(side.tension_before for side in sides), "N"),
-        ("F_I'", "F_I e^(2σμφ), as the far end follows", tuple(side.tension_after for side in sides), "N"),
-        ("δ", "F_o |c_Ten - c_Ten'|, stretch until then", tuple(side.stretch for side in sides), "m"),
+        (
+            "F_I",
+            "at the motor as the motion stops",
+            tuple(side.tension_before for side in sides),
+            "N",
+        ),
+        (
+            "F_I'",
+            "F_I e^(2σμφ), as the far end follows",
+            tuple(side.tension_after for side in sides),
+            "N",
+        ),
+        (
+            "δ",
+            "F_o |c_Ten - c_Ten'|, stretch until then",
+            tuple(side.stretch for side in sides),
+            "m",
+        ),
         ("Δα", "δ/R_f, δ/(η R_f), turn until then", tuple(turns), "rad"),
         ("W_μ", "what friction takes until then", tuple(side.loss for side in sides), "J"),
         ("τ_m'", "motor torque as the motion stops", torques[:1], "N m"),

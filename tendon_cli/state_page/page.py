@@ -19,7 +19,14 @@ from tendon_cli.model.actuator import State
 from tendon_cli.model.statics import NO_EQUILIBRIUM, STATUS_NAMES
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import CASE_AXIS
-from tendon_cli.state_page.lines import PageLine, cycle_lines, motor_lines, one, reversal_lines, state_lines
+from tendon_cli.state_page.lines import (
+    PageLine,
+    cycle_lines,
+    motor_lines,
+    one,
+    reversal_lines,
+    state_lines,
+)
 from tendon_cli.studies.axes import case_place
 from tendon_cli.studies.load import AnyStudy, any_study
 from tendon_cli.studies.people.person import Worn, worn_by
@@ -43,7 +50,13 @@ class StatePage(Displayed):
     @property
     def text(self) -> str:
         """The page for a terminal."""
-        wrap = partial(textwrap.fill, width=80, initial_indent="  ", subsequent_indent="   ", break_on_hyphens=False)
+        wrap = partial(
+            textwrap.fill,
+            width=80,
+            initial_indent="  ",
+            subsequent_indent="   ",
+            break_on_hyphens=False,
+        )
         parts = [self.title, *(wrap(f"({note})") for note in self.notes)]
         for section, lines in itertools.groupby(self.lines, key=lambda line: line.section):
             parts += ["", section, *(line.text for line in lines)]
@@ -52,15 +65,22 @@ class StatePage(Displayed):
     @property
     def record(self) -> dict[str, Any]:
         """The page for a program."""
-        lines = [{**asdict(line), "values": [*map(_null_if_nan, line.values)]} for line in self.lines]
+        lines = [
+            {**asdict(line), "values": [*map(_null_if_nan, line.values)]} for line in self.lines
+        ]
         about = {"title": self.title, "notes": list(self.notes), "status": self.status}
         return {**about, "results": self.columns, "lines": lines}
 
 
 def state_page(
-    study: AnyStudy, case: str | None = None, person: str | None = None, draw: int | None = None, *,
-    reversal: bool = False, plot: str | PathLike[str] | None = None,
-) -> StatePage:  # fmt: skip
+    study: AnyStudy,
+    case: str | None = None,
+    person: str | None = None,
+    draw: int | None = None,
+    *,
+    reversal: bool = False,
+    plot: str | PathLike[str] | None = None,
+) -> StatePage:
     """The first state of a study's first design, or of a case's or a person's, with how its arm comes from the body.
 
     Uncertain numbers are nominal, or those of a `draw`, counted from 1. With a speed in the study the motor's part is
@@ -91,13 +111,21 @@ def state_page(
 
         draw_motor(target, state, plan, turns=reversal)
     columns = {name: _null_if_nan(one(values)) for name, values in state.columns().items()}
-    notes = [f"{worn.name}; of the study's {len(names)} persons --person chooses another"] if worn and names[1:] else []
+    notes = (
+        [f"{worn.name}; of the study's {len(names)} persons --person chooses another"]
+        if worn and names[1:]
+        else []
+    )
     load = one(state.design.load_mass)
     return StatePage(
         f"{study.name}: {plan.directions[0]} at {np.degrees(angle):.6g} deg, load {load:.6g} kg",
-        (*notes, *of_draw, *study.notes, *study.warnings, *_notes(plan, block)), status, tuple(lines), columns,
-        plan.study, has_equilibrium,
-    )  # fmt: skip
+        (*notes, *of_draw, *study.notes, *study.warnings, *_notes(plan, block)),
+        status,
+        tuple(lines),
+        columns,
+        plan.study,
+        has_equilibrium,
+    )
 
 
 def _null_if_nan(value: float) -> float | None:
@@ -122,9 +150,14 @@ def _drawn(study: Study, draw: int) -> tuple[Study, list[str]]:
     count = study.draws or len(study.people.population if study.people is not None else ())
     if not 1 <= draw <= count:
         raise UsageError(f"there is no draw {draw}", where="--draw", hint=f"1 to {count}")
-    values = {key: float(each[draw - 1]) for key, each in drawn(study.uncertain, count, asked.seed).items()}
+    values = {
+        key: float(each[draw - 1])
+        for key, each in drawn(study.uncertain, count, asked.seed).items()
+    }
     note = f"draw {draw} of {count}: {', '.join(f'{key} = {value:.6g}' for key, value in values.items())}"
-    given = {key: in_si(value, keys()[key].number.quantity.dimension) for key, value in values.items()}
+    given = {
+        key: in_si(value, keys()[key].number.quantity.dimension) for key, value in values.items()
+    }
     return study.replaced({"uncertainty": None}).vary(**given), [note]
 
 
@@ -140,16 +173,21 @@ def _of_the_motor(plan: Plan, state: State, *, reversal: bool) -> list[PageLine]
     if speed is not None:
         lines += motor_lines(state, speed.single, flexion=flexion)
         lines += cycle_lines(state.design, plan, speed.single)
-    return lines + (reversal_lines(state, float(plan.elbow_angles[0]), flexion=flexion) if reversal else [])
+    return lines + (
+        reversal_lines(state, float(plan.elbow_angles[0]), flexion=flexion) if reversal else []
+    )
 
 
 def _from_body(worn: Worn) -> list[PageLine]:
     """What the tape and the scale say, and the arm that follows."""
-    steps = [(f"Body: {worn.name}", step) for step in worn.body] + [("From body to arm", step) for step in worn.arm]
+    steps = [(f"Body: {worn.name}", step) for step in worn.body] + [
+        ("From body to arm", step) for step in worn.arm
+    ]
     return [
         PageLine(title, quantity.symbol, step.formula, (step.value,), quantity.unit, step.source)
-        for title, step in steps for quantity in [QUANTITIES[step.quantity]]
-    ]  # fmt: skip
+        for title, step in steps
+        for quantity in [QUANTITIES[step.quantity]]
+    ]
 
 
 def _only_state(plan: Plan, case: str | None) -> Block:
@@ -164,13 +202,27 @@ def _notes(plan: Plan, block: Block) -> list[str]:
     """Which values were chosen where the study has several."""
     notes = []
     for axis, chosen in zip(plan.axes, block.designs, strict=True):
-        value = axis.names[chosen.start] if axis.names else "lower end of its interval" if axis.is_interval else "first"
+        value = (
+            axis.names[chosen.start]
+            if axis.names
+            else "lower end of its interval"
+            if axis.is_interval
+            else "first"
+        )
         option = "--case" if axis.key == CASE_AXIS else f"--set {axis.key}=..."
-        notes += [f"{axis.key}: {value} of {len(axis)} values; {option} chooses another"] if len(axis) > 1 else []
+        notes += (
+            [f"{axis.key}: {value} of {len(axis)} values; {option} chooses another"]
+            if len(axis) > 1
+            else []
+        )
     if plan.study.trajectory is not None:
-        more = ", with its inertia; `tendon sweep` and `tendon show RUN --table states` have them all"
+        more = (
+            ", with its inertia; `tendon sweep` and `tendon show RUN --table states` have them all"
+        )
         notes.append(f"the first of the trajectory's {plan.states_per_design} samples{more}")
     elif plan.states_per_design > 1:
-        more = "--set 'motion.elbow_angle=75 deg' and --set motion.direction=extension choose another"
+        more = (
+            "--set 'motion.elbow_angle=75 deg' and --set motion.direction=extension choose another"
+        )
         notes.append(f"the first of {plan.states_per_design} states; {more}")
     return notes

@@ -32,10 +32,17 @@ class Attachments:
     def resolve(self, study: Study) -> Study:
         """The study with numbers in the place of files; raises InputError, and collects `faults` of keys."""
         study = self._trajectory(study)
-        update: dict[str, Any] = {"sheath": self._sheath(study.sheath, "sheath"), **self._curves(study)}
+        update: dict[str, Any] = {
+            "sheath": self._sheath(study.sheath, "sheath"),
+            **self._curves(study),
+        }
         if study.cases:
             update["cases"] = tuple(
-                case.model_copy(update={"sheath": self._sheath(getattr(case, "sheath", None), f"cases.{at}.sheath")})
+                case.model_copy(
+                    update={
+                        "sheath": self._sheath(getattr(case, "sheath", None), f"cases.{at}.sheath")
+                    }
+                )
                 for at, case in enumerate(study.cases)
             )
         if study.people is not None:
@@ -65,13 +72,21 @@ class Attachments:
         for table, name in (("joint", "torque"), ("joint", "excursion"), ("load", "torque")):
             part = update.get(table) or getattr(study, table)
             file, is_travel = getattr(part, name), name == "excursion"
-            content = self._read(file, f"{table}.{name}", curves.MAX_BYTES) if isinstance(file, str) else None
+            content = (
+                self._read(file, f"{table}.{name}", curves.MAX_BYTES)
+                if isinstance(file, str)
+                else None
+            )
             if content is None:
                 continue
             where = shorten(file, 200)
-            curve = curves.read_curve(content, where, curves.EXCURSION if is_travel else curves.TORQUE)
+            curve = curves.read_curve(
+                content, where, curves.EXCURSION if is_travel else curves.TORQUE
+            )
             if (beyond := curves.not_covered(study, curve, is_travel=is_travel)) is not None:
-                raise InputError(beyond, where=where, hint="extend the table, or ask for fewer angles")
+                raise InputError(
+                    beyond, where=where, hint="extend the table, or ask for fewer angles"
+                )
             warnings = curves.warnings_of(study, curve, where) if is_travel else []
             self._note(f"{table}.{name}", file, content, rows=len(curve.angles), warnings=warnings)
             update[table] = part.model_copy(update={name: curve})
@@ -80,7 +95,9 @@ class Attachments:
     def _people(self, people: People) -> People:
         content = self._read(people.statistics, "people.statistics", MAX_BYTES)
         if content is not None:
-            from tendon_cli.studies.people.survey import read_survey  # only one's own statistics pay for its import
+            from tendon_cli.studies.people.survey import (
+                read_survey,
+            )  # only one's own statistics pay for its import
 
             survey = read_survey(content, shorten(people.statistics or "", 200))
             men, women = survey.male.persons, survey.female.persons
@@ -91,7 +108,9 @@ class Attachments:
             return people
         known = people.with_file("file", content)
         persons = known.read(shorten(people.file or ""))
-        self._note("people.file", people.file, content, persons=len(persons), warnings=list(persons.notes))
+        self._note(
+            "people.file", people.file, content, persons=len(persons), warnings=list(persons.notes)
+        )
         return known
 
     def _sheath(self, sheath: Any, key: str) -> Any:
@@ -128,11 +147,23 @@ class Attachments:
         where = shorten(name, 200)
         measured, warnings = route.measure_route(content, where, smoothing)
         self._note(
-            key, name, content, bend_angle=measured.bend_angle, standard_error=measured.standard_error,
-            as_it_stands=measured.as_it_stands, noise=measured.noise, path_smoothing=smoothing, warnings=warnings,
+            key,
+            name,
+            content,
+            bend_angle=measured.bend_angle,
+            standard_error=measured.standard_error,
+            as_it_stands=measured.as_it_stands,
+            noise=measured.noise,
+            path_smoothing=smoothing,
+            warnings=warnings,
             note=route.route_note(measured, where),
-        )  # fmt: skip
-        return _estimate("sheath.bend_angle", f"{measured.bend_angle!r} rad", f"{measured.standard_error!r} rad", key)
+        )
+        return _estimate(
+            "sheath.bend_angle",
+            f"{measured.bend_angle!r} rad",
+            f"{measured.standard_error!r} rad",
+            key,
+        )
 
     def _friction(self, name: str, key: str, bend: Values | None) -> Values | None:
         """A coefficient and its standard error, or both times a bend angle that the study has to state."""
@@ -144,10 +175,16 @@ class Attachments:
         try:
             fit = read_toml(content.decode("utf-8-sig")).content["friction"]
             is_of_bend = "coefficient" not in fit and "friction_bend" in fit
-            angle = bend.single if is_of_bend and isinstance(bend, Values) and not bend.is_axis else 1.0 - is_of_bend
+            angle = (
+                bend.single
+                if is_of_bend and isinstance(bend, Values) and not bend.is_axis
+                else 1.0 - is_of_bend
+            )
             if angle <= 0.0:
                 help_ = "state the bend angle that the sheath had when it was measured, or fit with --bend-angle"
-                self.faults.append(Fault(key, "the fit is of μφ and needs one sheath.bend_angle beside it", help_))
+                self.faults.append(
+                    Fault(key, "the fit is of μφ and needs one sheath.bend_angle beside it", help_)
+                )
                 return None
             product = ("friction_bend", "friction_bend_standard_error")
             names = product if is_of_bend else ("coefficient", "standard_error")
@@ -157,10 +194,14 @@ class Attachments:
             problem = "not a friction fragment, expected a table [friction] with coefficient (0 to 10), standard_error"
             raise InputError(problem, where=where, hint=hint) from None
         if not error <= 10.0:
-            raise InputError(f"the standard error {error:g} is not between 0 and 10", where=where, hint=hint)
+            raise InputError(
+                f"the standard error {error:g} is not between 0 and 10", where=where, hint=hint
+            )
         source = fit.get("source")
         fitted_from = shorten(source) if isinstance(source, str) else None
-        self._note(key, name, content, friction=coefficient, standard_error=error, fitted_from=fitted_from)
+        self._note(
+            key, name, content, friction=coefficient, standard_error=error, fitted_from=fitted_from
+        )
         return estimate
 
     def _read(self, name: str | None, key: str, most: int) -> bytes | None:
@@ -173,18 +214,26 @@ class Attachments:
             self.faults.append(Fault(key, f'there is no file "{shorten(name)}" beside the study'))
         except (OSError, ValueError) as error:
             if isinstance(error, OSError) and error.errno == errno.EFBIG:
-                raise InputError(f"{error.strerror}, expected less", where=shorten(name, 200)) from None
+                raise InputError(
+                    f"{error.strerror}, expected less", where=shorten(name, 200)
+                ) from None
             reason = getattr(error, "strerror", None) or "the name is not one"
             self.faults.append(Fault(key, f'"{shorten(name)}" cannot be read: {reason}'))
         return None
 
     def _note(self, key: str, name: str | None, content: bytes, **facts: Any) -> None:
-        self.sources[key] = {"file": Path(name or "").name, "sha256": hashlib.sha256(content).hexdigest(), **facts}
+        self.sources[key] = {
+            "file": Path(name or "").name,
+            "sha256": hashlib.sha256(content).hexdigest(),
+            **facts,
+        }
 
 
 def _estimate(number: str, middle: float | str, error: float | str, key: str) -> Values | None:
     """A number with its standard error; a case takes the number only."""
-    return keys()[number].number.read(middle if key.startswith("cases.") else {"mean": middle, "std": error})
+    return keys()[number].number.read(
+        middle if key.startswith("cases.") else {"mean": middle, "std": error}
+    )
 
 
 def _stated_bend(sheath: Any) -> Values | None:

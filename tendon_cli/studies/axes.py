@@ -52,7 +52,9 @@ def space_of(study: Study) -> Space:
     """The product of a study's axes, slowest first."""
     named = {axis.key: axis for axis in named_axes(study)}
     axes = [named.get(key) or axis_of(study, key) for key in study.axes]
-    return Space(tuple(replace(axis, role=_role(study, axis.key)) for axis in axes), single_numbers(study))
+    return Space(
+        tuple(replace(axis, role=_role(study, axis.key)) for axis in axes), single_numbers(study)
+    )
 
 
 def lengths_of(study: Study) -> tuple[int, ...]:
@@ -65,12 +67,24 @@ def lengths_of(study: Study) -> tuple[int, ...]:
 
 def single_numbers(study: Study) -> dict[str, Any]:
     """What a study gives once for all of its designs, by dotted key, SI."""
-    words = {key: given == word for key, word in _WORDS.items() if (given := word_of(study, key)) is not None}
+    words = {
+        key: given == word
+        for key, word in _WORDS.items()
+        if (given := word_of(study, key)) is not None
+    }
     numbers = {key: values.single for key, values in study.numbers.items() if not values.is_axis}
     read = {READ: float(READINGS.index(study.setting.read))}
     inertia = 0.0 if study.motion.inertia is None else study.motion.inertia.single
-    in_time = {TRAJECTORY: study.trajectory, INERTIA: inertia} if study.trajectory is not None else {}
-    return numbers | {key: float(is_so) for key, is_so in words.items()} | read | curves_of(study) | in_time
+    in_time = (
+        {TRAJECTORY: study.trajectory, INERTIA: inertia} if study.trajectory is not None else {}
+    )
+    return (
+        numbers
+        | {key: float(is_so) for key, is_so in words.items()}
+        | read
+        | curves_of(study)
+        | in_time
+    )
 
 
 def word_of(table: object, key: str) -> str | None:
@@ -82,13 +96,22 @@ def word_of(table: object, key: str) -> str | None:
 
 def named_axes(study: Study) -> tuple[Axis, ...]:
     """Cases, persons and draws, as far as a study has them; if each person gets one draw, no axis of draws."""
-    asked, axes = study.uncertainty if study.uncertain else None, [case_axis(study)] if study.cases else []
+    asked, axes = (
+        study.uncertainty if study.uncertain else None,
+        [case_axis(study)] if study.cases else [],
+    )
     if study.people is not None:
-        once = {} if asked is None or study.draws else drawn(study.uncertain, study.people.persons, asked.seed)
+        once = (
+            {}
+            if asked is None or study.draws
+            else drawn(study.uncertain, study.people.persons, asked.seed)
+        )
         axes.append(person_axis(study, once))
     if asked is not None and study.draws:
         names = tuple(f"draw {at + 1}" for at in range(study.draws))
-        axes.append(Axis(DRAW_AXIS, DRAW_AXIS, drawn(study.uncertain, study.draws, asked.seed), names))
+        axes.append(
+            Axis(DRAW_AXIS, DRAW_AXIS, drawn(study.uncertain, study.draws, asked.seed), names)
+        )
     return tuple(axes)
 
 
@@ -97,10 +120,15 @@ def case_axis(study: Study) -> Axis:
     given: list[dict[str, float]] = []
     for case in study.cases:
         words = {key: word_of(case, key) for key in _WORDS}
-        given.append(case_numbers(case) | {key: float(word == _WORDS[key]) for key, word in words.items() if word})
+        given.append(
+            case_numbers(case)
+            | {key: float(word == _WORDS[key]) for key, word in words.items() if word}
+        )
     named = dict.fromkeys(key for each in given for key in each)
     numbers = {key: np.array([each.get(key, np.nan) for each in given]) for key in named}
-    return Axis(CASE_AXIS, CASE_AXIS, numbers, tuple(str(getattr(case, "name", "")) for case in study.cases))
+    return Axis(
+        CASE_AXIS, CASE_AXIS, numbers, tuple(str(getattr(case, "name", "")) for case in study.cases)
+    )
 
 
 def case_place(study: Study, name: str) -> int:
@@ -115,7 +143,9 @@ def case_place(study: Study, name: str) -> int:
 
 def person_axis(study: Study, drawn_once: Mapping[str, Array]) -> Axis:
     """The persons of a study; `drawn_once` are uncertain numbers of which each has one value."""
-    from tendon_cli.studies.people.population import arms_of  # a study without people does without it
+    from tendon_cli.studies.people.population import (
+        arms_of,
+    )  # a study without people does without it
 
     if study.people is None:
         raise ValueError("a study without people has no axis of persons")
@@ -131,11 +161,18 @@ def person_axis(study: Study, drawn_once: Mapping[str, Array]) -> Axis:
 def axis_of(study: Study, key: str) -> Axis:
     """A number that varies, or a word: a grid with several values is a range, a list a catalogue."""
     if words := study.words.get(key):
-        return Axis(key, column_of(key), {key: np.array([float(word == _WORDS[key]) for word in words])}, words)
+        return Axis(
+            key,
+            column_of(key),
+            {key: np.array([float(word == _WORDS[key]) for word in words])},
+            words,
+        )
     values = study.numbers[key]
     grid = values.source if isinstance(values.source, Grid) and values.source.num > 1 else None
     axis = Axis(key, column_of(key), {key: values.array}, is_log=grid is not None and grid.log)
-    return replace(axis, is_range=grid is not None and not values.is_interval, is_interval=values.is_interval)
+    return replace(
+        axis, is_range=grid is not None and not values.is_interval, is_interval=values.is_interval
+    )
 
 
 def _role(study: Study, key: str) -> Role:
@@ -149,7 +186,12 @@ def _role(study: Study, key: str) -> Role:
 
 def impossibilities(study: Study) -> list[Fault]:
     """Combinations of numbers, those of its files included, that cannot be."""
-    return [*_friction_faults(study), *_anchor_faults(study), *_faults_of_by(study), *_reading_faults(study)]
+    return [
+        *_friction_faults(study),
+        *_anchor_faults(study),
+        *_faults_of_by(study),
+        *_reading_faults(study),
+    ]
 
 
 def _faults_of_by(study: Study) -> Iterator[Fault]:
@@ -157,7 +199,11 @@ def _faults_of_by(study: Study) -> Iterator[Fault]:
     if study.design.by is None:
         return
     if study.people is None:
-        yield Fault("design.by", "gives shares of people, and this study has none", 'add [people] source = "ansur2"')
+        yield Fault(
+            "design.by",
+            "gives shares of people, and this study has none",
+            'add [people] source = "ansur2"',
+        )
     elif not study.people.population.sexes:
         hint = 'a column "sex" with male or female, or people.sex if all are alike'
         yield Fault("design.by", "gives shares by sex, which the file of people does not say", hint)
@@ -177,11 +223,15 @@ def _reading_faults(study: Study) -> Iterator[Fault]:
 def _friction_faults(study: Study) -> Iterator[Fault]:
     """A product of friction and bend angle, on one side, beyond any sheath."""
     sheath = {key: values for key, values in study.numbers.items() if key.startswith("sheath.")}
-    largest = {key: (each.uncertain.reach if each.uncertain else each.extremes)[1] for key, each in sheath.items()}
+    largest = {
+        key: (each.uncertain.reach if each.uncertain else each.extremes)[1]
+        for key, each in sheath.items()
+    }
     space = Space((case_axis(study),) if study.cases else (), largest)
     for side in SIDES:
         friction, bend_angle = (
-            space.number(f"sheath.{name}", side).within(space.whole) for name in ("friction", "bend_angle")
+            space.number(f"sheath.{name}", side).within(space.whole)
+            for name in ("friction", "bend_angle")
         )
         reached = np.ravel(friction * bend_angle)
         at = int(np.argmax(reached > MAX_FRICTION_EXPONENT))
@@ -194,7 +244,11 @@ def _friction_faults(study: Study) -> Iterator[Fault]:
 def _in_case(space: Space, row: int) -> str:
     """How an error names the case of a design; nothing in a study without cases."""
     cases = space.axes[0] if space.axes and space.axes[0].key == CASE_AXIS else None
-    return "" if cases is None else f' in the case "{shorten(cases.names[np.unravel_index(row, space.shape)[0]])}"'
+    return (
+        ""
+        if cases is None
+        else f' in the case "{shorten(cases.names[np.unravel_index(row, space.shape)[0]])}"'
+    )
 
 
 def _anchor_faults(study: Study) -> Iterator[Fault]:
@@ -209,7 +263,9 @@ def _anchor_faults(study: Study) -> Iterator[Fault]:
     a1, b1, a2, b2 = (np.broadcast_to(each, (*space.shape, 1, 1)).ravel() for each in given)
     meeting = np.pi - np.arctan2(a1, b1) - np.arctan2(a2, b2)
     alike = np.abs(np.hypot(a1, b1) - np.hypot(a2, b2)) <= 1e-12 * b1
-    for row in np.flatnonzero(alike & (study.angles.min() <= meeting) & (meeting <= study.angles.max())):
+    for row in np.flatnonzero(
+        alike & (study.angles.min() <= meeting) & (meeting <= study.angles.max())
+    ):
         if np.min(np.abs(study.angles - meeting[row])) < 1e-9:
             at = f"the elbow angle {np.degrees(meeting[row]):.6g} deg{_in_case(space, int(row))}"
             hint = "make a1, b1 and a2, b2 differ, or leave this angle out"

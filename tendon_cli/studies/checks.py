@@ -26,7 +26,9 @@ from tendon_cli.units import shorten
 
 def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
     """Every fault between keys of a study; those of `at_fault` are wrong by themselves and were left out of it."""
-    quantities = {name: key.number.quantity for path, key in keys().items() for name in (path, key.column)}
+    quantities = {
+        name: key.number.quantity for path, key in keys().items() for name in (path, key.column)
+    }
     people = study.people.contradictions() if study.people is not None else ()
     return [
         *_key_faults(study, at_fault),
@@ -47,7 +49,9 @@ def without_intervals(study: Study) -> Study:
     for key, values in study.numbers.items():
         if values.is_interval and isinstance(values.source, Grid):
             ends = f"from = {values.source.start.quoted}, to = {values.source.stop.quoted}"
-            problem = "is an interval, a condition of `tendon design`; `tendon sweep` needs single values"
+            problem = (
+                "is an interval, a condition of `tendon design`; `tendon sweep` needs single values"
+            )
             faults.append(Fault(key, problem, f"give it a num, as in {{ {ends}, num = 5 }}"))
     if faults:
         raise StudyError(faults)
@@ -77,13 +81,24 @@ def _key_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
                 yield Fault(f"{table}.{name}", f"stands beside {other}, which gives it, too", _ONE)
     for table, names, needed, of in _OF_ANOTHER:
         for name in names:
-            if getattr(getattr(study, table), needed) is None and getattr(getattr(study, table), name) is not None:
-                yield Fault(f"{table}.{name}", f"is of {of}, but the study has none", f"add {table}.{needed}")
+            if (
+                getattr(getattr(study, table), needed) is None
+                and getattr(getattr(study, table), name) is not None
+            ):
+                yield Fault(
+                    f"{table}.{name}",
+                    f"is of {of}, but the study has none",
+                    f"add {table}.{needed}",
+                )
     for at, sheath in _sheaths(study):
         for number, file in (("friction", "friction_from"), ("bend_angle", "path")):
             if number in sheath.model_fields_set and getattr(sheath, file) is not None:
                 yield Fault(f"{at}.{number}", f"stands beside {file}, which gives it, too", _ONE)
-        if sheath.path_smoothing is not None and sheath.path is None and f"{at}.path" not in at_fault:
+        if (
+            sheath.path_smoothing is not None
+            and sheath.path is None
+            and f"{at}.path" not in at_fault
+        ):
             hint = 'add path = "route.csv", or leave it out'
             yield Fault(f"{at}.path_smoothing", "smooths a route, but this table names none", hint)
     if study.output.states and not {"states", "output.tables"} & {*study.output.tables, *at_fault}:
@@ -113,10 +128,16 @@ def _limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
     for name in study.limits:
         for need in LIMITS[name].needs:
             if not is_stated(study, need) and not _is_of(need, at_fault):
-                yield Fault(f"limits.{name}", f"needs {need.what}", f'such as {need.key} = "{need.example}"')
+                yield Fault(
+                    f"limits.{name}", f"needs {need.what}", f'such as {need.key} = "{need.example}"'
+                )
     if "min_spring_room" in study.limits and (problem := _no_room(study)):
         yield Fault("limits.min_spring_room", problem, "leave it out")
-    if "max_contact_pressure" in study.limits and study.joint.excursion and study.arm.contact_radius is None:
+    if (
+        "max_contact_pressure" in study.limits
+        and study.joint.excursion
+        and study.arm.contact_radius is None
+    ):
         problem = "needs the radius of the strap, which measured travels do not tell"
         yield Fault("limits.max_contact_pressure", problem, 'such as arm.contact_radius = "45 mm"')
 
@@ -125,7 +146,10 @@ def _no_room(study: Study) -> str | None:
     """Why there is no room between the anchors for the flexor's spring to speak of."""
     if study.joint.excursion is not None:
         return "needs the anchors, which measured travels do not tell"
-    springs = [study.spring, *(spring for case in study.cases if (spring := getattr(case, "spring", None)) is not None)]
+    springs = [
+        study.spring,
+        *(spring for case in study.cases if (spring := getattr(case, "spring", None)) is not None),
+    ]
     for spring in springs:
         side = spring.flexor
         if "motor" in ((getattr(side, "at", None) or spring.at) or ""):
@@ -139,10 +163,16 @@ def _no_room(study: Study) -> str | None:
 def curve_faults(study: Study) -> Iterator[Fault]:
     """Curves in the study that do not reach as far as the joint moves."""
     joint = study.joint
-    inline = {"joint.torque": joint.torque, "joint.excursion": joint.excursion, "load.torque": study.load.torque}
+    inline = {
+        "joint.torque": joint.torque,
+        "joint.excursion": joint.excursion,
+        "load.torque": study.load.torque,
+    }
     for key, table in (inline | bends_of(study)).items():
         is_travel = key == "joint.excursion"
-        if isinstance(table, CurveTable) and (beyond := not_covered(study, table, is_travel=is_travel)):
+        if isinstance(table, CurveTable) and (
+            beyond := not_covered(study, table, is_travel=is_travel)
+        ):
             yield Fault(key, beyond, "extend the curve, or ask for fewer angles")
 
 
@@ -158,7 +188,10 @@ def is_stated(study: Study, need: Need) -> bool:
 def _lacking(study: Study, column: str, at_fault: set[str]) -> str:
     """The key that a column of the choices needs and the study does not state; empty if it lacks none."""
     needs = LIMITS[column].needs if column in LIMITS else ()
-    return next((need.key for need in needs if not is_stated(study, need) and not _is_of(need, at_fault)), "")
+    return next(
+        (need.key for need in needs if not is_stated(study, need) and not _is_of(need, at_fault)),
+        "",
+    )
 
 
 def _is_of(need: Need, at_fault: set[str]) -> bool:
@@ -174,27 +207,47 @@ def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
             yield Fault("design.conditions", problem, "leave it out")
         elif name not in keys() and name not in NAMED_AXES and name not in study.words:
             hint = nearest(columns.get(name, name), (*keys(), *NAMED_AXES))
-            yield Fault("design.conditions", f'"{shorten(name)}" is no axis that a study can have', hint)
-    axes = [key for key in (*study.axes, *at_fault) if key in keys() and split_side(key)[0] != PRETENSION]
+            yield Fault(
+                "design.conditions", f'"{shorten(name)}" is no axis that a study can have', hint
+            )
+    axes = [
+        key
+        for key in (*study.axes, *at_fault)
+        if key in keys() and split_side(key)[0] != PRETENSION
+    ]
     known = (*CHOICE_RESULTS, *(keys()[key].column for key in axes if key not in study.conditions))
     for table, names in (("minimise", study.design.minimise), ("maximise", study.design.maximise)):
         for name in names:
             if name not in known:
                 problem = f'there is no column "{shorten(name)}" in the choices of this study'
-                yield Fault(f"design.{table}", problem, nearest(name, known) or f"its columns: {', '.join(known)}")
+                yield Fault(
+                    f"design.{table}",
+                    problem,
+                    nearest(name, known) or f"its columns: {', '.join(known)}",
+                )
             elif lacking := _lacking(study, name, at_fault):
-                yield Fault(f"design.{table}", f"no choice has a {name} without {lacking}", f"state {lacking}")
+                yield Fault(
+                    f"design.{table}",
+                    f"no choice has a {name} without {lacking}",
+                    f"state {lacking}",
+                )
             elif table == "maximise" and name in study.design.minimise:
                 yield Fault("design.maximise", f'"{name}" is minimised, too, expected one of both')
 
 
 def _sheaths(study: Study) -> Iterator[tuple[str, Any]]:
     tables: list[tuple[str, Any]] = [("sheath", study.sheath)]
-    tables += [(f"cases.{at}.sheath", getattr(case, "sheath", None)) for at, case in enumerate(study.cases)]
+    tables += [
+        (f"cases.{at}.sheath", getattr(case, "sheath", None)) for at, case in enumerate(study.cases)
+    ]
     for key, sheath in tables:
         if sheath is not None:
             yield key, sheath
-            yield from ((f"{key}.{side}", inner) for side in SIDES if (inner := getattr(sheath, side)) is not None)
+            yield from (
+                (f"{key}.{side}", inner)
+                for side in SIDES
+                if (inner := getattr(sheath, side)) is not None
+            )
 
 
 def _case_faults(study: Study) -> Iterator[Fault]:
@@ -208,11 +261,16 @@ def _case_faults(study: Study) -> Iterator[Fault]:
         is_axis = "is an axis of this study, so a case cannot set it"
         words = [key for key in study.words if word_of(case, key) is not None]
         numbers = [*case_numbers(case)]
-        for key in words + [key for key in numbers if key in study.numbers and study.numbers[key].is_axis]:
+        for key in words + [
+            key for key in numbers if key in study.numbers and study.numbers[key].is_axis
+        ]:
             yield Fault(f"cases.{at}.{key}", is_axis)
         for key in numbers:
             if study.uncertainty is not None and key in study.uncertain:
-                yield Fault(f"cases.{at}.{key}", "is uncertain in this study and drawn, so a case cannot set it")
+                yield Fault(
+                    f"cases.{at}.{key}",
+                    "is uncertain in this study and drawn, so a case cannot set it",
+                )
             if key in study.of_the_body:
                 hint = f"state {key} in the study, too: then it holds for everyone but this case"
                 yield Fault(f"cases.{at}.{key}", "comes from the body of each person", hint)

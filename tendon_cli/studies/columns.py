@@ -40,7 +40,9 @@ class Sheet:
         separator = next((sign for sign in SEPARATORS if kept and sign in lines[kept[0]]), ",")
         header = cells_of(lines[kept[0]], separator, f"{where}, line {kept[0] + 1}") if kept else []
         if len(kept) < 2:
-            raise InputError(f"holds no {row}s, expected a header and a line for each {row}", where=where)
+            raise InputError(
+                f"holds no {row}s, expected a header and a line for each {row}", where=where
+            )
         columns = texts_of(lines, kept[1:], separator, where, len(header), len(header))
         return cls(where, header, kept[0] + 1, lines, kept[1:], separator, columns)
 
@@ -53,7 +55,11 @@ class Sheet:
         import pyarrow as pa
         import pyarrow.compute as pc
 
-        texts = self.columns[at] if self.separator == "," else pc.replace_substring(self.columns[at], ",", ".")
+        texts = (
+            self.columns[at]
+            if self.separator == ","
+            else pc.replace_substring(self.columns[at], ",", ".")
+        )
         is_missing = pc.is_in(pc.utf8_lower(texts), value_set=pa.array(missing, pa.string()))
         is_number = pc.or_(is_missing, pc.match_substring_regex(texts, _NUMBER))
         if (row := pc.index(is_number, False).as_py()) >= 0:
@@ -68,7 +74,9 @@ def name_and_unit(header: str, names: tuple[str, ...]) -> tuple[str, str] | None
     """The name that a header begins with, and the unit that follows it; None for none of the names."""
     for name in names:
         spelled = name.replace("_", r"[\W_]*")
-        if match := re.fullmatch(rf"\s*{spelled}(?:[\s_]*[\[(_ ]\s*(.*?)\s*[\])]?)?\s*", header, re.IGNORECASE):
+        if match := re.fullmatch(
+            rf"\s*{spelled}(?:[\s_]*[\[(_ ]\s*(.*?)\s*[\])]?)?\s*", header, re.IGNORECASE
+        ):
             return name, match[1] or ""
     return None
 
@@ -79,7 +87,11 @@ def unit_factor(name: str, unit: str, dimension: str, where: str) -> float:
     symbol = unit if unit in UNITS else plain.get(_plain(unit), "")
     if unit and symbol in UNITS and UNITS[symbol].dimension == dimension:
         return factor_of(symbol)
-    problem = f'the column {name} has the unit "{shorten(unit)}"' if unit else f"the column {name} has no unit"
+    problem = (
+        f'the column {name} has the unit "{shorten(unit)}"'
+        if unit
+        else f"the column {name} has no unit"
+    )
     units = ", ".join(known_units(dimension))
     hint = f"such as {name} ({known_units(dimension)[0]}); units of {dimension}: {units}"
     raise InputError(problem, where=where, hint=hint)
@@ -100,10 +112,16 @@ def read_columns(
     sheet = Sheet.of(content, where, of)
     place, numbers = f"{where}, line {sheet.header_line}", []
     for name, dimension in columns.items():
-        named = [(at, each[1]) for at, text in enumerate(sheet.header) if (each := name_and_unit(text, (name,)))]
+        named = [
+            (at, each[1])
+            for at, text in enumerate(sheet.header)
+            if (each := name_and_unit(text, (name,)))
+        ]
         if not named:
             problem = f"no column {name}, the header reads: {shorten(', '.join(sheet.header))}"
-            raise InputError(problem, where=place, hint=f"such as {name} ({unit or known_units(dimension)[0]})")
+            raise InputError(
+                problem, where=place, hint=f"such as {name} ({unit or known_units(dimension)[0]})"
+            )
         factor = unit_factor(name, named[0][1] or unit, dimension, place)
         values = sheet.numbers(named[0][0], name)
         if (beyond := np.flatnonzero(np.abs(values) > _LARGEST)).size:

@@ -35,20 +35,31 @@ from tendon_cli.studies.values import Values
 
 def mark_of(field: FieldInfo) -> Single | None:
     """The Single that marks a field, alone or as one choice of a union with None."""
-    marks = [*field.metadata, *(mark for choice in get_args(field.annotation) for mark in get_args(choice))]
+    marks = [
+        *field.metadata,
+        *(mark for choice in get_args(field.annotation) for mark in get_args(choice)),
+    ]
     return next((mark for mark in marks if isinstance(mark, Single)), None)
 
 
 def part_of(field: FieldInfo) -> type[Part] | None:
     """The table that a field holds, alone or as one choice of a union with None."""
     choices = (field.annotation, *get_args(field.annotation))
-    return next((choice for choice in choices if isinstance(choice, type) and issubclass(choice, Part)), None)
+    return next(
+        (choice for choice in choices if isinstance(choice, type) and issubclass(choice, Part)),
+        None,
+    )
 
 
 def case_numbers(case: Part) -> dict[str, float]:
     """The numbers that a case overrides, by dotted key, in SI."""
     parts = [(name, getattr(case, name)) for name in type(case).model_fields]
-    return {key: each.single for name, part in parts if isinstance(part, Part) for key, _, each in marked(part, name)}
+    return {
+        key: each.single
+        for name, part in parts
+        if isinstance(part, Part)
+        for key, _, each in marked(part, name)
+    }
 
 
 def marked(part: Part, prefix: str) -> Iterator[tuple[str, Single, Values]]:
@@ -102,7 +113,9 @@ def printable(text: str) -> str:
     return text
 
 
-CaseName = Annotated[str, StringConstraints(min_length=1, max_length=200, strict=True), AfterValidator(printable)]
+CaseName = Annotated[
+    str, StringConstraints(min_length=1, max_length=200, strict=True), AfterValidator(printable)
+]
 Title = Annotated[str, StringConstraints(max_length=300, strict=True), AfterValidator(printable)]
 
 
@@ -128,7 +141,8 @@ def _single_valued(part: type[Part]) -> type[Part]:
 
 
 DESIGN_PARTS: dict[str, type[Part]] = {
-    part.__name__.lower(): part for part in (Arm, Sheath, Tendon, Spring, Anchor, Joint, Spool, Load, Model, Setting)
+    part.__name__.lower(): part
+    for part in (Arm, Sheath, Tendon, Spring, Anchor, Joint, Spool, Load, Model, Setting)
 }
 
 
@@ -140,7 +154,11 @@ def case_tables() -> Any:
     return tuple[create_model("Case", __base__=Part, __doc__=doc, **fields), ...]  # type: ignore[misc]
 
 
-_SHORT_COLUMNS = {"sheath.friction": "friction", "sheath.bend_angle": "bend_angle", "tendon.pretension": "pretension"}
+_SHORT_COLUMNS = {
+    "sheath.friction": "friction",
+    "sheath.bend_angle": "bend_angle",
+    "tendon.pretension": "pretension",
+}
 
 
 @dataclass(frozen=True)
@@ -167,7 +185,11 @@ def column_of(key: str) -> str:
 def keys() -> dict[str, Key]:
     """Every number that may be an axis, by its dotted key, in the order of the schema."""
     tables: dict[str, type[Part]] = {**DESIGN_PARTS, "motion": Motion}
-    return {key: Key(key, number) for name, part in tables.items() for key, number in _numbers_of(part, name)}
+    return {
+        key: Key(key, number)
+        for name, part in tables.items()
+        for key, number in _numbers_of(part, name)
+    }
 
 
 def _numbers_of(part: type[Part], prefix: str) -> Iterator[tuple[str, Number]]:

@@ -38,7 +38,9 @@ class CurveTable:
     def document(self) -> dict[str, Any]:
         """As a study may say it."""
         return {
-            name: [f"{value!r} rad" for value in values] if name in ("angle", "bend") else list(values)
+            name: [f"{value!r} rad" for value in values]
+            if name in ("angle", "bend")
+            else list(values)
             for name, values in self.columns.items()
         }
 
@@ -51,7 +53,9 @@ class CurveTable:
             slope = (values[1] - values[0]) / (angles[1] - angles[0])
             return Spline(angles, np.array([[0.0], [0.0], [slope], [values[0]]]))
         if noise > 0.0 and len(angles) > 3:
-            smooth = interpolate.PPoly.from_spline(interpolate.splrep(angles, values, k=3, s=len(angles) * noise**2))
+            smooth = interpolate.PPoly.from_spline(
+                interpolate.splrep(angles, values, k=3, s=len(angles) * noise**2)
+            )
             pieces = np.flatnonzero(np.diff(smooth.x) > 0.0)
             return Spline(np.append(smooth.x[pieces], smooth.x[-1]), smooth.c[:, pieces])
         cubic = interpolate.CubicSpline(angles, values)
@@ -72,14 +76,25 @@ class CurveColumns(Mark):
 
     def read(self, value: object) -> str | CurveTable | None:
         """A file's name as it stands, columns as a table; raises PydanticCustomError."""
-        if value is None or isinstance(value, CurveTable) or (isinstance(value, str) and 0 < len(value) <= 4096):
+        if (
+            value is None
+            or isinstance(value, CurveTable)
+            or (isinstance(value, str) and 0 < len(value) <= 4096)
+        ):
             return value
         if not isinstance(value, dict) or set(value) != set(self.names):
             names = ", ".join(self.names)
-            raise fault(f"{described(value)} is no curve, expected the name of a CSV, or lists of {names}")
-        columns = {name: self._column(name, dimension, value[name]) for name, dimension in self.dimensions}
+            raise fault(
+                f"{described(value)} is no curve, expected the name of a CSV, or lists of {names}"
+            )
+        columns = {
+            name: self._column(name, dimension, value[name]) for name, dimension in self.dimensions
+        }
         if len({len(values) for values in columns.values()}) > 1:
-            raise fault("its lists have different lengths, expected one value of each for every " + self.names[0])
+            raise fault(
+                "its lists have different lengths, expected one value of each for every "
+                + self.names[0]
+            )
         wrong = disorder(np.array([*columns.values()]), self.fewest, self.names[0])
         if wrong is not None:
             raise fault(wrong[0])
@@ -88,11 +103,18 @@ class CurveColumns(Mark):
     def _column(self, name: str, dimension: str, values: object) -> tuple[float, ...]:
         if not isinstance(values, (list, tuple)) or len(values) > MOST_ROWS:
             raise fault(f"{name}: {described(values)} is no list of values")
-        kinds = {"angle": "elbow_angle", "torque": "elbow_torque", "length": "flexor_travel", "time": "time"}
+        kinds = {
+            "angle": "elbow_angle",
+            "torque": "elbow_torque",
+            "length": "flexor_travel",
+            "time": "time",
+        }
         single = Single(kinds[dimension], 0, 0)
         return tuple(single.measure(value).si for value in values)
 
-    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
         return {"anyOf": [{"type": "string", "minLength": 1}, self.json_table()]}
 
     def json_table(self) -> dict[str, Any]:
@@ -157,25 +179,45 @@ def read_curve(content: bytes, where: str, columns: CurveColumns) -> CurveTable:
     if wrong is not None:
         line = lines[min(wrong[1], len(lines) - 1)] if lines else 1
         names = ", ".join(columns.names)
-        raise InputError(wrong[0], where=f"{where}, line {line}", hint=f"a row of {names} for each {of}, in order")
+        raise InputError(
+            wrong[0],
+            where=f"{where}, line {line}",
+            hint=f"a row of {names} for each {of}, in order",
+        )
     return _curve(dict(zip(columns.names, rows.tolist(), strict=True)))
 
 
 def curves_of(study: Any) -> dict[str, Spline]:
     """The curves of a study by the keys of the model's numbers."""
-    joint, tables = study.joint, {"joint.torque": study.joint.torque, "load.torque": study.load.torque}
-    curves = {key: table.spline("torque") for key, table in tables.items() if isinstance(table, CurveTable)}
+    joint, tables = (
+        study.joint,
+        {"joint.torque": study.joint.torque, "load.torque": study.load.torque},
+    )
+    curves = {
+        key: table.spline("torque")
+        for key, table in tables.items()
+        if isinstance(table, CurveTable)
+    }
     curves |= {key: table.spline("bend") for key, table in bends_of(study).items()}
     if isinstance(joint.excursion, CurveTable):
         noise = joint.smoothing.single if joint.smoothing is not None else 0.0
-        curves |= {f"joint.{side}_excursion": joint.excursion.spline(side, noise) for side in ("flexor", "extensor")}
+        curves |= {
+            f"joint.{side}_excursion": joint.excursion.spline(side, noise)
+            for side in ("flexor", "extensor")
+        }
     return curves
 
 
 def bends_of(study: Any) -> dict[str, CurveTable]:
     """The bends that follow the joint, by key."""
-    sheaths = {"sheath": study.sheath, "sheath.flexor": study.sheath.flexor, "sheath.extensor": study.sheath.extensor}
-    bends = {f"{key}.bend_angle": getattr(sheath, "bend_angle", None) for key, sheath in sheaths.items()}
+    sheaths = {
+        "sheath": study.sheath,
+        "sheath.flexor": study.sheath.flexor,
+        "sheath.extensor": study.sheath.extensor,
+    }
+    bends = {
+        f"{key}.bend_angle": getattr(sheath, "bend_angle", None) for key, sheath in sheaths.items()
+    }
     return {key: bend for key, bend in bends.items() if isinstance(bend, CurveTable)}
 
 
@@ -212,5 +254,7 @@ def warnings_of(study: Any, table: CurveTable, where: str) -> list[str]:
         if (slopes <= 0.0).any():
             falling = np.degrees(table.angles[slopes <= 0.0])
             span = f"{falling.min():.4g} to {falling.max():.4g} deg"
-            warnings.append(f"{where}: the {side}'s travel does not rise at {span}: no equilibrium there")
+            warnings.append(
+                f"{where}: the {side}'s travel does not rise at {span}: no equilibrium there"
+            )
     return warnings

@@ -20,9 +20,19 @@ MOST_DRAWS = 2**20
 PLACES = ("middle", "least")
 """Where in its window of pretension a choice may be set."""
 CHOICE_RESULTS = (
-    "pretension_from", "pretension_to", "windows", "tolerance", "served", "served_at", "pretension", "max_tension",
-    "max_spring_extension", "peak_motor_torque", "min_elbow_stiffness", "max_contact_pressure",
-)  # fmt: skip
+    "pretension_from",
+    "pretension_to",
+    "windows",
+    "tolerance",
+    "served",
+    "served_at",
+    "pretension",
+    "max_tension",
+    "max_spring_extension",
+    "peak_motor_torque",
+    "min_elbow_stiffness",
+    "max_contact_pressure",
+)
 """Columns of choices.parquet that a goal may name, besides the axes of the choices."""
 
 
@@ -87,19 +97,29 @@ class Goals(Part):
         "contact_width), cases, people and uncertain numbers",
     )
     serve: Annotated[Values | None, Single("serve", 0.0, 1.0)] = None
-    minimise: Words = usual((), description="columns of choices.parquet; with several goals a front")
-    maximise: Words = usual((), description="columns of choices.parquet; with several goals a front")
-    prove: Words = usual((), description="choices to prove besides the best, by their rows in choices.parquet")
+    minimise: Words = usual(
+        (), description="columns of choices.parquet; with several goals a front"
+    )
+    maximise: Words = usual(
+        (), description="columns of choices.parquet; with several goals a front"
+    )
+    prove: Words = usual(
+        (), description="choices to prove besides the best, by their rows in choices.parquet"
+    )
     by: Literal["sex"] | None = usual(None, description="shares by a column of the people, too")
     pretension: Annotated[str | Values, _Placed("pretension", 0.0, 1e5)] = usual(
-        "middle", description="where in its window a choice is set, or the pretension that all are set to"
+        "middle",
+        description="where in its window a choice is set, or the pretension that all are set to",
     )
 
 
 def _power_of_two(value: int) -> int:
     if value & (value - 1):
         near = 1 << value.bit_length() - 1
-        raise fault(f"{value:,} is not possible, expected a power of two, {MOST_DRAWS:,} at most", f"such as {near}")
+        raise fault(
+            f"{value:,} is not possible, expected a power of two, {MOST_DRAWS:,} at most",
+            f"such as {near}",
+        )
     return value
 
 

@@ -61,10 +61,18 @@ def one_or_many(
     item: dict[str, Any], most: int | None = None, *, least: int = 1, each_once: bool = False
 ) -> tuple[Any, ...]:
     """What makes a field of a tuple take one word where a list of them may stand, with the schema of an `item`."""
-    bounds = {"minItems": least} | ({"maxItems": most} if most else {}) | ({"uniqueItems": True} if each_once else {})
+    bounds = (
+        {"minItems": least}
+        | ({"maxItems": most} if most else {})
+        | ({"uniqueItems": True} if each_once else {})
+    )
     schema = {"anyOf": [item, {"type": "array", "items": item, **bounds}]}
     once = (AfterValidator(_each_once),) if each_once else ()
-    return (BeforeValidator(lambda value: [value] if isinstance(value, str) else value), *once, WithJsonSchema(schema))
+    return (
+        BeforeValidator(lambda value: [value] if isinstance(value, str) else value),
+        *once,
+        WithJsonSchema(schema),
+    )
 
 
 def _each_once(words: tuple[str, ...]) -> tuple[str, ...]:
@@ -81,7 +89,9 @@ class Mark:
         """What the file says, as the study has it; raises PydanticCustomError."""
         raise NotImplementedError
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read)
 
 
@@ -94,18 +104,30 @@ class OneOf(Mark):
 
     def read(self, value: object) -> str | tuple[str, ...] | None:
         """A word as it is, a list as a tuple; raises PydanticCustomError."""
-        several = list(value) if isinstance(value, (list, tuple)) else [] if value is None else [value]
+        several = (
+            list(value) if isinstance(value, (list, tuple)) else [] if value is None else [value]
+        )
         wrong = [word for word in several if not isinstance(word, str) or word not in self.words]
         if wrong:
             given = " and ".join(map(described, wrong[:9])) + (" are" if wrong[1:] else " is")
             expected = " or ".join(f'"{each}"' for each in self.words)
-            raise fault(f"{given} not possible, expected {expected}", nearest(str(wrong[0]), self.words))
+            raise fault(
+                f"{given} not possible, expected {expected}", nearest(str(wrong[0]), self.words)
+            )
         if not several and value is not None:
             raise fault("an empty list, expected at least one value")
         words = _each_once(tuple(map(str, several)))
-        return words if self.is_list or isinstance(value, (list, tuple)) else words[0] if words else None
+        return (
+            words
+            if self.is_list or isinstance(value, (list, tuple))
+            else words[0]
+            if words
+            else None
+        )
 
-    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
         one = {"enum": list(self.words)}
         return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1, "uniqueItems": True}]}
 
@@ -122,7 +144,9 @@ def whole(low: int, high: int) -> tuple[Any, ...]:
             raise fault(f"{described(value)} is out of range, expected {low:,} to {high:,}")
         return value
 
-    return BeforeValidator(read), WithJsonSchema({"type": "integer", "minimum": low, "maximum": high})
+    return BeforeValidator(read), WithJsonSchema(
+        {"type": "integer", "minimum": low, "maximum": high}
+    )
 
 
 @dataclass(frozen=True)
@@ -155,7 +179,11 @@ class Single(Mark):
 
     def number(self, value: object) -> float:
         """One value in SI, infinity where the word for it stands; raises PydanticCustomError."""
-        return math.inf if value is not None and value == self.word else self.bounded(self.measure(value))
+        return (
+            math.inf
+            if value is not None and value == self.word
+            else self.bounded(self.measure(value))
+        )
 
     def measure(self, value: object, dimension: str | None = None) -> Measure:
         """One number and its unit; raises PydanticCustomError for anything else, a bare angle but 0 included."""
@@ -182,11 +210,21 @@ class Single(Mark):
         unit = f" {measure.unit.symbol}".removesuffix(" 1")
         number = to_float(Fraction(measure.text))
         given = f"{number:.6g}{unit}" if math.isfinite(number) else f"{shorten(measure.text)}{unit}"
-        low, high = (to_float(Fraction(bound) / measure.unit.factor) for bound in (self.low, self.high))
-        kind = "negative" if value < self.low == 0.0 else "impossible" if value <= 0.0 < self.low else "out of range"
+        low, high = (
+            to_float(Fraction(bound) / measure.unit.factor) for bound in (self.low, self.high)
+        )
+        kind = (
+            "negative"
+            if value < self.low == 0.0
+            else "impossible"
+            if value <= 0.0 < self.low
+            else "out of range"
+        )
         raise fault(f"{given} is {kind}, expected {low:.6g} to {high:.6g}{unit}")
 
-    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
         """What an editor may complete and check."""
         quantity = self.quantity
         unit = "" if quantity.unit == "1" else f" A bare number is in {quantity.unit}."
@@ -225,5 +263,7 @@ class Later(Mark):
         """What the file says, as the type has it; raises ValidationError."""
         return value if value == () else self._adapter.validate_python(value)
 
-    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
         return handler(self._adapter.core_schema)

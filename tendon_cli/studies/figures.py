@@ -45,7 +45,9 @@ def read_size(text: str) -> tuple[float, float | None]:
         return WIDTHS[text], None
     match = _SIZE.fullmatch(text.strip()) if len(text) < 60 else None
     try:
-        texts = [f"{side} {match[3] or 'mm'}" for side in match.groups()[:2] if side] if match else []
+        texts = (
+            [f"{side} {match[3] or 'mm'}" for side in match.groups()[:2] if side] if match else []
+        )
         sides = [parse_measure(each, "length").si * 1e3 for each in texts]
     except UnitError:
         sides = []
@@ -80,13 +82,22 @@ def _quantities(names: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]
         return names
     for name in names:
         if name not in OF_STATES and name not in OF_DESIGNS:
-            hint = nearest(name, (*OF_STATES, *OF_DESIGNS)) or "a result of the states or of the designs"
+            hint = (
+                nearest(name, (*OF_STATES, *OF_DESIGNS))
+                or "a result of the states or of the designs"
+            )
             raise fault(f'"{shorten(name)}" is not a quantity of a table', hint)
-    state, design = (next((name for name in names if name in table), None) for table in (OF_STATES, OF_DESIGNS))
+    state, design = (
+        next((name for name in names if name in table), None) for table in (OF_STATES, OF_DESIGNS)
+    )
     if state and design:
-        raise fault(f"{state} is of the states and {design} of the designs, a figure shows one table")
+        raise fault(
+            f"{state} is of the states and {design} of the designs, a figure shows one table"
+        )
     if not names:
-        raise fault("is missing or empty, each figure of a study needs one", 'such as "motor_torque"')
+        raise fault(
+            "is missing or empty, each figure of a study needs one", 'such as "motor_torque"'
+        )
     return names
 
 
@@ -98,7 +109,9 @@ def _unit(symbol: str) -> str:
 
 
 _Text = Annotated[str, StringConstraints(strict=True)]
-_Column = Annotated[str, StringConstraints(strict=True, pattern=r"^[A-Za-z_][\w.]*$", max_length=100)]
+_Column = Annotated[
+    str, StringConstraints(strict=True, pattern=r"^[A-Za-z_][\w.]*$", max_length=100)
+]
 _Filter = Annotated[_Text, AfterValidator(_checked_by(read_filter))]
 
 
@@ -118,24 +131,32 @@ class FigureSpec(Part):
         Field(max_length=MOST_QUANTITIES),
         AfterValidator(_quantities),
         *one_or_many({"enum": [*OF_STATES, *OF_DESIGNS]}, MOST_QUANTITIES, each_once=True),
-    ] = usual((), description="what is drawn: one or more results of the states, or of the designs; a panel each")
+    ] = usual(
+        (),
+        description="what is drawn: one or more results of the states, or of the designs; a panel each",
+    )
     overlay: Annotated[bool, Field(strict=True)] = usual(
         default=False, description="draw the quantities in one panel, one colour each"
     )
-    x: _Column | None = usual(None, description="column along x; default the elbow angle, or of designs the first axis")
-    colour: _Column | None = usual(None, description="axis with one colour per value; default the load")
+    x: _Column | None = usual(
+        None, description="column along x; default the elbow angle, or of designs the first axis"
+    )
+    colour: _Column | None = usual(
+        None, description="axis with one colour per value; default the load"
+    )
     panels: _Column | None = usual(None, description="axis with one panel per value")
     where: Annotated[tuple[_Filter, ...], *one_or_many({"type": "string"}, 20)] = usual(
         (), max_length=20, description='filters, such as "load_mass = 5 kg"; all of them hold'
     )
-    unit: Annotated[tuple[Annotated[_Text, AfterValidator(_unit)], ...], *one_or_many({"type": "string"}, 20)] = usual(
-        (), max_length=20, description="units to show, each for its dimension, such as cm"
-    )
+    unit: Annotated[
+        tuple[Annotated[_Text, AfterValidator(_unit)], ...], *one_or_many({"type": "string"}, 20)
+    ] = usual((), max_length=20, description="units to show, each for its dimension, such as cm")
     format: Annotated[tuple[str, ...], OneOf(("png", "svg", "pdf"), is_list=True)] = usual(
         ("png",), description="png, svg, pdf, or several of them"
     )
     size: Annotated[_Text, AfterValidator(_checked_by(read_size))] = usual(
-        "page", description='"column" (85 mm), "page" (175 mm), a width or width x height, such as "120 x 80 mm"'
+        "page",
+        description='"column" (85 mm), "page" (175 mm), a width or width x height, such as "120 x 80 mm"',
     )
 
     @property
@@ -181,7 +202,9 @@ def figure_spec(**given: Any) -> FigureSpec:
         raise UsageError(problem, where=place, hint=detail["msg"]) from None
 
 
-def figure_faults(figures: tuple[FigureSpec, ...], axes: Mapping[str, Quantity], at_fault: set[str]) -> Iterator[Fault]:
+def figure_faults(
+    figures: tuple[FigureSpec, ...], axes: Mapping[str, Quantity], at_fault: set[str]
+) -> Iterator[Fault]:
     """Every name in a study's figures that its tables do not have; `axes` are its numbers by their keys and columns."""
     names = [figure.name for figure in figures]
     for at, figure in enumerate(figures):
@@ -198,10 +221,16 @@ def _figure_faults(figure: FigureSpec, place: str, axes: Mapping[str, Quantity])
     known = (*axes, "direction", "elbow_angle", "case")
     asked = [(key, getattr(figure, key), known) for key in ("colour", "panels")]
     asked += [("x", figure.x, (*known, *results))]
-    asked += [("where", each.name, (*known, *OF_STATES, *OF_DESIGNS, *WORDS)) for each in figure.filters]
+    asked += [
+        ("where", each.name, (*known, *OF_STATES, *OF_DESIGNS, *WORDS)) for each in figure.filters
+    ]
     for key, name, names in asked:
         if name is not None and name not in names:
-            yield Fault(f"{place}.{key}", f'there is no column "{shorten(name)}"', nearest(name, (*known, *results)))
+            yield Fault(
+                f"{place}.{key}",
+                f'there is no column "{shorten(name)}"',
+                nearest(name, (*known, *results)),
+            )
     if figure.overlay and figure.colour is not None:
         problem = "stands beside overlay, which gives the colours to the quantities"
         yield Fault(f"{place}.colour", problem, "leave one of them out; panels takes the axis")

@@ -40,7 +40,9 @@ class Filter:
     def on(self, column: str, quantity: Quantity | None, *, is_truth: bool = False) -> Condition:
         """What it asks of a column of this quantity, of truths, or of words; raises UsageError for what cannot be."""
         if self.relation[0] in "<>" and (is_truth or quantity is None):
-            raise UsageError(f"{column} holds words, which have no order", where="--where", hint="=, != or in")
+            raise UsageError(
+                f"{column} holds words, which have no order", where="--where", hint="=, != or in"
+            )
         wanted: list[Any] = [_unquoted(each) for each in self.values]
         if is_truth:
             wanted = [self._truth(column, each) for each in wanted]
@@ -52,7 +54,9 @@ class Filter:
         wanted = _TRUTHS.get(text.lower())
         if wanted is None:
             hint = f"{column} = yes, or {column} = no"
-            raise UsageError(f'"{shorten(self.text)}": {column} is true or false', where="--where", hint=hint)
+            raise UsageError(
+                f'"{shorten(self.text)}": {column} is true or false', where="--where", hint=hint
+            )
         return wanted
 
     def _number(self, text: str, quantity: Quantity) -> float:
@@ -63,7 +67,9 @@ class Filter:
         except UnitError as error:
             example = f"such as {EXAMPLES.get(quantity.dimension, quantity.unit)}".replace('"', "")
             hint = error.hint if error.hint and "quotes" not in error.hint else example
-            raise UsageError(f'"{shorten(self.text)}": {error.problem}', where="--where", hint=hint) from None
+            raise UsageError(
+                f'"{shorten(self.text)}": {error.problem}', where="--where", hint=hint
+            ) from None
 
 
 @dataclass(frozen=True)
@@ -100,7 +106,11 @@ def read_filter(text: str) -> Filter:
         hint = 'such as "load_mass = 5 kg", "elbow_angle <= 60 deg" or "load_mass in 3 kg, 5 kg"'
         raise UsageError(f'"{shorten(text)}" is not a filter', where="--where", hint=hint)
     relation = "=" if match[2] == "==" else match[2]
-    values = [each.strip() for each in match[3].strip("[]").split(",")] if relation == "in" else [match[3]]
+    values = (
+        [each.strip() for each in match[3].strip("[]").split(",")]
+        if relation == "in"
+        else [match[3]]
+    )
     return Filter(text.strip(), match[1], relation, tuple(values))
 
 
@@ -115,7 +125,9 @@ def _equals(values: npt.NDArray[Any], wanted: float | str, *, of_axis: bool) -> 
         return np.asarray(values == wanted, dtype=np.bool_)
     distance = np.abs(values - wanted)
     close = distance <= _AS_PRINTED * abs(wanted) + _ROUNDING * _largest(values)
-    return np.asarray(close & (distance == np.nanmin(distance)) if of_axis and close.any() else close)
+    return np.asarray(
+        close & (distance == np.nanmin(distance)) if of_axis and close.any() else close
+    )
 
 
 def _largest(values: npt.NDArray[Any]) -> float:

@@ -21,7 +21,13 @@ from tendon_cli.studies.checks import contradictions, curve_faults
 from tendon_cli.studies.reading import STDIN, read_document
 from tendon_cli.studies.schema import faults_of
 from tendon_cli.studies.study import Study, keys
-from tendon_cli.studies.toml_reading import MAX_DEPTH, MAX_KEY_PARTS, Document, KeyPlaces, read_value
+from tendon_cli.studies.toml_reading import (
+    MAX_DEPTH,
+    MAX_KEY_PARTS,
+    Document,
+    KeyPlaces,
+    read_value,
+)
 from tendon_cli.units import described, shorten
 
 AnyStudy: TypeAlias = str | PathLike[str] | Mapping[str, Any] | Study
@@ -46,7 +52,14 @@ def any_study(content: AnyStudy) -> Study:
     if isinstance(content, str | PathLike):
         return load_study(content)
     if not isinstance(content, Mapping):
-        raise StudyError([Fault("", f"{described(content)} is not a study, expected a path or a dictionary of keys")])
+        raise StudyError(
+            [
+                Fault(
+                    "",
+                    f"{described(content)} is not a study, expected a path or a dictionary of keys",
+                )
+            ]
+        )
     return study_from(plain(content))
 
 
@@ -68,7 +81,9 @@ def load_study(path: str | PathLike[str], settings: Iterable[str] = ()) -> Study
         for key in changed:
             document.places.forget(key)
         document.content.setdefault("name", "study" if path == STDIN else path.stem)
-        return study_from(document.content, document.places, folder=path.parent, order=(*before, *changed))
+        return study_from(
+            document.content, document.places, folder=path.parent, order=(*before, *changed)
+        )
     except TendonError as error:
         if error.where is None:
             error.where = "standard input" if path == STDIN else shorten(str(path), 1000)
@@ -76,7 +91,11 @@ def load_study(path: str | PathLike[str], settings: Iterable[str] = ()) -> Study
 
 
 def study_from(
-    content: dict[str, Any], places: KeyPlaces | None = None, *, folder: Path = Path(), order: tuple[str, ...] = ()
+    content: dict[str, Any],
+    places: KeyPlaces | None = None,
+    *,
+    folder: Path = Path(),
+    order: tuple[str, ...] = (),
 ) -> Study:
     """A checked study from a plain dictionary; files that it names are looked up in `folder`.
 
@@ -95,10 +114,14 @@ def study_from(
         except InputError:
             if not faults:
                 raise
-        faults += files.faults or ([] if faults else [*curve_faults(study), *impossibilities(study)])
+        faults += files.faults or (
+            [] if faults else [*curve_faults(study), *impossibilities(study)]
+        )
     if study is None or faults:
         placed = [replace(fault, line=fault.line or places.line_of(fault.key)) for fault in faults]
-        raise StudyError(sorted(placed, key=lambda fault: 10**9 if fault.line is None else fault.line))
+        raise StudyError(
+            sorted(placed, key=lambda fault: 10**9 if fault.line is None else fault.line)
+        )
     return study.ordered(tuple(dict.fromkeys((*order, *_number_keys(content)))), files.sources)
 
 
@@ -109,7 +132,9 @@ def plain(value: Any, path: tuple[str, ...] = ()) -> Any:
     """
     key = shorten(".".join(path), 120)
     if len(path) > MAX_DEPTH:
-        raise StudyError([Fault("", f"nested deeper than {MAX_DEPTH} levels", "a study needs no more than four")])
+        raise StudyError(
+            [Fault("", f"nested deeper than {MAX_DEPTH} levels", "a study needs no more than four")]
+        )
     if isinstance(value, Mapping):
         odd = next((name for name in value if not isinstance(name, str)), None)
         if odd is not None:
@@ -118,14 +143,18 @@ def plain(value: Any, path: tuple[str, ...] = ()) -> Any:
     if hasattr(value, "gain_ratio"):
         if value.friction is None:
             hint = "give fit_friction a bend_angle"
-            raise StudyError([Fault(key, "the fit has no bend angle, so no friction coefficient", hint)])
+            raise StudyError(
+                [Fault(key, "the fit has no bend angle, so no friction coefficient", hint)]
+            )
         return {"mean": value.friction, "std": value.standard_error}
     value = value.tolist() if hasattr(value, "tolist") else value
     if isinstance(value, (list, tuple, range)):
         return [plain(item, (*path, str(at))) for at, item in enumerate(value)]
     if value is None or isinstance(value, (str, bool, int, float, date, time)):
         return value
-    problem = f"a {type(value).__name__} cannot stand here, expected text, a number, a list or a table"
+    problem = (
+        f"a {type(value).__name__} cannot stand here, expected text, a number, a list or a table"
+    )
     raise StudyError([Fault(key, problem)])
 
 
@@ -152,8 +181,16 @@ def _without_nothing(content: Any, path: str, faults: list[Fault]) -> Any:
         return content
     inner = {f"{path}.{name}".removeprefix("."): (name, value) for name, value in content.items()}
     problem, hint = "has no value", "leave the key out, or give it a value"
-    faults += [Fault(shorten(key, 120), problem, hint) for key, (_, value) in inner.items() if value is None]
-    return {name: _without_nothing(value, key, faults) for key, (name, value) in inner.items() if value is not None}
+    faults += [
+        Fault(shorten(key, 120), problem, hint)
+        for key, (_, value) in inner.items()
+        if value is None
+    ]
+    return {
+        name: _without_nothing(value, key, faults)
+        for key, (name, value) in inner.items()
+        if value is not None
+    }
 
 
 def _validated(content: dict[str, Any], places: KeyPlaces) -> tuple[Study | None, list[Fault]]:
@@ -165,14 +202,18 @@ def _validated(content: dict[str, Any], places: KeyPlaces) -> tuple[Study | None
             return Study.model_validate(rest), faults
         except ValidationError as error:
             faults = faults or faults_of(error, places)
-            at_fault = [_innermost(rest, detail["loc"]) for detail in error.errors(include_url=False)]
+            at_fault = [
+                _innermost(rest, detail["loc"]) for detail in error.errors(include_url=False)
+            ]
             for table, name in filter(None, at_fault):
                 table.pop(name, None)
             if not any(at_fault):
                 return None, faults
 
 
-def _innermost(content: dict[str, Any], path: tuple[int | str, ...]) -> tuple[dict[str, Any], Any] | None:
+def _innermost(
+    content: dict[str, Any], path: tuple[int | str, ...]
+) -> tuple[dict[str, Any], Any] | None:
     """The table and the name of the key at a path, or of the last key on the way to it.
 
     An entry of a list is never taken by itself: without it, those after it would change their places.
@@ -190,7 +231,11 @@ def _innermost(content: dict[str, Any], path: tuple[int | str, ...]) -> tuple[di
 
 def _axes_in_order(document: Document) -> list[str]:
     """Keys of the document that hold a list or a grid, in the order of its lines."""
-    axes = [key for key, value in _number_keys(document.content).items() if isinstance(value, (list, dict))]
+    axes = [
+        key
+        for key, value in _number_keys(document.content).items()
+        if isinstance(value, (list, dict))
+    ]
     return sorted(axes, key=lambda key: document.places.line_of(key) or 0)
 
 
@@ -211,7 +256,9 @@ def _apply(content: dict[str, Any], setting: str) -> str:
     key, equals, text = setting.partition("=")
     parts = key.strip().split(".")
     if not equals or not all(parts) or len(parts) > MAX_KEY_PARTS:
-        raise UsageError(f'--set "{shorten(setting)}" is not KEY=VALUE', hint="such as --set 'arm.b1=160 mm'")
+        raise UsageError(
+            f'--set "{shorten(setting)}" is not KEY=VALUE', hint="such as --set 'arm.b1=160 mm'"
+        )
     key, text = shorten(key), text.strip()
     try:
         value = read_value(text) if text[:1] in ("[", "{", '"', "'") else text

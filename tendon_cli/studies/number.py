@@ -69,11 +69,18 @@ class Number(Single):
             raise fault(f'spacing = {described(spacing)}, expected "linear" or "log"')
         num = _count(table["num"]) if "num" in table else 0
         first, last = self._inner(table, "from"), self._inner(table, "to")
-        grid = Grid(first, last, num or self._steps(first, last, table["step"], spacing), log=spacing == "log")
+        grid = Grid(
+            first,
+            last,
+            num or self._steps(first, last, table["step"], spacing),
+            log=spacing == "log",
+        )
         if grid.log and min(first.si, last.si) <= 0.0:
             raise fault("a log grid that reaches zero, expected from and to above zero")
         if grid.num > 1 and first.si == last.si:
-            raise fault("a grid of several values whose from and to are equal, expected two different ends")
+            raise fault(
+                "a grid of several values whose from and to are equal, expected two different ends"
+            )
         return grid
 
     def _interval(self, table: dict[Any, Any]) -> Grid:
@@ -96,7 +103,10 @@ class Number(Single):
     def _steps(self, first: Measure, last: Measure, step: object, spacing: str) -> int:
         """How many values a grid of this step has; in rational numbers, so that a step that misses the end shows."""
         if spacing == "log":
-            raise fault("a step in a log grid, expected num", "a log grid goes on by a factor, not by a step")
+            raise fault(
+                "a step in a log grid, expected num",
+                "a log grid goes on by a factor, not by a step",
+            )
         try:
             size = self.measure(step).exact
         except PydanticCustomError as error:
@@ -111,7 +121,9 @@ class Number(Single):
 
     def _uncertain(self, table: dict[Any, Any], names: tuple[str, str]) -> Values:
         """`{ value, tolerance }`, uniform, or `{ mean, std }`, normal."""
-        _check_keys(table, names, "in an uncertain number, expected value and tolerance, or mean and std")
+        _check_keys(
+            table, names, "in an uncertain number, expected value and tolerance, or mean and std"
+        )
         is_uniform, middle = names == _UNIFORM, self._inner(table, names[0])
         try:
             spread, width = self._spread(table[names[1]], middle, may_be_share=is_uniform)
@@ -119,17 +131,31 @@ class Number(Single):
             raise within(names[1], error) from None
         for end in (middle.exact - spread, middle.exact + spread) if is_uniform else ():
             if not self.low <= to_float(end) <= self.high:
-                reached = f"{to_float(end / middle.unit.factor):.6g} {middle.unit.symbol}".removesuffix(" 1")
-                raise fault(f"tolerance: it reaches {reached}, which is impossible", "make it narrower")
+                reached = (
+                    f"{to_float(end / middle.unit.factor):.6g} {middle.unit.symbol}".removesuffix(
+                        " 1"
+                    )
+                )
+                raise fault(
+                    f"tolerance: it reaches {reached}, which is impossible", "make it narrower"
+                )
         document = dict(zip(names, (in_si(middle.si, self.quantity.dimension), width), strict=True))
-        return self._distributed("uniform" if is_uniform else "normal", middle.exact, spread, document)
+        return self._distributed(
+            "uniform" if is_uniform else "normal", middle.exact, spread, document
+        )
 
     def _distributed(
-        self, kind: Literal["uniform", "normal"], middle: Fraction, spread: Fraction, document: dict[str, Any] | str
+        self,
+        kind: Literal["uniform", "normal"],
+        middle: Fraction,
+        spread: Fraction,
+        document: dict[str, Any] | str,
     ) -> Values:
         """An uncertain number; one of no width is a number like any other."""
         if not self.uncertain:
-            raise fault("an uncertain number cannot stand here, expected one value, a list or a grid")
+            raise fault(
+                "an uncertain number cannot stand here, expected one value, a list or a grid"
+            )
         if not spread:
             return Values.of(to_float(middle))
         known = Uncertain(kind, to_float(middle), to_float(spread), self.low, self.high, document)
@@ -147,11 +173,17 @@ class Number(Single):
         first, last = (self._inner({"from": low, "to": high}, name) for name in ("from", "to"))
         if first.exact > last.exact:
             hint = f'write "{high} to {low}"'
-            raise fault(f"{described(f'{low} to {high}')} goes down, expected the lower end first", hint)
+            raise fault(
+                f"{described(f'{low} to {high}')} goes down, expected the lower end first", hint
+            )
         ends = " to ".join(str(end.document()) for end in (first, last))
-        return self._distributed("uniform", (first.exact + last.exact) / 2, (last.exact - first.exact) / 2, ends)
+        return self._distributed(
+            "uniform", (first.exact + last.exact) / 2, (last.exact - first.exact) / 2, ends
+        )
 
-    def _spread(self, value: object, middle: Measure, *, may_be_share: bool) -> tuple[Fraction, float | str]:
+    def _spread(
+        self, value: object, middle: Measure, *, may_be_share: bool
+    ) -> tuple[Fraction, float | str]:
         """A tolerance or a standard deviation, exact and in SI, and as a study says it.
 
         A tolerance is a share of the value, "10 %", or has its dimension; a bare number could be meant as either.
@@ -165,7 +197,9 @@ class Number(Single):
                 raise fault(f"{described(value)} of zero is nothing, expected {self.wanted}")
             return abs(middle.exact) * share, f"{terminating(share * 100)} %"
         if may_be_share and (dimension == "number" or not isinstance(value, str)):
-            raise fault(f'{described(value)} is not a share of the value, expected one such as "10 %"')
+            raise fault(
+                f'{described(value)} is not a share of the value, expected one such as "10 %"'
+            )
         measure = self.measure(value)
         if measure.exact < 0:
             raise fault(f"{described(value)} is negative, expected 0 or more")
@@ -173,7 +207,10 @@ class Number(Single):
 
     def _json_choices(self) -> list[dict[str, Any]]:
         one, single = self._json_scalar(), self._json_one()
-        share = {"type": "string", "pattern": r"^\s*\+?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?\s*%\s*$"}
+        share = {
+            "type": "string",
+            "pattern": r"^\s*\+?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?\s*%\s*$",
+        }
         count = {"type": "integer", "minimum": 1, "maximum": MAX_AXIS_LENGTH}
         spacing = {"enum": ["linear", "log"], "default": "linear"}
         choices = [
@@ -195,7 +232,11 @@ class Number(Single):
 
 
 def _check_keys(
-    table: dict[Any, Any], required: tuple[str, ...], expected: str, hint: str | None = None, optional: str = ""
+    table: dict[Any, Any],
+    required: tuple[str, ...],
+    expected: str,
+    hint: str | None = None,
+    optional: str = "",
 ) -> None:
     """Raises PydanticCustomError for a table that has not just these keys."""
     wrong = [f"unknown {described(key)}" for key in table if key not in (*required, optional)]
@@ -207,7 +248,12 @@ def _check_keys(
 def schema_table(properties: dict[str, Any], required: int) -> dict[str, Any]:
     """The schema of a table of which the first few keys are required."""
     names = list(properties)[:required]
-    return {"type": "object", "properties": properties, "required": names, "additionalProperties": False}
+    return {
+        "type": "object",
+        "properties": properties,
+        "required": names,
+        "additionalProperties": False,
+    }
 
 
 def _count(num: object) -> int:
@@ -216,5 +262,7 @@ def _count(num: object) -> int:
         raise fault(f"num = {described(num)} is not a count, expected a whole number of at least 1")
     if num > MAX_AXIS_LENGTH:
         count = f"{num:,}" if num < 10**15 else described(num)
-        raise fault(f"num = {count} is too many, expected {MAX_AXIS_LENGTH:,} values in an axis at most")
+        raise fault(
+            f"num = {count} is too many, expected {MAX_AXIS_LENGTH:,} values in an axis at most"
+        )
     return num

@@ -14,7 +14,9 @@ from tendon_cli.studies.values import RIGID, Values
 from tendon_cli.units import shorten
 
 Direction = Literal["flexion", "extension"]
-Name = Annotated[str, StringConstraints(pattern=r"^\.*[A-Za-z0-9_-][A-Za-z0-9._-]*$", max_length=64, strict=True)]
+Name = Annotated[
+    str, StringConstraints(pattern=r"^\.*[A-Za-z0-9_-][A-Za-z0-9._-]*$", max_length=64, strict=True)
+]
 """Of a folder or a file."""
 FileName = Annotated[str, StringConstraints(min_length=1, max_length=4096, strict=True)]
 
@@ -32,9 +34,15 @@ Pretension = Annotated[Values, Number("pretension", 0.0, 1e7)]
 Stiffness = Annotated[Values, Number("spring_stiffness", 1e-3, 1e12, word=RIGID)]
 AnchorStiffness = Annotated[Values, Number("anchor_stiffness", 1e-3, 1e12, word=RIGID)]
 Dimension = Literal[
-    "stature", "weight", "acromion_radiale_length", "radiale_stylion_length", "forearm_grip_length",
-    "biceps_circumference", "forearm_circumference", "wrist_circumference",
-]  # fmt: skip
+    "stature",
+    "weight",
+    "acromion_radiale_length",
+    "radiale_stylion_length",
+    "forearm_grip_length",
+    "biceps_circumference",
+    "forearm_circumference",
+    "wrist_circumference",
+]
 SpringPlace = Annotated[str | tuple[str, ...] | None, OneOf(("joint", "motor"))]
 
 
@@ -48,7 +56,10 @@ def _columns_of_states(names: tuple[str, ...]) -> tuple[str, ...]:
         if name in ("design", "direction", "elbow_angle"):
             raise fault(f'"{name}" says which state a row is, and is always kept', "leave it out")
         if name != "status" and name not in OF_STATES:
-            raise fault(f'"{shorten(name)}" is not a result of the states', nearest(name, ("status", *OF_STATES)))
+            raise fault(
+                f'"{shorten(name)}" is not a result of the states',
+                nearest(name, ("status", *OF_STATES)),
+            )
     return names
 
 
@@ -58,7 +69,9 @@ Words = Annotated[
 ]
 """One word or a list of them, such as columns; what they may be is not known to the field."""
 Directions = Annotated[tuple[Direction, ...], OneOf(("flexion", "extension"), is_list=True)]
-Tables = Annotated[tuple[Literal["designs", "states"], ...], OneOf(("designs", "states"), is_list=True)]
+Tables = Annotated[
+    tuple[Literal["designs", "states"], ...], OneOf(("designs", "states"), is_list=True)
+]
 StateColumns = Annotated[
     tuple[str, ...],
     *one_or_many({"enum": ["status", *OF_STATES]}, each_once=True),
@@ -70,7 +83,9 @@ StateColumns = Annotated[
 class Part(BaseModel):
     """A table of the study file: unknown keys are refused, and nothing changes after it is read."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True, arbitrary_types_allowed=True)
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, validate_default=True, arbitrary_types_allowed=True
+    )
 
 
 class Arm(Part):
@@ -93,9 +108,13 @@ class SheathSide(Part):
     """What differs on one side of the arm; what is left out is as on the other."""
 
     friction: Friction | None = None
-    friction_from: FileName | None = usual(None, description="a file written by `tendon fit-friction --out`")
+    friction_from: FileName | None = usual(
+        None, description="a file written by `tendon fit-friction --out`"
+    )
     bend_angle: BendAngle | None = None
-    path: FileName | None = usual(None, description="a CSV of way-points x, y, z of the routed sheath, in m")
+    path: FileName | None = usual(
+        None, description="a CSV of way-points x, y, z of the routed sheath, in m"
+    )
     path_smoothing: Annotated[Values | None, Single("path_smoothing", 0.0, 1.0)] = None
 
 
@@ -162,18 +181,20 @@ class Anchor(AnchorSide):
 class Joint(Part):
     """The joint that the suit moves: what it is called, how its tendons travel, what it asks for by itself."""
 
-    name: Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z -]{0,30}$", strict=True)] = usual(
-        "elbow", description="the joint's name in texts and figures"
+    name: Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z -]{0,30}$", strict=True)] = (
+        usual("elbow", description="the joint's name in texts and figures")
     )
     excursion: Annotated[str | CurveTable | None, EXCURSION] = usual(
-        None, description="a CSV of angle, flexor, extensor: how far their paths shorten and lengthen"
+        None,
+        description="a CSV of angle, flexor, extensor: how far their paths shorten and lengthen",
     )
     smoothing: Annotated[Values | None, Single("excursion_noise", 0.0, 0.1)] = None
     scale_with: Dimension | None = usual(
         None, description="with people: the dimension of the body that travels are in proportion to"
     )
     torque: Annotated[str | CurveTable | None, TORQUE] = usual(
-        None, description="a CSV of angle, torque: what the joint itself asks for to be flexed further"
+        None,
+        description="a CSV of angle, torque: what the joint itself asks for to be flexed further",
     )
     stiffness: Annotated[Values | None, Number("joint_stiffness", 0.0, 1e6)] = None
     rest_angle: Annotated[Values | None, Number("rest_angle", **FULL_TURNS)] = None
@@ -192,9 +213,14 @@ class Setting(Part):
     angle: Annotated[Values, Number("setting_angle", **FULL_TURNS)] = usual("0 deg")
     upper_arm_angle: Annotated[Values, Number("upper_arm_angle", **FULL_TURNS)] = usual("0 deg")
     load: Annotated[Values, Number("load_mass", 0.0, 1e4)] = usual("0 kg")
-    after: Direction = usual("extension", description="the direction of the last motion before it is read")
-    read: Literal["pretension", "flexor at joint", "extensor at joint", "flexor at motor", "extensor at motor"] = usual(
-        "pretension", description="what a pretension of the study is: F0 of the model, or a gauge's reading"
+    after: Direction = usual(
+        "extension", description="the direction of the last motion before it is read"
+    )
+    read: Literal[
+        "pretension", "flexor at joint", "extensor at joint", "flexor at motor", "extensor at motor"
+    ] = usual(
+        "pretension",
+        description="what a pretension of the study is: F0 of the model, or a gauge's reading",
     )
 
 
@@ -219,7 +245,8 @@ class Motion(Part):
     )
     speed: Annotated[Values | None, Single("speed", 1e-6, 1e3)] = None
     trajectory: Annotated[str | CurveTable | None, TRAJECTORY] = usual(
-        None, description="a CSV of time, angle: a motion in time, instead of angles, directions and a speed"
+        None,
+        description="a CSV of time, angle: a motion in time, instead of angles, directions and a speed",
     )
     cutoff: Annotated[Values | None, Single("cutoff", 1e-3, 1e4)] = None
     reversal: Annotated[Values | None, Single("reversal", 0.0, 3.2)] = None
@@ -230,10 +257,12 @@ class Model(Part):
     """How the model is read."""
 
     slack: Literal["unilateral", "bilateral"] = usual(
-        "unilateral", description="unilateral: a tendon cannot push; bilateral: negative tension, as in the paper"
+        "unilateral",
+        description="unilateral: a tendon cannot push; bilateral: negative tension, as in the paper",
     )
     reference: Literal["published", "initial"] = usual(
-        "published", description="flexor travel from b1 + b2, as published, or from the path length at 0 degrees"
+        "published",
+        description="flexor travel from b1 + b2, as published, or from the path length at 0 degrees",
     )
 
 

@@ -12,7 +12,15 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.files import read_file
-from tendon_cli.studies.toml_reading import LONG_INTEGER, MAX_BYTES, MAX_DEPTH, Document, KeyPlaces, read_toml, refused
+from tendon_cli.studies.toml_reading import (
+    LONG_INTEGER,
+    MAX_BYTES,
+    MAX_DEPTH,
+    Document,
+    KeyPlaces,
+    read_toml,
+    refused,
+)
 from tendon_cli.units import shorten
 
 YAML_SUFFIXES = (".yaml", ".yml")
@@ -37,7 +45,9 @@ def read_document(path: Path) -> Document:
         return read_yaml(text) if _is_yaml(path, text) else read_toml(text)
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
-        raise refused("not UTF-8 text, expected a study in TOML or YAML", "save the file as UTF-8", line) from None
+        raise refused(
+            "not UTF-8 text, expected a study in TOML or YAML", "save the file as UTF-8", line
+        ) from None
     except RecursionError:
         raise refused(f"nested deeper than {MAX_DEPTH} levels") from None
 
@@ -47,7 +57,10 @@ def _is_yaml(path: Path, text: str) -> bool:
     if path != STDIN:
         return path.suffix.lower() in YAML_SUFFIXES
     lines = (line.strip() for line in text.splitlines())
-    return _KEY_OF_YAML.match(next((line for line in lines if line and line[0] != "#"), "")) is not None
+    return (
+        _KEY_OF_YAML.match(next((line for line in lines if line and line[0] != "#"), ""))
+        is not None
+    )
 
 
 def _bytes(path: Path) -> bytes:
@@ -56,8 +69,16 @@ def _bytes(path: Path) -> bytes:
             return read_file(path, MAX_BYTES)
         content = sys.stdin.buffer.read(MAX_BYTES + 1) if sys.stdin is not None else b""
     except FileNotFoundError:
-        near = sorted(other.name for other in path.parent.glob("*.toml"))[:3] if path.parent.is_dir() else []
-        hint = f"files there: {', '.join(map(shorten, near))}" if near else "`tendon init` writes a study to start from"
+        near = (
+            sorted(other.name for other in path.parent.glob("*.toml"))[:3]
+            if path.parent.is_dir()
+            else []
+        )
+        hint = (
+            f"files there: {', '.join(map(shorten, near))}"
+            if near
+            else "`tendon init` writes a study to start from"
+        )
         raise refused("no such file", hint) from None
     except IsADirectoryError:
         raise refused("this is a folder, expected a study file") from None
@@ -66,7 +87,10 @@ def _bytes(path: Path) -> bytes:
     if len(content) > MAX_BYTES:
         raise refused(f"cannot be read: it is larger than {MAX_BYTES // 1000} kB")
     if not content.strip():
-        raise refused("nothing came in, expected a study in TOML or YAML", "such as: tendon sweep - < study.toml")
+        raise refused(
+            "nothing came in, expected a study in TOML or YAML",
+            "such as: tendon sweep - < study.toml",
+        )
     return content
 
 
@@ -88,7 +112,9 @@ def read_yaml(text: str) -> Document:
         problem, mark = (error.problem or str(error)).partition("\n")[0], error.problem_mark
         problem = problem.replace("('", "'").replace("',)", "'")  # a token as Python prints it
         hint = next((hint for sign, hint in _HINTS.items() if sign in problem), None)
-        raise refused(f"not YAML: {shorten(problem, 120)}", hint, mark.line + 1 if mark else None) from None
+        raise refused(
+            f"not YAML: {shorten(problem, 120)}", hint, mark.line + 1 if mark else None
+        ) from None
     except YAMLError as error:
         at = getattr(error, "position", None)
         line = text[:at].count("\n") + 1 if isinstance(at, int) else None
@@ -110,7 +136,9 @@ def _check_events(events: Any) -> None:
         if getattr(event, "anchor", None) is not None:
             raise refused("YAML anchors and aliases are not read", "write the value out", line)
         if getattr(event, "tag", None) is not None:
-            raise refused(f"the YAML tag {shorten(str(event.tag))} is not read", "leave it out", line)
+            raise refused(
+                f"the YAML tag {shorten(str(event.tag))} is not read", "leave it out", line
+            )
 
 
 def _value(yaml: Any, node: Any, path: str, places: KeyPlaces) -> Any:
@@ -121,9 +149,15 @@ def _value(yaml: Any, node: Any, path: str, places: KeyPlaces) -> Any:
     content: dict[str, Any] = {}
     entries: Any = enumerate(node.value) if is_list else node.value
     for key, item in entries:
-        name, line = (str(key), item.start_mark.line + 1) if is_list else (_key(key, path), key.start_mark.line + 1)
+        name, line = (
+            (str(key), item.start_mark.line + 1)
+            if is_list
+            else (_key(key, path), key.start_mark.line + 1)
+        )
         if name in content:
-            raise refused(f'not YAML: duplicate key "{shorten(name)}", expected each key once', line=line)
+            raise refused(
+                f'not YAML: duplicate key "{shorten(name)}", expected each key once', line=line
+            )
         inner = f"{path}.{name}".removeprefix(".")
         places.lines.setdefault(inner, line)
         content[name] = _value(yaml, item, inner, places)
@@ -134,13 +168,17 @@ def _key(node: Any, table: str) -> str:
     """A word; raises StudyError for numbers, dates, truth values, lists, tables and merge keys."""
     line = node.start_mark.line + 1
     if not isinstance(node.value, str):
-        raise refused("a list or table stands as a key, expected a word", None, line, shorten(table, 120))
+        raise refused(
+            "a list or table stands as a key, expected a word", None, line, shorten(table, 120)
+        )
     key = shorten(f"{table}.{shorten(node.value)}".removeprefix("."), 120)
     if node.value == "<<":
         raise refused("YAML merge keys are not read", "write the keys out", line, key)
     if not str(node.tag).endswith(":str"):
         given = f'"{shorten(node.value)}"' if node.value else "nothing"
-        raise refused(f"{given} stands as a key, expected a word", "text in quotes is a word", line, key)
+        raise refused(
+            f"{given} stands as a key, expected a word", "text in quotes is a word", line, key
+        )
     return str(node.value)
 
 

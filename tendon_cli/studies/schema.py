@@ -36,18 +36,25 @@ def key_words() -> dict[str, tuple[str, tuple[str, ...]]]:
     return dict(_keys_in(_schema(), ""))
 
 
-def _keys_in(table: dict[str, Any], before: str) -> Iterator[tuple[str, tuple[str, tuple[str, ...]]]]:
+def _keys_in(
+    table: dict[str, Any], before: str
+) -> Iterator[tuple[str, tuple[str, tuple[str, ...]]]]:
     for name, node in table["properties"].items():
         choices = [*_meant(node)]
         inner = next((choice for choice in choices if "properties" in choice), None)
         if inner is not None and f"{before}{name}" not in keys():
-            if not any("items" in choice for choice in choices):  # no single key sets one of a list of tables
+            if not any(
+                "items" in choice for choice in choices
+            ):  # no single key sets one of a list of tables
                 yield from _keys_in(inner, f"{before}{name}.")
             continue
         meaning = next((choice["description"] for choice in choices if "description" in choice), "")
         words = [word for choice in choices for word in choice.get("enum", [choice.get("const")])]
         words += ["true", "false"] if node.get("type") == "boolean" else []
-        yield f"{before}{name}", (meaning, tuple(dict.fromkeys(word for word in words if isinstance(word, str))))
+        yield (
+            f"{before}{name}",
+            (meaning, tuple(dict.fromkeys(word for word in words if isinstance(word, str)))),
+        )
 
 
 def _meant(node: dict[str, Any]) -> Iterator[dict[str, Any]]:
@@ -65,7 +72,9 @@ def _names_in(table: list[str]) -> list[str]:
     for part in table:
         if not part.isdigit():
             choices = _meant(here["properties"].get(part, {}))
-            here = next((choice for choice in choices if "properties" in choice), {"properties": {}})
+            here = next(
+                (choice for choice in choices if "properties" in choice), {"properties": {}}
+            )
     return list(here["properties"])
 
 
@@ -76,7 +85,11 @@ def faults_of(error: ValidationError, places: KeyPlaces) -> list[Fault]:
     """What is wrong with the keys of a study, each with its line where the file has one."""
     details = error.errors(include_url=False)
     faults = [_fault(detail, places) for detail in details[:MOST_FAULTS]]
-    return faults + ([Fault("", f"and {len(details) - MOST_FAULTS} faults more")] if len(details) > MOST_FAULTS else [])
+    return faults + (
+        [Fault("", f"and {len(details) - MOST_FAULTS} faults more")]
+        if len(details) > MOST_FAULTS
+        else []
+    )
 
 
 def _fault(detail: Any, places: KeyPlaces) -> Fault:
@@ -98,7 +111,10 @@ def _words(detail: Any, path: list[str]) -> tuple[str, str | None]:
     if kind == "extra_forbidden":
         key = ".".join(path[2:])
         if path[0] == "cases" and any(f"{known}.".startswith(f"{key}.") for known in key_words()):
-            return "is the same for all cases", f"say {key} for the whole study, or write a study for each case"
+            return (
+                "is the same for all cases",
+                f"say {key} for the whole study, or write a study for each case",
+            )
         return "unknown key", _meant_key(path)
     if kind == "literal_error":
         words = [word.strip(" '") for word in context["expected"].replace(" or ", ",").split(",")]
@@ -108,7 +124,10 @@ def _words(detail: Any, path: list[str]) -> tuple[str, str | None]:
         problem = "has no value" if detail["input"] is None else f"{given} is not a table"
         return f"{problem}, expected a table of keys", f"its keys: {', '.join(_names_in(path))}"
     if kind == "tuple_type" and _names_in(path):
-        return f"{given} is not a list, expected a list of tables", f"in TOML, each of them starts with [[{path[-1]}]]"
+        return (
+            f"{given} is not a list, expected a list of tables",
+            f"in TOML, each of them starts with [[{path[-1]}]]",
+        )
     problems = {
         "missing": f"is missing, each entry of {path[0] if path else 'the study'} needs it",
         "string_pattern_mismatch": f"{given} is not a name, expected letters, digits, . _ -",

@@ -29,7 +29,11 @@ def starter(path: Path, template: str = "sweep") -> str:
     if template not in TEMPLATES:
         hint = nearest(template, TEMPLATES) or f"templates: {', '.join(TEMPLATES)}"
         raise UsageError(f'there is no template "{shorten(template)}"', where="--for", hint=hint)
-    source = f"starter.{'yaml' if is_yaml else 'toml'}" if template == "sweep" else f"templates/{template}.toml"
+    source = (
+        f"starter.{'yaml' if is_yaml else 'toml'}"
+        if template == "sweep"
+        else f"templates/{template}.toml"
+    )
     name = re.sub(r"[^A-Za-z0-9._-]+", "-", path.stem).strip(".-")[:64] or "study"
     text = files("tendon_cli.studies").joinpath(source).read_text("utf-8").replace("@NAME@", name)
     return _as_yaml(text) if is_yaml and template != "sweep" else text

@@ -42,7 +42,9 @@ _GIVEN, _STRAP = ("load", "joint", "anchor", "setting", "arm"), "arm.contact_wid
 class Study(Displayed, Part):
     """A parameter study: every combination of its axes, in the order of the document, is one design."""
 
-    name: parts.Name = usual("study", description="name of the run folder; without it, the stem of the file's name")
+    name: parts.Name = usual(
+        "study", description="name of the run folder; without it, the stem of the file's name"
+    )
     title: Title = usual("", description="for figures")
     arm: parts.Arm = parts.Arm()
     sheath: parts.Sheath = parts.Sheath()
@@ -66,7 +68,9 @@ class Study(Displayed, Part):
     uncertainty: Uncertainty | None = None
 
     figure: tuple[FigureSpec, ...] = usual(
-        (), exclude=True, description="figures drawn of the run; they change neither its tables nor its hash"
+        (),
+        exclude=True,
+        description="figures drawn of the run; they change neither its tables nor its hash",
     )
 
     _axes: tuple[str, ...] | None = PrivateAttr(None)
@@ -98,14 +102,20 @@ class Study(Displayed, Part):
     @cached_property
     def numbers(self) -> dict[str, Values]:
         """Every number of the study by its dotted key, those of one side (`tendon.flexor.length`) only where given."""
-        return {key: values for part in DESIGN_PARTS for key, _, values in marked(getattr(self, part), part)}
+        return {
+            key: values
+            for part in DESIGN_PARTS
+            for key, _, values in marked(getattr(self, part), part)
+        }
 
     @cached_property
     def trajectory(self) -> Trajectory | None:
         """The motion in time, smoothed, if the study has one."""
         if self.motion.trajectory is None:
             return None
-        from tendon_cli.studies.trajectory import trajectory_of  # only such studies pay for its import
+        from tendon_cli.studies.trajectory import (
+            trajectory_of,
+        )  # only such studies pay for its import
 
         return trajectory_of(self.motion)
 
@@ -119,21 +129,29 @@ class Study(Displayed, Part):
         """Whether friction is that of flexion: of each direction (D, 1), or of each sample of a trajectory (1, K)."""
         if self.trajectory is not None:
             return self.trajectory.flexion[np.newaxis]
-        return np.array([direction == "flexion" for direction in self.motion.direction]).reshape(-1, 1)
+        return np.array([direction == "flexion" for direction in self.motion.direction]).reshape(
+            -1, 1
+        )
 
     @property
     def words(self) -> dict[str, tuple[str, ...]]:
         """Words that vary, by dotted key: where the springs sit."""
         springs = {"spring.at": self.spring, "spring.flexor.at": self.spring.flexor}
         springs["spring.extensor.at"] = self.spring.extensor
-        return {key: at for key, each in springs.items() if isinstance(at := getattr(each, "at", None), tuple)}
+        return {
+            key: at
+            for key, each in springs.items()
+            if isinstance(at := getattr(each, "at", None), tuple)
+        }
 
     @property
     def of_the_body(self) -> tuple[str, ...]:
         """Numbers that come from the body of each person, as the study has people and does not state them."""
         if self.people is None:
             return ()
-        from tendon_cli.studies.people.population import OF_THE_BODY  # a study without people does without it
+        from tendon_cli.studies.people.population import (
+            OF_THE_BODY,
+        )  # a study without people does without it
 
         stated = {f"arm.{name}" for name in self.arm.model_fields_set}
         return tuple(key for key in OF_THE_BODY if key not in stated)
@@ -150,20 +168,30 @@ class Study(Displayed, Part):
     def draws(self) -> int:
         """How many draws of the uncertain numbers are an axis; none where each person gets one."""
         asked = self.uncertainty
-        return asked.draws if asked is not None and self.uncertain and (self.people is None or self.crossed) else 0
+        return (
+            asked.draws
+            if asked is not None and self.uncertain and (self.people is None or self.crossed)
+            else 0
+        )
 
     @property
     def axes(self) -> tuple[str, ...]:
         """Keys of the design axes, slowest first; `case`, `person` and `draw` stand for several numbers each."""
         varied = (*(key for key, values in self.numbers.items() if values.is_axis), *self.words)
-        ordered = varied if self._axes is None else tuple(key for key in self._axes if key in varied)
+        ordered = (
+            varied if self._axes is None else tuple(key for key in self._axes if key in varied)
+        )
         named = {CASE_AXIS: self.cases, PERSON_AXIS: self.people, DRAW_AXIS: self.draws}
         return (*(key for key, is_axis in named.items() if is_axis), *ordered)
 
     @property
     def uncertain(self) -> dict[str, Uncertain]:
         """Numbers that are known up to a distribution, by dotted key."""
-        return {key: values.uncertain for key, values in self.numbers.items() if values.uncertain is not None}
+        return {
+            key: values.uncertain
+            for key, values in self.numbers.items()
+            if values.uncertain is not None
+        }
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -173,7 +201,11 @@ class Study(Displayed, Part):
     @property
     def warnings(self) -> tuple[str, ...]:
         """What a reader of its results has to know: of its files, and of numbers that it most likely does not mean."""
-        of_files = [str(warning) for source in self.sources.values() for warning in source.get("warnings", ())]
+        of_files = [
+            str(warning)
+            for source in self.sources.values()
+            for warning in source.get("warnings", ())
+        ]
         tables = [(name, getattr(self, name)) for name in (*DESIGN_PARTS, "motion", "limits")]
         tables += [(f"cases.{at}", case) for at, case in enumerate(self.cases)]
         return (*of_files, *remarks(item for name, table in tables for item in marked(table, name)))
@@ -187,8 +219,13 @@ class Study(Displayed, Part):
         """
         asked = self.design.conditions
         if asked is None:
-            asked = (CASE_AXIS, *(key for key in self.axes if key.partition(".")[0] in _GIVEN and key != _STRAP))
-        return tuple(key for key in self.axes if key in (*asked, PERSON_AXIS, DRAW_AXIS, *self.intervals))
+            asked = (
+                CASE_AXIS,
+                *(key for key in self.axes if key.partition(".")[0] in _GIVEN and key != _STRAP),
+            )
+        return tuple(
+            key for key in self.axes if key in (*asked, PERSON_AXIS, DRAW_AXIS, *self.intervals)
+        )
 
     @property
     def intervals(self) -> dict[str, tuple[float, float]]:
@@ -215,10 +252,14 @@ class Study(Displayed, Part):
         written = document(self)
         for key in self.of_the_body:
             del written["arm"][key.removeprefix("arm.")]
-        if self.motion.trajectory is not None:  # which says what angles, directions and a speed would
+        if (
+            self.motion.trajectory is not None
+        ):  # which says what angles, directions and a speed would
             del written["motion"]["elbow_angle"], written["motion"]["direction"]
         if self.joint.excursion is not None:  # which says what the anchors would
-            written["arm"] = {name: value for name, value in written["arm"].items() if name not in ANCHORS}
+            written["arm"] = {
+                name: value for name, value in written["arm"].items() if name not in ANCHORS
+            }
         return written
 
     @property
@@ -230,4 +271,6 @@ class Study(Displayed, Part):
     def hash(self) -> str:
         """SHA-256 of the resolved study and the order of its axes, whatever file and layout it came from."""
         content = {"study": self.document(), "axes": list(self.axes)}
-        return hashlib.sha256(json.dumps(content, sort_keys=True, ensure_ascii=True).encode()).hexdigest()
+        return hashlib.sha256(
+            json.dumps(content, sort_keys=True, ensure_ascii=True).encode()
+        ).hexdigest()

@@ -35,7 +35,9 @@ _MARK = re.compile(
 _KEY_PART = re.compile(r"""\s*("(?:\\.|[^"\\])*"|'[^']*'|[^."'\s]+)\s*(?:\.|$)""")
 
 
-def refused(problem: str, hint: str | None = None, line: int | None = None, key: str = "") -> StudyError:
+def refused(
+    problem: str, hint: str | None = None, line: int | None = None, key: str = ""
+) -> StudyError:
     """A file that cannot be read as a study, for one reason."""
     return StudyError([Fault(key, problem, hint, line)])
 
@@ -54,7 +56,9 @@ class KeyPlaces:
     def line_of(self, path: str) -> int | None:
         """The line of a key, else of the first key inside it, else of the nearest table around it."""
         while path and path not in self.lines:
-            inside = next((line for key, line in self.lines.items() if key.startswith(f"{path}.")), None)
+            inside = next(
+                (line for key, line in self.lines.items() if key.startswith(f"{path}.")), None
+            )
             if inside is not None:
                 return inside
             path = path.rpartition(".")[0]
@@ -86,8 +90,12 @@ def read_toml(text: str) -> Document:
         return Document(tomllib.loads(text), places)
     except tomllib.TOMLDecodeError as error:
         message, _, place = str(error).partition(" (at ")
-        line = int(place.split()[1].strip(",")) if place.startswith("line ") else text.count("\n") + 1
-        plain = re.sub(r"['(),]", "", f"{message[:1].lower()}{message[1:]}")  # a key as Python prints it
+        line = (
+            int(place.split()[1].strip(",")) if place.startswith("line ") else text.count("\n") + 1
+        )
+        plain = re.sub(
+            r"['(),]", "", f"{message[:1].lower()}{message[1:]}"
+        )  # a key as Python prints it
         problem = f"not TOML: {_OF_THE_PARSER.get(message) or shorten(plain, 200)}"
         raise refused(problem, _toml_hint(text, line), line) from None
     except ValueError:
@@ -116,7 +124,10 @@ def _scanned(text: str) -> KeyPlaces:
             dots = dots + 1 if mark == "." else 0
             depth += (mark in "[{") - (mark in "]}")
         if dots >= MAX_KEY_PARTS or depth > MAX_DEPTH:
-            dotted, nested = f"a key of more than {MAX_KEY_PARTS} parts", f"nested deeper than {MAX_DEPTH} levels"
+            dotted, nested = (
+                f"a key of more than {MAX_KEY_PARTS} parts",
+                f"nested deeper than {MAX_DEPTH} levels",
+            )
             raise refused(dotted if dots else nested, "a study needs no more than four", line)
         if depth == 0 and mark in "=\n":
             statement = text[start : match.start()].strip()

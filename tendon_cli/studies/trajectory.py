@@ -20,7 +20,9 @@ _ORDER, _LARGEST_GAP = 2, 5.0
 
 def sampled(time: Array) -> Array:
     """Equal steps from the first time to the last, as long as the median step."""
-    return np.linspace(time[0], time[-1], round((time[-1] - time[0]) / float(np.median(np.diff(time)))) + 1)
+    return np.linspace(
+        time[0], time[-1], round((time[-1] - time[0]) / float(np.median(np.diff(time)))) + 1
+    )
 
 
 def trajectory_of(motion: Any) -> Trajectory | None:
@@ -78,7 +80,9 @@ def facts_of(motion: Any, where: str) -> dict[str, Any]:
     if trajectory is None:
         return {}
     time, steps = np.array(table.columns["time"]), np.diff(table.columns["time"])
-    off = np.degrees(np.std(np.interp(trajectory.time, time, table.columns["angle"]) - trajectory.angle))
+    off = np.degrees(
+        np.std(np.interp(trajectory.time, time, table.columns["angle"]) - trajectory.angle)
+    )
     rate = 1.0 / float(trajectory.time[1] - trajectory.time[0])
     note = (
         f"{shorten(where, 200)}: {len(time):,} samples at {rate:.4g} Hz, low-pass of {cutoff_of(motion):.4g} Hz "
@@ -89,5 +93,7 @@ def facts_of(motion: Any, where: str) -> dict[str, Any]:
     gap = int(np.argmax(steps))
     warnings = []
     if steps[gap] > _LARGEST_GAP * np.median(steps):
-        warnings = [f"{where}: no samples from {time[gap]:.6g} to {time[gap + 1]:.6g} s, bridged by a straight line"]
+        warnings = [
+            f"{where}: no samples from {time[gap]:.6g} to {time[gap + 1]:.6g} s, bridged by a straight line"
+        ]
     return {"rows": len(time), "cutoff": cutoff_of(motion), "note": note, "warnings": warnings}

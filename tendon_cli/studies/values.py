@@ -64,9 +64,13 @@ def drawn(uncertain: Mapping[str, Uncertain], count: int, seed: int) -> dict[str
     """`count` values of each number, by its key; the first so many of 2^m Sobol points."""
     from scipy.stats import qmc
 
-    points = qmc.Sobol(len(uncertain), scramble=True, rng=np.random.default_rng([seed, len(uncertain)]))
+    points = qmc.Sobol(
+        len(uncertain), scramble=True, rng=np.random.default_rng([seed, len(uncertain)])
+    )
     shares = points.random_base2(max(0, count - 1).bit_length())[:count]
-    return {key: quantile(known, shares[:, at]) for at, (key, known) in enumerate(uncertain.items())}
+    return {
+        key: quantile(known, shares[:, at]) for at, (key, known) in enumerate(uncertain.items())
+    }
 
 
 @dataclass(frozen=True)
@@ -95,7 +99,9 @@ class Grid:
         common = lcm(first.denominator, step.denominator)
         offset = first.numerator * (common // first.denominator)
         stride = step.numerator * (common // step.denominator)
-        return np.fromiter(((offset + stride * i) / common for i in range(self.num)), np.float64, self.num)
+        return np.fromiter(
+            ((offset + stride * i) / common for i in range(self.num)), np.float64, self.num
+        )
 
 
 @dataclass(frozen=True)
@@ -121,14 +127,22 @@ class Values:
     @cached_property
     def array(self) -> npt.NDArray[np.float64]:
         """All values in SI, in the order given."""
-        values = self.source.array() if isinstance(self.source, Grid) else np.array(self.source, dtype=np.float64)
+        values = (
+            self.source.array()
+            if isinstance(self.source, Grid)
+            else np.array(self.source, dtype=np.float64)
+        )
         values.flags.writeable = False
         return values
 
     @property
     def extremes(self) -> tuple[float, float]:
         """Smallest and largest value in SI, without writing a grid out."""
-        ends = (self.source.start.si, self.source.stop.si) if isinstance(self.source, Grid) else self.source
+        ends = (
+            (self.source.start.si, self.source.stop.si)
+            if isinstance(self.source, Grid)
+            else self.source
+        )
         return min(ends), max(ends)
 
     @property
@@ -142,8 +156,15 @@ class Values:
         """The same numbers as a study file would say them, in SI; grids stay as short as they were written."""
         if isinstance(self.source, Grid):
             grid = self.source
-            ends, spacing = {"from": grid.start.document(), "to": grid.stop.document()}, {"spacing": "log"}
-            return ends if self.is_interval else {**ends, "num": grid.num, **(spacing if grid.log else {})}
+            ends, spacing = (
+                {"from": grid.start.document(), "to": grid.stop.document()},
+                {"spacing": "log"},
+            )
+            return (
+                ends
+                if self.is_interval
+                else {**ends, "num": grid.num, **(spacing if grid.log else {})}
+            )
         if self.uncertain is not None:
             return self.uncertain.document
         values = [in_si(value, dimension) for value in self.source]

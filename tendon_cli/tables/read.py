@@ -118,7 +118,9 @@ class TableFiles(AnyTable):
                 # Not pq.read_table, which imports pandas.
                 with (
                     _damage_in(file),
-                    pq.ParquetFile(pa.memory_map(str(file)), page_checksum_verification=True) as all_,
+                    pq.ParquetFile(
+                        pa.memory_map(str(file)), page_checksum_verification=True
+                    ) as all_,
                 ):
                     part = all_.read(columns=list(columns) if columns else None)
                 yield first, part
@@ -183,7 +185,9 @@ def _check_place(path: Path, table: TableFiles) -> None:
         if of_another or (listed and listed != standing):
             hint = "it was copied here, or left by another run; name it where it belongs, or move it elsewhere"
             raise InputError(
-                f"does not belong to the run that {name} in its folder describes", where=str(path), hint=hint
+                f"does not belong to the run that {name} in its folder describes",
+                where=str(path),
+                hint=hint,
             )
 
 
@@ -210,7 +214,10 @@ def _check_whole(path: Path, files: tuple[Path, ...], facts: list[dict[str, Any]
         raise InputError(f"is part {indices[0]} of {of} of a table", where=str(path), hint=hint)
     missing = sorted(set(range(of)) - set(indices))
     if missing:
-        raise InputError(f"{len(missing)} of {of} parts are missing, the first is part {missing[0]}", where=str(path))
+        raise InputError(
+            f"{len(missing)} of {of} parts are missing, the first is part {missing[0]}",
+            where=str(path),
+        )
     if indices != list(range(of)):
         raise InputError("parts stand twice or under each other's names", where=str(path))
 
@@ -228,7 +235,9 @@ def _verify(file: Path) -> None:
         intact = is_intact(file)
         metadata = (pq.read_schema(file).metadata or {}) if intact is not False else {}
         if intact is None and not any(key.startswith(b"tendon.") for key in metadata):
-            raise InputError("is not a table written by tendon", where=str(file), hint="run `tendon sweep` first")
+            raise InputError(
+                "is not a table written by tendon", where=str(file), hint="run `tendon sweep` first"
+            )
         if not intact:
             raise _damaged(file, "its bytes are not those that were written")
 
@@ -244,4 +253,6 @@ def _facts(schema: pa.Schema) -> dict[str, Any]:
 
 
 def _damaged(file: Path, reason: str) -> InputError:
-    return InputError(f"the table is damaged: {reason}", where=str(file), hint="`tendon sweep` writes it anew")
+    return InputError(
+        f"the table is damaged: {reason}", where=str(file), hint="`tendon sweep` writes it anew"
+    )

@@ -42,11 +42,20 @@ class Column:
     nullable: bool = True
 
     @classmethod
-    def of(cls, quantity: Quantity, name: str | None = None, *, is_axis: bool = False, nullable: bool = True) -> Column:
+    def of(
+        cls,
+        quantity: Quantity,
+        name: str | None = None,
+        *,
+        is_axis: bool = False,
+        nullable: bool = True,
+    ) -> Column:
         """A column of numbers of a quantity, under its name or another."""
         named = name or quantity.name
         meaning = quantity.unit, quantity.long_name
-        return cls(named, "number", *meaning, is_axis=is_axis, quantity=quantity.name, nullable=nullable)
+        return cls(
+            named, "number", *meaning, is_axis=is_axis, quantity=quantity.name, nullable=nullable
+        )
 
     @cached_property
     def type(self) -> pa.DataType:
@@ -59,20 +68,30 @@ class Column:
     def dtype(self) -> np.dtype[Any]:
         """What its values are collected as; text by its place in `choices`."""
         place = np.int8 if len(self.choices) < 128 else np.int32
-        return np.dtype({"number": np.float64, "text": place, "count": np.int64, "truth": np.bool_}[self.kind])
+        return np.dtype(
+            {"number": np.float64, "text": place, "count": np.int64, "truth": np.bool_}[self.kind]
+        )
 
     @cached_property
     def words(self) -> pa.StringArray:
         """Its choices as Arrow has them; built from buffers, because the library's conversions import pandas."""
         encoded = [word.encode() for word in self.choices]
         ends = np.cumsum([0, *map(len, encoded)], dtype=np.int32)
-        return pa.StringArray.from_buffers(len(encoded), pa.py_buffer(ends), pa.py_buffer(b"".join(encoded)))
+        return pa.StringArray.from_buffers(
+            len(encoded), pa.py_buffer(ends), pa.py_buffer(b"".join(encoded))
+        )
 
     @property
     def field(self) -> pa.Field:
         """The Arrow field with its unit and meaning as metadata."""
-        meaning = {"unit": self.unit, "long_name": self.long_name, "quantity": self.quantity or self.name}
-        return pa.field(self.name, self.type, nullable=self.nullable and self.kind == "number", metadata=meaning)
+        meaning = {
+            "unit": self.unit,
+            "long_name": self.long_name,
+            "quantity": self.quantity or self.name,
+        }
+        return pa.field(
+            self.name, self.type, nullable=self.nullable and self.kind == "number", metadata=meaning
+        )
 
 
 @dataclass(frozen=True)
@@ -161,8 +180,12 @@ def as_numpy(column: pa.ChunkedArray) -> npt.NDArray[Any]:
         return np.array([word or "" for word in column.to_pylist()], dtype=object)
     if pa.types.is_dictionary(column.type):
         return np.concatenate([_NO_WORDS, *map(_words, column.chunks)])
-    numbers = column if column.type == pa.float64() else column.cast(pa.float64())  # which imports a library, 50 ms
-    return np.array(np.from_dlpack((numbers.fill_null(_NAN) if column.null_count else numbers).combine_chunks()))
+    numbers = (
+        column if column.type == pa.float64() else column.cast(pa.float64())
+    )  # which imports a library, 50 ms
+    return np.array(
+        np.from_dlpack((numbers.fill_null(_NAN) if column.null_count else numbers).combine_chunks())
+    )
 
 
 _NAN = pa.Array.from_buffers(pa.float64(), 1, [None, pa.py_buffer(np.array([np.nan]))])[0]

@@ -96,7 +96,11 @@ class RowGroups:
             until = self._filled + len(rows)
             here = {name: column[self._filled : until] for name, column in self._buffers.items()}
             with_nan = write(here, rows)
-            self._with_nan = None if with_nan is None or self._with_nan is None else self._with_nan.union(with_nan)
+            self._with_nan = (
+                None
+                if with_nan is None or self._with_nan is None
+                else self._with_nan.union(with_nan)
+            )
             self._filled, start = until, rows.stop
             if self._filled == self._capacity:
                 self._write()
@@ -128,8 +132,12 @@ class RowGroups:
         known, arrays = self._with_nan, []
         for column in self._columns:
             values = self._buffers[column.name][: self._filled]
-            arrays.append(array_of(column, values, nulls=None if known is None else column.name in known))
-        self._writer.write_table(pa.Table.from_arrays(arrays, schema=self._schema), row_group_size=self._row_group)
+            arrays.append(
+                array_of(column, values, nulls=None if known is None else column.name in known)
+            )
+        self._writer.write_table(
+            pa.Table.from_arrays(arrays, schema=self._schema), row_group_size=self._row_group
+        )
         self.rows += self._filled
         self._filled, self._with_nan = 0, set()
 
@@ -195,13 +203,18 @@ def _encoding(columns: Sequence[Column]) -> dict[str, object]:
     """
     results = [column.name for column in columns if column.kind == "number" and not column.is_axis]
     counts = [column.name for column in columns if column.kind == "count"]
-    repeats = counts + [column.name for column in columns if column.kind == "number" and column.is_axis]
+    repeats = counts + [
+        column.name for column in columns if column.kind == "number" and column.is_axis
+    ]
     return {
         "version": "2.6",
-        "compression": {column.name: "zstd" if column.name in repeats else "snappy" for column in columns},
+        "compression": {
+            column.name: "zstd" if column.name in repeats else "snappy" for column in columns
+        },
         "compression_level": dict.fromkeys(repeats, 1),
         "use_dictionary": [column.name for column in columns if column.kind == "text"],
-        "column_encoding": dict.fromkeys(results, "BYTE_STREAM_SPLIT") | dict.fromkeys(counts, "DELTA_BINARY_PACKED"),
+        "column_encoding": dict.fromkeys(results, "BYTE_STREAM_SPLIT")
+        | dict.fromkeys(counts, "DELTA_BINARY_PACKED"),
         "write_statistics": [column.name for column in columns if column.is_axis],
         "write_page_checksum": True,
         "max_rows_per_page": _ROWS_AT_ONCE,

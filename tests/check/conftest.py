@@ -26,8 +26,14 @@ def plain(tmp_path_factory):
 @pytest.fixture(scope="session")
 def limited(tmp_path_factory):
     limits = {
-        "max_tension": "300 N", "peak_motor_torque": "5.8 N m", "max_pretension": "230 N",
-        "min_flexor_tension": "20 N", "min_extensor_tension": "20 N", "max_spring_extension": "60 mm",
+        "max_tension": "300 N",
+        "peak_motor_torque": "5.8 N m",
+        "max_pretension": "230 N",
+        "min_flexor_tension": "20 N",
+        "min_extensor_tension": "20 N",
+        "max_spring_extension": "60 mm",
         "max_contact_pressure": "20 kPa",
-    }  # fmt: skip
-    return swept(tmp_path_factory.mktemp("check") / "limited", limits=limits, arm={"contact_width": "50 mm"})
+    }
+    return swept(
+        tmp_path_factory.mktemp("check") / "limited", limits=limits, arm={"contact_width": "50 mm"}
+    )

@@ -20,7 +20,9 @@ def test_a_run_is_as_it_is(plain):
     found = compare(plain, plain, tolerance=0.0)
     assert found.holds
     assert "nothing changed" in found.text
-    assert re.search(r"compared: \d+ columns of 18 designs and \d+ columns of 684 states", found.text)
+    assert re.search(
+        r"compared: \d+ columns of 18 designs and \d+ columns of 684 states", found.text
+    )
     assert found.record["within"] is None
 
 
@@ -30,7 +32,9 @@ def test_another_study_is_refused_unless_the_key_is_named(plain, rougher):
     assert not compare(rougher, plain, tolerance=1e-9, apart=["sheath.friction"]).holds
 
 
-@pytest.mark.parametrize(("key", "near"), [("sheat.friction", "sheath.friction"), ("limit", "limits")])
+@pytest.mark.parametrize(
+    ("key", "near"), [("sheat.friction", "sheath.friction"), ("limit", "limits")]
+)
 def test_a_key_that_no_study_has_is_told(plain, rougher, key, near):
     with pytest.raises(UsageError) as refused:
         compare(rougher, plain, tolerance=1e-9, apart=[key])
@@ -59,10 +63,13 @@ def test_a_tolerance_just_holds_and_just_fails(plain, rougher):
     wide = held.record["changes"]
     assert {change["column"] for change in wide} == exact
     assert held.record["within"] == max(
-        (change for change in found if change["difference"] is not None), key=lambda change: change["share"]
+        (change for change in found if change["difference"] is not None),
+        key=lambda change: change["share"],
     )
     assert "within the tolerance, the largest difference: " in held.text
-    tight = compare(rougher, plain, tolerance=worst * (1 - 1e-9), apart=["sheath.friction"]).record["changes"]
+    tight = compare(rougher, plain, tolerance=worst * (1 - 1e-9), apart=["sheath.friction"]).record[
+        "changes"
+    ]
     assert len(tight) == len(wide) + 1
 
 
@@ -70,20 +77,30 @@ def test_feasibility_that_flipped_is_named_design_by_design(plain, tmp_path):
     stiffer = swept(tmp_path / "stiffer", spring={"stiffness": "3.4 kN/m"})
     before, now = (tendon.open_run(folder).designs for folder in (plain, stiffer))
     found = compare(stiffer, plain, tolerance=1e9, apart=["spring.stiffness"], worst=1000).record
-    assert {"feasible", "status"} <= {change["column"] for change in found["changes"]}  # flags have no tolerance
+    assert {"feasible", "status"} <= {
+        change["column"] for change in found["changes"]
+    }  # flags have no tolerance
     differs = now[now["feasible"] != before["feasible"]]
     assert found["flipped"] == len(differs) > 0
-    told = {(flip["where"]["pretension"], flip["where"]["load_mass"]): flip["now"] for flip in found["flips"]}
+    told = {
+        (flip["where"]["pretension"], flip["where"]["load_mass"]): flip["now"]
+        for flip in found["flips"]
+    }
     assert told == {(row.pretension, row.load_mass): row.feasible for row in differs.itertuples()}
 
 
 def test_runs_of_other_axes_compare_on_what_they_share(plain, tmp_path):
-    fewer = swept(tmp_path / "fewer", tendon={"pretension": ["160 N", "100 N"]}, load={"mass": "5 kg"})
+    fewer = swept(
+        tmp_path / "fewer", tendon={"pretension": ["160 N", "100 N"]}, load={"mass": "5 kg"}
+    )
     for one, other in ((fewer, plain), (plain, fewer)):
         found = compare(one, other, tolerance=0.0)
         assert not found.holds
         assert (found.record["designs"], found.record["changes"]) == (2, [])
-        assert {text.partition(":")[0] for text in found.record["missing"]} == {"load.mass", "tendon.pretension"}
+        assert {text.partition(":")[0] for text in found.record["missing"]} == {
+            "load.mass",
+            "tendon.pretension",
+        }
         excepted = compare(one, other, tolerance=0.0, apart=["tendon", "load.mass"])
         assert excepted.holds
         assert "load.mass: 1 value in " in excepted.text
@@ -93,7 +110,10 @@ def test_runs_of_other_axes_compare_on_what_they_share(plain, tmp_path):
     ("output", "missing"),
     [
         ({"tables": ["designs"]}, "states: a table in the baseline only"),
-        ({"states": ["status", "motor_torque"]}, "states.elbow_torque: a column in the baseline only"),
+        (
+            {"states": ["status", "motor_torque"]},
+            "states.elbow_torque: a column in the baseline only",
+        ),
     ],
 )
 def test_what_only_one_run_keeps_is_a_change(plain, tmp_path, output, missing):

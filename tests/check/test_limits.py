@@ -26,7 +26,9 @@ def test_every_broken_design_is_counted_and_the_worst_come_first(limited):
     assert record["broken"]["slack"] == (~designs["taut"]).sum()
     needed = designs["required_pretension"] - designs["pretension"]
     for breach in record["breaches"]:
-        assert breach["limit"] != "slack" or -breach["value"] == pytest.approx(needed[breach["design"]])
+        assert breach["limit"] != "slack" or -breach["value"] == pytest.approx(
+            needed[breach["design"]]
+        )
     assert record["broken"]["max_tension"] == (designs["max_tension"] > 300.0).sum()
     assert record["broken"]["peak_motor_torque"] == (designs["peak_motor_torque"].abs() > 5.8).sum()
     assert record["broken"]["max_pretension"] == (designs["pretension"] > 230.0).sum()
@@ -41,7 +43,9 @@ COLUMNS = {
     "min_elbow_stiffness": lambda states: -states["elbow_stiffness"],
     "min_flexor_tension": lambda states: -states.filter(like="flexor_tension_").min(axis=1),
     "min_extensor_tension": lambda states: -states.filter(like="extensor_tension_").min(axis=1),
-    "max_spring_extension": lambda states: states.filter(regex="tension_distal").max(axis=1),  # springs are equal
+    "max_spring_extension": lambda states: states.filter(regex="tension_distal").max(
+        axis=1
+    ),  # springs are equal
     "max_contact_pressure": lambda states: states["extensor_tension_distal"],
 }
 
@@ -49,12 +53,18 @@ COLUMNS = {
 @pytest.mark.parametrize("limit", COLUMNS)
 def test_the_state_that_is_named_is_the_worst_of_its_design(limited, limit):
     states = tendon.open_run(limited).states
-    told = [breach for breach in check(limited, worst=1000).record["breaches"] if breach["limit"] == limit]
+    told = [
+        breach
+        for breach in check(limited, worst=1000).record["breaches"]
+        if breach["limit"] == limit
+    ]
     assert told
     for breach in told:
         own = states[states["design"] == breach["design"]]
         badness = COLUMNS[limit](own)
-        here = (own["direction"] == breach["direction"]) & np.isclose(own["elbow_angle"], breach["elbow_angle"])
+        here = (own["direction"] == breach["direction"]) & np.isclose(
+            own["elbow_angle"], breach["elbow_angle"]
+        )
         assert badness[here].item() == pytest.approx(badness.max(), rel=1e-12)
 
 

@@ -18,7 +18,10 @@ def place(tmp_path):
 
 
 def run(command, place, **more):
-    environment = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}", **more}
+    environment = os.environ | {
+        "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
+        **more,
+    }
     kept = {"capture_output": True, "text": True, "timeout": 120}
     return subprocess.run(command, check=False, cwd=place, env=environment, **kept)
 
@@ -62,9 +65,16 @@ def test_one_sweep_on_the_nodes_of_a_slurm_job(place, tmp_path):
     srun.write_text('#!/bin/sh\nexec "$@"\n')
     srun.chmod(0o755)
     path = os.pathsep.join([str(programs), str(Path(sys.executable).parent), os.environ["PATH"]])
-    done = run(["bash", "dask_slurm.sh", "suit.toml", "results/suit"], place, PATH=path, SLURM_CPUS_PER_TASK="1")
+    done = run(
+        ["bash", "dask_slurm.sh", "suit.toml", "results/suit"],
+        place,
+        PATH=path,
+        SLURM_CPUS_PER_TASK="1",
+    )
     assert done.returncode == 0, done.stderr
-    plain = run(["tendon", "sweep", "suit.toml", "--out", "results/plain", "--no-figures", "--quiet"], place)
+    plain = run(
+        ["tendon", "sweep", "suit.toml", "--out", "results/plain", "--no-figures", "--quiet"], place
+    )
     assert plain.returncode == 0, plain.stderr
     first, second = (place / "results" / name / "designs.parquet" for name in ("suit", "plain"))
     assert first.read_bytes() == second.read_bytes()
@@ -78,7 +88,9 @@ def test_the_steps_of_the_job_run_and_the_gate_closes(place, friction):
     for step in job["steps"]:
         if "run" in step and step["name"] != "install":
             command = step["run"].replace("${{ matrix.friction }}", friction)
-            codes[step["name"]] = run(["bash", "-c", command], place, GITHUB_STEP_SUMMARY="summary.md").returncode
+            codes[step["name"]] = run(
+                ["bash", "-c", command], place, GITHUB_STEP_SUMMARY="summary.md"
+            ).returncode
     assert codes == {"sweep": 0, "gate": 0 if friction == "0.06" else 4}
     summary = (place / "summary.md").read_text()
     assert ("max_tension" in summary) is (friction == "0.3")

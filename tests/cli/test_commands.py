@@ -62,7 +62,8 @@ def test_of_many_inits_at_once_one_writes_the_starter(outside, workplace):
 
 
 @pytest.mark.parametrize(
-    "settings", [[], ["motion.elbow_angle=170 deg"], ["arm.forearm_mass=0 kg", "tendon.pretension=1 N"]]
+    "settings",
+    [[], ["motion.elbow_angle=170 deg"], ["arm.forearm_mass=0 kg", "tendon.pretension=1 N"]],
 )
 def test_a_state_of_any_status_is_strict_json(tendon, workplace, settings):
     (workplace / "study.toml").write_text('[motion]\nelbow_angle = "75 deg"\n', encoding="utf-8")
@@ -73,7 +74,9 @@ def test_a_state_of_any_status_is_strict_json(tendon, workplace, settings):
 
 
 def test_a_state_is_a_row_of_the_table(tendon, workplace, new_sweep):
-    text = '[tendon]\npretension = "70 N"\n[motion]\nelbow_angle = "40 deg"\ndirection = "flexion"\n'
+    text = (
+        '[tendon]\npretension = "70 N"\n[motion]\nelbow_angle = "40 deg"\ndirection = "flexion"\n'
+    )
     row = new_sweep(text, workplace).states.iloc[0]
     results = tendon("state", "study.toml", "--json").json["results"]
     assert {name: row[name] for name in results} == results
@@ -81,8 +84,12 @@ def test_a_state_is_a_row_of_the_table(tendon, workplace, new_sweep):
 
 def test_a_state_of_a_case_is_chosen_by_name(tendon, workplace):
     text = '[[cases]]\nname = "a"\nload = { mass = "1 kg" }\n[[cases]]\nname = "b"\nload = { mass = "9 kg" }\n'
-    (workplace / "study.toml").write_text(text + '[motion]\nelbow_angle = "1 rad"\n', encoding="utf-8")
-    a, b = (tendon("state", "study.toml", "--case", name, "--json").json["results"] for name in "ab")
+    (workplace / "study.toml").write_text(
+        text + '[motion]\nelbow_angle = "1 rad"\n', encoding="utf-8"
+    )
+    a, b = (
+        tendon("state", "study.toml", "--case", name, "--json").json["results"] for name in "ab"
+    )
     assert b["elbow_torque"] > a["elbow_torque"]
 
 
@@ -94,7 +101,10 @@ def test_a_state_of_a_case_is_chosen_by_name(tendon, workplace):
         ("sheath.friction=0.1", {"sheath": {"friction": 0.1}}),
         ('load.mass=["3 kg","5 kg"]', {"load": {"mass": [3, 5]}}),
         ('load.mass=["500 g", 2]', {"load": {"mass": [0.5, 2]}}),
-        ("load.mass={ from = 1, to = 2, num = 3 }", {"load": {"mass": {"from": 1, "to": 2, "num": 3}}}),
+        (
+            "load.mass={ from = 1, to = 2, num = 3 }",
+            {"load": {"mass": {"from": 1, "to": 2, "num": 3}}},
+        ),
         ("tendon.flexor.pretension=90 N", {"tendon": {"flexor": {"pretension": 90}}}),
         ("model.slack=bilateral", {"model": {"slack": "bilateral"}}),
         ("name=other", {"name": "other"}),

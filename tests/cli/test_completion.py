@@ -57,14 +57,21 @@ def offered(line):
 
 @pytest.mark.parametrize("name", APP.commands)
 def test_every_command_and_every_option_is_offered(name):
-    options = {opt for parameter in APP.commands[name].params for opt in parameter.opts if opt.startswith("--")}
+    options = {
+        opt
+        for parameter in APP.commands[name].params
+        for opt in parameter.opts
+        if opt.startswith("--")
+    }
     assert set(offered(f"{name} --")) >= options | {"--help"}
     assert name in offered("")
 
 
 def test_a_value_that_is_offered_is_taken(tmp_path):
     excursion = tmp_path / "excursion.csv"
-    excursion.write_text("angle (deg),flexor (mm),extensor (mm)\n-30,-10,-10\n0,0,0\n60,20,20\n150,50,50\n")
+    excursion.write_text(
+        "angle (deg),flexor (mm),extensor (mm)\n-30,-10,-10\n0,0,0\n60,20,20\n150,50,50\n"
+    )
     checked = 0
     for key, (_, values) in key_words().items():
         *tables, name = key.split(".")
@@ -88,7 +95,10 @@ def test_a_value_that_is_offered_is_taken(tmp_path):
         ("--ver", ["--version"]),
         ("--debug sw", ["sweep"]),
         ("sweep --dry", ["--dry-run"]),
-        ("sweep a.toml --set model.slack=", ["model.slack=", "model.slack=unilateral", "model.slack=bilateral"]),
+        (
+            "sweep a.toml --set model.slack=",
+            ["model.slack=", "model.slack=unilateral", "model.slack=bilateral"],
+        ),
         ("sweep --set 'model.slack=u", ["model.slack=unilateral"]),
         ("plot r --format s", ["svg"]),
         ("completion f", ["fish"]),
@@ -100,21 +110,28 @@ def test_a_value_that_is_offered_is_taken(tmp_path):
         ("export answer --columns from_by,serv", ["from_by,served", "from_by,served_at"]),
         ("export answer --table ", ["choices", "conditions"]),
         ("show people.csv --columns ", ["name", "weight", "stature"]),
-        *((f"show {source} --columns marg", ["margin"])
-          for source in ("pipe", "torn.parquet", "bad.csv", "empty.parquet", ".", "missing")),
+        *(
+            (f"show {source} --columns marg", ["margin"])
+            for source in ("pipe", "torn.parquet", "bad.csv", "empty.parquet", ".", "missing")
+        ),
         ("state own.toml --case ", CASES),
         ("plot --arm own.toml --case B", CASES[:1]),
         ("state pipe --case ", []),
-        ("state own.toml --person ", ["mean-man", "mean-woman", "Ada Lovelace", "Bo", "Eve?[2J"]),  # harmless
+        (
+            "state own.toml --person ",
+            ["mean-man", "mean-woman", "Ada Lovelace", "Bo", "Eve?[2J"],
+        ),  # harmless
         ("state missing.toml --person ", ["mean-man", "mean-woman"]),
         *((line, []) for line in ("sweep ", "sweep --out ", "swep --", "sweep \"a'b")),
     ],
-)  # fmt: skip
+)
 def test_what_is_offered(line, expected):
     assert offered(line) == expected
 
 
-@pytest.mark.parametrize("option", ["show r --columns", "show r --sort", "show r --where", "plot r -y", "plot r --x"])
+@pytest.mark.parametrize(
+    "option", ["show r --columns", "show r --sort", "show r --where", "plot r -y", "plot r --x"]
+)
 def test_without_a_table_every_column_is_offered(option):
     assert {*OF_DESIGNS, *OF_STATES, "load_mass"} <= set(offered(f"{option} "))
     assert {f"{key}=" for key in keys()} <= set(offered("sweep --set "))
@@ -122,7 +139,9 @@ def test_without_a_table_every_column_is_offered(option):
 
 @pytest.mark.parametrize("quote", ["", "'", '"'])
 def test_bash_runs_nothing_of_a_name(outside, made, quote):
-    names = outside("completion", "bash", "--line", f"tendon state own.toml --case {quote}", cwd=made).out
+    names = outside(
+        "completion", "bash", "--line", f"tendon state own.toml --case {quote}", cwd=made
+    ).out
     script = "\n".join(f"printf '%s\\n' {quote}{name}{quote}" for name in names.splitlines())
     echoed = subprocess.run(["bash", "-c", script], check=True, capture_output=True, text=True)
     assert echoed.stdout.splitlines() == CASES
@@ -155,7 +174,10 @@ def typed(shell, setup, line, wanted):
 
 SHELLS = {
     "bash": (["bash", "--norc", "--noprofile", "-i"], 'eval "$(tendon completion bash)"'),
-    "zsh": (["zsh", "-f", "-i"], 'autoload -U compinit; compinit -u -D; eval "$(tendon completion zsh)"'),
+    "zsh": (
+        ["zsh", "-f", "-i"],
+        'autoload -U compinit; compinit -u -D; eval "$(tendon completion zsh)"',
+    ),
 }
 
 
@@ -183,10 +205,30 @@ def test_a_real_shell_completes(name, line, wanted):
 def test_fish_completes():
     if shutil.which("fish") is None:
         pytest.skip("there is no fish here")
-    lines = ("tendon swe", "tendon sweep --set model.slack=b", "tendon show r --sort required_p", "tendon sweep stu")
+    lines = (
+        "tendon swe",
+        "tendon sweep --set model.slack=b",
+        "tendon show r --sort required_p",
+        "tendon sweep stu",
+    )
     lines += ('tendon state own.toml --person "Ad',)
-    asked = "; ".join(["tendon completion fish | source", *(f"complete -C '{line}'" for line in lines)])
+    asked = "; ".join(
+        ["tendon completion fish | source", *(f"complete -C '{line}'" for line in lines)]
+    )
     environment = os.environ | {"PATH": f"{PROGRAMS}:{os.environ['PATH']}", "HOME": str(Path.cwd())}
-    ran = subprocess.run(["fish", "-c", asked], check=True, capture_output=True, text=True, env=environment, timeout=60)
+    ran = subprocess.run(
+        ["fish", "-c", asked],
+        check=True,
+        capture_output=True,
+        text=True,
+        env=environment,
+        timeout=60,
+    )
     completed = [entry.partition("\t")[0] for entry in ran.stdout.splitlines()]
-    assert completed == ["sweep", "model.slack=bilateral", "required_pretension", "study.toml", "Ada Lovelace"]
+    assert completed == [
+        "sweep",
+        "model.slack=bilateral",
+        "required_pretension",
+        "study.toml",
+        "Ada Lovelace",
+    ]

@@ -53,7 +53,9 @@ elbow_angle = { from = "-20 deg", to = "-1 deg", num = 50 }
 STUDIES = {"map": MAP, "designs": DESIGNS_ONLY, "persons": PERSONS, "null": NULL_IN_THE_MIDDLE}
 
 
-@pytest.mark.parametrize(("name", "part"), [(name, part) for name in STUDIES for part in (None, 10_000)])
+@pytest.mark.parametrize(
+    ("name", "part"), [(name, part) for name in STUDIES for part in (None, 10_000)]
+)
 def test_rows_are_exact_and_bytes_within_a_fifth(tendon, workplace, small_parts, name, part):
     if part:
         small_parts(part)
@@ -67,14 +69,26 @@ def test_rows_are_exact_and_bytes_within_a_fifth(tendon, workplace, small_parts,
         rows[table] = rows.get(table, 0) + entry["rows"]
     assert expected.json["rows"] == rows
     assert [expected.json[name] - run[name] for name in ("designs", "states", "parts")] == [0, 0, 0]
-    assert expected.json["bytes"] == pytest.approx(sum(entry["size"] for entry in run["files"]), rel=0.2)
+    assert expected.json["bytes"] == pytest.approx(
+        sum(entry["size"] for entry in run["files"]), rel=0.2
+    )
 
 
 def test_the_page_has_axes_with_units_counts_bytes_time_and_memory(tendon, workplace):
     (workplace / "study.toml").write_text(MAP, encoding="utf-8")
     ran = tendon("sweep", "study.toml", "--dry-run")
     assert (ran.exit, ran.err) == (0, "")
-    words = ["60 N to 240 N", "0.5 to 1.2", "0 kg to 10 kg", "0 deg to 90 deg", "900", "163,800", "MB", " s", "memory"]
+    words = [
+        "60 N to 240 N",
+        "0.5 to 1.2",
+        "0 kg to 10 kg",
+        "0 deg to 90 deg",
+        "900",
+        "163,800",
+        "MB",
+        " s",
+        "memory",
+    ]
     assert [word for word in words if word not in ran.out] == []
     assert [item.name for item in workplace.iterdir()] == ["study.toml"]
 
@@ -90,7 +104,8 @@ def test_a_dry_run_touches_nothing_of_a_run_that_stands_there(tendon, workplace)
 
 def test_a_dry_run_of_a_hundred_terabytes_is_answered(tendon, workplace):
     (workplace / "study.toml").write_text(
-        "[tendon]\npretension = { from = 1, to = 2, num = 1000000 }\n[load]\nmass = [1, 2, 3]\n", encoding="utf-8"
+        "[tendon]\npretension = { from = 1, to = 2, num = 1000000 }\n[load]\nmass = [1, 2, 3]\n",
+        encoding="utf-8",
     )
     ratios = ("--set", "spool.ratio={ from = 1, to = 2, num = 10000 }")
     found = tendon("sweep", "study.toml", "--dry-run", "--json", *ratios)

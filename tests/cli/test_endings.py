@@ -38,7 +38,10 @@ def study(workplace):
 @pytest.mark.parametrize(
     ("module", "number"),
     [
-        *((module, signal.SIGINT) for module in ("typer", "tendon_cli.commands.studies", "numpy", "pyarrow.lib")),
+        *(
+            (module, signal.SIGINT)
+            for module in ("typer", "tendon_cli.commands.studies", "numpy", "pyarrow.lib")
+        ),
         *(("tendon_cli.cli", number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)),
     ],
 )
@@ -140,10 +143,23 @@ def test_harmless_text_says_the_same_as_json_would(text):
         ("-60 deg", "0 kg", 4, "need not be the only one"),
     ],
 )
-def test_a_state_without_equilibrium_is_exit_4_and_says_what_that_means(tendon, study, angle, mass, code, shown):
-    asked = ("--set", f"motion.elbow_angle={angle}", "--set", f"load.mass={mass}", "--set", "model.slack=bilateral")
+def test_a_state_without_equilibrium_is_exit_4_and_says_what_that_means(
+    tendon, study, angle, mass, code, shown
+):
+    asked = (
+        "--set",
+        f"motion.elbow_angle={angle}",
+        "--set",
+        f"load.mass={mass}",
+        "--set",
+        "model.slack=bilateral",
+    )
     ran = tendon("state", study, *asked)
-    assert (ran.exit, shown in ran.out, tendon("state", study, *asked, "--json").exit) == (code, True, code)
+    assert (ran.exit, shown in ran.out, tendon("state", study, *asked, "--json").exit) == (
+        code,
+        True,
+        code,
+    )
 
 
 def test_the_summary_says_what_feasible_means_and_how_long_figures_took(tendon, workplace):

@@ -20,7 +20,15 @@ def readings(configs):
 
 def test_a_study_takes_the_fitted_coefficient_and_runs(tendon, readings, workplace):
     fitted = tendon(
-        "fit-friction", readings, "--bend-angle", "144 deg", "--out", "friction.toml", "--plot", "fit.png", "--json"
+        "fit-friction",
+        readings,
+        "--bend-angle",
+        "144 deg",
+        "--out",
+        "friction.toml",
+        "--plot",
+        "fit.png",
+        "--json",
     )
     (workplace / "study.toml").write_text('[sheath]\nfriction_from = "friction.toml"\n')
     assert tendon("sweep", "study.toml", "--out", "run", "--no-figures").exit == 0
@@ -31,15 +39,26 @@ def test_a_study_takes_the_fitted_coefficient_and_runs(tendon, readings, workpla
 def test_a_fit_writes_over_its_own_files_and_nobody_elses(tendon, readings, workplace):
     (workplace / "readings.csv").write_bytes(readings.read_bytes())
     fit = ("fit-friction", "readings.csv", "--bend-angle", "144 deg")
-    for ending in ("png", "svg", "pdf", "png", "svg", "pdf"):  # its own files are known again, in every format
+    for ending in (
+        "png",
+        "svg",
+        "pdf",
+        "png",
+        "svg",
+        "pdf",
+    ):  # its own files are known again, in every format
         assert tendon(*fit, "--out", "friction.toml", "--plot", f"fit.{ending}").exit == 0
     (workplace / "mine.png").write_bytes(b"a picture")
     (workplace / "mine.toml").write_text("[friction]\ncoefficient = 0.1\n")
     (workplace / "link.toml").symlink_to("mine.toml")
     for option, name in (
-        ("--plot", "mine.png"), ("--out", "mine.toml"), ("--out", "link.toml"), ("--out", "readings.csv"),
-        ("--out", "fit.png"), ("--plot", "friction.toml"),
-    ):  # fmt: skip
+        ("--plot", "mine.png"),
+        ("--out", "mine.toml"),
+        ("--out", "link.toml"),
+        ("--out", "readings.csv"),
+        ("--out", "fit.png"),
+        ("--plot", "friction.toml"),
+    ):
         before = (workplace / name).read_bytes()
         ran = tendon(*fit, option, name)
         assert (ran.exit, option in ran.err) == (2, True)
@@ -48,17 +67,28 @@ def test_a_fit_writes_over_its_own_files_and_nobody_elses(tendon, readings, work
     assert not (workplace / "same.svg").exists()
 
 
-def test_the_paper_is_reproduced_into_a_folder_and_a_finding_that_fails_is_exit_4(tendon, workplace, monkeypatch):
+def test_the_paper_is_reproduced_into_a_folder_and_a_finding_that_fails_is_exit_4(
+    tendon, workplace, monkeypatch
+):
     made, asked = [], []
 
     def once(out, **_):
         asked.append(out)
-        made.extend([] if made else [reproduce(out, jobs=None, progress=lambda *_: None, stop=threading.Event())])
+        made.extend(
+            []
+            if made
+            else [reproduce(out, jobs=None, progress=lambda *_: None, stop=threading.Event())]
+        )
         return made[0]
 
-    reproduce, no_locks = reproduction.reproduce, mock.Mock(side_effect=OSError(errno.ENOLCK, "no locks"))
+    reproduce, no_locks = (
+        reproduction.reproduce,
+        mock.Mock(side_effect=OSError(errno.ENOLCK, "no locks")),
+    )
     monkeypatch.setattr(reproduction, "reproduce", once)
-    with monkeypatch.context() as patch:  # its runs stand in a temporary folder that nobody else has
+    with (
+        monkeypatch.context() as patch
+    ):  # its runs stand in a temporary folder that nobody else has
         patch.setattr(fcntl, "flock", no_locks)
         ran = tendon("paper", "--json")
     assert ran.exit == 0
@@ -75,7 +105,9 @@ def test_a_fit_takes_the_bend_angle_of_a_measured_route_with_its_error(tendon, r
     points += np.random.default_rng(4).standard_normal(points.shape)
     np.savetxt("route.csv", points, delimiter=",", header="x_mm,y_mm,z_mm", comments="")
     by_angle = tendon("fit-friction", readings, "--bend-angle", "180 deg", "--json").json
-    by_route = tendon("fit-friction", readings, "--route", "route.csv", "--out", "friction.toml", "--json").json
+    by_route = tendon(
+        "fit-friction", readings, "--route", "route.csv", "--out", "friction.toml", "--json"
+    ).json
     assert by_route["bend_angle"] == pytest.approx(math.pi, rel=0.1)
     ratio = by_angle["bend_angle"] / by_route["bend_angle"]
     assert by_route["friction"] == pytest.approx(by_angle["friction"] * ratio, rel=1e-9)
@@ -84,5 +116,7 @@ def test_a_fit_takes_the_bend_angle_of_a_measured_route_with_its_error(tendon, r
     assert "deg of route.csv" in (workplace / "friction.toml").read_text()
     # A noise that is stated counts if it is larger than that of the points.
     for noise, counts in (("1 mm", False), ("4 mm", True)):
-        record = tendon("fit-friction", readings, "--route", "route.csv", "--path-smoothing", noise, "--json").json
+        record = tendon(
+            "fit-friction", readings, "--route", "route.csv", "--path-smoothing", noise, "--json"
+        ).json
         assert any("path_smoothing" in text for text in record["warnings"]) is counts

@@ -29,7 +29,9 @@ ALL = ", ".join(f'"{angle} deg"' for angle in (75, 0, 30, 90))
 @pytest.fixture
 def page(tendon, workplace):
     def lines(*words, load=3, direction="flexion", angles=ALL):
-        (workplace / "study.toml").write_text(TEXT.format(load=load, direction=direction, angles=angles))
+        (workplace / "study.toml").write_text(
+            TEXT.format(load=load, direction=direction, angles=angles)
+        )
         record = tendon("state", "study.toml", *words, "--json").json
         found = {}
         for line in record["lines"]:
@@ -54,7 +56,9 @@ def test_the_powers_of_a_state_add_up_and_turn_with_the_direction(page, load, di
     c_f, c_e = found["Sheath,"]["c_f, c_e"]
     arms = found["Geometry"]["J"][0] / c_f, 0.8 * found["Geometry"]["R_elb"][0] / c_e
     slack = found["Results"]["s"][1] > 0.0
-    assert powers["dα/dθ"] == pytest.approx(found["Results"]["k"][0] / 0.03 / (arms[0] + (0.0 if slack else arms[1])))
+    assert powers["dα/dθ"] == pytest.approx(
+        found["Results"]["k"][0] / 0.03 / (arms[0] + (0.0 if slack else arms[1]))
+    )
 
 
 def test_the_cycle_is_over_all_angles_and_both_directions_of_the_study(page):
@@ -70,7 +74,11 @@ def test_the_cycle_is_over_all_angles_and_both_directions_of_the_study(page):
 def test_a_turn_says_when_each_far_end_follows_and_how_the_torque_goes(page):
     found = page("--reversal")
     turn, results, sheath = found["Where"], found["Results"], found["Sheath,"]
-    distal, capstan, exponent = np.array(results["F_o"]), np.array(sheath["e^(σμφ)"]), np.array(sheath["μφ"])
+    distal, capstan, exponent = (
+        np.array(results["F_o"]),
+        np.array(sheath["e^(σμφ)"]),
+        np.array(sheath["μφ"]),
+    )
     before, after = distal / capstan, distal * capstan
     # L/(AE) 4 sinh²(μφ/2)/(μφ) per newton at the elbow.
     rigid = 2.0 / (np.pi * 1.5e-3**2 / 4 * 145e9)
@@ -78,9 +86,17 @@ def test_a_turn_says_when_each_far_end_follows_and_how_the_torque_goes(page):
     turns = slips / [0.03, 0.024]
     sooner, later = np.argsort(turns)
     halfway = after.copy()  # of the side that follows later, when the other one follows
-    halfway[later] = before[later] * (1.0 + np.sqrt(turns[sooner] / turns[later]) * (capstan[later] - 1.0)) ** 2
+    halfway[later] = (
+        before[later] * (1.0 + np.sqrt(turns[sooner] / turns[later]) * (capstan[later] - 1.0)) ** 2
+    )
     torques = [(flexor - 0.8 * extensor) * 0.03 for flexor, extensor in (halfway, after)]
-    for symbol, value in {"F_I": before, "F_I'": after, "δ": slips, "Δα": turns, "τ_m''": torques}.items():
+    for symbol, value in {
+        "F_I": before,
+        "F_I'": after,
+        "δ": slips,
+        "Δα": turns,
+        "τ_m''": torques,
+    }.items():
         np.testing.assert_allclose(turn[symbol], value, err_msg=symbol)
     assert turn["τ_m'"] == pytest.approx(results["τ_m"])
     assert (np.array(turn["W_μ"]) > 0.0).all()
@@ -94,7 +110,9 @@ def test_a_slack_tendon_has_no_turn_on_the_page(page):
 
 def test_a_page_without_speed_and_reversal_is_as_before(tendon, workplace):
     (workplace / "study.toml").write_text("")
-    sections = {line["section"].split()[0] for line in tendon("state", "study.toml", "--json").json["lines"]}
+    sections = {
+        line["section"].split()[0] for line in tendon("state", "study.toml", "--json").json["lines"]
+    }
     assert sections == {"Geometry", "Sheath,", "Load", "Balance", "Results", "Setting"}
 
 
@@ -106,7 +124,9 @@ SPEED = np.radians(60.0)
 
 def drawn(tmp_path, load):
     """What the figure of a study draws of its first design, and its state at 75 degrees in flexion."""
-    (tmp_path / "study.toml").write_text(TEXT.format(load=load, direction='flexion", "extension', angles=ALL))
+    (tmp_path / "study.toml").write_text(
+        TEXT.format(load=load, direction='flexion", "extension', angles=ALL)
+    )
     plan = Plan(tendon_library.load_study(tmp_path / "study.toml"))
     first = (slice(0, 1),) * len(plan.axes)
     state = plan.state(Block(0, first, slice(0, 1), slice(0, 1)))
@@ -116,10 +136,14 @@ def drawn(tmp_path, load):
 @pytest.mark.parametrize("load", [3, 10])
 def test_the_area_of_the_loop_is_what_friction_takes(tmp_path, load):
     plan, state, strokes = drawn(tmp_path, load)
-    x, y = (np.concatenate([getattr(stroke, name) for stroke in strokes.values()])
-            for name in ("spool_angle", "motor_torque"))  # fmt: skip
+    x, y = (
+        np.concatenate([getattr(stroke, name) for stroke in strokes.values()])
+        for name in ("spool_angle", "motor_torque")
+    )
     area = 0.5 * abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
-    loss = cycle(state.design, plan.elbow_angles[np.newaxis], np.array([[True], [False]]), SPEED)["friction_loss"]
+    loss = cycle(state.design, plan.elbow_angles[np.newaxis], np.array([[True], [False]]), SPEED)[
+        "friction_loss"
+    ]
     assert area == pytest.approx(float(loss.ravel()[0]), rel=0.005)  # but for the turns
 
 
@@ -131,13 +155,22 @@ def test_the_curves_are_the_states(tmp_path):
     speed = np.gradient(there.spool_angle, there.elbow_angle) * SPEED
     np.testing.assert_allclose(there.motor_speed[2:-2], speed[2:-2], rtol=1e-3)
     _, torque, follows = turn_of(state, plan)
-    assert torque[0] == pytest.approx(np.interp(np.radians(75.0), there.elbow_angle, there.motor_torque))
+    assert torque[0] == pytest.approx(
+        np.interp(np.radians(75.0), there.elbow_angle, there.motor_torque)
+    )
     assert set(follows) == {"flexor", "extensor"}
 
 
 def test_the_figure_has_the_limits_in_it(tendon, workplace):
-    (workplace / "study.toml").write_text(TEXT.format(load=3, direction='flexion", "extension', angles=ALL))
+    (workplace / "study.toml").write_text(
+        TEXT.format(load=3, direction='flexion", "extension', angles=ALL)
+    )
     assert tendon("state", "study.toml", "--reversal", "--plot", "motor.svg").exit == 0
     written = (workplace / "motor.svg").read_bytes()
-    for text in (b"Torque against speed", b"Hysteresis", b"Turn from flexion at 75", b"8 N m, 25 W"):
+    for text in (
+        b"Torque against speed",
+        b"Hysteresis",
+        b"Turn from flexion at 75",
+        b"8 N m, 25 W",
+    ):
         assert text in written

@@ -14,11 +14,26 @@ from tendon_cli.files import path_of, result_path, whole_file, write_whole
 
 STUDY = '[load]\nmass = ["0 kg", "5 kg"]\n[motion]\nspeed = "60 deg/s"\n'
 PLACES = [
-    ("sweep", "study.toml", "--out"), ("design", "study.toml", "--out"), ("paper", "--out"), ("check",),
-    ("check", "run", "--baseline"), ("show",), ("export",), ("export", "run"), ("plot",), ("plot", "run", "--out"),
-    ("report",), ("report", "run", "--out"), ("state",), ("state", "study.toml", "--plot"), ("sweep",), ("init",),
-    ("fit-friction",), ("fit-friction", "r.csv", "--plot"), ("fit-friction", "r.csv", "--out"),
-]  # fmt: skip
+    ("sweep", "study.toml", "--out"),
+    ("design", "study.toml", "--out"),
+    ("paper", "--out"),
+    ("check",),
+    ("check", "run", "--baseline"),
+    ("show",),
+    ("export",),
+    ("export", "run"),
+    ("plot",),
+    ("plot", "run", "--out"),
+    ("report",),
+    ("report", "run", "--out"),
+    ("state",),
+    ("state", "study.toml", "--plot"),
+    ("sweep",),
+    ("init",),
+    ("fit-friction",),
+    ("fit-friction", "r.csv", "--plot"),
+    ("fit-friction", "r.csv", "--out"),
+]
 
 
 @pytest.fixture
@@ -33,10 +48,16 @@ def study(workplace):
 @pytest.mark.parametrize("words", PLACES, ids=" ".join)
 @pytest.mark.parametrize(
     ("name", "problem"),
-    [("", "the name is empty"), ("x" * 300, "the name is too long"), (f"a/{'ä' * 128}", "the name is too long"),
-     ("b/" * 2100, "the name is too long")],
-)  # fmt: skip
-def test_a_name_that_no_file_can_have_is_refused_alike_in_every_command(tendon, study, words, name, problem):
+    [
+        ("", "the name is empty"),
+        ("x" * 300, "the name is too long"),
+        (f"a/{'ä' * 128}", "the name is too long"),
+        ("b/" * 2100, "the name is too long"),
+    ],
+)
+def test_a_name_that_no_file_can_have_is_refused_alike_in_every_command(
+    tendon, study, words, name, problem
+):
     before = sorted(study.parent.rglob("*"))
     rest = ["x.csv"] if words == ("export",) else []
     ran = tendon(*words, name, *rest)
@@ -44,14 +65,20 @@ def test_a_name_that_no_file_can_have_is_refused_alike_in_every_command(tendon, 
     assert sorted(study.parent.rglob("*")) == before
 
 
-@pytest.mark.parametrize("words", [words for words in PLACES if words[-1] in ("--out", "--plot", "check", "report")])
+@pytest.mark.parametrize(
+    "words", [words for words in PLACES if words[-1] in ("--out", "--plot", "check", "report")]
+)
 def test_a_name_that_is_not_utf_8_is_refused_alike(outside, study, words):
     ran = outside(*words, b"a\xff".decode(errors="surrogateescape"))
     assert (ran.exit, "the name is not UTF-8" in ran.err) == (2, True), ran.err
 
 
-@pytest.mark.parametrize("given", [None, 3, b"x", [], "", " ", "a\0b", "x" * 300, "\ud800", "y/" * 3000], ids=ascii)
-@pytest.mark.parametrize("take", [path_of, result_path, tendon_of_python.open_run, tendon_of_python.load_study])
+@pytest.mark.parametrize(
+    "given", [None, 3, b"x", [], "", " ", "a\0b", "x" * 300, "\ud800", "y/" * 3000], ids=ascii
+)
+@pytest.mark.parametrize(
+    "take", [path_of, result_path, tendon_of_python.open_run, tendon_of_python.load_study]
+)
 def test_from_python_it_is_a_tendon_error_too(workplace, given, take):
     with pytest.raises(TendonError) as fault:
         take(given)
@@ -108,11 +135,15 @@ SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 
 
 @pytest.mark.parametrize("number", SIGNALS)
-@pytest.mark.parametrize("words", [("plot", "run", "-y", "max_tension", "--out", "f.png"), ("report", "run")])
+@pytest.mark.parametrize(
+    "words", [("plot", "run", "-y", "max_tension", "--out", "f.png"), ("report", "run")]
+)
 def test_a_signal_while_a_file_is_written_leaves_none(tendon, study, words, number):
     assert tendon("sweep", study, "--out", "run", "--no-figures").exit == 0
     before = {*study.parent.rglob("*"), Path("held").absolute()}
-    with subprocess.Popen([sys.executable, "-c", HELD, *words], stderr=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        [sys.executable, "-c", HELD, *words], stderr=subprocess.PIPE, text=True
+    ) as process:
         while not Path("held").exists() and process.poll() is None:
             time.sleep(0.01)
         process.send_signal(number)

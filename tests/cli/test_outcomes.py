@@ -14,9 +14,20 @@ from tendon_cli.studies import load
 
 STUDY = '[load]\nmass = ["0 kg", "3 kg"]\n[motion]\nelbow_angle = ["10 deg", "80 deg"]\n'
 RECORD_KEYS = {
-    "study_hash", "designs", "states", "taut", "stable", "feasible", "slack", "no_equilibrium", "unstable", "files",
-    "seconds", "versions", "warnings",
-}  # fmt: skip
+    "study_hash",
+    "designs",
+    "states",
+    "taut",
+    "stable",
+    "feasible",
+    "slack",
+    "no_equilibrium",
+    "unstable",
+    "files",
+    "seconds",
+    "versions",
+    "warnings",
+}
 
 
 @pytest.fixture
@@ -28,7 +39,14 @@ def study(workplace):
 
 
 def test_states_without_equilibrium_are_exit_4_unless_allowed(tendon, study):
-    words = ("sweep", study, "--no-figures", "--json", "--set", 'motion.elbow_angle=["10 deg", "170 deg"]')
+    words = (
+        "sweep",
+        study,
+        "--no-figures",
+        "--json",
+        "--set",
+        'motion.elbow_angle=["10 deg", "170 deg"]',
+    )
     first = tendon(*words, "--out", "a")
     assert (first.exit, first.json["no_equilibrium"]) == (4, 4)
     assert any("no equilibrium" in warning for warning in first.json["warnings"])
@@ -38,7 +56,9 @@ def test_states_without_equilibrium_are_exit_4_unless_allowed(tendon, study):
     assert tendon(*words, "--out", "a", "--allow-no-equilibrium").exit == 0
 
 
-def test_a_part_that_fails_is_exit_6_and_named_by_case_and_axes(tendon, study, monkeypatch, muttered):
+def test_a_part_that_fails_is_exit_6_and_named_by_case_and_axes(
+    tendon, study, monkeypatch, muttered
+):
     def fails(_inputs, _block, _keys):
         raise FloatingPointError("something odd")
 
@@ -72,9 +92,15 @@ def one_line(said):
 
 
 SILENT = [
-    *(("full", line) for line in ("schema", "state study.toml", "sweep study.toml --dry-run", "init new.toml")),
+    *(
+        ("full", line)
+        for line in ("schema", "state study.toml", "sweep study.toml --dry-run", "init new.toml")
+    ),
     *(("full", f"sweep study.toml --no-figures{json}") for json in ("", " --json")),
-    *(("closed", line) for line in ("--version", "state study.toml", "sweep study.toml --no-figures", "--help")),
+    *(
+        ("closed", line)
+        for line in ("--version", "state study.toml", "sweep study.toml --no-figures", "--help")
+    ),
     *(("left", line) for line in ("schema", "--help", "sweep --help", "")),
     *(("full", line) for line in ("--version", "--help", "sweep --help", "unbuffered --help")),
 ]
@@ -111,7 +137,11 @@ def test_any_oserror_is_one_message_and_one_object(tendon, study, monkeypatch, n
 
     monkeypatch.setattr(load, "read_document", failing)
     ran = tendon("sweep", study, "--json")
-    assert (ran.exit, ran.err, ran.json["error"]["where"]) == (5, "", "some/file" if named else None)
+    assert (ran.exit, ran.err, ran.json["error"]["where"]) == (
+        5,
+        "",
+        "some/file" if named else None,
+    )
     assert os.strerror(errno.EIO) in ran.json["error"]["message"]
     assert tendon("sweep", study).err.count("tendon: error: ") == 1
     assert tendon("--version").exit == 0, "stdout was given up"
@@ -146,7 +176,9 @@ def test_json_of_a_sweep_is_run_json(tendon, study):
 
 
 def test_quiet_says_nothing_but_errors(tendon, study):
-    assert tendon("sweep", study, "--no-figures", "--quiet") == tendon("sweep", study, "--no-figures", "-q")
+    assert tendon("sweep", study, "--no-figures", "--quiet") == tendon(
+        "sweep", study, "--no-figures", "-q"
+    )
     ran = tendon("sweep", study, "--no-figures", "--quiet", "--out", "other")
     assert (ran.exit, ran.out, ran.err) == (0, "", "")
     ran = tendon("sweep", "none.toml", "--quiet")
@@ -160,7 +192,9 @@ def test_the_summary_is_short_and_has_the_warnings(tendon, study):
         "load.mass=[0, 10]",
         'motion.elbow_angle=["0 deg", "10 deg", "80 deg", "170 deg"]',
     ]
-    words = [word for setting in (*settings, "tendon.pretension=200 N") for word in ("--set", setting)]
+    words = [
+        word for setting in (*settings, "tendon.pretension=200 N") for word in ("--set", setting)
+    ]
     ran = tendon("sweep", study, "--no-figures", "--jobs", "1", *words)
     assert (ran.exit, ran.err) == (4, "")
     assert len(ran.out.splitlines()) < 12
@@ -170,14 +204,18 @@ def test_the_summary_is_short_and_has_the_warnings(tendon, study):
 
 def test_progress_off_a_terminal_is_a_plain_line_per_tenth_on_stderr(tendon, study, small_parts):
     small_parts(4)
-    ran = tendon("sweep", study, "--no-figures", "--set", "load.mass={ from = 0, to = 9, num = 100 }")
+    ran = tendon(
+        "sweep", study, "--no-figures", "--set", "load.mass={ from = 0, to = 9, num = 100 }"
+    )
     lines = ran.err.splitlines()
     assert [line.split()[1] for line in lines] == [str(tenth) for tenth in range(10, 101, 10)]
     assert "\x1b" not in ran.err + ran.out
     assert "\r" not in ran.err
 
 
-@pytest.mark.parametrize("words", [("--debug", "sweep", "none.toml"), ("sweep", "none.toml", "--debug")])
+@pytest.mark.parametrize(
+    "words", [("--debug", "sweep", "none.toml"), ("sweep", "none.toml", "--debug")]
+)
 def test_debug_shows_the_traceback(outside, words):
     ran = outside(*words)
     assert (ran.exit, "Traceback" in ran.err) == (2, True)

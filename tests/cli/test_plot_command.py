@@ -43,7 +43,10 @@ def test_a_run_folder_gives_its_states_unless_told_otherwise(tendon, run_folder,
 @pytest.mark.parametrize(
     ("words", "drawn"),
     [
-        ("run --table designs --out map.png", "map.png"),  # an axis that a case overrides on one side is still one
+        (
+            "run --table designs --out map.png",
+            "map.png",
+        ),  # an axis that a case overrides on one side is still one
         ("run --quantity required_pretension --x case --out lines.pdf", "lines.pdf"),
         ("--arm persons.toml --angle 30deg --angle 1rad", "persons-arm.png"),
     ],
@@ -67,11 +70,15 @@ sheath = { extensor = { path = "short.csv" } }
 
 def test_sheaths_of_either_side_and_of_a_case_are_drawn(tendon, workplace):
     for name, last in (("front", 0.2), ("back", 0.3), ("short", 0.1)):
-        (workplace / f"{name}.csv").write_text(f"x,y,z\n0,0,0\n0.1,0,0\n0.2,0.1,0\n0.2,{last},0.1\n0.3,{last},0.1\n")
+        (workplace / f"{name}.csv").write_text(
+            f"x,y,z\n0,0,0\n0.1,0,0\n0.2,0.1,0\n0.2,{last},0.1\n0.3,{last},0.1\n"
+        )
     (workplace / "study.toml").write_text(SIDES)
     asked = ("plot", "--arm", "study.toml", "--json", "--out", "arm.svg")
     assert figures(tendon(*asked)) == ["arm.svg", "arm-route-flexor.svg", "arm-route-extensor.svg"]
-    front, back = ((workplace / f"arm-route-{side}.svg").read_text() for side in ("flexor", "extensor"))
+    front, back = (
+        (workplace / f"arm-route-{side}.svg").read_text() for side in ("flexor", "extensor")
+    )
     assert "Route of the flexor sheath: front.csv" in front
     assert "smoothed for a noise of 1 mm" in front
     assert "back.csv" in back

@@ -53,11 +53,20 @@ REFUSED = [
     ("sweep study.toml --set arm.bb=1", 2, "study", "b1"),
     ("sweep study.toml --set sheath.path=none.csv", 2, "study", "none.csv"),
     ("sweep study.toml --set sheath.path=route.csv", 3, "input", "route.csv"),
-    (f"sweep study.toml --set 'tendon.pretension={LONG}' --set 'spring.stiffness={LONG}' --set 'spool.ratio={LONG}'",
-     2, "size", ""),
+    (
+        f"sweep study.toml --set 'tendon.pretension={LONG}' --set 'spring.stiffness={LONG}' --set 'spool.ratio={LONG}'",
+        2,
+        "size",
+        "",
+    ),
     ("state study.toml --plot motor.png", 2, "usage", "no speed"),
     ("state study.toml --reversal --plot motor.bmp", 2, "usage", "png"),
-    ("state study.toml --set 'motion.elbow_angle=170 deg' --reversal --plot motor.png", 2, "usage", "no equilibrium"),
+    (
+        "state study.toml --set 'motion.elbow_angle=170 deg' --reversal --plot motor.png",
+        2,
+        "usage",
+        "no equilibrium",
+    ),
     ("plot persons.toml", 2, "usage", "is a study, expected a table or the folder of a run"),
     ("show study.toml", 2, "usage", "is a study"),
     # Folders
@@ -97,7 +106,7 @@ REFUSED = [
     (f"{FIT} --bend-angle '180 deg' --path-smoothing '1 mm'", 2, "usage", "no route"),
     (f"{FIT} --bend-angle '144 deg' --out same.svg --plot same.svg", 2, "usage", "the same file"),
     (f"{FIT} --route turn.csv --path-smoothing '1 kg'", 2, "usage", ""),
-]  # fmt: skip
+]
 
 
 @pytest.fixture(scope="module")
@@ -115,20 +124,32 @@ def made(tmp_path_factory, configs):
     return folder
 
 
-@pytest.mark.parametrize(("line", "code", "kind", "said"), REFUSED, ids=[row[0][:60] for row in REFUSED])
-def test_what_cannot_be_done_is_one_message_and_nothing_is_written(tendon, workplace, made, line, code, kind, said):
+@pytest.mark.parametrize(
+    ("line", "code", "kind", "said"), REFUSED, ids=[row[0][:60] for row in REFUSED]
+)
+def test_what_cannot_be_done_is_one_message_and_nothing_is_written(
+    tendon, workplace, made, line, code, kind, said
+):
     shutil.copytree(made, workplace, dirs_exist_ok=True)
     before = {path: path.is_file() and path.read_bytes() for path in Path().rglob("*")}
     words = shlex.split(line)
     if "--json" not in words:
         ran = tendon(*words)
-        assert (ran.exit, ran.out, said in ran.err, "Traceback" in ran.err) == (code, "", True, False), ran.err
+        assert (ran.exit, ran.out, said in ran.err, "Traceback" in ran.err) == (
+            code,
+            "",
+            True,
+            False,
+        ), ran.err
         assert ran.err.startswith("tendon: error: ")
         assert ran.err.count("tendon: error: ") == 1
     if kind is not None:
         ran = tendon(*words, *([] if "--json" in words else ["--json"]))
         error = ran.json["error"]
-        assert (list(ran.json), list(error)) == (["error"], ["exit", "kind", "message", "where", "hint"])
+        assert (list(ran.json), list(error)) == (
+            ["error"],
+            ["exit", "kind", "message", "where", "hint"],
+        )
         assert (ran.exit, error["exit"], error["kind"], ran.err) == (code, code, kind, "")
         assert error["message"]
     assert {path: path.is_file() and path.read_bytes() for path in Path().rglob("*")} == before

@@ -70,7 +70,12 @@ def test_another_study_is_refused_and_what_differs_is_named(run, monkeypatch, un
             patch.setattr(RunFolder, "finish", interrupted)
         assert run().exit == (130 if unfinished else 0)
     before = everything()
-    for setting in ("tendon.length=3 m", "load.mass=5 kg", "model.slack=bilateral", 'output.tables=["designs"]'):
+    for setting in (
+        "tendon.length=3 m",
+        "load.mass=5 kg",
+        "model.slack=bilateral",
+        'output.tables=["designs"]',
+    ):
         ran = run("--set", setting, "--json", *resume)
         assert refused(ran)
         assert setting.partition("=")[0] in ran.json["error"]["message"]
@@ -104,16 +109,24 @@ def test_overwrite_replaces_a_run_through_a_linked_folder_and_leaves_what_is_ano
     small_parts(after)
     ran = sweep("--overwrite", "--no-figures", "--set", "tendon.length=3 m", "--json")
     assert (ran.exit, (workplace / "run").is_symlink()) == (0, True)
-    assert hashes_in(workplace / "elsewhere") == {entry["path"]: entry["sha256"] for entry in ran.json["files"]}
-    assert sorted(path.name for path in Path("run").iterdir() if path.is_file() and path.suffix != ".parquet") == [
-        ".lock", "notes.txt", "run.json",
-    ]  # fmt: skip
+    assert hashes_in(workplace / "elsewhere") == {
+        entry["path"]: entry["sha256"] for entry in ran.json["files"]
+    }
+    assert sorted(
+        path.name for path in Path("run").iterdir() if path.is_file() and path.suffix != ".parquet"
+    ) == [
+        ".lock",
+        "notes.txt",
+        "run.json",
+    ]
     assert sweep("--no-figures", "--set", "tendon.length=3 m").exit == 0
 
 
 @pytest.mark.parametrize("name", [".DS_Store", "notes.txt", "part-mine.parquet"])
 @pytest.mark.parametrize("after", [SEVERAL, ONE])
-def test_overwrite_with_a_strangers_file_among_the_parts_works_or_refuses(run, workplace, small_parts, name, after):
+def test_overwrite_with_a_strangers_file_among_the_parts_works_or_refuses(
+    run, workplace, small_parts, name, after
+):
     assert run().exit == 0
     (workplace / "run/states.parquet" / name).write_bytes(b"his")
     before = everything()
@@ -138,12 +151,16 @@ def test_a_strangers_table_is_not_replaced_by_one_that_the_run_had_not(run, smal
     assert (ran.exit, f"{table}.parquet" in ran.err, everything() == before) == (7, True, True)
 
 
-@pytest.mark.parametrize("path", ["../precious.txt", "/{folder}/precious.txt", "deep/er/precious.txt"])
+@pytest.mark.parametrize(
+    "path", ["../precious.txt", "/{folder}/precious.txt", "deep/er/precious.txt"]
+)
 def test_overwrite_never_reaches_outside_its_folder(run, workplace, path):
     run()
     (workplace / "precious.txt").write_text("mine", encoding="utf-8")
     record = json.loads(Path("run/run.json").read_text("utf-8"))
-    record["files"].append({"path": path.format(folder=workplace), "rows": 0, "size": 4, "sha256": ""})
+    record["files"].append(
+        {"path": path.format(folder=workplace), "rows": 0, "size": 4, "sha256": ""}
+    )
     for content in (json.dumps(record), signed(record)):
         Path("run/run.json").write_text(content, encoding="utf-8")
         assert run("--overwrite").exit == 7  # a record that was changed is no record of ours
@@ -188,10 +205,23 @@ def test_a_strangers_journal_alone_is_his(run, words):
 
 
 ODD = [
-    ("feasible", "x"), ("designs", -1), ("states", 1.5), ("seconds", "long"), ("seconds", float("nan")),
-    ("files", [{}]), ("files", ["x"]), ("files", None), ("figures", ["../x.png"]), ("warnings", [1]),
-    ("axes", "x"), ("study", []), ("name", 3), ("slack", True), ("parts", None), ("taut", "x"),
-]  # fmt: skip
+    ("feasible", "x"),
+    ("designs", -1),
+    ("states", 1.5),
+    ("seconds", "long"),
+    ("seconds", float("nan")),
+    ("files", [{}]),
+    ("files", ["x"]),
+    ("files", None),
+    ("figures", ["../x.png"]),
+    ("warnings", [1]),
+    ("axes", "x"),
+    ("study", []),
+    ("name", 3),
+    ("slack", True),
+    ("parts", None),
+    ("taut", "x"),
+]
 
 
 def test_a_record_that_is_odd_is_no_record_whatever_its_checksum(run, small_parts):
@@ -258,7 +288,9 @@ def test_a_late_part_of_an_older_run_does_not_stay(run, monkeypatch):
 # --- Figures ----------------------------------------------------------------------------------------------------------
 
 
-def test_no_figure_of_an_older_run_stays_after_a_kill_between_picture_and_record(sweep, monkeypatch):
+def test_no_figure_of_an_older_run_stays_after_a_kill_between_picture_and_record(
+    sweep, monkeypatch
+):
     with monkeypatch.context() as patch:
         patch.setattr(RunFolder, "finish", interrupted)
         assert sweep().exit == 130
@@ -283,7 +315,9 @@ def test_a_strangers_picture_is_not_drawn_over_and_a_deleted_figure_is_drawn_aga
     assert Path("run/slack_map.png").read_bytes() == drawn
 
 
-@pytest.mark.parametrize("error", [ValueError("odd"), MemoryError(), OSError(28, "No space left on device")])
+@pytest.mark.parametrize(
+    "error", [ValueError("odd"), MemoryError(), OSError(28, "No space left on device")]
+)
 def test_a_figure_never_costs_a_run(sweep, monkeypatch, error):
     from tendon_cli.figures import draw
 
@@ -305,4 +339,6 @@ def test_a_figure_never_costs_a_run(sweep, monkeypatch, error):
 def test_the_handlers_of_before_are_back_after_a_sweep(run):
     before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)]
     run()
-    assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)] == before
+    assert [
+        signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    ] == before

@@ -48,17 +48,36 @@ elbow_angle = "{angle} deg"
 slack = "{slack}"
 reference = "{reference}"
 """
-BASE = {"inclination": 20, "pretension": 110, "extensor_pretension": 140, "mass": 2, "direction": "flexion",
-        "angle": 60, "slack": "unilateral", "reference": "published"}  # fmt: skip
+BASE = {
+    "inclination": 20,
+    "pretension": 110,
+    "extensor_pretension": 140,
+    "mass": 2,
+    "direction": "flexion",
+    "angle": 60,
+    "slack": "unilateral",
+    "reference": "published",
+}
 CASES = {
     "taut": {},
     "taut, extension, from the initial length": {"direction": "extension", "reference": "initial"},
     "extensor slack": {"mass": 10},
-    "flexor slack": {"inclination": -100, "pretension": 5, "extensor_pretension": 5, "direction": "extension"},
+    "flexor slack": {
+        "inclination": -100,
+        "pretension": 5,
+        "extensor_pretension": 5,
+        "direction": "extension",
+    },
     "extensor slack, bilateral": {"mass": 10, "slack": "bilateral"},
 }
-PER_SIDE = {"friction": (0.07, 0.09), "bend": (170, 200), "length": (2, 1.8), "diameter": (1.5e-3, 1.2e-3),
-            "modulus": (145e9, 130e9), "spring": (1 / 3e3, 1 / 4e3)}  # fmt: skip
+PER_SIDE = {
+    "friction": (0.07, 0.09),
+    "bend": (170, 200),
+    "length": (2, 1.8),
+    "diameter": (1.5e-3, 1.2e-3),
+    "modulus": (145e9, 130e9),
+    "spring": (1 / 3e3, 1 / 4e3),
+}
 ARM = {"a1": 0.038, "b1": 0.145, "a2": 0.022, "b2": 0.155, "radius": 0.043}
 SPOOL, ETA = 0.028, 0.8
 
@@ -70,9 +89,10 @@ def path(angle):
 
 
 def slope(function, at, step=1e-4):
-    return (8 * (function(at + step) - function(at - step)) - (function(at + 2 * step) - function(at - 2 * step))) / (
-        12 * step
-    )
+    return (
+        8 * (function(at + step) - function(at - step))
+        - (function(at + 2 * step) - function(at - 2 * step))
+    ) / (12 * step)
 
 
 def arm_of(angle):
@@ -82,28 +102,51 @@ def arm_of(angle):
 def sheath_lines(given):
     """Lines of the section on sheaths, and per side the sign of friction, the compliance and e^(σμφ)."""
     signs = (-1, 1) if given["direction"] == "flexion" else (1, -1)
-    bends = [mu * math.radians(bend) for mu, bend in zip(PER_SIDE["friction"], PER_SIDE["bend"], strict=True)]
+    bends = [
+        mu * math.radians(bend)
+        for mu, bend in zip(PER_SIDE["friction"], PER_SIDE["bend"], strict=True)
+    ]
     capstan = [math.exp(sign * bend) for sign, bend in zip(signs, bends, strict=True)]
     tendon = [
         length / (math.pi * d**2 / 4 * modulus) * (1 - 1 / c) / (sign * bend)
         for length, d, modulus, c, sign, bend in zip(
-            *(PER_SIDE[key] for key in ("length", "diameter", "modulus")), capstan, signs, bends, strict=True
+            *(PER_SIDE[key] for key in ("length", "diameter", "modulus")),
+            capstan,
+            signs,
+            bends,
+            strict=True,
         )
     ]
     stiff = [one + other for one, other in zip(tendon, PER_SIDE["spring"], strict=True)]
     pretension = given["pretension"], given["extensor_pretension"]
-    return {"μφ": bends, "e^(σμφ)": capstan, "c_Ten": tendon, "1/K_SE": PER_SIDE["spring"], "c_f, c_e": stiff,
-            "F0": pretension}  # fmt: skip
+    return {
+        "μφ": bends,
+        "e^(σμφ)": capstan,
+        "c_Ten": tendon,
+        "1/K_SE": PER_SIDE["spring"],
+        "c_f, c_e": stiff,
+        "F0": pretension,
+    }
 
 
-STRAIGHT = {"angle": 0.0, "inclination": 0.0, "mass": 0.0, "direction": "extension", "slack": "bilateral"}
+STRAIGHT = {
+    "angle": 0.0,
+    "inclination": 0.0,
+    "mass": 0.0,
+    "direction": "extension",
+    "slack": "bilateral",
+}
 
 
 def page(given):
     """Every line by its symbol: the state, and the same suit where its pretension is set."""
     there = state_lines(given | STRAIGHT)
     c_f, c_e = there["c_f, c_e"]
-    setting = {"F_o,set": there["F_o"], "F_I,set": there["F_I"], "dF0/dl": ((1 + ETA) / (ETA * c_f + c_e),)}
+    setting = {
+        "F_o,set": there["F_o"],
+        "F_I,set": there["F_I"],
+        "dF0/dl": ((1 + ETA) / (ETA * c_f + c_e),),
+    }
     return state_lines(given) | setting
 
 
@@ -131,15 +174,39 @@ def state_lines(given):
     stiffness += 0 if on_flexor else moment_arm**2 / c_f
     stiffness += ARM["radius"] ** 2 / c_e if y > 1e-9 or given["slack"] == "bilateral" else 0
     lines = {
-        "a1, b1": (ARM["a1"], ARM["b1"]), "a2, b2": (ARM["a2"], ARM["b2"]), "θ": (angle,), "L_c": (path(angle),),
-        "H_f": (travel,), "H_e": (drawn,), "J": (moment_arm,), "R_elb": (ARM["radius"],), **sheaths,
-        "M": (moment,), "θ + ψ": (angle + psi,), "τ_a": (torque,), "η": (ETA,), "h": (miss,), "D": (preload,),
-        "Δ": (np.linalg.det(matrix),), "x_b": (x_both,), "y_b": (y_both,), "y": (y,), "x": (x,), "σ": (loose,),
-        "F_o": (x, y), "F_I": (x / w_f, y / w_e),
-        "ΔL_Ten": tuple(c * (t - f) for c, t, f in zip(sheaths["c_Ten"], (x, y), sheaths["F0"], strict=True)),
-        "ΔL_SE": tuple(c * (t - f) for c, t, f in zip(PER_SIDE["spring"], (x, y), sheaths["F0"], strict=True)),
-        "τ_m": ((x / w_f - ETA * y / w_e) * SPOOL,), "α": (wound / ETA / SPOOL,), "k": (stiffness,),
-    }  # fmt: skip
+        "a1, b1": (ARM["a1"], ARM["b1"]),
+        "a2, b2": (ARM["a2"], ARM["b2"]),
+        "θ": (angle,),
+        "L_c": (path(angle),),
+        "H_f": (travel,),
+        "H_e": (drawn,),
+        "J": (moment_arm,),
+        "R_elb": (ARM["radius"],),
+        **sheaths,
+        "M": (moment,),
+        "θ + ψ": (angle + psi,),
+        "τ_a": (torque,),
+        "η": (ETA,),
+        "h": (miss,),
+        "D": (preload,),
+        "Δ": (np.linalg.det(matrix),),
+        "x_b": (x_both,),
+        "y_b": (y_both,),
+        "y": (y,),
+        "x": (x,),
+        "σ": (loose,),
+        "F_o": (x, y),
+        "F_I": (x / w_f, y / w_e),
+        "ΔL_Ten": tuple(
+            c * (t - f) for c, t, f in zip(sheaths["c_Ten"], (x, y), sheaths["F0"], strict=True)
+        ),
+        "ΔL_SE": tuple(
+            c * (t - f) for c, t, f in zip(PER_SIDE["spring"], (x, y), sheaths["F0"], strict=True)
+        ),
+        "τ_m": ((x / w_f - ETA * y / w_e) * SPOOL,),
+        "α": (wound / ETA / SPOOL,),
+        "k": (stiffness,),
+    }
     if given["slack"] == "unilateral":
         lines["s"] = (loose / ETA, 0.0) if on_flexor else (0.0, loose)
     return lines
@@ -152,11 +219,15 @@ def test_every_number_on_the_page_of_a_state_and_its_print(tendon, workplace, ca
     record, text = tendon("state", "study.toml", "--json").json, tendon("state", "study.toml").out
     expected = page(given)
     assert {line["symbol"] for line in record["lines"]} == set(expected)
-    printed = {line[2:].split("  ")[0].strip(): line for line in text.splitlines() if line.startswith("  ")}
+    printed = {
+        line[2:].split("  ")[0].strip(): line for line in text.splitlines() if line.startswith("  ")
+    }
     for line in record["lines"]:
         symbol = line["symbol"]
         assert line["values"] == pytest.approx(list(expected[symbol]), rel=1e-6, abs=1e-12), symbol
-        shown = printed[next(key for key in printed if key == symbol or key.startswith(symbol + " "))]
+        shown = printed[
+            next(key for key in printed if key == symbol or key.startswith(symbol + " "))
+        ]
         assert all(f"{value:.7g}" in shown for value in line["values"]), symbol
         assert line["unit"] in shown
     assert record["status"] == case.partition(",")[0]

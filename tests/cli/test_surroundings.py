@@ -34,14 +34,22 @@ def heavy_after(outside, *words):
 @pytest.mark.parametrize("words", [["--help"], ["sweep", "--help"], ["--version"], ["swoop"]])
 def test_help_imports_none_of_the_heavy_libraries_and_reads_no_study(outside, words):
     loaded = loaded_after(outside, *words)
-    assert [name for name in loaded if name.startswith((*HEAVY, "tendon_cli.studies.", "tendon_cli.engine."))] == []
+    assert [
+        name
+        for name in loaded
+        if name.startswith((*HEAVY, "tendon_cli.studies.", "tendon_cli.engine."))
+    ] == []
 
 
 def test_a_small_sweep_without_figures_imports_only_what_it_needs(outside, workplace):
     (workplace / "study.toml").write_text("[load]\nmass = [0.0, 3.0]\n", encoding="utf-8")
     loaded = loaded_after(outside, "sweep", "study.toml", "--no-figures")
     assert [name for name in HEAVY if name in loaded] == ["numpy", "pyarrow"]
-    assert [name for name in ("tendon_cli.engine.estimate", "tendon_cli.figures", "rich") if name in loaded] == []
+    assert [
+        name
+        for name in ("tendon_cli.engine.estimate", "tendon_cli.figures", "rich")
+        if name in loaded
+    ] == []
     assert (workplace / "results/study/run.json").exists()
 
 
@@ -61,7 +69,9 @@ def test_what_the_environment_says_counts_more_than_a_quick_start(outside, given
 
 
 INSTALLED = Path(tendon_cli.__file__).parents[1]
-UNINSTALLED = {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path.endswith("site-packages"))}
+UNINSTALLED = {
+    "PYTHONPATH": os.pathsep.join(path for path in sys.path if path.endswith("site-packages"))
+}
 """With -S no hook of an installation is read, and less is imported before tendon is."""
 
 
@@ -69,21 +79,33 @@ def traps_except(folder, names):
     """A module under every name of the standard library and of what is installed that says if it is executed."""
     installed = {name for name in packages_distributions() if name.isidentifier()}
     for name in {*sys.stdlib_module_names, *installed} - names:
-        (folder / f"{name}.py").write_text("open('executed', 'a').write(__name__ + ' ')\n", encoding="utf-8")
+        (folder / f"{name}.py").write_text(
+            "open('executed', 'a').write(__name__ + ' ')\n", encoding="utf-8"
+        )
 
 
 def test_modules_in_the_working_directory_are_not_executed(outside, workplace):
     traps_except(workplace, set())
     (workplace / "sitecustomize.py").write_text("open('executed', 'a')", encoding="utf-8")
     (workplace / "study.toml").write_text("[load]\nmass = [0, 3]\n", encoding="utf-8")
-    for words in (("sweep", "study.toml", "--jobs", "2"), ("state", "study.toml"), ("plot", "results/study")):
+    for words in (
+        ("sweep", "study.toml", "--jobs", "2"),
+        ("state", "study.toml"),
+        ("plot", "results/study"),
+    ):
         ran = outside(*words)
         assert (ran.exit, (workplace / "executed").exists()) == (0, False), (words, ran.err)
 
 
 @pytest.mark.parametrize("flags", [(), ("-S",)], ids=["installed", "uninstalled"])
-def test_python_m_executes_no_module_in_the_working_directory_either(outside, workplace, tmp_path_factory, flags):
-    paths = {"PYTHONPATH": os.pathsep.join([str(INSTALLED), UNINSTALLED["PYTHONPATH"]])} if flags else {}
+def test_python_m_executes_no_module_in_the_working_directory_either(
+    outside, workplace, tmp_path_factory, flags
+):
+    paths = (
+        {"PYTHONPATH": os.pathsep.join([str(INSTALLED), UNINSTALLED["PYTHONPATH"]])}
+        if flags
+        else {}
+    )
     options = {"python": True, "env": os.environ | paths}
     probe = tmp_path_factory.mktemp("probe")
     (probe / "probe.py").write_text("import sys; print(*sys.modules)", encoding="utf-8")
@@ -106,8 +128,14 @@ def test_python_m_with_p_executes_nothing_at_all(outside, workplace):
 @pytest.fixture
 def checkout(workplace):
     """The sources in the working directory, of a version that nobody has installed."""
-    shutil.copytree(INSTALLED / "tendon_cli", workplace / "tendon_cli", ignore=shutil.ignore_patterns("__pycache__"))
-    (workplace / "tendon_cli/version.py").write_text('__version__ = "9"\nRESULTS_VERSION = 9\n', encoding="utf-8")
+    shutil.copytree(
+        INSTALLED / "tendon_cli",
+        workplace / "tendon_cli",
+        ignore=shutil.ignore_patterns("__pycache__"),
+    )
+    (workplace / "tendon_cli/version.py").write_text(
+        '__version__ = "9"\nRESULTS_VERSION = 9\n', encoding="utf-8"
+    )
     return workplace
 
 
@@ -116,7 +144,12 @@ def test_a_checkout_that_is_not_installed_runs(outside, checkout):
     assert outside("-S", "-m", "tendon_cli", "--version", **options).out == "tendon 9\n"
     assert outside("-S", "-m", "tendon_cli", "init", **options).exit == 0
     ran = outside("-S", "-m", "tendon_cli", "sweep", "study.toml", "--json", **options)
-    assert (ran.exit, ran.err, ran.json["results_version"], ran.json["figures"]) == (0, "", 9, ["slack_map.png"])
+    assert (ran.exit, ran.err, ran.json["results_version"], ran.json["figures"]) == (
+        0,
+        "",
+        9,
+        ["slack_map.png"],
+    )
 
 
 @pytest.mark.parametrize("flags", [(), ("-P",)])
@@ -134,9 +167,11 @@ def test_python_m_runs_where_the_working_directory_is_gone(outside, tmp_path_fac
 
 @pytest.mark.parametrize(
     ("setting", "encoding"),
-    [*(({"LC_ALL": locale}, "utf-8") for locale in ("C", "POSIX", "C.UTF-8")),
-     ({"PYTHONIOENCODING": "latin-1"}, "latin-1")],
-)  # fmt: skip
+    [
+        *(({"LC_ALL": locale}, "utf-8") for locale in ("C", "POSIX", "C.UTF-8")),
+        ({"PYTHONIOENCODING": "latin-1"}, "latin-1"),
+    ],
+)
 def test_any_locale_and_encoding_can_show_a_state(outside, workplace, setting, encoding):
     (workplace / "study.toml").write_text('title = "σ μ φ"\n', encoding="utf-8")
     ran = outside("state", "study.toml", env=setting | {"PATH": "/usr/bin:/bin"}, encoding=encoding)

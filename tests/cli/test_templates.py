@@ -17,7 +17,12 @@ SMALLER = {
     "design": ["spring.stiffness=[4000, 6000]"],
     "people": ["people.count=20"],
     "friction": ["uncertainty.draws=8"],
-    "robust": ["people.count=40", "uncertainty.draws=32", "spring.stiffness=[6000, 7000]", "arm.contact_width=100 mm"],
+    "robust": [
+        "people.count=40",
+        "uncertainty.draws=32",
+        "spring.stiffness=[6000, 7000]",
+        "arm.contact_width=100 mm",
+    ],
     "motor": ["spring.stiffness=[5000, 8000]"],
 }
 
@@ -52,7 +57,14 @@ def test_a_template_has_an_answer(tendon, template):
 @pytest.mark.parametrize("command", ["sweep", "design"])
 def test_a_study_from_standard_input_is_the_study_of_the_file(outside, workplace, command):
     (workplace / "study.toml").write_bytes(STUDY)
-    words = ("--no-figures", "--json", "--set", "spring.stiffness=5 kN/m", "--set", "spool.ratio=0.6")
+    words = (
+        "--no-figures",
+        "--json",
+        "--set",
+        "spring.stiffness=5 kN/m",
+        "--set",
+        "spool.ratio=0.6",
+    )
     piped = outside(command, "-", "--out", "one", *words, input=STUDY.decode())
     filed = outside(command, "study.toml", "--out", "other", *words)
     assert (piped.exit, piped.err, piped.json["name"]) == (0, "", "study")
@@ -60,10 +72,21 @@ def test_a_study_from_standard_input_is_the_study_of_the_file(outside, workplace
 
 
 @pytest.mark.parametrize("before", ["", "# a comment\n\n", "---\n"])
-def test_yaml_from_standard_input_is_read_as_such_with_files_of_the_working_directory(outside, workplace, before):
-    (workplace / "route.csv").write_text("x_mm,y_mm,z_mm\n0,0,0\n100,0,0\n200,50,0\n200,150,0\n", encoding="utf-8")
-    (workplace / "study.toml").write_text('[load]\nmass = [0, 5]\n[sheath]\npath = "route.csv"\n', encoding="utf-8")
-    piped = outside("state", "-", "--json", input=f"{before}load:\n  mass: [0 kg, 5 kg]\nsheath:\n  path: route.csv\n")
+def test_yaml_from_standard_input_is_read_as_such_with_files_of_the_working_directory(
+    outside, workplace, before
+):
+    (workplace / "route.csv").write_text(
+        "x_mm,y_mm,z_mm\n0,0,0\n100,0,0\n200,50,0\n200,150,0\n", encoding="utf-8"
+    )
+    (workplace / "study.toml").write_text(
+        '[load]\nmass = [0, 5]\n[sheath]\npath = "route.csv"\n', encoding="utf-8"
+    )
+    piped = outside(
+        "state",
+        "-",
+        "--json",
+        input=f"{before}load:\n  mass: [0 kg, 5 kg]\nsheath:\n  path: route.csv\n",
+    )
     assert (piped.exit, piped.err) == (0, "")
     assert piped.json == outside("state", "study.toml", "--json").json
 
@@ -80,6 +103,11 @@ def test_a_file_of_the_documentation_is_copied_by_its_name(tendon, configs, name
 
 
 def test_questions_and_what_can_be_copied_are_listed(tendon, workplace, configs):
-    listed = {word for line in tendon("init", "--list").out.splitlines() for word in line.split()[:1]}
-    assert {*TEMPLATES, *(file.relative_to(configs).as_posix() for file in configs.rglob("*.toml"))} <= listed
+    listed = {
+        word for line in tendon("init", "--list").out.splitlines() for word in line.split()[:1]
+    }
+    assert {
+        *TEMPLATES,
+        *(file.relative_to(configs).as_posix() for file in configs.rglob("*.toml")),
+    } <= listed
     assert list(workplace.iterdir()) == []

@@ -38,9 +38,18 @@ class DaskCluster:
     def __post_init__(self):
         self.hazards.mkdir(parents=True)
         file = self.folder / "scheduler.json"
-        options = ("--no-dashboard", "--no-jupyter", "--idle-timeout", "100s", "--scheduler-file", file)
+        options = (
+            "--no-dashboard",
+            "--no-jupyter",
+            "--idle-timeout",
+            "100s",
+            "--scheduler-file",
+            file,
+        )
         self.scheduler = self._start("scheduler", "--port", "0", *options)
-        self.address = wait_for(lambda: json.loads(file.read_text("utf-8"))["address"], OSError, ValueError)
+        self.address = wait_for(
+            lambda: json.loads(file.read_text("utf-8"))["address"], OSError, ValueError
+        )
 
     @property
     def hazards(self):
@@ -83,9 +92,20 @@ class DaskCluster:
             "TENDON_TEST_WINDOWS_PER_PART": str(WINDOWS_PER_PART),
         }
         process = subprocess.Popen(
-            [sys.executable, "-m", f"distributed.cli.dask_{role}", "--host", "127.0.0.1", *map(str, words)],
-            stdout=log, stderr=log, env=os.environ | environment, cwd=self.folder, start_new_session=True,
-        )  # fmt: skip
+            [
+                sys.executable,
+                "-m",
+                f"distributed.cli.dask_{role}",
+                "--host",
+                "127.0.0.1",
+                *map(str, words),
+            ],
+            stdout=log,
+            stderr=log,
+            env=os.environ | environment,
+            cwd=self.folder,
+            start_new_session=True,
+        )
         process.log = log
         return process
 
@@ -170,7 +190,9 @@ def outside_sweep(study):
     def start(*words):
         command = [sys.executable, "-c", code, "sweep", study, "--no-figures", *words]
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-        started.append(subprocess.Popen(list(map(str, command)), text=True, cwd=study.parent, **pipes))
+        started.append(
+            subprocess.Popen(list(map(str, command)), text=True, cwd=study.parent, **pipes)
+        )
         return started[-1]
 
     yield start

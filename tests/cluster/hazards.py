@@ -60,7 +60,9 @@ def dangerous_choices(self, tables, index):
 
 Sweep.fill, Sweep.harmless_fill = dangerous, fill
 Choices.fill, Choices.harmless_fill = dangerous_choices, solve
-plan_module.STATES_PER_FILE = plan_module.STATES_PER_PART = int(os.environ["TENDON_TEST_STATES_PER_PART"])
+plan_module.STATES_PER_FILE = plan_module.STATES_PER_PART = int(
+    os.environ["TENDON_TEST_STATES_PER_PART"]
+)
 choices_module.WINDOWS_PER_PART = int(os.environ["TENDON_TEST_WINDOWS_PER_PART"])
 pa.__version__ = asked("old") or pa.__version__
 if asked("blind"):

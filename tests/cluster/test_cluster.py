@@ -28,7 +28,10 @@ def test_the_bytes_are_those_of_a_local_run(tendon, local, cluster, hashes_in, j
     before = set(threading.enumerate())
     ran = tendon(*SWEEP, "--json", "--scheduler", cluster.address, *jobs)
     assert (ran.exit, ran.err) == (0, ""), ran.out
-    idle = ("TCP-Executor", "Dask-Offload")  # threads of the library's pools, which end with the process
+    idle = (
+        "TCP-Executor",
+        "Dask-Offload",
+    )  # threads of the library's pools, which end with the process
     after = [thread.name for thread in set(threading.enumerate()) - before]
     assert [name for name in after if not name.startswith(idle)] == []
     assert hashes_in(Path("run")) == local.hashes
@@ -45,21 +48,31 @@ def test_a_study_with_files_has_the_same_bytes_though_workers_do_not_see_them(
     tendon, study, cluster, new_sweep, hashes_in
 ):
     text = '[sheath]\nfriction_from = "fit.toml"\npath = "route.csv"\n[[cases]]\nname = "a"\n[[cases]]\nname = "b"\n'
-    text += 'tendon = { flexor = { length = "1.7 m" } }\n' + study.read_text("utf-8").replace("[tendon]", "[tendon]\n")
+    text += 'tendon = { flexor = { length = "1.7 m" } }\n' + study.read_text("utf-8").replace(
+        "[tendon]", "[tendon]\n"
+    )
     for folder in (study.parent, study.parent / "here"):
         folder.mkdir(exist_ok=True)
-        (folder / "fit.toml").write_text("[friction]\ncoefficient = 0.0813\nstandard_error = 0.002\n", "utf-8")
-        (folder / "route.csv").write_text("x,y,z\n0,0,0\n0.1,0,0\n0.1,0.1,0\n0.1,0.1,0.1\n", "utf-8")
+        (folder / "fit.toml").write_text(
+            "[friction]\ncoefficient = 0.0813\nstandard_error = 0.002\n", "utf-8"
+        )
+        (folder / "route.csv").write_text(
+            "x,y,z\n0,0,0\n0.1,0,0\n0.1,0.1,0\n0.1,0.1,0.1\n", "utf-8"
+        )
     study.write_text(text, encoding="utf-8")
     local = new_sweep(text, study.parent / "here")
     assert set(local.record["sources"]) == {"sheath.path", "sheath.friction_from"}
     ran = tendon(*SWEEP, "--scheduler", cluster.address)
     assert ran.exit == 0
-    assert [line.split()[1] for line in ran.err.splitlines()] == [str(tenth) for tenth in range(10, 101, 10)]
+    assert [line.split()[1] for line in ran.err.splitlines()] == [
+        str(tenth) for tenth in range(10, 101, 10)
+    ]
     assert hashes_in(Path("run")) == local.hashes
 
 
-def test_a_local_run_is_finished_and_repaired_on_the_cluster(tendon, study, cluster, local, hashes_in, monkeypatch):
+def test_a_local_run_is_finished_and_repaired_on_the_cluster(
+    tendon, study, cluster, local, hashes_in, monkeypatch
+):
     from tendon_cli.engine.task import PartMaker
 
     make = PartMaker.make
@@ -84,11 +97,18 @@ def test_a_local_run_is_finished_and_repaired_on_the_cluster(tendon, study, clus
     assert hashes_in(Path("run")) == local.hashes
 
 
-def test_a_part_that_fails_is_named_with_its_worker_and_the_others_are_kept(tendon, study, cluster, local, hashes_in):
+def test_a_part_that_fails_is_named_with_its_worker_and_the_others_are_kept(
+    tendon, study, cluster, local, hashes_in
+):
     cluster.set(fail=9)
     ran = tendon(*SWEEP, "--json", "--scheduler", cluster.address)
     assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")
-    for words in ("part 3 (designs 9 to 11", "tendon.pretension=105", "FloatingPointError: something odd", "on worker"):
+    for words in (
+        "part 3 (designs 9 to 11",
+        "tendon.pretension=105",
+        "FloatingPointError: something odd",
+        "on worker",
+    ):
         assert words in ran.json["error"]["message"]
     assert recorded() == PARTS - 1
     cluster.set()
@@ -106,7 +126,9 @@ def test_a_full_disk_on_a_worker_is_exit_5_and_ends_the_run(tendon, study, clust
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_signal_ends_the_run_soon_and_cleanly(tendon, outside_sweep, cluster, local, hashes_in, number, code):
+def test_a_signal_ends_the_run_soon_and_cleanly(
+    tendon, outside_sweep, cluster, local, hashes_in, number, code
+):
     cluster.set(slow=0.5)
     running = outside_sweep("--out", "run", "--scheduler", cluster.address)
     wait_for(lambda: recorded() >= 2, OSError)

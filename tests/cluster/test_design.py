@@ -28,12 +28,15 @@ maximise = ["tolerance"]
 """
 """300 choices of 400 conditions: four parts."""
 
-PERSONS = STUDY.replace('mass = { from = "0 kg", to = "3 kg", num = 400 }', 'mass = ["0 kg", "3 kg", "5 kg", "10 kg"]')
+PERSONS = STUDY.replace(
+    'mass = { from = "0 kg", to = "3 kg", num = 400 }', 'mass = ["0 kg", "3 kg", "5 kg", "10 kg"]'
+)
 PERSONS += "[people]\ncount = 100\n"
 ROUGH = '[sheath]\nfriction = { mean = 0.07, std = 0.005 }\n[tendon]\nlength = { value = "2 m", tolerance = "5 %" }\n'
 STUDIES = {
     "persons": PERSONS,
-    "persons times draws": PERSONS.replace("100", "10") + f"{ROUGH}[uncertainty]\ndraws = 8\ncross = true\n",
+    "persons times draws": PERSONS.replace("100", "10")
+    + f"{ROUGH}[uncertainty]\ndraws = 8\ncross = true\n",
 }
 """300 choices of some 400 conditions each."""
 
@@ -81,7 +84,9 @@ def test_so_it_is_where_only_promising_choices_have_their_worst(same, cluster, m
     monkeypatch.setattr(candidates, "STATES_FOR_ALL", 0)
     cluster.set(sparing=1)
     record = same(PERSONS, cluster).json
-    assert any("worked out for those that may matter" in " ".join(note.split()) for note in record["notes"])
+    assert any(
+        "worked out for those that may matter" in " ".join(note.split()) for note in record["notes"]
+    )
     assert open_table(Path("there/choices.parquet")).read()["max_tension"].null_count > 200
 
 
@@ -91,7 +96,9 @@ def test_the_choices_of_a_worker_that_is_killed_are_solved_by_another(same, star
     assert sorted(worker.poll() is None for worker in cluster.workers) == [False, True]
 
 
-def test_an_answer_that_loses_its_scheduler_is_finished_without(tendon, workplace, start_cluster, hashes_in):
+def test_an_answer_that_loses_its_scheduler_is_finished_without(
+    tendon, workplace, start_cluster, hashes_in
+):
     cluster = start_cluster(1)
     (workplace / "suit.toml").write_text(PERSONS, encoding="utf-8")
 

@@ -28,7 +28,9 @@ def in_background(act):
 # --- Workers that die ------------------------------------------------------------------------------------------------
 
 
-def test_the_parts_of_a_worker_that_is_killed_are_made_by_another(tendon, study, start_cluster, local, hashes_in):
+def test_the_parts_of_a_worker_that_is_killed_are_made_by_another(
+    tendon, study, start_cluster, local, hashes_in
+):
     cluster = start_cluster(2, slow=0.3)
 
     def kill():
@@ -50,7 +52,12 @@ def test_a_part_that_kills_every_worker_is_named_and_the_others_are_kept(
     cluster = start_cluster(2, nanny=True, kill=12)
     ran = tendon(*SWEEP, "--json", "--scheduler", cluster.address)
     assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers"), ran.out
-    for words in ("1 of 13 parts failed", "part 4 (designs 12 to 14", "tendon.pretension=120", "workers died of it"):
+    for words in (
+        "1 of 13 parts failed",
+        "part 4 (designs 12 to 14",
+        "tendon.pretension=120",
+        "workers died of it",
+    ):
         assert words in ran.json["error"]["message"]
     assert recorded() == PARTS - 1
     assert leftovers("run") == []
@@ -65,7 +72,10 @@ def test_a_cluster_without_workers_ends_the_run(tendon, study, start_cluster, mo
     monkeypatch.setattr(flight, "PATIENCE", 0.5)
     ran = tendon(*SWEEP, "--json", "--jobs", "1", "--scheduler", cluster.address)
     assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")
-    assert "no worker is left; 1 parts were being computed: part 4 (designs 12" in ran.json["error"]["message"]
+    assert (
+        "no worker is left; 1 parts were being computed: part 4 (designs 12"
+        in ran.json["error"]["message"]
+    )
     assert recorded() == 4
     monkeypatch.setattr(flight, "CONNECT", 1.0)
     ran = tendon(*SWEEP, "--json", "--resume", "--scheduler", cluster.address)
@@ -87,7 +97,9 @@ def test_a_scheduler_that_is_killed_ends_the_run(tendon, study, start_cluster, l
     assert time.monotonic() - killed[0] < 40  # only what hangs needs it
     killer.join()
     assert ran.exit == 6
-    assert ran.err.splitlines()[-2].startswith(f"tendon: error: {cluster.address}: the scheduler went away")
+    assert ran.err.splitlines()[-2].startswith(
+        f"tendon: error: {cluster.address}: the scheduler went away"
+    )
     assert "--resume goes on" in ran.err
     assert 2 <= recorded() < PARTS
     assert tendon(*SWEEP, "--resume").exit == 0
@@ -98,7 +110,8 @@ def test_a_scheduler_that_is_killed_ends_the_run(tendon, study, start_cluster, l
 
 
 @pytest.mark.parametrize(
-    ("hazard", "words"), [({"old": "1.0"}, "pyarrow 1.0 instead of"), ({"blind": "1"}, "does not see the run folder")]
+    ("hazard", "words"),
+    [({"old": "1.0"}, "pyarrow 1.0 instead of"), ({"blind": "1"}, "does not see the run folder")],
 )
 def test_a_worker_that_is_not_fit_is_named(tendon, study, start_cluster, hazard, words):
     cluster = start_cluster(1, **hazard)
@@ -129,8 +142,20 @@ def test_a_worker_that_comes_later_and_is_not_fit_ends_the_run(tendon, study, st
 
 # --- Addresses -------------------------------------------------------------------------------------------------------
 
-MALFORMED = ["localhost:8786", "tcp://", "tcp://host", "tcp://host:0", "tcp://host:65536", "http://host:1", "inproc://1/2/3",
-             "tcp://host:1/path", "tcp://us er:1", "", "tcp://host:1\n", "tcp://host:\u0661"]  # fmt: skip
+MALFORMED = [
+    "localhost:8786",
+    "tcp://",
+    "tcp://host",
+    "tcp://host:0",
+    "tcp://host:65536",
+    "http://host:1",
+    "inproc://1/2/3",
+    "tcp://host:1/path",
+    "tcp://us er:1",
+    "",
+    "tcp://host:1\n",
+    "tcp://host:\u0661",
+]
 
 
 @pytest.mark.parametrize("address", MALFORMED)
@@ -163,7 +188,9 @@ LISTENERS = {
 
 
 @pytest.mark.parametrize("words", LISTENERS)
-def test_an_address_where_no_scheduler_answers_is_exit_6(tendon, study, listener, monkeypatch, words):
+def test_an_address_where_no_scheduler_answers_is_exit_6(
+    tendon, study, listener, monkeypatch, words
+):
     before = {thread.name for thread in threading.enumerate()}
     assert flight.CONNECT < 10
     if words == "within 1 s":

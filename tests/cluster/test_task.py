@@ -25,7 +25,9 @@ def maker(study):
     folder = RunFolder(Path("run"), Sweep(Plan(load_study(study))))
     with locked(folder.path):
         journal = folder.header()
-        (folder.path / "journal.jsonl").write_text("00000000 " + json.dumps(journal, sort_keys=True) + "\n", "utf-8")
+        (folder.path / "journal.jsonl").write_text(
+            "00000000 " + json.dumps(journal, sort_keys=True) + "\n", "utf-8"
+        )
         folder.prepare()
         yield PartMaker(folder.task, folder.path)
 
@@ -46,7 +48,9 @@ def test_every_shipped_study_is_the_same_when_a_worker_rebuilds_it(configs, tmp_
             theirs = Assignment.of(PartMaker(ours, tmp_path)).task()
             assert theirs.study.hash == ours.study.hash
             for table in ours.tables:
-                assert theirs.layout(table, 0).schema.equals(ours.layout(table, 0).schema, check_metadata=True)
+                assert theirs.layout(table, 0).schema.equals(
+                    ours.layout(table, 0).schema, check_metadata=True
+                )
 
 
 @pytest.mark.parametrize("end", ["another study", "gone"])
@@ -58,7 +62,9 @@ def test_a_worker_that_comes_too_late_changes_nothing(assignment, end, monkeypat
         totals = fill(self, tables, index)
         journal = Path("run/journal.jsonl")
         if end == "another study":
-            journal.write_text(journal.read_text("utf-8").replace(assignment.study_hash, 64 * "0"), "utf-8")
+            journal.write_text(
+                journal.read_text("utf-8").replace(assignment.study_hash, 64 * "0"), "utf-8"
+            )
         else:
             journal.unlink()
         return totals
@@ -81,7 +87,9 @@ def test_two_workers_on_one_part_do_not_meet(assignment, monkeypatch, local):
     monkeypatch.setattr(Sweep, "fill", meanwhile)
     result = make_part(pickle.loads(pickle.dumps(assignment)), 1)  # noqa: S301 - our own
     assert isinstance(result, PartResult)
-    assert {name: file.sha256 for name, file in result.files.items()}.items() <= local.hashes.items()
+    assert {
+        name: file.sha256 for name, file in result.files.items()
+    }.items() <= local.hashes.items()
     assert names() == ["part-00001.parquet"] * 2
     assert RunFolder(Path("run"), Sweep(local.plan)).intact(Journal(Path("run"), parts={1: result}))
 
@@ -106,8 +114,16 @@ def test_another_plan_is_refused(assignment):
 
 def test_what_dead_workers_left_is_removed_and_nothing_else(maker):
     states = Path("run/states.parquet")
-    keep = [states / "part-00000.parquet", states / ".part-00001.parquet.tmp", states / ".tendon-0123456789ab.tmp"]
-    for file in (*keep, states / ".tendon-run-0123456789ab.tmp", Path("run/.tendon-run-ba9876543210.tmp")):
+    keep = [
+        states / "part-00000.parquet",
+        states / ".part-00001.parquet.tmp",
+        states / ".tendon-0123456789ab.tmp",
+    ]
+    for file in (
+        *keep,
+        states / ".tendon-run-0123456789ab.tmp",
+        Path("run/.tendon-run-ba9876543210.tmp"),
+    ):
         file.touch()
     maker.tidy()
     assert set(states.iterdir()) == set(keep)

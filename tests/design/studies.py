@@ -8,7 +8,8 @@ from tendon_cli.studies.load import load_study
 
 LOADS = '[load]\nmass = ["0 kg", "3 kg", "5 kg", "10 kg"]\n'
 CATALOGUE = (
-    '[spring]\nstiffness = ["1 kN/m", "3 kN/m", "5 kN/m"]\n[spool]\nratio = [1.0, 0.7, 0.6]\n' + LOADS
+    '[spring]\nstiffness = ["1 kN/m", "3 kN/m", "5 kN/m"]\n[spool]\nratio = [1.0, 0.7, 0.6]\n'
+    + LOADS
 )  # springs and spools of the paper's arm, and one of each beyond them
 RANGES = (
     '[spring]\nstiffness = { from = "1 kN/m", to = "8 kN/m", num = 8 }\n'

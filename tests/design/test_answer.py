@@ -21,7 +21,9 @@ SPOOLS = {"spool": {"ratio": {"from": 0.55, "to": 1.0, "num": 4}}}
 
 def scored(rows, goals):
     """The scores of rows of an answer."""
-    return np.column_stack([goal.score(np.array([row[goal.column] for row in rows], float)) for goal in goals])
+    return np.column_stack(
+        [goal.score(np.array([row[goal.column] for row in rows], float)) for goal in goals]
+    )
 
 
 def answered(text, folder):
@@ -54,9 +56,13 @@ def test_no_pretension_suits_the_papers_arm(paper):
 
 
 def test_a_stiffer_spring_with_a_smaller_spool_does():
-    answer = tendon.design(tendon.study({**PAPER, "spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}}))
+    answer = tendon.design(
+        tendon.study({**PAPER, "spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}})
+    )
     text = " ".join(answer.text.split())
-    assert text.startswith("A pretension of 148 N suits all 4 conditions; anything from 122.1 to 173.9 N does, 18 %")
+    assert text.startswith(
+        "A pretension of 148 N suits all 4 conditions; anything from 122.1 to 173.9 N does, 18 %"
+    )
 
 
 def test_each_fix_opens_a_window_and_a_step_less_does_not(paper):
@@ -69,27 +75,46 @@ def test_each_fix_opens_a_window_and_a_step_less_does_not(paper):
             again = solved_alone({**PAPER, table: {name: value}})
             assert again["feasible"][0] == feasible, fix["parameter"]
             if feasible:
-                assert again["pretension_to"][0] - again["pretension_from"][0] <= 1e-9 * again["pretension_to"][0]
+                assert (
+                    again["pretension_to"][0] - again["pretension_from"][0]
+                    <= 1e-9 * again["pretension_to"][0]
+                )
                 assert again["max_tension"][0] == pytest.approx(fix["max_tension"], rel=1e-9)
 
 
 @pytest.mark.parametrize(
     "asked",
-    [{}, {"limits": {"max_tension": "380 N"}}, {"load": {"mass": ["0 kg", "7 kg"]}}, {"people": {"count": 30}}],
+    [
+        {},
+        {"limits": {"max_tension": "380 N"}},
+        {"load": {"mass": ["0 kg", "7 kg"]}},
+        {"people": {"count": 30}},
+    ],
     ids=["paper", "limited", "two loads", "people"],
 )
 def test_every_fix_as_printed_opens_a_window_that_holds_the_printed_pretension(asked):
-    content = {**PAPER, **asked, "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}}
+    content = {
+        **PAPER,
+        **asked,
+        "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
+    }
     answer = tendon.design(content)
     helps = [fix for fix in answer.fixes if fix["after"] is not None]
     assert helps
     for fix in helps:
         assert f" to {fix['printed']}  " in answer.text
         table, name = fix["parameter"].split(".")
-        typed = {**content, table: {**content.get(table, {}), name: fix["printed"].replace(",", "")}}
+        typed = {
+            **content,
+            table: {**content.get(table, {}), name: fix["printed"].replace(",", "")},
+        }
         again = solved_alone(typed)
         assert again["feasible"][0], fix
-        assert again["pretension_from"][0] <= float(fix["printed_pretension"]) <= again["pretension_to"][0]
+        assert (
+            again["pretension_from"][0]
+            <= float(fix["printed_pretension"])
+            <= again["pretension_to"][0]
+        )
 
 
 def test_where_no_fix_is_found_scanning_the_whole_range_finds_none(paper, tmp_path):
@@ -104,11 +129,13 @@ def test_where_no_fix_is_found_scanning_the_whole_range_finds_none(paper, tmp_pa
 
 
 RELAXED = {
-    "spring": {"stiffness": ["3 kN/m", "5 kN/m"]}, "spool": {"ratio": [0.7, 0.6]},
+    "spring": {"stiffness": ["3 kN/m", "5 kN/m"]},
+    "spool": {"ratio": [0.7, 0.6]},
     "arm": {"contact_width": ["30 mm", "40 mm"], "upper_arm_angle": ["-15 deg", "15 deg"]},
-    "anchor": {"stiffness": "10 kN/m"}, "load": {"mass": ["0 kg", "9 kg"]},
+    "anchor": {"stiffness": "10 kN/m"},
+    "load": {"mass": ["0 kg", "9 kg"]},
     "limits": {"max_contact_pressure": "52.9 kPa"},
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize(
@@ -126,11 +153,15 @@ def test_the_least_change_of_what_is_asked_for_gives_a_window_and_less_gives_non
     assert set(helps) >= keys
     for key, each in helps.items():
         table, name = key.split(".")
-        for value, some in ((each["after"], True), (each["after"] + 0.01 * (each["before"] - each["after"]), False)):
+        for value, some in (
+            (each["after"], True),
+            (each["after"] + 0.01 * (each["before"] - each["after"]), False),
+        ):
             # Several values are drawn together.
-            given = {"load.mass": [0.0, value], "arm.upper_arm_angle": [f"{-value} rad", f"{value} rad"]}.get(
-                key, value
-            )
+            given = {
+                "load.mass": [0.0, value],
+                "arm.upper_arm_angle": [f"{-value} rad", f"{value} rad"],
+            }.get(key, value)
             found = tendon.design({**content, table: {**content.get(table, {}), name: given}})
             assert (found.feasible > 0) == some, each
             if some:
@@ -142,7 +173,10 @@ def test_the_least_change_of_what_is_asked_for_gives_a_window_and_less_gives_non
     if content is RELAXED:
         assert "max_contact_pressure = 99 kPa instead of 52.9 kPa: K 5 kN/m, η 0.6" in text
         assert "loads of at most 4.42 kg instead of 9 kg" in text
-        assert "not enough alone: tissue and cuffs of 100 kN/m behind each anchor, an upper arm tilted by at" in text
+        assert (
+            "not enough alone: tissue and cuffs of 100 kN/m behind each anchor, an upper arm tilted by at"
+            in text
+        )
 
 
 # --- Best ------------------------------------------------------------------------------------------------------------
@@ -173,11 +207,14 @@ def test_parts_jobs_and_the_order_of_axes_do_not_matter(monkeypatch):
     for jobs in (1, 3):
         cut = tendon.design({**content, **goals}, jobs=jobs)
         assert whole.choices.equals(cut.choices)
-        assert cut.record == whole.record | {name: cut.record[name] for name in ("seconds", "parts")}
+        assert cut.record == whole.record | {
+            name: cut.record[name] for name in ("seconds", "parts")
+        }
     assert whole.choices["on_front"].sum() == len(whole.front) > 1
     goal = {"design": {"minimise": ["max_tension"]}}
     one, other = (
-        tendon.design({**each, **goal}) for each in ({**PAPER, **SPRINGS, **SPOOLS}, {**SPOOLS, **SPRINGS, **PAPER})
+        tendon.design({**each, **goal})
+        for each in ({**PAPER, **SPRINGS, **SPOOLS}, {**SPOOLS, **SPRINGS, **PAPER})
     )
     for name in ("pretension", "max_tension", "peak_motor_torque", "spring_stiffness"):
         assert other.best[name] == pytest.approx(one.best[name], rel=1e-5)
@@ -190,7 +227,9 @@ def test_rows_named_best_stand_in_the_table_and_an_edge_is_said_to_be_one(tmp_pa
         assert [stands[name] for name in ("spring_stiffness", "refined", "pretension")] == [
             row[name] for name in ("spring_stiffness", "refined", "pretension")
         ]
-    record = json.loads((tmp_path / "out" / "design.json").read_text(encoding="utf-8"), parse_constant=pytest.fail)
+    record = json.loads(
+        (tmp_path / "out" / "design.json").read_text(encoding="utf-8"), parse_constant=pytest.fail
+    )
     assert record == answer.record
     assert record["feasible"] == int(answer.choices["feasible"][~answer.choices["refined"]].sum())
     assert record["choices"] == 24
@@ -201,7 +240,9 @@ def test_rows_named_best_stand_in_the_table_and_an_edge_is_said_to_be_one(tmp_pa
 
 
 def test_sensitivities_are_the_slopes_of_the_ends(tmp_path):
-    design = '[limits]\nmax_tension = "380 N"\n[spring]\nstiffness = "5 kN/m"\n[spool]\nratio = 0.6\n'
+    design = (
+        '[limits]\nmax_tension = "380 N"\n[spring]\nstiffness = "5 kN/m"\n[spool]\nratio = 0.6\n'
+    )
     problem = asked(design + '[load]\nmass = ["1 kg", "8 kg"]\n', tmp_path)
     choice = of_columns(problem, {}, 1)
     found = sensitivities(problem, choice)
@@ -216,7 +257,9 @@ def test_sensitivities_are_the_slopes_of_the_ends(tmp_path):
             return of_columns(moved, {}, 1)[f"pretension_{each['end']}"][0]
 
         step = 1e-4
-        slope = (8 * (end(1 + step) - end(1 - step)) - end(1 + 2 * step) + end(1 - 2 * step)) / (12 * step)
+        slope = (8 * (end(1 + step) - end(1 - step)) - end(1 + 2 * step) + end(1 - 2 * step)) / (
+            12 * step
+        )
         assert each["per_percent"] * 100 == pytest.approx(slope, rel=1e-6, abs=1e-6), each["key"]
 
 
@@ -236,7 +279,12 @@ DRAWN = {"uncertainty": {"draws": 4}}
 
 @pytest.mark.parametrize(
     ("content", "noted"),
-    [({}, []), (UNCERTAIN, ["stand at their middle"]), (DRAWN, ["draws nothing"]), ({**UNCERTAIN, **DRAWN}, [])],
+    [
+        ({}, []),
+        (UNCERTAIN, ["stand at their middle"]),
+        (DRAWN, ["draws nothing"]),
+        ({**UNCERTAIN, **DRAWN}, []),
+    ],
     ids=["neither", "uncertain", "drawn", "both"],
 )
 def test_uncertain_numbers_without_draws_and_draws_without_these_are_noted(content, noted):

@@ -8,7 +8,11 @@ from tendon_cli.answers.bench import setting_columns, settings, study_arm
 from tendon_cli.answers.question import question
 from tendon_cli.model.setting import per_length
 
-SUIT = {"spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}, "load": {"mass": ["0 kg", "10 kg"]}}
+SUIT = {
+    "spring": {"stiffness": "5 kN/m"},
+    "spool": {"ratio": 0.6},
+    "load": {"mass": ["0 kg", "10 kg"]},
+}
 
 
 def answered(**content):
@@ -24,19 +28,33 @@ def test_what_to_set_is_what_the_state_of_the_setting_says(answer):
     row = answer.choices.iloc[0]
     assert row.tolerance_length == pytest.approx(5.391e-3, abs=5e-7)
     asked = {**SUIT, "load": {"mass": 0.0}, "tendon": {"pretension": row.pretension}}
-    state = tendon.sweep({**asked, "motion": {"direction": "extension", "elbow_angle": 0.0}}).states.iloc[0]
+    state = tendon.sweep(
+        {**asked, "motion": {"direction": "extension", "elbow_angle": 0.0}}
+    ).states.iloc[0]
     for side in ("flexor", "extensor"):
-        assert row[f"set_{side}_tension"] == pytest.approx(state[f"{side}_tension_distal"], rel=1e-12)
-        assert row[f"set_{side}_tension_motor"] == pytest.approx(state[f"{side}_tension_proximal"], rel=1e-12)
+        assert row[f"set_{side}_tension"] == pytest.approx(
+            state[f"{side}_tension_distal"], rel=1e-12
+        )
+        assert row[f"set_{side}_tension_motor"] == pytest.approx(
+            state[f"{side}_tension_proximal"], rel=1e-12
+        )
 
 
-@pytest.mark.parametrize(("stiffness", "ratio", "per_mm"), [("5 kN/m", 0.6, 4.8), ("8 kN/m", 0.5, 7.5)])
+@pytest.mark.parametrize(
+    ("stiffness", "ratio", "per_mm"), [("5 kN/m", 0.6, 4.8), ("8 kN/m", 0.5, 7.5)]
+)
 def test_a_millimetre_of_both_tendons_adds_its_pretension(stiffness, ratio, per_mm):
-    problem = question(tendon.study({"spring": {"stiffness": stiffness}, "spool": {"ratio": ratio}}))
-    assert per_length(study_arm(problem, {}, np.array([100.0]))) * 1e-3 == pytest.approx(per_mm, abs=0.05)
+    problem = question(
+        tendon.study({"spring": {"stiffness": stiffness}, "spool": {"ratio": ratio}})
+    )
+    assert per_length(study_arm(problem, {}, np.array([100.0]))) * 1e-3 == pytest.approx(
+        per_mm, abs=0.05
+    )
 
 
-@pytest.mark.parametrize("whom", [{"people": {"count": 3}}, {"uncertainty": {"draws": 4}}], ids=["people", "draws"])
+@pytest.mark.parametrize(
+    "whom", [{"people": {"count": 3}}, {"uncertainty": {"draws": 4}}], ids=["people", "draws"]
+)
 def test_what_to_set_is_of_the_study_arm(whom):
     given = {"sheath": {"friction": {"value": 0.07, "tolerance": "20 %"}}}
     problem, plain = (question(tendon.study({**SUIT, **given, **more})) for more in (whom, {}))
@@ -47,7 +65,11 @@ def test_what_to_set_is_of_the_study_arm(whom):
 
 def test_a_window_without_an_end_has_no_length():
     problem = question(tendon.study(SUIT))
-    low, high, at = np.array([100.0, 120.0, 100.0]), np.array([np.inf, 110.0, 120.0]), np.full(3, 110.0)
+    low, high, at = (
+        np.array([100.0, 120.0, 100.0]),
+        np.array([np.inf, 110.0, 120.0]),
+        np.full(3, 110.0),
+    )
     length = setting_columns(problem, {}, low, high, at)["tolerance_length"]
     np.testing.assert_array_equal(np.isnan(length), [True, True, False])
 
@@ -60,21 +82,29 @@ def test_the_text_says_what_to_set_and_how_far_the_arm_drifts(answer):
     assert "snap" not in text
 
 
-LIMITS = {"max_contact_pressure": "150 kPa", "max_tension": "450 N", "max_spring_extension": "80 mm"}
+LIMITS = {
+    "max_contact_pressure": "150 kPa",
+    "max_tension": "450 N",
+    "max_spring_extension": "80 mm",
+}
 LIGHT = {
-    "load": {"mass": 0.0}, "arm": {"forearm_mass": "0.3 kg", "contact_width": "200 mm"},
-    "spring": {"stiffness": "1 kN/m"}, "tendon": {"diameter": "2 mm"},
-}  # fmt: skip
+    "load": {"mass": 0.0},
+    "arm": {"forearm_mass": "0.3 kg", "contact_width": "200 mm"},
+    "spring": {"stiffness": "1 kN/m"},
+    "tendon": {"diameter": "2 mm"},
+}
 
 
 @pytest.mark.parametrize(
     ("content", "about"),
     [
-        ({}, {"strap", "rope"}), ({"spring": {"stiffness": "3 kN/m"}}, {"strap", "rope", "spring"}),
-        ({"limits": LIMITS, "arm": {"contact_width": "40 mm"}}, set()), (LIGHT, set()),
+        ({}, {"strap", "rope"}),
+        ({"spring": {"stiffness": "3 kN/m"}}, {"strap", "rope", "spring"}),
+        ({"limits": LIMITS, "arm": {"contact_width": "40 mm"}}, set()),
+        (LIGHT, set()),
     ],
     ids=["heavy", "long spring", "limited", "light"],
-)  # fmt: skip
+)
 def test_what_exceeds_what_is_known_and_has_no_limit_is_remarked_with_its_source(content, about):
     answer = answered(**content)
     remarks = {each["about"]: each for each in answer.record["remarks"]}

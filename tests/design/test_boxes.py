@@ -15,13 +15,29 @@ from tests.model import rationals
 from tests.model.designs import baseline, design
 
 RANGES = {
-    "arm.a1": (0.03, 0.05), "arm.b1": (0.13, 0.17), "arm.a2": (0.01, 0.03), "arm.b2": (0.13, 0.17),
-    "arm.elbow_radius": (0.035, 0.05), "sheath.friction": (0.02, 0.15), "sheath.bend_angle": (2.0, 4.0),
-    "spring.stiffness": (3e3, 9e3), "tendon.length": (1.0, 2.5), "tendon.diameter": (1e-3, 2e-3),
-    "tendon.youngs_modulus": (5e10, 1.6e11), "spool.ratio": (0.4, 0.7), "spool.flexor_radius": (0.02, 0.04),
-    "sheath.flexor.friction": (0.02, 0.15), "spring.extensor.stiffness": (3e3, 9e3),
-}  # fmt: skip
-LIMITS = [{}, {"max_tension": 600.0}, {"peak_motor_torque": 16.0}, {"min_flexor_tension": 10.0}, {"max_tension": 900.0}]
+    "arm.a1": (0.03, 0.05),
+    "arm.b1": (0.13, 0.17),
+    "arm.a2": (0.01, 0.03),
+    "arm.b2": (0.13, 0.17),
+    "arm.elbow_radius": (0.035, 0.05),
+    "sheath.friction": (0.02, 0.15),
+    "sheath.bend_angle": (2.0, 4.0),
+    "spring.stiffness": (3e3, 9e3),
+    "tendon.length": (1.0, 2.5),
+    "tendon.diameter": (1e-3, 2e-3),
+    "tendon.youngs_modulus": (5e10, 1.6e11),
+    "spool.ratio": (0.4, 0.7),
+    "spool.flexor_radius": (0.02, 0.04),
+    "sheath.flexor.friction": (0.02, 0.15),
+    "spring.extensor.stiffness": (3e3, 9e3),
+}
+LIMITS = [
+    {},
+    {"max_tension": 600.0},
+    {"peak_motor_torque": 16.0},
+    {"min_flexor_tension": 10.0},
+    {"max_tension": 900.0},
+]
 COMMON = [key for key in RANGES if key.count(".") == 1]
 
 
@@ -37,8 +53,11 @@ def flat(numbers):
 
 
 def study_of(numbers, load, limits, last):
-    content = {"load": {"mass": [0.0, load]}, "limits": limits,
-               "motion": {"elbow_angle": {"from": "0 deg", "to": f"{last} deg", "num": 5}}}  # fmt: skip
+    content = {
+        "load": {"mass": [0.0, load]},
+        "limits": limits,
+        "motion": {"elbow_angle": {"from": "0 deg", "to": f"{last} deg", "num": 5}},
+    }
     for key, value in numbers.items():
         *tables, name = key.split(".")
         inner = content
@@ -54,11 +73,18 @@ def random_box(rng, number):
     """Numbers of a design, one to three of them within an interval; its load, limits and last angle."""
     numbers = {key: float(rng.uniform(*RANGES[key])) for key in COMMON}
     keys = [str(key) for key in rng.choice(list(RANGES), size=1 + number % 3, replace=False)]
-    keys[0] = "arm.elbow_radius" if number % 4 == 0 else keys[0]  # the one whose inside asks for most at times
+    keys[0] = (
+        "arm.elbow_radius" if number % 4 == 0 else keys[0]
+    )  # the one whose inside asks for most at times
     for key in keys:
         middle, share = rng.uniform(*RANGES[key]), 10.0 ** rng.uniform(-2.5, -0.7)
         numbers[key] = np.array([middle * (1.0 - share), middle * (1.0 + share)])
-    return numbers, float(rng.uniform(1.0, 8.0)), LIMITS[number % len(LIMITS)], float(rng.uniform(60.0, 130.0))
+    return (
+        numbers,
+        float(rng.uniform(1.0, 8.0)),
+        LIMITS[number % len(LIMITS)],
+        float(rng.uniform(60.0, 130.0)),
+    )
 
 
 def tightest_points(rng, numbers, load, limits, last, count):
@@ -69,8 +95,14 @@ def tightest_points(rng, numbers, load, limits, last, count):
         for (key, value), share in zip(numbers.items(), shares.T, strict=True)
     }
     loads = rng.choice([0.0, load, 0.4 * load], count)
-    made = design({name: np.broadcast_to(np.reshape(value, (-1, 1, 1)), (count, 1, 1)) if np.ndim(value) else value
-                   for name, value in (flat(points) | {"load_mass": loads}).items()})  # fmt: skip
+    made = design(
+        {
+            name: np.broadcast_to(np.reshape(value, (-1, 1, 1)), (count, 1, 1))
+            if np.ndim(value)
+            else value
+            for name, value in (flat(points) | {"load_mass": loads}).items()
+        }
+    )
     angles, ways = np.radians(np.linspace(0.0, last, 121)), np.array([[True], [False]])
     low, high = ends_of_states(State.of(made, angles[np.newaxis], ways), Bounds(**limits))[:2]
     asked = [np.broadcast_to(end, (count, 2, 121)).reshape(count, -1) for end in (low, -high)]
@@ -78,7 +110,9 @@ def tightest_points(rng, numbers, load, limits, last, count):
         each = values.max(axis=1)
         for at in (*np.argsort(-each)[:3], rng.integers(count)):
             way, angle = divmod(int(values[at].argmax()), 121)
-            point = flat({key: float(value[at]) for key, value in points.items()}) | {"load_mass": float(loads[at])}
+            point = flat({key: float(value[at]) for key, value in points.items()}) | {
+                "load_mass": float(loads[at])
+            }
             yield end, float(each[at]), point, float(angles[angle]), bool(ways[way, 0])
 
 
@@ -88,7 +122,9 @@ def refuted(p, angle, flexion, pretension, limits):
     kept = [at["x"], at["y"], at["stiffness"]]
     ends = [at["x"], at["x_proximal"], at["y"], at["y_proximal"]]
     kept += [limits["max_tension"] - end for end in ends if "max_tension" in limits]
-    kept += [end - limits["min_flexor_tension"] for end in ends[:2] if "min_flexor_tension" in limits]
+    kept += [
+        end - limits["min_flexor_tension"] for end in ends[:2] if "min_flexor_tension" in limits
+    ]
     motor = limits.get("peak_motor_torque")
     kept += [] if motor is None else [motor - at["motor"], motor + at["motor"]]
     return any(each.high < 0 for each in kept)
@@ -121,10 +157,19 @@ def check_boxes(seed, count):
 
 # A radius in the middle of its interval tolerates 3.4 N less than those at its ends.
 INSIDE = {
-    "arm.a1": 0.04669, "arm.b1": 0.15538, "arm.a2": 0.02937, "arm.b2": 0.16969, "sheath.friction": 0.08509,
-    "sheath.bend_angle": 2.35594, "spring.stiffness": 8540.92496, "tendon.length": 1.37863, "tendon.diameter": 0.00183,
-    "tendon.youngs_modulus": 93.390429942e9, "spool.ratio": 0.42091, "spool.flexor_radius": 0.0288,
-}  # fmt: skip
+    "arm.a1": 0.04669,
+    "arm.b1": 0.15538,
+    "arm.a2": 0.02937,
+    "arm.b2": 0.16969,
+    "sheath.friction": 0.08509,
+    "sheath.bend_angle": 2.35594,
+    "spring.stiffness": 8540.92496,
+    "tendon.length": 1.37863,
+    "tendon.diameter": 0.00183,
+    "tendon.youngs_modulus": 93.390429942e9,
+    "spool.ratio": 0.42091,
+    "spool.flexor_radius": 0.0288,
+}
 RADIUS, LIMIT = np.array([0.028, 0.042]), {"max_tension": 600.0}
 
 
@@ -133,19 +178,26 @@ def test_an_end_within_a_box_is_found_and_proved():
     best, known = answer.record["best"], answer.record["between_samples"]
     assert known["status"] == "proven"
     assert (
-        "arm.elbow_radius: the window holds for the whole interval; the worst values are" in answer.record["notes"][0]
+        "arm.elbow_radius: the window holds for the whole interval; the worst values are"
+        in answer.record["notes"][0]
     )
     assert "every radius from 28 to 42 mm" in known["scope"].replace("elbow radius", "radius")
     each = [
-        tendon.design(study_of(INSIDE | {"arm.elbow_radius": float(radius)}, 6.0, LIMIT, 90.0)).record["best"]
+        tendon.design(
+            study_of(INSIDE | {"arm.elbow_radius": float(radius)}, 6.0, LIMIT, 90.0)
+        ).record["best"]
         for radius in np.linspace(*RADIUS, 8)
     ]
     highs = np.array([row["pretension_to"] for row in each])
     at = int(highs.argmin())
-    top = highs[at] - (highs[at + 1] - highs[at - 1]) ** 2 / 8.0 / (highs[at - 1] - 2.0 * highs[at] + highs[at + 1])
+    top = highs[at] - (highs[at + 1] - highs[at - 1]) ** 2 / 8.0 / (
+        highs[at - 1] - 2.0 * highs[at] + highs[at + 1]
+    )
     assert min(highs[[0, -1]]) - best["pretension_to"] > 3.0
     assert best["pretension_to"] == pytest.approx(top, abs=0.1)
-    assert best["pretension_from"] == pytest.approx(max(row["pretension_from"] for row in each), abs=1e-6)
+    assert best["pretension_from"] == pytest.approx(
+        max(row["pretension_from"] for row in each), abs=1e-6
+    )
 
 
 def test_points_refute_a_proof_that_looks_at_the_middle_of_a_box_alone(monkeypatch):
@@ -155,14 +207,19 @@ def test_points_refute_a_proof_that_looks_at_the_middle_of_a_box_alone(monkeypat
     numbers = INSIDE | {"arm.elbow_radius": RADIUS * 0.95}  # so that the middle is not the worst
     best = tendon.design(study_of(numbers, 6.0, LIMIT, 90.0)).record["best"]
     points = tightest_points(np.random.default_rng(1), numbers, 6.0, LIMIT, 90.0, 300)
-    assert any(end and refuted(p, angle, flexion, best["pretension_to"], LIMIT) for end, _, p, angle, flexion in points)
+    assert any(
+        end and refuted(p, angle, flexion, best["pretension_to"], LIMIT)
+        for end, _, p, angle, flexion in points
+    )
 
 
 def test_what_has_no_proof_over_a_box_is_named():
     study = study_of(INSIDE | {"arm.elbow_radius": RADIUS}, 6.0, LIMIT, 90.0)
     answer = tendon.design(study.vary(**{"setting.read": "flexor at joint"}))
     assert answer.record["between_samples"]["status"] == "sampled"
-    assert any(note.startswith("arm.elbow_radius: sampled at both ends") for note in answer.record["notes"])
+    assert any(
+        note.startswith("arm.elbow_radius: sampled at both ends") for note in answer.record["notes"]
+    )
 
 
 def test_a_box_whose_cells_do_not_suffice_is_open(monkeypatch):

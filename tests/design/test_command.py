@@ -37,7 +37,9 @@ def test_an_answer_stands_in_its_folder_and_exits_with_0_or_4(tendon, study, wor
     assert done.json["conflicts"][0]["limits"] == ["extensor slack", "min_elbow_stiffness"]
 
 
-def test_what_is_stopped_while_it_refines_ends_before_the_next_windows(study, workplace, monkeypatch):
+def test_what_is_stopped_while_it_refines_ends_before_the_next_windows(
+    study, workplace, monkeypatch
+):
     stop, after, refined = threading.Event(), [], candidates.refined
 
     def refining(*words):
@@ -52,13 +54,19 @@ def test_what_is_stopped_while_it_refines_ends_before_the_next_windows(study, wo
     assert not (workplace / "out/design.json").exists()
 
 
-def test_a_signal_while_an_answer_is_worked_out_ends_with_its_code(tendon, study, workplace, monkeypatch):
+def test_a_signal_while_an_answer_is_worked_out_ends_with_its_code(
+    tendon, study, workplace, monkeypatch
+):
     file = study(RANGES + '[design]\nmaximise = ["tolerance", "served"]\n')
     with monkeypatch.context() as patch:
         patch.setattr(candidates, "compromise", lambda _: signal.raise_signal(signal.SIGINT) or 0)
         patch.setattr(answer_module, "sensitivities", lambda *_: pytest.fail("it went on"))
         done = tendon("design", file, "--no-figures", "--json")
-    assert (done.exit, done.json["error"]["exit"], done.json["error"]["kind"]) == (130, 130, "stopped")
+    assert (done.exit, done.json["error"]["exit"], done.json["error"]["kind"]) == (
+        130,
+        130,
+        "stopped",
+    )
     assert "--resume" in done.json["error"]["hint"]
     assert not (workplace / "results/suit-design/design.json").exists()
     assert tendon("design", file, "--no-figures", "--resume", "--json").json["resumed_parts"] == 1
@@ -67,13 +75,20 @@ def test_a_signal_while_an_answer_is_worked_out_ends_with_its_code(tendon, study
 PEOPLE = CATALOGUE + "[people]\ncount = 20\n"
 DRAWS = CATALOGUE + "[sheath]\nfriction = { mean = 0.07, std = 0.005 }\n[uncertainty]\ndraws = 8\n"
 TO_REPAIR = [
-    (RANGES, "choices.parquet"), (RANGES, "conditions.parquet"), (RANGES, "choices.parquet/part-00005.parquet"),
-    (PEOPLE, "persons.parquet"), (DRAWS, "draws.parquet"),
-]  # fmt: skip
+    (RANGES, "choices.parquet"),
+    (RANGES, "conditions.parquet"),
+    (RANGES, "choices.parquet/part-00005.parquet"),
+    (PEOPLE, "persons.parquet"),
+    (DRAWS, "draws.parquet"),
+]
 
 
-@pytest.mark.parametrize(("text", "name"), TO_REPAIR, ids=lambda each: each if len(each) < 50 else "")
-def test_a_damaged_answer_is_repaired_to_the_same_bytes(tendon, study, workplace, monkeypatch, hashes_in, text, name):
+@pytest.mark.parametrize(
+    ("text", "name"), TO_REPAIR, ids=lambda each: each if len(each) < 50 else ""
+)
+def test_a_damaged_answer_is_repaired_to_the_same_bytes(
+    tendon, study, workplace, monkeypatch, hashes_in, text, name
+):
     monkeypatch.setattr(choices_module, "CHOICES_PER_PART", 9 if "/" in name else 48)
     file = study(f'{text}[design]\nmaximise = ["tolerance", "served"]\n')
     words = ("design", file, "--no-figures", "--out", "out")
@@ -93,14 +108,20 @@ def test_an_answer_and_a_run_do_not_take_each_others_folder(tendon, study, workp
         done = tendon(second, file, "--no-figures", "--out", first)
         assert (done.exit, f"of `tendon {first}`" in done.err) == (7, True)
         assert tendon(second, file, "--no-figures", "--out", first, "--overwrite").exit == 0
-        assert not (workplace / first / {"sweep": "run.json", "design": "design.json"}[first]).exists()
+        assert not (
+            workplace / first / {"sweep": "run.json", "design": "design.json"}[first]
+        ).exists()
 
 
-def test_figures_that_are_missing_are_drawn_and_nothing_is_solved(tendon, study, workplace, monkeypatch):
+def test_figures_that_are_missing_are_drawn_and_nothing_is_solved(
+    tendon, study, workplace, monkeypatch
+):
     file = study(CATALOGUE)
     before = tendon("design", file, "--no-figures", "--out", "out", "--json").json
     monkeypatch.setattr(Choices, "fill", lambda *_: pytest.fail("it is solved again"))
-    monkeypatch.setattr(choices_module, "findings", lambda *_: pytest.fail("it is worked out again"))
+    monkeypatch.setattr(
+        choices_module, "findings", lambda *_: pytest.fail("it is worked out again")
+    )
     monkeypatch.setattr(kernel, "fold_window", lambda *_: pytest.fail("a window is solved"))
     drawn = tendon("design", file, "--out", "out", "--json").json
     assert drawn["figures"]
@@ -108,7 +129,11 @@ def test_figures_that_are_missing_are_drawn_and_nothing_is_solved(tendon, study,
     assert tendon("report", "out", "--out", "page.html").exit == 0
     assert "The states of one choice" in (workplace / "page.html").read_text()
     assert tendon("design", file, "--dry-run").exit == 0
-    assert {name for name in drawn if drawn[name] != before.get(name)} <= {"figures", "figure_seconds", "checksum"}
+    assert {name for name in drawn if drawn[name] != before.get(name)} <= {
+        "figures",
+        "figure_seconds",
+        "checksum",
+    }
 
 
 def test_a_dry_run_shows_the_question_and_writes_nothing(tendon, study, workplace):

@@ -43,7 +43,9 @@ def test_the_share_served_is_that_of_a_dense_scan(enough):
             continue
         spans = [(at[a], np.inf if b == len(at) else at[b - 1]) for a, b in runs.reshape(-1, 2)]
         widest = max(end - start for start, end in spans)
-        assert found.high[0] - found.low[0] == widest or (np.isinf(found.high[0]) and np.isinf(widest))
+        assert found.high[0] - found.low[0] == widest or (
+            np.isinf(found.high[0]) and np.isinf(widest)
+        )
         assert (found.low[0], found.high[0]) in spans
         touching += widest == 0.0
     assert touching > 3
@@ -93,7 +95,9 @@ def test_the_front_is_what_no_row_beats(goals):
     rng = np.random.default_rng(goals)
     scores = rng.integers(0, 9, (300, goals)).astype(float)
     found = front(scores)
-    beaten = [any((other >= row).all() and (other > row).any() for other in scores) for row in scores]
+    beaten = [
+        any((other >= row).all() and (other > row).any() for other in scores) for row in scores
+    ]
     firsts = [not any((scores[j] == scores[i]).all() for j in range(i)) for i in range(len(scores))]
     np.testing.assert_array_equal(found, [i for i in range(300) if not beaten[i] and firsts[i]])
 

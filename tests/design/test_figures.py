@@ -14,14 +14,21 @@ SPRINGS = {"spring": {"stiffness": ["8 kN/m", "3 kN/m", "5 kN/m"]}}
 SPOOLS = {"spool": {"ratio": [0.6, 1.0]}}
 NO_STIFFNESS = {"limits": {"min_elbow_stiffness": -1e6}}
 THIN = {"limits": {"min_spool_to_tendon": 30, "max_tension": "300 N"}}
-CASES = {"cases": [{"name": "short", "arm": {"b1": "120 mm"}}, {"name": "lo$ng", "arm": {"b1": "180 mm"}}]}
+CASES = {
+    "cases": [
+        {"name": "short", "arm": {"b1": "120 mm"}},
+        {"name": "lo$ng", "arm": {"b1": "180 mm"}},
+    ]
+}
 AS_CHOICE = {"design": {"conditions": ["load.mass"]}}
 GOALS = {"design": {"minimise": ["max_tension"], "maximise": ["tolerance"]}}
 
 
 def drawn(content, folder):
     answer = tendon.design(tendon.study({**LOADS, **content}), folder / "out", figures=True)
-    assert not [note for note in answer.record["notes"] if "cannot be drawn" in note], answer.record["notes"]
+    assert not [note for note in answer.record["notes"] if "cannot be drawn" in note], (
+        answer.record["notes"]
+    )
     return answer, {name.removesuffix(".png") for name in answer.record["figures"]}
 
 
@@ -46,7 +53,9 @@ def test_every_answer_has_the_figures_that_its_axes_allow(content, figures, tmp_
     (again / "choices.parquet").write_bytes((tmp_path / "out" / "choices.parquet").read_bytes())
     draw_answer(again, answer.record, again)
     for name in found:
-        assert (again / f"{name}.png").read_bytes() == (tmp_path / "out" / f"{name}.png").read_bytes()
+        assert (again / f"{name}.png").read_bytes() == (
+            tmp_path / "out" / f"{name}.png"
+        ).read_bytes()
 
 
 def test_a_slice_has_every_choice_at_its_place(tmp_path):

@@ -7,18 +7,24 @@ import tendon_cli as tendon
 from tendon_cli.errors import StudyError
 
 SUIT = {
-    "spring": {"stiffness": ["3 kN/m", "5 kN/m", "8 kN/m"]}, "spool": {"ratio": [0.5, 0.6, 0.7]},
-    "load": {"mass": ["0 kg", "5 kg", "10 kg"]}, "motion": {"elbow_angle": {"from": 0.0, "to": "90 deg", "num": 10}},
-}  # fmt: skip
+    "spring": {"stiffness": ["3 kN/m", "5 kN/m", "8 kN/m"]},
+    "spool": {"ratio": [0.5, 0.6, 0.7]},
+    "load": {"mass": ["0 kg", "5 kg", "10 kg"]},
+    "motion": {"elbow_angle": {"from": 0.0, "to": "90 deg", "num": 10}},
+}
 
 
 def answered(pretension, **content):
     return tendon.design(
-        tendon.study({**SUIT, **content, "design": {"pretension": pretension, **content.get("design", {})}})
+        tendon.study(
+            {**SUIT, **content, "design": {"pretension": pretension, **content.get("design", {})}}
+        )
     )
 
 
-@pytest.mark.parametrize(("given", "enough"), [(100.0, 1.0), (140.0, 1.0), (140.0, 0.6), (200.0, 1.0)])
+@pytest.mark.parametrize(
+    ("given", "enough"), [(100.0, 1.0), (140.0, 1.0), (140.0, 0.6), (200.0, 1.0)]
+)
 def test_it_serves_what_a_sweep_at_it_finds_and_a_share_may_be_enough(given, enough):
     choices = answered(f"{given} N", design={"serve": enough}).choices
     swept = tendon.sweep(tendon.study({**SUIT, "tendon": {"pretension": given}})).designs
@@ -37,7 +43,10 @@ def test_the_window_stays_as_it_is_solved():
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ("150 N", "that is 27.9 N above the lower end and 23.9 N below the upper end of the window, 122.1 to 173.9 N"),
+        (
+            "150 N",
+            "that is 27.9 N above the lower end and 23.9 N below the upper end of the window, 122.1 to 173.9 N",
+        ),
         ("100 N", "it is 22.1 N less than the window, 122.1 to 173.9 N"),
         ("180 N", "it is 6.07 N more than the window, 122.1 to 173.9 N"),
     ],

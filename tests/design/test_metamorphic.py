@@ -21,14 +21,20 @@ LIMITS = {
 
 
 def solved(**content):
-    base = {"spring": {"stiffness": [3e3, 5e3, 8e3]}, "spool": {"ratio": [1.0, 0.7, 0.6, 0.5]}, "motion": COARSE}
+    base = {
+        "spring": {"stiffness": [3e3, 5e3, 8e3]},
+        "spool": {"ratio": [1.0, 0.7, 0.6, 0.5]},
+        "motion": COARSE,
+    }
     problem = question(study_from({**base, "load": {"mass": [0.0, 5.0, 10.0]}, **content}))
     return solve(problem, problem.choices.numbers(np.arange(12)), 12)
 
 
 def width(solutions):
     """How wide each window is, N; below 0 if there is none."""
-    return np.where(solutions["feasible"], solutions["pretension_to"] - solutions["pretension_from"], -1.0)
+    return np.where(
+        solutions["feasible"], solutions["pretension_to"] - solutions["pretension_from"], -1.0
+    )
 
 
 def never_widens(looser, tighter):

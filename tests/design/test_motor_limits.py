@@ -94,4 +94,6 @@ def test_ends_that_a_limit_on_the_motor_sets_have_their_slopes(limit, value, end
         if step:
             ends = [moved(key, each["value"] + times * step) for times in (-2, -1, 1, 2)]
             slope = (8 * (ends[2] - ends[1]) - ends[3] + ends[0]) / (12 * step)
-            assert each["slope"] * each["value"] == pytest.approx(slope * each["value"], rel=1e-5, abs=1e-4), key
+            assert each["slope"] * each["value"] == pytest.approx(
+                slope * each["value"], rel=1e-5, abs=1e-4
+            ), key

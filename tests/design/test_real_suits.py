@@ -15,7 +15,11 @@ SUITS = {"K 5": ("5 kN/m", 0.6), "K 8": ("8 kN/m", 0.5)}
 
 def window(suit, tables=None, loads=("0 kg", "10 kg")):
     stiffness, ratio = SUITS[suit]
-    content = {"spring": {"stiffness": stiffness}, "spool": {"ratio": ratio}, "load": {"mass": list(loads)}}
+    content = {
+        "spring": {"stiffness": stiffness},
+        "spool": {"ratio": ratio},
+        "load": {"mass": list(loads)},
+    }
     for table, keys in (tables or {}).items():
         content[table] = content.get(table, {}) | keys
     found = tendon.design(tendon.study(content)).choices.iloc[0]
@@ -45,13 +49,17 @@ def test_what_each_effect_does_to_the_window(tables, first, second):
         if expected is None:
             assert not low <= high
             continue
-        digits = 0.0051 if any(end is not None and round(end, 1) != end for end in expected) else 0.06
+        digits = (
+            0.0051 if any(end is not None and round(end, 1) != end for end in expected) else 0.06
+        )
         rounded = 0.51 if expected[0] is None else digits
         assert expected[0] is None or low == pytest.approx(expected[0], abs=digits)
         assert high == pytest.approx(expected[1], abs=rounded)
 
 
-@pytest.mark.parametrize(("stiffness", "expected"), [("3 kN/m", (160.7, 168.3)), ("1 kN/m", (103.3, 106.3))])
+@pytest.mark.parametrize(
+    ("stiffness", "expected"), [("3 kN/m", (160.7, 168.3)), ("1 kN/m", (103.3, 106.3))]
+)
 def test_the_joints_own_stiffness_opens_what_the_papers_suits_lack(stiffness, expected):
     content = {"spring": {"stiffness": stiffness}, "load": {"mass": ["0 kg", "5 kg"]}}
     joint = {"stiffness": "1.8 N m/rad", "rest_angle": "73 deg"}
@@ -63,7 +71,10 @@ RIGID, HALF, SMOOTH = {"stiffness": "rigid"}, {"stiffness": "10 kN/m"}, {"fricti
 SAME = {
     "an anchor in place of a spring": ({"spring": RIGID, "anchor": {"stiffness": "5 kN/m"}}, {}),
     "1/K adds up at the joint": ({"spring": HALF, "anchor": HALF}, {}),
-    "either end without friction": ({"sheath": SMOOTH, "spring": {"at": "motor"}}, {"sheath": SMOOTH}),
+    "either end without friction": (
+        {"sheath": SMOOTH, "spring": {"at": "motor"}},
+        {"sheath": SMOOTH},
+    ),
 }
 
 
@@ -74,19 +85,28 @@ def test_suits_that_are_the_same_have_the_same_window(what):
 
 
 def test_the_stiffer_the_anchor_the_nearer_a_rigid_one():
-    ends = np.array([window("K 5", {"anchor": {"stiffness": f"{k} kN/m"}}) for k in (10, 20, 100, 1e6)])
+    ends = np.array(
+        [window("K 5", {"anchor": {"stiffness": f"{k} kN/m"}}) for k in (10, 20, 100, 1e6)]
+    )
     assert (np.diff(ends, axis=0) > 0.0).all()
     assert tuple(ends[-1]) == pytest.approx(window("K 5"), rel=1e-4)
 
 
 def test_sides_cases_and_axes_say_where_a_spring_sits_and_what_gives():
     cases = [
-        {"name": "all at the joint"}, {"name": "flexor at the motor", "spring": {"flexor": {"at": "motor"}}},
+        {"name": "all at the joint"},
+        {"name": "flexor at the motor", "spring": {"flexor": {"at": "motor"}}},
         {"name": "soft", "anchor": {"extensor": {"stiffness": "6 kN/m"}}},
-    ]  # fmt: skip
+    ]
     springs = {"extensor": {"stiffness": ["5 kN/m", "rigid"]}, "stiffness": "5 kN/m"}
-    suit = {"anchor": {"stiffness": ["rigid", "20 kN/m"]}, "spool": {"ratio": 0.6}, "spring": springs}
-    designs = tendon.sweep({"cases": cases, **suit, "motion": {"elbow_angle": ["30 deg", "80 deg"]}}).designs
+    suit = {
+        "anchor": {"stiffness": ["rigid", "20 kN/m"]},
+        "spool": {"ratio": 0.6},
+        "spring": springs,
+    }
+    designs = tendon.sweep(
+        {"cases": cases, **suit, "motion": {"elbow_angle": ["30 deg", "80 deg"]}}
+    ).designs
     assert len(designs) == 12
     assert set(designs["spring_stiffness_extensor"]) == {5e3, np.inf}
     soft = designs[designs["case"] == "soft"]
@@ -96,11 +116,22 @@ def test_sides_cases_and_axes_say_where_a_spring_sits_and_what_gives():
 
 
 def test_an_uncertain_anchor_is_drawn():
-    anchor = {"anchor": {"stiffness": {"value": "10 kN/m", "tolerance": "20 %"}}, "uncertainty": {"draws": 16}}
-    suit = {"spring": {"stiffness": "8 kN/m"}, "spool": {"ratio": 0.5}, "load": {"mass": ["0 kg", "10 kg"]}}
+    anchor = {
+        "anchor": {"stiffness": {"value": "10 kN/m", "tolerance": "20 %"}},
+        "uncertainty": {"draws": 16},
+    }
+    suit = {
+        "spring": {"stiffness": "8 kN/m"},
+        "spool": {"ratio": 0.5},
+        "load": {"mass": ["0 kg", "10 kg"]},
+    }
     answer = tendon.design({**anchor, **suit})
     assert (answer.feasible, len(answer.conditions)) == (1, 32)
-    assert 0.0 < answer.choices["pretension_to"].iloc[0] < window("K 8", {"anchor": {"stiffness": "12 kN/m"}})[1]
+    assert (
+        0.0
+        < answer.choices["pretension_to"].iloc[0]
+        < window("K 8", {"anchor": {"stiffness": "12 kN/m"}})[1]
+    )
 
 
 def test_a_rigid_spring_is_infinite_in_tables_and_a_word_in_what_is_read():
@@ -131,7 +162,10 @@ def test_what_gauges_show_where_the_pretension_is_set(after, shown, read_as):
     made = space_of(study).design()
     found = all_readings(made, MIDDLE)
     assert tuple(round(float(each), 1) for each in found.values()) == shown
-    back = [float(Reading.of(made, f"{side} at joint").pretension(MIDDLE)) for side in ("flexor", "extensor")]
+    back = [
+        float(Reading.of(made, f"{side} at joint").pretension(MIDDLE))
+        for side in ("flexor", "extensor")
+    ]
     assert tuple(round(each, 1) for each in back) == read_as
     values = {line["symbol"]: line["values"] for line in tendon.state(study).record["lines"]}
     assert [*values["F_o,set"], *values["F_I,set"]] == pytest.approx(list(shown), abs=0.051)
@@ -147,17 +181,32 @@ def test_a_study_in_readings_gives_the_same_suit(read):
     line = Reading.of(space_of(tendon.study(K5)).design(), read)
     for end in ("pretension_from", "pretension_to", "pretension"):
         assert other[end] == pytest.approx(float(line.shown(one[end]).item()), rel=1e-12)
-    for same in ("max_tension", "peak_motor_torque", "tolerance_length", "set_flexor_tension", "from_by", "to_by"):
-        assert other[same] == pytest.approx(one[same], rel=1e-10) if same[-3:] != "_by" else other[same] == one[same]
+    for same in (
+        "max_tension",
+        "peak_motor_torque",
+        "tolerance_length",
+        "set_flexor_tension",
+        "from_by",
+        "to_by",
+    ):
+        assert (
+            other[same] == pytest.approx(one[same], rel=1e-10)
+            if same[-3:] != "_by"
+            else other[same] == one[same]
+        )
     given = {"setting": {"read": read}, "tendon": {"pretension": [other.pretension]}}
     designs = tendon.sweep(tendon.study({**K5, **loads, **given})).designs
     np.testing.assert_allclose(designs["model_pretension"], one.pretension, rtol=1e-12)
     of_states = designs["max_tension"].max()  # of 91 angles, where the answer's is that of all
     assert one.max_tension * (1.0 - 5e-5) <= of_states <= one.max_tension * (1.0 + 1e-10)
-    by_pretension = tendon.sweep(tendon.study({**K5, **loads, "tendon": {"pretension": [one.pretension]}})).designs
+    by_pretension = tendon.sweep(
+        tendon.study({**K5, **loads, "tendon": {"pretension": [one.pretension]}})
+    ).designs
     assert of_states == pytest.approx(by_pretension["max_tension"].max(), rel=1e-10)
     assert designs["pretension_from"].max() == pytest.approx(other.pretension_from, rel=1e-12)
-    assert (designs["required_pretension"] + designs["margin"]).to_numpy() == pytest.approx(other.pretension, rel=1e-12)
+    assert (designs["required_pretension"] + designs["margin"]).to_numpy() == pytest.approx(
+        other.pretension, rel=1e-12
+    )
 
 
 def test_windows_of_different_arms_are_intersected_as_they_are_read():
@@ -170,9 +219,13 @@ def test_windows_of_different_arms_are_intersected_as_they_are_read():
         one = {"joint": {"stiffness": stiffness, "rest_angle": "73 deg"}}
         alone = tendon.design(tendon.study({**K5, **one})).choices.iloc[0]
         line = Reading.of(space_of(tendon.study({**K5, **one})).design(), read)
-        each.append([float(line.shown(alone[end]).item()) for end in ("pretension_from", "pretension_to")])
+        each.append(
+            [float(line.shown(alone[end]).item()) for end in ("pretension_from", "pretension_to")]
+        )
     low, high = np.array(each).T
-    assert (found.pretension_from, found.pretension_to) == pytest.approx((low.max(), high.min()), rel=1e-12)
+    assert (found.pretension_from, found.pretension_to) == pytest.approx(
+        (low.max(), high.min()), rel=1e-12
+    )
 
 
 def test_the_largest_pretension_is_a_reading_too():
@@ -185,8 +238,12 @@ def test_the_largest_pretension_is_a_reading_too():
 
 
 def test_a_reading_that_no_pretension_gives_is_refused_with_what_could_be_read():
-    with pytest.raises(tendon.TendonError, match=r"cannot be read as flexor at joint, which shows .* N or more"):
-        tendon.study({**K5, "setting": {"read": "flexor at joint"}, "tendon": {"pretension": "0.2 N"}})
+    with pytest.raises(
+        tendon.TendonError, match=r"cannot be read as flexor at joint, which shows .* N or more"
+    ):
+        tendon.study(
+            {**K5, "setting": {"read": "flexor at joint"}, "tendon": {"pretension": "0.2 N"}}
+        )
     sides = {"pretension": "100 N", "extensor": {"pretension": "80 N"}}
     with pytest.raises(tendon.TendonError, match="one reading for both"):
         tendon.study({**K5, "setting": {"read": "flexor at joint"}, "tendon": sides})

@@ -23,13 +23,24 @@ def test_the_windows_of_the_papers_arm_over_its_loads_and_what_binds(catalogue):
     columns = problem.choices.columns(np.arange(9)) | found.results
     names = ("spring_stiffness", "spool_ratio", "pretension_from", "pretension_to")
     windows = np.column_stack([columns[name] for name in names])[found["feasible"]].round(1)
-    assert windows.tolist() == [[3e3, 0.6, 113.5, 116.9], [5e3, 0.7, 167.4, 176.5], [5e3, 0.6, 122.1, 173.9]]
+    assert windows.tolist() == [
+        [3e3, 0.6, 113.5, 116.9],
+        [5e3, 0.7, 167.4, 176.5],
+        [5e3, 0.6, 122.1, 173.9],
+    ]
     at = 8  # 5 kN/m and 0.6
-    assert [LIMIT_NAMES[found[f"{end}_by"][at]] for end in ("from", "to")] == ["extensor slack", "min_elbow_stiffness"]
+    assert [LIMIT_NAMES[found[f"{end}_by"][at]] for end in ("from", "to")] == [
+        "extensor slack",
+        "min_elbow_stiffness",
+    ]
     assert (found["from_condition"][at], found["to_condition"][at]) == (3, 0)
-    assert found["tolerance"][at] == pytest.approx((173.934 - 122.121) / (173.934 + 122.121), abs=1e-5)
+    assert found["tolerance"][at] == pytest.approx(
+        (173.934 - 122.121) / (173.934 + 122.121), abs=1e-5
+    )
     at = 3  # empty, the paper's: 96.8 to 122.8, 133.9 and more, 158.6 to 296.6, 220.3 and more
-    assert (found["pretension_from"][at], found["pretension_to"][at]) == pytest.approx((220.32, 122.8), abs=0.05)
+    assert (found["pretension_from"][at], found["pretension_to"][at]) == pytest.approx(
+        (220.32, 122.8), abs=0.05
+    )
     assert (np.isnan(found["tolerance"][at]), found["served"][at]) == (True, 0.75)
 
 
@@ -51,7 +62,9 @@ def test_at_least_pretension_the_binding_state_is_just_taut(tmp_path):
     problem = asked('[design]\npretension = "least"\n' + CATALOGUE, tmp_path)
     found = solved(problem)
     assert found["pretension"][8] == found["pretension_from"][8]
-    design = problem.design(problem.choices.numbers(np.array([8])), pretension=found["pretension"][[8]])
+    design = problem.design(
+        problem.choices.numbers(np.array([8])), pretension=found["pretension"][[8]]
+    )
     state = actuator.evaluate(design, problem.angles, problem.flexion)
     extensor = state.balance.extensor[0, found["from_condition"][8]].ravel()
     assert np.argmin(extensor) == found["from_state"][8]
@@ -60,7 +73,10 @@ def test_at_least_pretension_the_binding_state_is_just_taut(tmp_path):
 
 @pytest.mark.parametrize(
     ("module", "name", "few"),
-    [(problem_module, "_STATES_AT_ONCE", 500), (solve_module, "_WINDOWS_AT_ONCE", 30)],  # 2 conditions; 7 choices
+    [
+        (problem_module, "_STATES_AT_ONCE", 500),
+        (solve_module, "_WINDOWS_AT_ONCE", 30),
+    ],  # 2 conditions; 7 choices
     ids=["states", "windows"],
 )
 def test_blocks_of_choices_and_conditions_do_not_matter(tmp_path, monkeypatch, module, name, few):
@@ -89,19 +105,28 @@ def test_cases_are_conditions_with_every_number_they_set(tmp_path):
         '[[cases]]\nname = "initial"\nmodel = { reference = "initial" }\n'
     )
     found = asked(LOADS + cases, tmp_path).windows({}, 1)
-    changes = '[arm]\nb1 = "140 mm"\n', "[sheath.extensor]\nfriction = 0.2\n", '[model]\nreference = "initial"\n'
+    changes = (
+        '[arm]\nb1 = "140 mm"\n',
+        "[sheath.extensor]\nfriction = 0.2\n",
+        '[model]\nreference = "initial"\n',
+    )
     alone = [asked(change + LOADS, tmp_path).windows({}, 1) for change in changes]
     for end in ("low", "high"):
-        np.testing.assert_array_equal(getattr(found, end), np.hstack([getattr(each, end) for each in alone]))
+        np.testing.assert_array_equal(
+            getattr(found, end), np.hstack([getattr(each, end) for each in alone])
+        )
 
 
 def test_what_the_study_says_of_pretension_is_left_out_and_said(tmp_path):
     problem = asked(
-        '[tendon]\npretension = ["90 N", "200 N"]\n[tendon.flexor]\npretension = "80 N"\n' + LOADS, tmp_path
+        '[tendon]\npretension = ["90 N", "200 N"]\n[tendon.flexor]\npretension = "80 N"\n' + LOADS,
+        tmp_path,
     )
     assert len(problem.choices) == 1
     assert len(problem.notes) == 2
-    np.testing.assert_array_equal(solved(problem)["pretension_to"], solved(asked(LOADS, tmp_path))["pretension_to"])
+    np.testing.assert_array_equal(
+        solved(problem)["pretension_to"], solved(asked(LOADS, tmp_path))["pretension_to"]
+    )
 
 
 def test_limits_that_no_pretension_keeps_are_the_reason(tmp_path):
@@ -113,4 +138,6 @@ def test_limits_that_no_pretension_keeps_are_the_reason(tmp_path):
     assert np.isnan(found["pretension"][thin]).all()
     answer = tendon.design({"limits": {"min_spool_to_tendon": 60}})
     assert answer.conflicts[0]["limits"] == ["min_spool_to_tendon"]
-    assert "at any pretension a spool is less than 60 tendon diameters wide" in " ".join(answer.text.split())
+    assert "at any pretension a spool is less than 60 tendon diameters wide" in " ".join(
+        answer.text.split()
+    )

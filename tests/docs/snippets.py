@@ -36,7 +36,14 @@ def blocks(page):
     found, end = [], 0
     for match in FENCE.finditer(page):
         between = page[end : match.start()].strip()
-        found.append(Block(match[1], match[2], page.count("\n", 0, match.start()) + 1, bool(found) and not between))
+        found.append(
+            Block(
+                match[1],
+                match[2],
+                page.count("\n", 0, match.start()) + 1,
+                bool(found) and not between,
+            )
+        )
         end = match.end()
     return found
 
@@ -66,7 +73,9 @@ def run_page(page, folder):
                 faults += run_console(block)
             elif block.kind == "python":
                 printed = run_python(block, session)
-                if not (at + 1 < len(found) and found[at + 1].kind == "text" and found[at + 1].follows):
+                if not (
+                    at + 1 < len(found) and found[at + 1].kind == "text" and found[at + 1].follows
+                ):
                     printed = ""
             elif block.kind == "text" and block.follows and found[at - 1].kind == "python":
                 faults += compared(block.text, printed, f"line {block.line}: Python")
@@ -75,7 +84,9 @@ def run_page(page, folder):
 
 def compared(expected, printed, what):
     """What is wrong with a text that was printed: nothing, or one fault."""
-    return [] if matches(expected, printed) else [f"{what} printed\n{printed}\ninstead of\n{expected}"]
+    return (
+        [] if matches(expected, printed) else [f"{what} printed\n{printed}\ninstead of\n{expected}"]
+    )
 
 
 def run_python(block, session):
@@ -90,10 +101,18 @@ def run_console(block):
     faults = []
     for part in re.split(r"^\$ ", block.text, flags=re.MULTILINE)[1:]:
         command, expected = _split(part)
-        environment = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+        environment = os.environ | {
+            "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+        }
         environment |= {"COLUMNS": "80", "NO_COLOR": "1"}
         done = subprocess.run(  # noqa: S602 - our own pages
-            command, shell=True, check=False, capture_output=True, text=True, timeout=300, env=environment
+            command,
+            shell=True,
+            check=False,
+            capture_output=True,
+            text=True,
+            timeout=300,
+            env=environment,
         )
         printed = done.stdout + done.stderr
         if not matches(expected, printed):

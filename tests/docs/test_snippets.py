@@ -17,7 +17,12 @@ def test_a_page_prints_what_it_says(page, tmp_path):
 
 @pytest.mark.parametrize(
     ("expected", "printed", "same"),
-    [("a ... c\n", "a b c\n", True), ("a", "b", False), ("1.5 N", "1x5 N", False), ("a  \nb", "a\nb\n", True)],
+    [
+        ("a ... c\n", "a b c\n", True),
+        ("a", "b", False),
+        ("1.5 N", "1x5 N", False),
+        ("a  \nb", "a\nb\n", True),
+    ],
 )
 def test_outputs_are_compared_but_for_what_is_left_open(expected, printed, same):
     assert matches(expected, printed) is same

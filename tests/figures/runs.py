@@ -36,7 +36,9 @@ def _axis_order(content: dict[str, Any], prefix: str = "") -> tuple[str, ...]:
 
 
 def study_of(content: dict[str, Any]) -> Study:
-    return study_from({"name": "test", "load": {"mass": ["0 kg"]}, **content}, order=_axis_order(content))
+    return study_from(
+        {"name": "test", "load": {"mass": ["0 kg"]}, **content}, order=_axis_order(content)
+    )
 
 
 def sweep(folder: Path, content: dict[str, Any]) -> Path:

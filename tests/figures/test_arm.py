@@ -15,7 +15,12 @@ from tendon_cli.studies.load import study_from
 
 ANGLES = [math.radians(angle) for angle in (-20.0, 0.0, 35.0, 90.0, 140.0)]
 STUDY = study_from(
-    {"name": "arm", "title": "An arm", "arm": {"upper_arm_angle": "30 deg"}, "spool": {"ratio": [0.7, 1.0]}}
+    {
+        "name": "arm",
+        "title": "An arm",
+        "arm": {"upper_arm_angle": "30 deg"},
+        "spool": {"ratio": [0.7, 1.0]},
+    }
 )
 
 
@@ -34,7 +39,11 @@ def test_points_agree_with_the_model(angle: float) -> None:
 
 def test_the_extensor_is_longer_by_its_travel() -> None:
     def length(angle: float) -> float:
-        return float(np.linalg.norm(np.diff(ArmShape(arm_sizes(STUDY), angle).extensor, axis=0), axis=1).sum())
+        return float(
+            np.linalg.norm(
+                np.diff(ArmShape(arm_sizes(STUDY), angle).extensor, axis=0), axis=1
+            ).sum()
+        )
 
     for angle in (0.5, 1.5, 2.4):
         assert length(angle) - length(0.0) == pytest.approx(45.0 * angle, rel=1e-3)
@@ -44,17 +53,32 @@ def test_the_extensor_is_longer_by_its_travel() -> None:
 
 def test_gravity_pulls_down_and_the_upper_arm_leans_forward() -> None:
     shape = ArmShape(arm_sizes(STUDY), 0.0)
-    np.testing.assert_allclose(shape.along, (math.sin(math.radians(30)), -math.cos(math.radians(30))))
+    np.testing.assert_allclose(
+        shape.along, (math.sin(math.radians(30)), -math.cos(math.radians(30)))
+    )
     np.testing.assert_allclose(shape.up, -shape.along)
 
 
 def test_what_the_drawing_says() -> None:
     figure = arm_page(STUDY, [0.0, math.radians(60.0), math.radians(170.0)]).figure
     words = "\n".join(text.get_text() for text in figure.findobj(Text))
-    for text in ("b₁ = 150 mm", "b₂ = 150 mm", "a₁ = 40 mm", "a₂ = 20 mm", "$d_{load}$ = 320 mm", "$d_{com}$ = 174 mm",
-                 "$R_{elb}$ = 45 mm", "$R_{f}$ = 30 mm", "$R_{e}$ = 21 mm", "η = $R_e$ / $R_f$ = 0.7", "ψ = 30 deg",
-                 "θ = 60 deg", "J = 101.1 mm", "J ≤ 0: no equilibrium",
-                 "The first of several values of spool.ratio is drawn."):  # fmt: skip
+    for text in (
+        "b₁ = 150 mm",
+        "b₂ = 150 mm",
+        "a₁ = 40 mm",
+        "a₂ = 20 mm",
+        "$d_{load}$ = 320 mm",
+        "$d_{com}$ = 174 mm",
+        "$R_{elb}$ = 45 mm",
+        "$R_{f}$ = 30 mm",
+        "$R_{e}$ = 21 mm",
+        "η = $R_e$ / $R_f$ = 0.7",
+        "ψ = 30 deg",
+        "θ = 60 deg",
+        "J = 101.1 mm",
+        "J ≤ 0: no equilibrium",
+        "The first of several values of spool.ratio is drawn.",
+    ):
         assert text in words
     arms = [axes for axes in figure.axes if "spools" not in axes.get_title()]
     assert len(arms) == 4

@@ -18,18 +18,23 @@ from tests.figures.runs import by_gid, words
 
 ANKLE = {
     "name": "ankle",
-    "excursion": {"angle": ["-10 deg", "20 deg", "45 deg", "70 deg", "100 deg"],
-                  "flexor": ["-1.7 mm", "3.5 mm", "7.8 mm", "12.2 mm", "16 mm"],
-                  "extensor": ["-1.4 mm", "2.8 mm", "6.3 mm", "10 mm", "14 mm"]},
-}  # fmt: skip
+    "excursion": {
+        "angle": ["-10 deg", "20 deg", "45 deg", "70 deg", "100 deg"],
+        "flexor": ["-1.7 mm", "3.5 mm", "7.8 mm", "12.2 mm", "16 mm"],
+        "extensor": ["-1.4 mm", "2.8 mm", "6.3 mm", "10 mm", "14 mm"],
+    },
+}
 
 
 @pytest.fixture(scope="module")
 def answer(tmp_path_factory: pytest.TempPathFactory) -> tendon.Answer:
     content = {
-        "spring": {"stiffness": ["5 kN/m", "8 kN/m"]}, "spool": {"ratio": 0.5}, "load": {"mass": ["0 kg", "5 kg"]},
-        "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}, "joint": {"name": "knee"},
-    }  # fmt: skip
+        "spring": {"stiffness": ["5 kN/m", "8 kN/m"]},
+        "spool": {"ratio": 0.5},
+        "load": {"mass": ["0 kg", "5 kg"]},
+        "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
+        "joint": {"name": "knee"},
+    }
     return tendon.design(content, tmp_path_factory.mktemp("between") / "answer")
 
 
@@ -59,15 +64,24 @@ TILTED = ["-40 deg", "0 deg", "40 deg"]
     ("more", "of_all"),
     [
         ({"setting": {"read": "flexor at joint"}, "design": {"conditions": ["load.mass"]}}, True),
-        ({"arm": {"upper_arm_angle": TILTED, "forearm_mass": "9 kg"},
-          "design": {"conditions": ["load.mass", "arm.upper_arm_angle"], "serve": 0.5}}, False),
+        (
+            {
+                "arm": {"upper_arm_angle": TILTED, "forearm_mass": "9 kg"},
+                "design": {"conditions": ["load.mass", "arm.upper_arm_angle"], "serve": 0.5},
+            },
+            False,
+        ),
     ],
-)  # fmt: skip
-def test_what_is_set_lies_between_the_lines_as_it_is_read(more: dict[str, object], *, of_all: bool) -> None:
+)
+def test_what_is_set_lies_between_the_lines_as_it_is_read(
+    more: dict[str, object], *, of_all: bool
+) -> None:
     content: dict[str, object] = {
-        "spring": {"stiffness": "8 kN/m"}, "spool": {"ratio": 0.5}, "load": {"mass": ["0 kg", "5 kg"]},
+        "spring": {"stiffness": "8 kN/m"},
+        "spool": {"ratio": 0.5},
+        "load": {"mass": ["0 kg", "5 kg"]},
         "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
-    }  # fmt: skip
+    }
     answer = tendon.design({**content, **more})
     figure = answer.plot("between")
     (panel,), seen = figure.axes, " ".join(words(figure).split())
@@ -75,7 +89,9 @@ def test_what_is_set_lies_between_the_lines_as_it_is_read(more: dict[str, object
         "tension in the flexor at the joint (N)" if "setting" in more else "pretension F₀ (N)"
     )
     curves, best = answer.record["between_samples"]["curves"], answer.record["best"]
-    lower, upper = (np.array(list(curves[side].values()), dtype=np.float64) for side in ("lower", "upper"))
+    lower, upper = (
+        np.array(list(curves[side].values()), dtype=np.float64) for side in ("lower", "upper")
+    )
     assert np.nanmax(lower) <= best["pretension"] <= np.nanmin(upper)
     assert curves["all_conditions"] == of_all
     assert ("Each line is the worst of all conditions" in seen) == of_all
@@ -108,13 +124,19 @@ def test_the_page_shows_it_too_and_names_the_joint(answer: tendon.Answer, tmp_pa
             {"joint": {"stiffness": "1.1 N m/rad", "rest_angle": "73 deg"}},
             ["$k_{j}$ = 1.1 N m/rad", "$θ_{r}$ = 73 deg"],
         ),
-        ({"spring": {"at": "motor", "flexor": {"stiffness": "rigid"}}}, ["spring.at = motor", "K = rigid (flexor)"]),
+        (
+            {"spring": {"at": "motor", "flexor": {"stiffness": "rigid"}}},
+            ["spring.at = motor", "K = rigid (flexor)"],
+        ),
         ({"load": {"mass": ["0 kg", "5 kg"]}}, ["0 kg to 5 kg load"]),
         ({"sheath": {"friction": "0.09 +/- 0.02"}}, ["μ = 0.09 ± 0.02"]),
         ({"arm": {"b1": "140 mm to 160 mm"}}, ["b₁ = 150 mm ± 10 mm (uniform)"]),
         ({"setting": {"read": "flexor at joint"}}, ["setting.read = flexor at joint"]),
         ({"joint": ANKLE}, ["joint.excursion as in the study"]),
-        ({"sheath": {"bend_angle": {"angle": ["0 deg", "90 deg"], "bend": ["3 rad", "4 rad"]}}}, ["φ over the angle"]),
+        (
+            {"sheath": {"bend_angle": {"angle": ["0 deg", "90 deg"], "bend": ["3 rad", "4 rad"]}}},
+            ["φ over the angle"],
+        ),
     ],
 )
 def test_what_is_off_its_default_is_named(content: dict[str, object], says: list[str]) -> None:
@@ -128,13 +150,28 @@ def test_a_joint_by_its_travels_is_drawn_as_curves_through_what_was_measured() -
     study = study_from({"joint": ANKLE, "motion": {"elbow_angle": ["0 deg", "90 deg"]}})
     page = arm_page(study, [math.radians(45.0)])
     travel, arm = page.figure.axes
-    for side, (line, measured, slope) in enumerate(zip(*(by_gid(axes, gid) for axes, gid in (
-        (travel, "travel"), (travel, "measured"), (arm, "moment arm"),
-    )), strict=True)):  # fmt: skip
+    for side, (line, measured, slope) in enumerate(
+        zip(
+            *(
+                by_gid(axes, gid)
+                for axes, gid in (
+                    (travel, "travel"),
+                    (travel, "measured"),
+                    (arm, "moment arm"),
+                )
+            ),
+            strict=True,
+        )
+    ):
         angle, values = line.get_data()
-        np.testing.assert_allclose(np.interp(measured.get_xdata(), angle, values), measured.get_ydata(), atol=1e-2)
+        np.testing.assert_allclose(
+            np.interp(measured.get_xdata(), angle, values), measured.get_ydata(), atol=1e-2
+        )
         assert np.interp(0.0, angle, values) == pytest.approx(0.0, abs=1e-3)
         np.testing.assert_allclose(
-            np.gradient(values, np.radians(angle))[1:-1], slope.get_ydata()[1:-1], rtol=1e-3, err_msg=str(side)
+            np.gradient(values, np.radians(angle))[1:-1],
+            slope.get_ydata()[1:-1],
+            rtol=1e-3,
+            err_msg=str(side),
         )
     assert travel.get_xlabel() == "ankle angle θ (deg)"

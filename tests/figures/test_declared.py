@@ -25,9 +25,19 @@ SMALL = {"load": {"mass": ["0 kg", "5 kg"]}, "motion": MOTION}
 
 
 def test_an_elongation_is_what_the_tension_of_its_side_makes_of_the_compliance(tmp_path):
-    sides = {"spring": {"flexor": {"stiffness": "2 kN/m"}}, "tendon": {"extensor": {"pretension": "150 N"}}}
+    sides = {
+        "spring": {"flexor": {"stiffness": "2 kN/m"}},
+        "tendon": {"extensor": {"pretension": "150 N"}},
+    }
     cube = cube_of(states(tmp_path / "run", {**SMALL, **sides, "model": {"slack": "bilateral"}}))
-    names = ("spring_elongation", "elongation", "length_change", "tension_distal", "tendon_stretch", "spring_stretch")
+    names = (
+        "spring_elongation",
+        "elongation",
+        "length_change",
+        "tension_distal",
+        "tendon_stretch",
+        "spring_stretch",
+    )
     for side, stiffness, pretension in (("flexor", 2000.0, 100.0), ("extensor", 3000.0, 150.0)):
         columns = [f"{side}_{name}" for name in names]
         read = cube.gather(np.arange(cube.files.rows), columns)
@@ -86,13 +96,20 @@ def test_filters_choose_and_an_axis_of_one_value_plays_no_part(tmp_path):
     [
         ({}, figure(quantity="margin"), "quantity", "not written"),
         ({}, figure(where="load_mass = 4 kg"), "where", "nothing is left by"),
-        ({"model": {"slack": "bilateral"}}, figure(quantity="flexor_slack"), "quantity", "null in every row"),
+        (
+            {"model": {"slack": "bilateral"}},
+            figure(quantity="flexor_slack"),
+            "quantity",
+            "null in every row",
+        ),
         ({"load": {}}, figure(quantity="max_tension"), "x", "no axis with several"),
         ({"spool": {"ratio": [0.7, 1.0]}}, figure(quantity="efficiency"), "quantity", "no column"),
         ({}, figure(colour="elbow_angle", panels="elbow_angle"), "", "two parts"),
     ],
 )
-def test_a_figure_that_cannot_be_drawn_is_a_fault_beforehand_and_a_warning_after(tmp_path, more, asked, key, says):
+def test_a_figure_that_cannot_be_drawn_is_a_fault_beforehand_and_a_warning_after(
+    tmp_path, more, asked, key, says
+):
     tables = ["states"] if asked["quantity"] == "margin" else ["designs", "states"]
     content = {**SMALL, "output": {"tables": tables}, **more}
     study = study_of({**content, "figure": [asked]})
@@ -105,7 +122,10 @@ def test_a_figure_that_cannot_be_drawn_is_a_fault_beforehand_and_a_warning_after
 
 
 def test_what_can_be_drawn_is_no_fault():
-    for output in ({"tables": ["designs"]}, {"states": ["status", "spool_angle"]}):  # states are worked out
+    for output in (
+        {"tables": ["designs"]},
+        {"states": ["status", "spool_angle"]},
+    ):  # states are worked out
         check_figures_of(study_of({"output": output, "figure": [figure()]}))
 
 
@@ -118,7 +138,11 @@ def test_all_faults_of_all_figures_come_at_once_with_their_lines(tmp_path):
     with pytest.raises(StudyError) as error:
         load_study(path)
     places = {0: ("name", "quantity", "size"), 1: ("quantity", "overlay", "colr")}
-    asked = {(f"figure.{at}.{key}", line) for at, keys in places.items() for line, key in enumerate(keys, 2 + 7 * at)}
+    asked = {
+        (f"figure.{at}.{key}", line)
+        for at, keys in places.items()
+        for line, key in enumerate(keys, 2 + 7 * at)
+    }
     assert asked | {("arm.a1", 13)} <= {(fault.key, fault.line) for fault in error.value.faults}
     assert 'did you mean "motor_torque"?' in str(error.value)
 
@@ -130,7 +154,10 @@ def test_all_faults_of_all_figures_come_at_once_with_their_lines(tmp_path):
         (figure(where="load_mass = 5 N"), ("figure.0.where", "5 N")),
         (figure(where="lod = 5 N"), ("figure.0.where", "no column")),
         (figure(quantity=["elbow_torque", "margin"]), ("figure.0.quantity", "one table")),
-        (figure(quantity=["elbow_torque", "spool_angle"], overlay=True), ("figure.0.overlay", "angle and torque")),
+        (
+            figure(quantity=["elbow_torque", "spool_angle"], overlay=True),
+            ("figure.0.overlay", "angle and torque"),
+        ),
         (figure(overlay=True, colour="load_mass"), ("figure.0.colour", "overlay")),
         (figure("slack_map"), ("figure.0.name", "slack_map")),
         (figure(quantity="margin", x="motor_torque"), ("figure.0.x", "no column")),

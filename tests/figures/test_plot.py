@@ -15,7 +15,18 @@ from tendon_cli.figures.plan import STATE_PAIRS
 from tendon_cli.figures.style import render
 from tendon_cli.studies.figures import FigureSpec, figure_spec
 from tendon_cli.tables.read import open_table
-from tests.figures.runs import LOADS, designs, figures_of, grid, lines, panels, states, sweep, table, words
+from tests.figures.runs import (
+    LOADS,
+    designs,
+    figures_of,
+    grid,
+    lines,
+    panels,
+    states,
+    sweep,
+    table,
+    words,
+)
 
 CONTENT: dict[str, Any] = {"spool": {"ratio": [0.7, 0.8, 1.0]}, "load": {"mass": LOADS}}
 
@@ -31,7 +42,12 @@ def test_states_by_default(run: Path) -> None:
     shown = panels(figure)
     assert len(shown) == len(STATE_PAIRS) == 8
     assert shown[0].get_title() == "flexor tension at the elbow $F_{o}^{f}$"
-    assert [axes.get_ylabel() for axes in shown[::2]] == ["force (N)", "force (N)", "torque (N m)", "length (mm)"]
+    assert [axes.get_ylabel() for axes in shown[::2]] == [
+        "force (N)",
+        "force (N)",
+        "torque (N m)",
+        "length (mm)",
+    ]
     assert shown[-1].get_xlabel() == "elbow angle θ (deg)"
     np.testing.assert_allclose(shown[0].get_xlim(), (0.0, 90.0))
     assert "At F₀ = 100 N, K = 3 kN/m, η = 0.8, μ = 0.07, φ = 180 deg." in words(figure)
@@ -48,38 +64,54 @@ def test_lines_are_the_columns(run: Path) -> None:
     request = {"quantity": ("motor_torque",), "panels": "spool_ratio", "colour": "load_mass"}
     of = table(run, "states")
     (figure,) = figures_of(of, **request)
-    read = of.read(["spool_ratio", "load_mass", "direction", "elbow_angle", "motor_torque"]).to_pandas()
+    read = of.read(
+        ["spool_ratio", "load_mass", "direction", "elbow_angle", "motor_torque"]
+    ).to_pandas()
     shown = panels(figure)
     assert [axes.get_title() for axes in shown] == ["η = 0.7", "η = 0.8", "η = 1"]
     for ratio, axes in zip((0.7, 0.8, 1.0), shown, strict=True):
         for line in lines(axes):
             mass, way = line.get_label().split(" load, ")
-            rows = read[(read.spool_ratio == ratio) & (read.load_mass == float(mass[:-3])) & (read.direction == way)]
+            rows = read[
+                (read.spool_ratio == ratio)
+                & (read.load_mass == float(mass[:-3]))
+                & (read.direction == way)
+            ]
             np.testing.assert_allclose(line.get_xdata(), np.degrees(rows.elbow_angle))
             np.testing.assert_allclose(line.get_ydata(), rows.motor_torque)
 
 
 def test_slack_is_shown_by_a_band_of_its_own_side(run: Path) -> None:
     of = table(run, "states")
-    (figure,) = figures_of(of, quantity=("extensor_tension_distal",), where=("spool_ratio = 1", "load_mass = 10 kg"))
+    (figure,) = figures_of(
+        of, quantity=("extensor_tension_distal",), where=("spool_ratio = 1", "load_mass = 10 kg")
+    )
     read = of.read(["spool_ratio", "load_mass", "direction", "status"]).to_pandas()
-    rows = read[(read.spool_ratio == 1.0) & (read.load_mass == 10.0) & (read.direction == "flexion")]
+    rows = read[
+        (read.spool_ratio == 1.0) & (read.load_mass == 10.0) & (read.direction == "flexion")
+    ]
     band = next(line for line in panels(figure)[0].lines if line.get_gid() == "slack")
     slack = (rows.status == "extensor slack").to_numpy()
     np.testing.assert_array_equal(np.isfinite(band.get_ydata())[::2], slack)
     np.testing.assert_array_equal(np.isfinite(band.get_ydata())[1::2], slack[:-1] | slack[1:])
     assert np.isfinite(band.get_ydata()[-1])  # up to the last point
     assert "a tendon is slack" in words(figure)
-    (other,) = figures_of(of, quantity=("flexor_tension_distal",), where=("spool_ratio = 1", "load_mass = 10 kg"))
+    (other,) = figures_of(
+        of, quantity=("flexor_tension_distal",), where=("spool_ratio = 1", "load_mass = 10 kg")
+    )
     assert not [line for line in panels(other)[0].lines if line.get_gid() == "slack"]
 
 
 def test_units_and_any_x(run: Path) -> None:
     of = table(run, "states")
-    (figure,) = figures_of(of, quantity=("motor_torque",), x="elbow_torque", unit=("N·mm",), where=("spool_ratio = 1",))
+    (figure,) = figures_of(
+        of, quantity=("motor_torque",), x="elbow_torque", unit=("N·mm",), where=("spool_ratio = 1",)
+    )
     (axes,) = panels(figure)
     assert axes.get_xlabel() == "elbow torque $τ_{a}$ (N·mm)"
-    read = of.read(["spool_ratio", "load_mass", "direction", "elbow_torque", "motor_torque"]).to_pandas()
+    read = of.read(
+        ["spool_ratio", "load_mass", "direction", "elbow_torque", "motor_torque"]
+    ).to_pandas()
     rows = read[(read.spool_ratio == 1.0) & (read.load_mass == 3.0) & (read.direction == "flexion")]
     line = next(line for line in lines(axes) if line.get_label() == "3 kg load, flexion")
     np.testing.assert_allclose(line.get_xdata(), 1e3 * rows.elbow_torque)
@@ -89,7 +121,10 @@ def test_units_and_any_x(run: Path) -> None:
 def test_designs_by_default_are_slack_maps_or_lines(run: Path, tmp_path: Path) -> None:
     (drawn,) = figures_of(table(run, "designs"))
     assert panels(drawn)[0].get_xlabel() == "spool ratio η"
-    content = {"tendon": {"pretension": grid("0 N", "300 N", 5)}, "spring": {"stiffness": ["1 kN/m", "3 kN/m"]}}
+    content = {
+        "tendon": {"pretension": grid("0 N", "300 N", 5)},
+        "spring": {"stiffness": ["1 kN/m", "3 kN/m"]},
+    }
     of = designs(tmp_path / "map", {**content, "load": {"mass": LOADS}})
     (maps,) = figures_of(of)
     assert len(panels(maps)) == 4
@@ -107,7 +142,9 @@ def test_several_quantities_and_panels_give_pages(run: Path) -> None:
     figures = figures_of(table(run, "states"), panels="spool_ratio")
     assert len(figures) == 3
     assert "η = 0.7" in words(figures[0])
-    (grid_figure,) = figures_of(table(run, "states"), panels="spool_ratio", quantity=("elbow_torque", "motor_torque"))
+    (grid_figure,) = figures_of(
+        table(run, "states"), panels="spool_ratio", quantity=("elbow_torque", "motor_torque")
+    )
     assert len(panels(grid_figure)) == 6
 
 
@@ -126,7 +163,9 @@ def test_several_quantities_and_panels_give_pages(run: Path) -> None:
         ({"quantity": (*STATE_PAIRS, "spool_angle")}, None),
     ],
 )
-def test_what_does_not_fit_is_one_clear_error(run: Path, tmp_path: Path, request_: dict[str, Any], hint: str) -> None:
+def test_what_does_not_fit_is_one_clear_error(
+    run: Path, tmp_path: Path, request_: dict[str, Any], hint: str
+) -> None:
     with pytest.raises(UsageError) as refused:
         plot(table(run, "states"), figure_spec(**request_), tmp_path)
     assert hint is None or hint in (refused.value.hint or "")
@@ -134,7 +173,9 @@ def test_what_does_not_fit_is_one_clear_error(run: Path, tmp_path: Path, request
 
 
 def test_files_and_their_names(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    of = open_table(Path(shutil.copy(run / "states.parquet", tmp_path / "moved.parquet")))  # from its folder
+    of = open_table(
+        Path(shutil.copy(run / "states.parquet", tmp_path / "moved.parquet"))
+    )  # from its folder
     monkeypatch.chdir(tmp_path)
     small = {"quantity": ("motor_torque",), "size": "column"}
     assert plot(of, figure_spec(**small)) == [Path("test-states-motor_torque.png")]
@@ -153,7 +194,9 @@ def test_one_row(tmp_path: Path) -> None:
     motion = {"motion": {"elbow_angle": ["60 deg"], "direction": ["flexion"]}}
     folder = sweep(tmp_path / "run", motion)
     (figure,) = figures_of(table(folder, "states"))
-    assert all(len(lines(axes)) == 1 and lines(axes)[0].get_marker() != "None" for axes in panels(figure))
+    assert all(
+        len(lines(axes)) == 1 and lines(axes)[0].get_marker() != "None" for axes in panels(figure)
+    )
     with pytest.raises(UsageError, match="no axis with several"):
         figures_of(table(folder, "designs"))
 
@@ -175,9 +218,11 @@ def test_some_nulls_are_hatched(tmp_path: Path) -> None:
 
 def test_formulas_and_hostile_names_are_drawn_as_meant(tmp_path: Path) -> None:
     content = {
-        "title": "$a_{ " + "$" * 295, "cases": [{"name": "_a $x^"}, {"name": "$" * 199}],
-        "arm": {"elbow_radius": ["45 mm", "50 mm"]}, "tendon": {"pretension": ["50 N", "90 N"]},
-    }  # fmt: skip
+        "title": "$a_{ " + "$" * 295,
+        "cases": [{"name": "_a $x^"}, {"name": "$" * 199}],
+        "arm": {"elbow_radius": ["45 mm", "50 mm"]},
+        "tendon": {"pretension": ["50 N", "90 N"]},
+    }
     of = states(tmp_path / "run", content)
     first, second = figures_of(of, panels="arm_elbow_radius", colour="case")
     assert "$R_{elb}$ = 45 mm" in words(first)

@@ -21,8 +21,18 @@ def has(found, colour):
 
 
 def record(read="pretension", **population):
-    nothing = {"title": "t", "kind": "persons", "pretension": None, "window": [None, None], "not_served": []}
-    return {"serve": 0.95, "study": {"setting": {"read": read}}, "population": {**nothing, "sobol": [], **population}}
+    nothing = {
+        "title": "t",
+        "kind": "persons",
+        "pretension": None,
+        "window": [None, None],
+        "not_served": [],
+    }
+    return {
+        "serve": 0.95,
+        "study": {"setting": {"read": read}},
+        "population": {**nothing, "sobol": [], **population},
+    }
 
 
 def reason(text, needs, low, high):
@@ -37,31 +47,45 @@ def test_served_and_others_have_their_colours(tmp_path):
         "served": np.array([1.0, 1.0, 0.0, 0.0, 0.0]),
         "from_by": np.array(["a", "a", "a", "b", "b"], dtype=object),
         "to_by": np.array(["c", "", "c", "c", ""], dtype=object),
-        "weight": np.linspace(60.0, 90.0, 5), "stature": np.linspace(1.6, 1.9, 5),
-    }  # fmt: skip
+        "weight": np.linspace(60.0, 90.0, 5),
+        "stature": np.linspace(1.6, 1.9, 5),
+    }
     reasons = [reason("needs $more$", "more", "a", "c"), reason("none", "another suit", "b", "c")]
     whole = colours(
-        for_whom(record(window=[110.0, 130.0], pretension=120.0, not_served=reasons), rows), tmp_path / "a.png"
+        for_whom(record(window=[110.0, 130.0], pretension=120.0, not_served=reasons), rows),
+        tmp_path / "a.png",
     )
     assert has(whole, "#0072b2")
     assert has(whole, "#d55e00")
-    of_draws = {name: rows[name] for name in ("pretension_from", "pretension_to")} | {"served": np.zeros(5)}
+    of_draws = {name: rows[name] for name in ("pretension_from", "pretension_to")} | {
+        "served": np.zeros(5)
+    }
     assert not has(colours(for_whom(record(kind="draws"), of_draws), tmp_path / "b.png"), "#0072b2")
 
 
 def test_where_nobody_has_a_window_it_is_drawn(tmp_path):
     nowhere = np.full(3, np.nan)
-    page = for_whom(record(), {"pretension_from": nowhere, "pretension_to": nowhere, "served": np.zeros(3)})
+    page = for_whom(
+        record(), {"pretension_from": nowhere, "pretension_to": nowhere, "served": np.zeros(3)}
+    )
     assert len(colours(page, tmp_path / "n.png")) > 5
 
 
 @pytest.mark.parametrize("count", [0, 1, 40])
 def test_a_curve_of_any_length_is_drawn(tmp_path, count):
     share = np.linspace(0.0, 1.0, 2 * count)
-    curve = {"pretension": np.repeat(np.linspace(100.0, 140.0, count), 2), "share": share, "low": share * 0.9}
+    curve = {
+        "pretension": np.repeat(np.linspace(100.0, 140.0, count), 2),
+        "share": share,
+        "low": share * 0.9,
+    }
     each = {"first": 0.3, "first_standard_error": 0.02, "total": 0.4, "total_standard_error": 0.1}
     ends = [
-        {"end": end, "standard_deviation": 2.0, "inputs": {"a": {"name": "μ", **each}, "b": {"name": "K", **each}}}
+        {
+            "end": end,
+            "standard_deviation": 2.0,
+            "inputs": {"a": {"name": "μ", **each}, "b": {"name": "K", **each}},
+        }
         for end in ("pretension_from", "pretension_to")
     ]
     page = how_sure(record(curve={**curve, "high": share}, pretension=120.0, sobol=ends))
@@ -70,10 +94,17 @@ def test_a_curve_of_any_length_is_drawn(tmp_path, count):
 
 @pytest.mark.parametrize(
     ("read", "label"),
-    [("pretension", "pretension F₀ (N)"), ("extensor at motor", "tension in the extensor at the motor (N)")],
+    [
+        ("pretension", "pretension F₀ (N)"),
+        ("extensor at motor", "tension in the extensor at the motor (N)"),
+    ],
 )
 def test_axes_name_what_is_read(read, label):
-    rows = {"pretension_from": np.array([90.0, 95.0]), "pretension_to": np.full(2, 130.0), "served": np.ones(2)}
+    rows = {
+        "pretension_from": np.array([90.0, 95.0]),
+        "pretension_to": np.full(2, 130.0),
+        "served": np.ones(2),
+    }
     ends = {name: np.array([90.0, 130.0]) for name in ("pretension", "share", "low", "high")}
     asked = record(read, curve=ends, pretension=120.0)
     with house_style():

@@ -11,7 +11,17 @@ import pytest
 from tendon_cli.figures.draw import draw_run
 from tendon_cli.figures.maps import colour_scale
 from tendon_cli.tables.read import TableFiles
-from tests.figures.runs import LOADS, by_gid, designs, figure_of, grid, panels, study_of, sweep, words
+from tests.figures.runs import (
+    LOADS,
+    by_gid,
+    designs,
+    figure_of,
+    grid,
+    panels,
+    study_of,
+    sweep,
+    words,
+)
 
 STIFFNESS = {"stiffness": grid("0.5 kN/m", "6 kN/m", 12)}
 PRETENSION = {"pretension": grid("0 N", "300 N", 31)}
@@ -20,7 +30,12 @@ PRETENSION = {"pretension": grid("0 N", "300 N", 31)}
 @pytest.fixture(scope="module")
 def springs(tmp_path_factory: pytest.TempPathFactory) -> TableFiles:
     """31 pretensions, 12 springs, 4 loads."""
-    content = {"title": "Springs & $ons", "tendon": PRETENSION, "spring": STIFFNESS, "load": {"mass": LOADS}}
+    content = {
+        "title": "Springs & $ons",
+        "tendon": PRETENSION,
+        "spring": STIFFNESS,
+        "load": {"mass": LOADS},
+    }
     return designs(tmp_path_factory.mktemp("map") / "run", content)
 
 
@@ -46,8 +61,13 @@ def test_panels_axes_units_and_colours(springs: TableFiles) -> None:
 
 
 def test_axes_and_captions_name_the_tension_that_the_study_reads(tmp_path: Path) -> None:
-    reading = {"setting": {"read": "flexor at joint"}, "tendon": {"pretension": grid("9 N", "90 N", 4)}}
-    figure = figure_of(designs(tmp_path / "run", {**reading, "spring": STIFFNESS, "load": {"mass": ["3 kg"]}}))
+    reading = {
+        "setting": {"read": "flexor at joint"},
+        "tendon": {"pretension": grid("9 N", "90 N", 4)},
+    }
+    figure = figure_of(
+        designs(tmp_path / "run", {**reading, "spring": STIFFNESS, "load": {"mass": ["3 kg"]}})
+    )
     (panel,), text = panels(figure), " ".join(words(figure).split())
     assert panel.get_xlabel() == "tension in the flexor at the joint $F_{set}$ (N)"
     assert "margin $F_{set}$ − $F_{set}^{*}$ (N)" in text
@@ -55,8 +75,12 @@ def test_axes_and_captions_name_the_tension_that_the_study_reads(tmp_path: Path)
     assert "F₀" not in text
 
 
-def test_the_boundary_is_the_required_pretension_with_ticks_on_the_slack_side(springs: TableFiles) -> None:
-    required = np.array(springs.read(["required_pretension"])["required_pretension"]).reshape(31, 12, 4)[0, :, 1]
+def test_the_boundary_is_the_required_pretension_with_ticks_on_the_slack_side(
+    springs: TableFiles,
+) -> None:
+    required = np.array(springs.read(["required_pretension"])["required_pretension"]).reshape(
+        31, 12, 4
+    )[0, :, 1]
     (axes,) = panels(figure_of(springs, where="load_mass = 3 kg"))
     (boundary,) = by_gid(axes, "boundary")
     vertices = np.concatenate([path.vertices for path in boundary.get_paths()])
@@ -65,13 +89,17 @@ def test_the_boundary_is_the_required_pretension_with_ticks_on_the_slack_side(sp
         assert np.abs(nearest[:, 0] - value).min() < 1e-6 * 300.0
     (ticks,) = [effect for effect in boundary.get_path_effects() if hasattr(effect, "_angle")]
     assert ticks._angle == -90.0  # to the right of the line
-    for path in boundary.get_paths():  # more pretension, which is along x, is a larger margin: on the left going down
+    for path in (
+        boundary.get_paths()
+    ):  # more pretension, which is along x, is a larger margin: on the left going down
         assert (np.diff(path.vertices[:, 1]) < 0.0).all()
 
 
 def test_logarithmic_axis(tmp_path: Path) -> None:
     log = {"stiffness": grid("0.3 kN/m", "30 kN/m", 9, spacing="log")}
-    (axes,) = panels(figure_of(designs(tmp_path / "run", {"spring": log, "spool": {"ratio": [0.7, 1.0, 1.3]}})))
+    (axes,) = panels(
+        figure_of(designs(tmp_path / "run", {"spring": log, "spool": {"ratio": [0.7, 1.0, 1.3]}}))
+    )
     assert axes.get_xscale() == "log"
     assert axes.get_yscale() == "linear"
     assert axes.get_ylabel() == "spool ratio η"
@@ -97,9 +125,13 @@ def test_one_axis_gives_lines_with_the_slack_side_shaded(springs: TableFiles) ->
     (axes,) = panels(figure_of(springs, where="spring_stiffness = 3 kN/m"))
     lines = by_gid(axes, "curve")
     assert [line.get_label() for line in lines] == [f"{mass} load" for mass in LOADS]
-    assert len({line.get_color() for line in lines}) == len({line.get_marker() for line in lines}) == 4
+    assert (
+        len({line.get_color() for line in lines}) == len({line.get_marker() for line in lines}) == 4
+    )
     (shade,) = by_gid(axes, "slack area")
-    assert shade.get_extents().transformed(axes.transData.inverted()).y1 == pytest.approx(0.0, abs=1e-9)
+    assert shade.get_extents().transformed(axes.transData.inverted()).y1 == pytest.approx(
+        0.0, abs=1e-9
+    )
 
 
 def test_over_cases_the_map_has_cells_and_a_stroke_for_each(tmp_path: Path) -> None:
@@ -108,12 +140,16 @@ def test_over_cases_the_map_has_cells_and_a_stroke_for_each(tmp_path: Path) -> N
         {"name": "a $50 man", "arm": {"forearm_mass": "9 kg"}},
     ]
     table = designs(tmp_path / "run", {"cases": cases, "tendon": PRETENSION})
-    required = np.array(table.read(["required_pretension"])["required_pretension"]).reshape(2, 31)[:, 0]
+    required = np.array(table.read(["required_pretension"])["required_pretension"]).reshape(2, 31)[
+        :, 0
+    ]
     (axes,) = panels(figure_of(table))
     assert [label.get_text() for label in axes.get_xticklabels()] == ["light", r"a \$50 man"]
     strokes = by_gid(axes, "boundary")
     np.testing.assert_allclose([stroke.get_ydata()[0] for stroke in strokes], required, rtol=1e-9)
-    assert all(np.diff(stroke.get_xdata()) > 0.0 for stroke in strokes)  # more pretension, along y, is on the left
+    assert all(
+        np.diff(stroke.get_xdata()) > 0.0 for stroke in strokes
+    )  # more pretension, along y, is on the left
     (area,) = by_gid(axes, "unstable")
     assert len(area.get_paths()) == int((~np.array(table.read(["stable"])["stable"])).sum()) > 0
     (axes,) = panels(figure_of(designs(tmp_path / "cases", {"cases": cases})))
@@ -121,7 +157,10 @@ def test_over_cases_the_map_has_cells_and_a_stroke_for_each(tmp_path: Path) -> N
 
 
 def test_two_by_two(tmp_path: Path) -> None:
-    content = {"tendon": {"pretension": ["200 N", "100 N"]}, "spring": {"stiffness": ["1 kN/m", "3 kN/m"]}}
+    content = {
+        "tendon": {"pretension": ["200 N", "100 N"]},
+        "spring": {"stiffness": ["1 kN/m", "3 kN/m"]},
+    }
     (axes,) = panels(figure_of(designs(tmp_path / "run", {**content, "load": {"mass": ["5 kg"]}})))
     (mesh,) = by_gid(axes, "margin")
     assert mesh.get_array().shape == (2, 2)
@@ -147,7 +186,10 @@ def test_many_combinations_are_chosen_evenly_and_it_says_so(tmp_path: Path) -> N
 
 
 def test_more_panels_than_a_page_go_on_a_second(tmp_path: Path) -> None:
-    content = {"tendon": {"pretension": ["50 N", "150 N"]}, "spring": {"stiffness": ["1 kN/m", "3 kN/m"]}}
+    content = {
+        "tendon": {"pretension": ["50 N", "150 N"]},
+        "spring": {"stiffness": ["1 kN/m", "3 kN/m"]},
+    }
     content |= {"sheath": {"friction": [0.05, 0.07, 0.09, 0.1]}, "load": {"mass": LOADS}}
     drawn = draw_run(study_of(content), sweep(tmp_path / "run", content))
     assert drawn == (["slack_map.png", "slack_map-2.png"], [], None)
@@ -165,7 +207,9 @@ def test_no_map_has_a_reason(tmp_path: Path) -> None:
 
 
 def test_the_colour_scale_is_round_and_keeps_the_near_of_zero_visible() -> None:
-    limit, levels, extend = colour_scale(np.array([-7000.0, *np.linspace(-80.0, 110.0, 50), np.nan]))
+    limit, levels, extend = colour_scale(
+        np.array([-7000.0, *np.linspace(-80.0, 110.0, 50), np.nan])
+    )
     assert (limit, extend) == (125.0, "min")
     assert 0.0 in levels
     assert colour_scale(np.array([-90.0, 110.0]))[2] == "neither"

@@ -33,25 +33,39 @@ HOSTILE: dict[str, tuple[dict[str, str], bytes]] = {
     "settings": ({"LANG": "de_DE.UTF-8", "LC_ALL": "tr_TR.UTF-8"}, SETTINGS),
     "odd": ({"SOURCE_DATE_EPOCH": "12345", "TZ": "Asia/Tokyo"}, b"\x00 : {"),
     "backend": ({"MPLBACKEND": "nonsense", "PYTHONHASHSEED": "7"}, b"text.usetex: True\n"),
-    "no place": ({"MPLCONFIGDIR": "/proc/nowhere", "MATPLOTLIBRC": "/nowhere", "HOME": "/proc"}, b""),
+    "no place": (
+        {"MPLCONFIGDIR": "/proc/nowhere", "MATPLOTLIBRC": "/nowhere", "HOME": "/proc"},
+        b"",
+    ),
 }
 
 
 @pytest.fixture(scope="module")
 def table_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("style") / "run"
-    content = {"tendon": {"pretension": grid("0 N", "300 N", 9)}, "spring": {"stiffness": ["1 kN/m", "3 kN/m"]}}
+    content = {
+        "tendon": {"pretension": grid("0 N", "300 N", 9)},
+        "spring": {"stiffness": ["1 kN/m", "3 kN/m"]},
+    }
     designs(folder, content)
     return folder / "designs.parquet"
 
 
-def draw(table: Path, folder: Path, extra: dict[str, str], settings: bytes | None) -> subprocess.CompletedProcess[str]:
+def draw(
+    table: Path, folder: Path, extra: dict[str, str], settings: bytes | None
+) -> subprocess.CompletedProcess[str]:
     folder.mkdir()
     if settings is not None:
         (folder / "matplotlibrc").write_bytes(settings)
-    kept = {name: value for name, value in os.environ.items() if not name.startswith(("MPL", "MATPLOTLIB"))}
+    kept = {
+        name: value
+        for name, value in os.environ.items()
+        if not name.startswith(("MPL", "MATPLOTLIB"))
+    }
     command = [sys.executable, "-c", DRAW, str(table)]
-    return subprocess.run(command, cwd=folder, env={**kept, **extra}, capture_output=True, text=True, check=True)
+    return subprocess.run(
+        command, cwd=folder, env={**kept, **extra}, capture_output=True, text=True, check=True
+    )
 
 
 @pytest.fixture(scope="module")
@@ -63,15 +77,23 @@ def calm(table_path: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.torture if name in ("odd", "backend") else ()) for name in HOSTILE]
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.torture if name in ("odd", "backend") else ())
+        for name in HOSTILE
+    ],
 )
-def test_bytes_do_not_depend_on_the_surroundings(table_path: Path, tmp_path: Path, calm: str, name: str) -> None:
+def test_bytes_do_not_depend_on_the_surroundings(
+    table_path: Path, tmp_path: Path, calm: str, name: str
+) -> None:
     hostile = draw(table_path, tmp_path / "there", *HOSTILE[name])
     assert not hostile.stderr
     assert hostile.stdout == calm
 
 
-@pytest.mark.parametrize("content", [b"\xff\xfe\x00 : {", b"axes.formatter.use_locale: True\n", None])
+@pytest.mark.parametrize(
+    "content", [b"\xff\xfe\x00 : {", b"axes.formatter.use_locale: True\n", None]
+)
 def test_settings_that_stop_matplotlib_are_refused_at_once(
     table_path: Path, workplace: Path, content: bytes | None
 ) -> None:
@@ -81,7 +103,9 @@ def test_settings_that_stop_matplotlib_are_refused_at_once(
         Path("matplotlibrc").write_bytes(content)
     command = [sys.executable, "-m", "tendon_cli", "plot", str(table_path), "--out", "f.png"]
     environment = os.environ | {"LC_ALL": "tr_TR.UTF-8"}
-    ran = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60, env=environment)
+    ran = subprocess.run(
+        command, capture_output=True, text=True, check=False, timeout=60, env=environment
+    )
     assert ran.returncode == 3
     assert "matplotlibrc: matplotlib cannot use these settings" in ran.stderr
     assert not Path("f.png").exists()

@@ -29,7 +29,7 @@ from tests.figures.runs import (
     sweep,
     table,
     words,
-)  # fmt: skip
+)
 
 PRETENSION = {"pretension": grid("20 N", "260 N", 13)}
 RATIO = {"ratio": grid("0.5", "1.2", 8)}
@@ -38,7 +38,11 @@ RATIO = {"ratio": grid("0.5", "1.2", 8)}
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     motion = {"elbow_angle": grid("0 deg", "90 deg", 31)}
-    content = {"tendon": {"pretension": ["100 N", "200 N"]}, "load": {"mass": LOADS}, "motion": motion}
+    content = {
+        "tendon": {"pretension": ["100 N", "200 N"]},
+        "load": {"mass": LOADS},
+        "motion": motion,
+    }
     return sweep(tmp_path_factory.mktemp("display") / "run", content)
 
 
@@ -53,17 +57,29 @@ def rows_of(folder: Path, **equal: Any) -> Any:
 
 
 def test_filters_and_what_is_common_stand_in_the_caption(run: Path) -> None:
-    figure = figure_of(table(run, "states"), quantity="motor_torque", where=["load_mass = 5 kg", "pretension = 200 N"])
+    figure = figure_of(
+        table(run, "states"),
+        quantity="motor_torque",
+        where=["load_mass = 5 kg", "pretension = 200 N"],
+    )
     (notes,) = by_gid(figure, "notes")
     assert "Only where load_mass = 5 kg and pretension = 200 N." in notes.get_text()
     assert "At F₀ = 200 N, K = 3 kN/m, η = 1, 5 kg load, μ = 0.07, φ = 180 deg." in notes.get_text()
-    other = figure_of(table(run, "states"), quantity="motor_torque", panels="pretension", where="direction = flexion")
+    other = figure_of(
+        table(run, "states"),
+        quantity="motor_torque",
+        panels="pretension",
+        where="direction = flexion",
+    )
     assert "At flexion, K = 3 kN/m, η = 1, μ = 0.07, φ = 180 deg." in words(other)
     assert "--" not in words(figure) + words(other)
 
 
 def test_sides_that_differ_are_named(tmp_path: Path) -> None:
-    content = {"tendon": {"pretension": "100 N", "extensor": {"pretension": "80 N"}}, "spool": RATIO}
+    content = {
+        "tendon": {"pretension": "100 N", "extensor": {"pretension": "80 N"}},
+        "spool": RATIO,
+    }
     of = designs(tmp_path / "run", content)
     figure = figure_of(of)
     assert "F₀ = 100 N (flexor), F₀ = 80 N (extensor)" in words(figure)
@@ -79,7 +95,10 @@ def test_sides_that_differ_are_named(tmp_path: Path) -> None:
 def test_every_format_knows_its_study(run: Path, tmp_path: Path) -> None:
     of = table(run, "states")
     spec = figure_spec(
-        quantity="flexor_tension_proximal", where="load_mass = 5 kg", size="column", format=["png", "svg", "pdf"]
+        quantity="flexor_tension_proximal",
+        where="load_mass = 5 kg",
+        size="column",
+        format=["png", "svg", "pdf"],
     )
     png, svg, pdf = plot(of, spec, tmp_path)
     with Image.open(png) as image:
@@ -89,14 +108,17 @@ def test_every_format_knows_its_study(run: Path, tmp_path: Path) -> None:
     assert told[0]["Source"] == f"tendon study test {of.facts['study_hash']}"
     assert f"tendon study test {of.facts['study_hash']}" in told[1]
     assert of.facts["study_hash"].encode() in told[2] + b"".join(
-        zlib.decompress(found) for found in re.findall(rb"stream\r?\n(x.*?)\r?\nendstream", told[2], re.DOTALL)
+        zlib.decompress(found)
+        for found in re.findall(rb"stream\r?\n(x.*?)\r?\nendstream", told[2], re.DOTALL)
     )
     assert "elbow angle θ (deg)" in told[1]  # text, which can be searched and edited
     assert "<text" in told[1]
 
 
 def test_a_key_too_long_for_a_small_figure_is_broken(tmp_path: Path) -> None:
-    figure = figure_of(designs(tmp_path / "run", {"tendon": PRETENSION, "spool": RATIO}), size="60 x 70 mm")
+    figure = figure_of(
+        designs(tmp_path / "run", {"tendon": PRETENSION, "spool": RATIO}), size="60 x 70 mm"
+    )
     figure.draw_without_rendering()
     (legend,) = figure.legends
     box = legend.get_window_extent()
@@ -110,7 +132,11 @@ def test_a_key_too_long_for_a_small_figure_is_broken(tmp_path: Path) -> None:
 
 
 def test_unstable_stretches_are_marked_where_the_stiffness_is_negative(run: Path) -> None:
-    figure = figure_of(table(run, "states"), quantity="motor_torque", where=["load_mass = 0 kg", "pretension = 200 N"])
+    figure = figure_of(
+        table(run, "states"),
+        quantity="motor_torque",
+        where=["load_mass = 0 kg", "pretension = 200 N"],
+    )
     (axes,) = panels(figure)
     rows = rows_of(run, load_mass=0.0, pretension=200.0, direction="flexion")
     unstable = (rows.elbow_stiffness < 0.0).to_numpy()
@@ -119,7 +145,11 @@ def test_unstable_stretches_are_marked_where_the_stiffness_is_negative(run: Path
     np.testing.assert_array_equal(np.isfinite(marked.get_ydata())[::2], unstable)
     np.testing.assert_allclose(marked.get_ydata()[::2][unstable], rows.motor_torque[unstable])
     assert "unstable elbow" in words(figure)
-    calm = figure_of(table(run, "states"), quantity="motor_torque", where=["load_mass = 10 kg", "pretension = 100 N"])
+    calm = figure_of(
+        table(run, "states"),
+        quantity="motor_torque",
+        where=["load_mass = 10 kg", "pretension = 100 N"],
+    )
     assert not lines(panels(calm)[0], "unstable")
     assert "unstable" not in words(calm)
 
@@ -137,7 +167,9 @@ def test_kinks_stand_where_a_tendon_goes_slack_on_either_side_s_lines(run: Path)
         np.testing.assert_allclose(kink.get_xdata(), (degrees[at] + degrees[at + 1]) / 2.0)
 
 
-def test_bilateral_lines_have_no_kink_and_are_shaded_below_zero_others_the_other_way_round(tmp_path: Path) -> None:
+def test_bilateral_lines_have_no_kink_and_are_shaded_below_zero_others_the_other_way_round(
+    tmp_path: Path,
+) -> None:
     content = {"model": {"slack": "bilateral"}, "load": {"mass": ["10 kg"]}}
     for model, is_shaded in ((content, True), ({"load": content["load"]}, False)):
         folder = tmp_path / str(is_shaded)
@@ -149,7 +181,11 @@ def test_bilateral_lines_have_no_kink_and_are_shaded_below_zero_others_the_other
 def test_open_and_filled_markers_are_in_the_key(run: Path) -> None:
     figure = figure_of(table(run, "states"), quantity="motor_torque", where="pretension = 100 N")
     key = dict(
-        zip([text.get_text() for text in figure.legends[0].get_texts()], figure.legends[0].legend_handles, strict=True)
+        zip(
+            [text.get_text() for text in figure.legends[0].get_texts()],
+            figure.legends[0].legend_handles,
+            strict=True,
+        )
     )
     assert to_hex(key["extension, open"].get_markerfacecolor()) == "#ffffff"
     assert to_hex(key["flexion, filled"].get_markerfacecolor()) == "#000000"
@@ -160,9 +196,13 @@ def test_open_and_filled_markers_are_in_the_key(run: Path) -> None:
 
 def test_a_load_has_its_colour_in_every_figure(run: Path) -> None:
     def colours(figure: Any) -> dict[str, str]:
-        return {line.get_label(): to_hex(line.get_color()) for line in lines(panels(figure)[0], "curve")}
+        return {
+            line.get_label(): to_hex(line.get_color()) for line in lines(panels(figure)[0], "curve")
+        }
 
-    every = colours(figure_of(table(run, "states"), quantity="motor_torque", where="pretension = 100 N"))
+    every = colours(
+        figure_of(table(run, "states"), quantity="motor_torque", where="pretension = 100 N")
+    )
     where = ["pretension = 100 N", "load_mass in 3 kg, 10 kg"]
     some = colours(figure_of(table(run, "states"), quantity="elbow_torque", where=where))
     assert len(some) == 4
@@ -175,8 +215,13 @@ def test_quantities_of_another_size_have_their_own_axis(run: Path) -> None:
         (("flexor_tendon_stretch", "flexor_spring_stretch"), False),
         (("flexor_tension_distal", "extensor_tension_distal"), True),
     ):
-        first, second = panels(figure_of(table(run, "states"), quantity=names, where="pretension = 100 N"))
-        sizes = [max(np.nanmax(np.abs(line.get_ydata())) for line in lines(axes)) for axes in (first, second)]
+        first, second = panels(
+            figure_of(table(run, "states"), quantity=names, where="pretension = 100 N")
+        )
+        sizes = [
+            max(np.nanmax(np.abs(line.get_ydata())) for line in lines(axes))
+            for axes in (first, second)
+        ]
         assert (max(sizes) < 5.0 * min(sizes)) == (first.get_ylim() == second.get_ylim()) == alike
         assert bool(second.get_ylabel()) != alike
 
@@ -185,7 +230,10 @@ def test_panels_that_repeat_are_drawn_once(run: Path, tmp_path: Path) -> None:
     once = figure_of(table(run, "states"), quantity="flexor_moment_arm", panels="pretension")
     assert len(panels(once)) == 1
     assert "The same picture for F₀ = 100 N, F₀ = 200 N." in words(once)
-    content = {"tendon": PRETENSION, "spool": {"ratio": [0.7, 1.0], "flexor_radius": ["30 mm", "40 mm"]}}
+    content = {
+        "tendon": PRETENSION,
+        "spool": {"ratio": [0.7, 1.0], "flexor_radius": ["30 mm", "40 mm"]},
+    }
     maps = figure_of(designs(tmp_path / "run", content))
     assert len(panels(maps)) == 1
     assert "The same picture for $R_{f}$ = 30 mm, $R_{f}$ = 40 mm." in words(maps)
@@ -195,7 +243,10 @@ def test_panels_that_repeat_are_drawn_once(run: Path, tmp_path: Path) -> None:
 
 
 def test_a_map_hatches_just_the_unstable_designs(tmp_path: Path) -> None:
-    of = designs(tmp_path / "run", {"tendon": PRETENSION, "spool": RATIO, "load": {"mass": ["0 kg", "10 kg"]}})
+    of = designs(
+        tmp_path / "run",
+        {"tendon": PRETENSION, "spool": RATIO, "load": {"mass": ["0 kg", "10 kg"]}},
+    )
     figure = figure_of(of)
     stable = np.array(of.read(["stable"])["stable"]).reshape(13, 8, 2)
     assert 0 < stable[..., 0].sum() < stable[..., 0].size
@@ -213,7 +264,11 @@ def test_a_map_hatches_just_the_unstable_designs(tmp_path: Path) -> None:
 
 def test_each_limit_has_its_line_and_its_name(tmp_path: Path) -> None:
     limits = {"max_tension": "300 N", "peak_motor_torque": "8 N m", "max_pretension": "203 N"}
-    content = {"tendon": {"pretension": grid("20 N", "260 N", 25)}, "spool": RATIO, "limits": limits}
+    content = {
+        "tendon": {"pretension": grid("20 N", "260 N", 25)},
+        "spool": RATIO,
+        "limits": limits,
+    }
     of = designs(tmp_path / "run", {**content, "load": {"mass": ["5 kg"]}})
     figure = figure_of(of)
     (axes,) = panels(figure)
@@ -257,10 +312,20 @@ def test_a_study_is_told_to_be_one(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "same"), [("120", (120, None)), ("12 x 9 cm", (120, 90)), ("column", (85, None)), ("page", (175, None))]
+    ("text", "same"),
+    [("120", (120, None)), ("12 x 9 cm", (120, 90)), ("column", (85, None)), ("page", (175, None))],
 )
-def test_a_size_is_read_alike_everywhere(run: Path, text: str, same: tuple[float, float | None]) -> None:
-    figure = figure_of(table(run, "states"), quantity="motor_torque", size=text, where="pretension = 100 N")
+def test_a_size_is_read_alike_everywhere(
+    run: Path, text: str, same: tuple[float, float | None]
+) -> None:
+    figure = figure_of(
+        table(run, "states"), quantity="motor_torque", size=text, where="pretension = 100 N"
+    )
     width, height = 25.4 * figure.get_size_inches()
     assert (width, height) == (pytest.approx(same[0]), pytest.approx(same[1] or height))
-    assert study_of({"figure": [{"name": "a", "quantity": "motor_torque", "size": text}]}).figure[0].size == text
+    assert (
+        study_of({"figure": [{"name": "a", "quantity": "motor_torque", "size": text}]})
+        .figure[0]
+        .size
+        == text
+    )

@@ -45,7 +45,9 @@ def cube(tmp_path_factory: pytest.TempPathFactory) -> Cube:
 def test_what_is_left(cube: Cube, text: str, column: str, left: list[int]) -> None:
     chosen = cube.choose(cube.of.conditions([text]))
     assert list(chosen[column]) == left
-    assert all(len(at) == cube.axis(other).length for other, at in chosen.items() if other != column)
+    assert all(
+        len(at) == cube.axis(other).length for other, at in chosen.items() if other != column
+    )
 
 
 @pytest.mark.parametrize(

@@ -26,17 +26,25 @@ WITHOUT: dict[str, tuple[tuple[Any, str, Any], ...]] = {
     "strokes: the trigger (turns at the middle)": ((directions, "_TRIGGER", 0.0),),
     "strokes: the two limits' test": ((prepare, "_TWO_LIMITS", 0.0),),
     "strokes: refusal of a load's cell that does not follow": ((prepare, "_FOLLOWS", 0.0),),
-    "limit: blocks (each row by itself)": ((estimate, "_BLOCKS", NEVER), (estimate, "_COARSE", NEVER)),
+    "limit: blocks (each row by itself)": (
+        (estimate, "_BLOCKS", NEVER),
+        (estimate, "_COARSE", NEVER),
+    ),
     "limit: start at the 85th percentile (at the median)": ((estimate, "_START", 0.5),),
     "limit: a width from what lies beyond (half as wide)": ((estimate, "_WIDE", 1.1),),
     "limit: the same (twice as wide)": ((estimate, "_WIDE", 4.4),),
     "limit: least width of 0.4 %": ((estimate, "_FLAT", 1e-6),),
     "limit: the test of density": ((estimate, "_DENSE", 0.0), (estimate, "_WIDEST", 9.0)),
-    "limit: the test for limits inside the others'": ((estimate, "_INSIDE", 9.0), (estimate, "_FURTHEST", 9.0)),
+    "limit: the test for limits inside the others'": (
+        (estimate, "_INSIDE", 9.0),
+        (estimate, "_FURTHEST", 9.0),
+    ),
     "limit: the test for short strokes": ((estimate, "_SHORT", 0.0),),
     "limit: the ramp's count": ((estimate, "_TAIL", 9.0),),
     "line: offsets": ((effects, "_VARIES", 9.0),),
-    "line: prior of effects (ten times as wide)": ((effects, "PRIOR", {n: 10 * t for n, t in effects.PRIOR.items()}),),
+    "line: prior of effects (ten times as wide)": (
+        (effects, "PRIOR", {n: 10 * t for n, t in effects.PRIOR.items()}),
+    ),
     "line: strictness with delay, force and entry": ((models, "STRICT", {}),),
     "line: refusal of effects that need another gain": ((models, "_GAIN_MOVES", NEVER),),
     "line: refusal of effects that leave 20 % open": ((models, "_UNKNOWN", NEVER),),
@@ -56,7 +64,9 @@ def verdicts_of(case: Case, count: Count) -> Iterator[dict[str, object]]:
     for fit in count.fits:
         low, high = fit.uncertainty.interval_95
         alarm = "false alarm" if case.clean and fit.warnings else "right"
-        quiet = {} if fit.warnings else {"held": covers(fit), "half": (high - low) / 2.0 / fit.friction}
+        quiet = (
+            {} if fit.warnings else {"held": covers(fit), "half": (high - low) / 2.0 / fit.friction}
+        )
         yield {"outcome": "silent" if count.is_silent(fit) else alarm, **quiet}
 
 
@@ -65,9 +75,13 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--only", default="")
     options = parser.parse_args()
-    of_chain = [(kind, *log) for kind in KINDS.values() if kind.tells for log in logs(kind, options.seeds)]
+    of_chain = [
+        (kind, *log) for kind in KINDS.values() if kind.tells for log in logs(kind, options.seeds)
+    ]
     of_cases = {name: case for name, case in CASES.items() if not case.hides}
-    print("| without | silent, % | false alarms, % | refused, % | intervals that hold, % | half-width, % |")  # noqa: T201
+    print(
+        "| without | silent, % | false alarms, % | refused, % | intervals that hold, % | half-width, % |"
+    )  # noqa: T201
     print("|---" * 6 + "|")  # noqa: T201
     for name in (name for name in WITHOUT if options.only in name):
         with contextlib.ExitStack() as stack:

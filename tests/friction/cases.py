@@ -21,7 +21,13 @@ FRICTION = 0.1
 ROW = 0.02
 """Seconds from row to row."""
 CLEAN = Rig(
-    FRICTION, strokes=10, weights=(20.0, 60.0), noise=0.1, resolution=0.01, friction_scatter=0.01, load_spring=0.0
+    FRICTION,
+    strokes=10,
+    weights=(20.0, 60.0),
+    noise=0.1,
+    resolution=0.01,
+    friction_scatter=0.01,
+    load_spring=0.0,
 )
 VARYING = replace(CLEAN, load_spring=1.0)
 
@@ -35,7 +41,9 @@ class Case:
     hides: bool = False  # nothing in the readings can tell what is wrong: only a note says how much it could be
     refused: bool = False  # the only right answer is a refusal
     clean: bool = False  # any warning is a false alarm
-    make: Callable[[Rig, Logs, int], pd.DataFrame] | None = None  # readings of a seed, if not the log as it stands
+    make: Callable[[Rig, Logs, int], pd.DataFrame] | None = (
+        None  # readings of a seed, if not the log as it stands
+    )
 
 
 def readings(motor: Floats, load: Floats, **columns: Any) -> pd.DataFrame:
@@ -57,12 +65,19 @@ def fits_of(rig: Rig, seeds: int, first_seed: int = 0) -> list[Fit]:
 
 def with_directions(rig: Rig, logs: Logs, seed: int) -> pd.DataFrame:
     """With a column of directions, which follows the motor and not the slip."""
-    return log_of(rig, logs, seed, direction=np.select([logs.toward > 0, logs.toward < 0], ["up", "down"], "rest"))
+    return log_of(
+        rig,
+        logs,
+        seed,
+        direction=np.select([logs.toward > 0, logs.toward < 0], ["up", "down"], "rest"),
+    )
 
 
 def with_strokes(rig: Rig, logs: Logs, seed: int) -> pd.DataFrame:
     """With a column that counts the strokes."""
-    return log_of(rig, logs, seed, stroke=np.cumsum(np.diff(logs.toward, prepend=0.0) != 0.0).astype(str))
+    return log_of(
+        rig, logs, seed, stroke=np.cumsum(np.diff(logs.toward, prepend=0.0) != 0.0).astype(str)
+    )
 
 
 def untimed(rig: Rig, logs: Logs, seed: int) -> pd.DataFrame:
@@ -74,9 +89,15 @@ def settled(rows: int, directions: bool = True) -> Callable[[Rig, Logs, int], pd
     """A table of `rows` settled readings of every stroke, taken from its end."""
 
     def make(rig: Rig, logs: Logs, seed: int) -> pd.DataFrame:
-        taken = np.arange(rig.rows_at_rest, len(logs.toward)).reshape(rig.strokes, -1)[:, -rows:].ravel()
+        taken = (
+            np.arange(rig.rows_at_rest, len(logs.toward))
+            .reshape(rig.strokes, -1)[:, -rows:]
+            .ravel()
+        )
         names = np.where(logs.toward[taken] > 0, "up", "down") if directions else None
-        return readings(logs.motor_cell[taken, seed], logs.load_cell[taken, seed], time=None, direction=names)
+        return readings(
+            logs.motor_cell[taken, seed], logs.load_cell[taken, seed], time=None, direction=names
+        )
 
     return make
 
@@ -85,8 +106,10 @@ def levels(rig: Rig, logs: Logs, seed: int) -> pd.DataFrame:
     """Pulled up with a heavy weight and let down with a light one, which are exchanged between the strokes."""
     light = simulate(replace(rig, weights=(25.0, 25.0)), 1, first_seed=seed)
     down = logs.toward < 0.0
-    cells = (np.where(down, light.motor_cell[:, 0], logs.motor_cell[:, seed]),
-             np.where(down, light.load_cell[:, 0], logs.load_cell[:, seed]))  # fmt: skip
+    cells = (
+        np.where(down, light.motor_cell[:, 0], logs.motor_cell[:, seed]),
+        np.where(down, light.load_cell[:, 0], logs.load_cell[:, seed]),
+    )
     return readings(*cells)
 
 
@@ -94,8 +117,10 @@ def with_zeros(rig: Rig, logs: Logs, seed: int) -> pd.DataFrame:
     """Rows of no force before, after and in between, as when the weight is hooked on and off."""
     empty = np.zeros(30)
     middle = len(logs.toward) // 2
-    cells = [np.concatenate([empty, cell[:middle, seed], empty, cell[middle:, seed], empty - 0.3])
-             for cell in (logs.motor_cell, logs.load_cell)]  # fmt: skip
+    cells = [
+        np.concatenate([empty, cell[:middle, seed], empty, cell[middle:, seed], empty - 0.3])
+        for cell in (logs.motor_cell, logs.load_cell)
+    ]
     return readings(*cells)
 
 
@@ -119,7 +144,9 @@ def _cases() -> Iterator[tuple[str, Case]]:
     yield from _pair("noise 1 N", noise=1.0)
     yield from _pair("noise 0.5 N, correlated", noise=0.5, correlation=0.9)
     yield "gain 3 %", Case(replace(CLEAN, gain_mismatch=0.03))
-    for zero in [(n, 0.0) for n in (1.0, -1.0, 3.0, -3.0)] + [(0.0, n) for n in (1.0, -1.0, 3.0, -3.0)]:
+    for zero in [(n, 0.0) for n in (1.0, -1.0, 3.0, -3.0)] + [
+        (0.0, n) for n in (1.0, -1.0, 3.0, -3.0)
+    ]:
         name = f"offset {'motor' if zero[0] else 'load'} {sum(zero):+.0f} N"
         yield f"{name}, varying", Case(replace(VARYING, offsets=zero), names="offset")
         yield f"{name}, constant", Case(replace(CLEAN, offsets=zero), names="offset", hides=True)
@@ -127,7 +154,10 @@ def _cases() -> Iterator[tuple[str, Case]]:
         yield f"{name}, levels differ", Case(high, names="zero error", make=levels)
     for rows, name in ((1, "20 ms"), (5, "100 ms")):
         yield f"delay {name}, varying", Case(replace(VARYING, delay=rows), names="delay")
-        yield f"delay {name}, crank", Case(replace(VARYING, delay=rows, sinusoidal=True), names="delay")
+        yield (
+            f"delay {name}, crank",
+            Case(replace(VARYING, delay=rows, sinusoidal=True), names="delay"),
+        )
         yield f"delay {name}, constant", Case(replace(CLEAN, delay=rows), names="delay")
     yield from _pair("steps of 1 N", resolution=1.0)
     yield "saturated", Case(replace(VARYING, saturation=1.9))
@@ -139,7 +169,11 @@ def _cases() -> Iterator[tuple[str, Case]]:
     yield "56 rows, no time", Case(replace(short, rows_at_rest=0), make=untimed)
     for rows in (7, 10):
         few = replace(CLEAN, rows_per_stroke=rows, rows_at_rest=0)
-        for name, make in (("", None), (", directions", with_directions), (", strokes", with_strokes)):
+        for name, make in (
+            ("", None),
+            (", directions", with_directions),
+            (", strokes", with_strokes),
+        ):
             yield f"{rows} rows a stroke{name}", Case(few, clean=True, make=make)
     stuck = replace(CLEAN, sticking=(1.3, 2.0))
     yield "never slipping", Case(stuck, refused=True)
@@ -158,7 +192,10 @@ def _tables() -> Iterator[tuple[str, Case]]:
     for strokes in (1, 5):
         for rows in (1, 3, 10, 25):
             rig, refused = replace(table, strokes=2 * strokes), strokes == rows == 1
-            yield f"settled, {strokes} x {rows} rows", Case(rig, refused=refused, make=settled(rows))
+            yield (
+                f"settled, {strokes} x {rows} rows",
+                Case(rig, refused=refused, make=settled(rows)),
+            )
     noisy = replace(table, relative_noise=0.02)
     for rows in (1, 2, 5):
         yield f"settled, 5 x {rows} rows, noise 2 %", Case(noisy, make=settled(rows))

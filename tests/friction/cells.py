@@ -35,11 +35,15 @@ class Cells:
     dead: bool = False  # the load's cell says nothing but noise about what it once read
     hum: float = 0.0  # of 13 Hz
 
-    def read(self, motor: Floats, load: Floats, random: np.random.Generator) -> tuple[Floats, Floats]:
+    def read(
+        self, motor: Floats, load: Floats, random: np.random.Generator
+    ) -> tuple[Floats, Floats]:
         """Readings of both: a row per reading, and a column per rig if there are several."""
         late = _late(np.full_like(load, load[0]) if self.dead else load, self.delay * RATE)
         if self.filter:
-            motor, late = (_lagged(force, 1.0 / (1.0 + self.filter * RATE)) for force in (motor, late))
+            motor, late = (
+                _lagged(force, 1.0 / (1.0 + self.filter * RATE)) for force in (motor, late)
+            )
         drift = np.linspace(1.0, 1.0 + self.gain_drift, len(motor))
         motor = ((motor * self.gain[0] + self.zero[0]).T * drift).T
         return self._shown(motor, random), self._shown(late * self.gain[1] + self.zero[1], random)
@@ -61,7 +65,11 @@ class Cells:
             force = np.where(hit, force * random.uniform(0.2, 3.0, count), force)
         force = np.minimum(force, self.most)
         force = np.round(force / self.step) * self.step if self.step else force
-        return force if self.spikes is None else np.where(random.random(count) < self.missing, np.nan, force)
+        return (
+            force
+            if self.spikes is None
+            else np.where(random.random(count) < self.missing, np.nan, force)
+        )
 
 
 def _late(force: Floats, delay: float) -> Floats:

@@ -83,7 +83,8 @@ def pulled(rig: Rig, count: int, random: np.random.Generator) -> Floats:
     if rig.load != "person":
         return np.full(count, rig.force)
     slow = sum(
-        np.sin(2 * np.pi * time * f + p) for f, p in zip((0.05, 0.11, 0.23), random.uniform(0, 6, 3), strict=True)
+        np.sin(2 * np.pi * time * f + p)
+        for f, p in zip((0.05, 0.11, 0.23), random.uniform(0, 6, 3), strict=True)
     )
     return rig.force * (1.0 + 0.2 * np.asarray(slow) / 3 + 0.01 * np.sin(2 * np.pi * 8.0 * time))
 
@@ -158,9 +159,13 @@ class Chain:
                 change = log[i - 1] - self.log[i - 1]
                 goal = -np.sign(change) * m[:, i - 1]
                 apart = self.log[i] - self.log[i - 1]
-                log[i] = log[i - 1] + goal + (apart - goal) * np.exp(-3.0 * np.abs(change) / m[:, i - 1])
+                log[i] = (
+                    log[i - 1] + goal + (apart - goal) * np.exp(-3.0 * np.abs(change) / m[:, i - 1])
+                )
             else:
-                log[i] = np.minimum(np.maximum(self.log[i], log[i - 1] - m[:, i - 1]), log[i - 1] + m[:, i - 1])
+                log[i] = np.minimum(
+                    np.maximum(self.log[i], log[i - 1] - m[:, i - 1]), log[i - 1] + m[:, i - 1]
+                )
         return log
 
     def end_at(self, log: Floats) -> Floats:
@@ -181,7 +186,10 @@ class Chain:
             short = self.end_at(log) + self.stretch(log) < x
             low, high = np.where(short, middle, low), np.where(short, high, middle)
         log = self.played(0.5 * (low + high), m)
-        if self.kind.load in ("weight", "person"):  # the load's end moves until its tension is what it is pulled with
+        if self.kind.load in (
+            "weight",
+            "person",
+        ):  # the load's end moves until its tension is what it is pulled with
             log[-1] = np.log(pull)
             for i in range(LINKS - 1, -1, -1):
                 log[i] = np.minimum(np.maximum(log[i], log[i + 1] - m[:, i]), log[i + 1] + m[:, i])
@@ -194,24 +202,42 @@ class Chain:
 
 def logs(kind: Kind, seeds: int, first: int = 0) -> list[tuple[dict[str, Floats], float]]:
     """The columns of each log of a kind, and the μ that made it."""
-    randoms = [np.random.default_rng([seed, *kind.name.encode()]) for seed in range(first, first + seeds)]
+    randoms = [
+        np.random.default_rng([seed, *kind.name.encode()]) for seed in range(first, first + seeds)
+    ]
     rigs = [
-        replace(kind.rig, friction=kind.rig.friction * r.uniform(0.6, 1.6), force=kind.rig.force * r.uniform(0.7, 1.4))
+        replace(
+            kind.rig,
+            friction=kind.rig.friction * r.uniform(0.6, 1.6),
+            force=kind.rig.force * r.uniform(0.7, 1.4),
+        )
         for r in randoms
     ]
-    runs = [tensions([replace(rig, bend=bend) for rig in rigs], randoms) for bend in kind.rig.bends or (kind.rig.bend,)]
+    runs = [
+        tensions([replace(rig, bend=bend) for rig in rigs], randoms)
+        for bend in kind.rig.bends or (kind.rig.bend,)
+    ]
     bends = np.concatenate(
-        [np.full(run[0].shape[1], b) for run, b in zip(runs, kind.rig.bends or (kind.rig.bend,), strict=True)]
+        [
+            np.full(run[0].shape[1], b)
+            for run, b in zip(runs, kind.rig.bends or (kind.rig.bend,), strict=True)
+        ]
     )
     found = []
     for of, (rig, random) in enumerate(zip(rigs, randoms, strict=True)):
         motor, load, at = (np.concatenate([run[column][of] for run in runs]) for column in range(3))
         readings = kind.cells.read(motor, load, random)
         every = {
-            "time": np.arange(len(at)) / RATE, "position": at + 2e-5 * random.normal(size=len(at)),
-            "bend_angle_rad": bends, "direction": np.sign(np.gradient(at)), "motor": readings[0], "load": readings[1],
-        }  # fmt: skip
-        found.append(({name: every[name] for name in (*kind.columns, "motor", "load")}, rig.friction))
+            "time": np.arange(len(at)) / RATE,
+            "position": at + 2e-5 * random.normal(size=len(at)),
+            "bend_angle_rad": bends,
+            "direction": np.sign(np.gradient(at)),
+            "motor": readings[0],
+            "load": readings[1],
+        }
+        found.append(
+            ({name: every[name] for name in (*kind.columns, "motor", "load")}, rig.friction)
+        )
     return found
 
 
@@ -230,9 +256,16 @@ def _kinds() -> dict[str, Kind]:
     """Every kind of log by its name."""
     zero, gains = (0.8, -0.5), (1.04, 0.99)
     kinds = [
-        *(Kind(f"{name}, {d}", replace(rig, drive=d)) for name, rig in
-          (("weight", PULLEY), ("spring", SPRING), ("band", BAND), ("person", PERSON))
-          for d in ("triangle", "sine", "rests", "hand", "steps")),
+        *(
+            Kind(f"{name}, {d}", replace(rig, drive=d))
+            for name, rig in (
+                ("weight", PULLEY),
+                ("spring", SPRING),
+                ("band", BAND),
+                ("person", PERSON),
+            )
+            for d in ("triangle", "sine", "rests", "hand", "steps")
+        ),
         Kind("weight, with position", replace(PULLEY, drive="rests"), columns=AT),
         Kind("spring, with position", replace(SPRING, drive="rests"), columns=AT),
         Kind("spring, with direction", replace(SPRING, drive="sine"), columns=WAY),
@@ -248,7 +281,12 @@ def _kinds() -> dict[str, Kind]:
         Kind("stribeck", replace(SPRING, law="stribeck", drive="triangle")),
         Kind("ageing", replace(PULLEY, law="ageing", drive="rests")),
         Kind("entry, one bend", replace(SPRING, entry=0.15), tells=False),
-        Kind("entry, three bends", replace(SPRING, entry=0.15, bends=BENDS, strokes=6), columns=BENT, expects="bend"),
+        Kind(
+            "entry, three bends",
+            replace(SPRING, entry=0.15, bends=BENDS, strokes=6),
+            columns=BENT,
+            expects="bend",
+        ),
         Kind("noise", SPRING, Cells(noise=0.6)),
         Kind("correlated noise", SPRING, Cells(slow_noise=0.4)),
         Kind("hum", SPRING, Cells(hum=0.4)),
@@ -259,10 +297,17 @@ def _kinds() -> dict[str, Kind]:
         Kind("zero errors, weight", PULLEY, Cells(zero=zero), tells=False),
         Kind("gains and zero errors", replace(SPRING, drive="sine"), Cells(gain=gains, zero=zero)),
         Kind("late cell, 20 ms", replace(SPRING, drive="sine"), Cells(delay=0.02)),
-        Kind("late cell, 150 ms", replace(SPRING, drive="sine"), Cells(delay=0.15), expects="delay"),
+        Kind(
+            "late cell, 150 ms", replace(SPRING, drive="sine"), Cells(delay=0.15), expects="delay"
+        ),
         Kind("filtered", replace(SPRING, drive="sine"), Cells(filter=0.05)),
         Kind("coarse converter", SPRING, Cells(step=0.5)),
-        Kind("very coarse converter", replace(PULLEY, force=20.0), Cells(step=2.0, noise=0.01), tells=False),
+        Kind(
+            "very coarse converter",
+            replace(PULLEY, force=20.0),
+            Cells(step=2.0, noise=0.01),
+            tells=False,
+        ),
         Kind("saturated", BAND, Cells(most=150.0), expects="satur"),
         Kind("spikes", SPRING, Cells(spikes=0.01)),
         Kind("many spikes", SPRING, Cells(spikes=0.15), expects="spike"),
@@ -271,7 +316,7 @@ def _kinds() -> dict[str, Kind]:
         Kind("a dead load cell", SPRING, Cells(dead=True), tells=False),
         Kind("never slips", replace(PULLEY, travel=2e-4, tendon=5e3), tells=False),
         Kind("a short travel", replace(SPRING, travel=4e-3, stiffness=4e4)),
-    ]  # fmt: skip
+    ]
     return {kind.name: kind for kind in kinds}
 
 
@@ -286,8 +331,10 @@ def judged(kind: Kind, columns: dict[str, Floats], truth: float) -> dict[str, ob
 
     `held`, whether the truth is in the interval, and `half` of that over the truth are of fits without warnings.
     """
-    frame = {COLUMNS.get(name, name): np.round(values * (1e3 if name == "position" else 1.0), 4)
-             for name, values in columns.items()}  # fmt: skip
+    frame = {
+        COLUMNS.get(name, name): np.round(values * (1e3 if name == "position" else 1.0), 4)
+        for name, values in columns.items()
+    }
     try:
         fit = tendon.fit_friction(frame, None if "bend_angle_rad" in columns else kind.rig.bend)
     except TendonError:
@@ -312,7 +359,10 @@ def judged(kind: Kind, columns: dict[str, Floats], truth: float) -> dict[str, ob
 def shares(verdicts: pd.DataFrame) -> tuple[float, ...]:
     """Silent, false alarms, wrongly refused, intervals that hold, median half-width: % of the logs that can show μ."""
     told = verdicts[~verdicts.outcome.str.startswith(("untold", "rightly"))]
-    counted = (100.0 * (told.outcome == outcome).mean() for outcome in ("silent", "false alarm", "wrongly refused"))
+    counted = (
+        100.0 * (told.outcome == outcome).mean()
+        for outcome in ("silent", "false alarm", "wrongly refused")
+    )
     return (*counted, 100.0 * told.held.astype(float).mean(), 100.0 * told.half.median())
 
 
@@ -325,11 +375,19 @@ def main() -> int:
     options = parser.parse_args()
     every = []
     for kind in (kind for name, kind in KINDS.items() if options.only in name):
-        every.append(pd.DataFrame([judged(kind, *log) for log in logs(kind, options.seeds, options.first)]))
-        outcomes, errors = every[-1].outcome.value_counts().to_dict(), every[-1].get("error", pd.Series(dtype=float))
+        every.append(
+            pd.DataFrame([judged(kind, *log) for log in logs(kind, options.seeds, options.first)])
+        )
+        outcomes, errors = (
+            every[-1].outcome.value_counts().to_dict(),
+            every[-1].get("error", pd.Series(dtype=float)),
+        )
         print(f"{kind.name:26} {outcomes} median error {100 * errors.median():.2f} %", flush=True)  # noqa: T201
     silent, alarms, refused, held, half = shares(pd.concat(every))
-    print(f"silent {silent:.1f} %; false alarms {alarms:.1f} %; wrongly refused {refused:.1f} %; ", end="")  # noqa: T201
+    print(
+        f"silent {silent:.1f} %; false alarms {alarms:.1f} %; wrongly refused {refused:.1f} %; ",
+        end="",
+    )  # noqa: T201
     print(f"intervals hold in {held:.1f} %; median half-width {half:.2f} %")  # noqa: T201
     return int(silent > 2.0)
 

@@ -29,14 +29,23 @@ class Rig:
     strokes: int = 12
     rows_per_stroke: int = 150
     rows_at_rest: int = 40
-    friction_scatter: float = 0.015  # relative, from stroke to stroke (dirt, lubricant, a spot of wear)
+    friction_scatter: float = (
+        0.015  # relative, from stroke to stroke (dirt, lubricant, a spot of wear)
+    )
     gain_scatter: float = 5e-4  # standard deviation of the log gain from stroke to stroke
     gain_mismatch: float = 0.02  # largest log ratio of the two cells' gains
     noise: float = 0.0015  # of each reading, kg
     resolution: float = 0.001  # step of the readings, kg; 0 for none
-    load_spring: float = 0.0  # share by which the load grows over one stroke, from a spring at the load
-    sticking: tuple[float, float] = (0.1, 0.4)  # least and largest share of a stroke that a whole reversal takes
-    sinusoidal: bool = False  # whether the motor swings like a crank instead of moving at a steady speed
+    load_spring: float = (
+        0.0  # share by which the load grows over one stroke, from a spring at the load
+    )
+    sticking: tuple[float, float] = (
+        0.1,
+        0.4,
+    )  # least and largest share of a stroke that a whole reversal takes
+    sinusoidal: bool = (
+        False  # whether the motor swings like a crank instead of moving at a steady speed
+    )
     offsets: tuple[float, float] = (0.0, 0.0)  # readings of the unloaded cells, kg
     weights: tuple[float, float] = (0.8, 2.0)  # lightest and heaviest, kg
     relative_noise: float = 0.0  # of each reading over its force, beside `noise`
@@ -45,7 +54,9 @@ class Rig:
     saturation: float = np.inf  # largest reading, as a multiple of the weight
     dwell: int = 0  # rows at rest in the middle of every stroke and at its end
     friction_drift: float = 0.0  # relative change of the friction from the first row to the last
-    gain_drift: float = 0.0  # change of the log gain of the motor's cell from the first row to the last
+    gain_drift: float = (
+        0.0  # change of the log gain of the motor's cell from the first row to the last
+    )
 
 
 @dataclass(frozen=True)
@@ -90,14 +101,20 @@ class Tendon:
         front = np.where(all_slip, pieces, holds.argmax(axis=1))
         rows = np.arange(seeds)
         stretch = share[:, -1] / self.stiffness
-        end = (self.weight + self.spring * (self.motor - self.start)) / (1.0 + self.spring * stretch)
+        end = (self.weight + self.spring * (self.motor - self.start)) / (
+            1.0 + self.spring * stretch
+        )
         at_front = np.where(all_slip, end, trial[rows, np.minimum(front, pieces - 1)])
         moved = np.arange(pieces + 1) <= front[:, None]
         slipped = at_front[:, None] * np.exp(log_sum[rows, front][:, None] - log_sum)
         self.tension = np.where(moved, slipped, self.tension)
         place = self.motor[:, None] - np.cumsum(self.tension, axis=1) / self.stiffness[:, None]
         # The far end of segment m is the piece that holds, so it stays; the last segment ends at the load.
-        self.place = np.where(moved & ((np.arange(pieces + 1) < front[:, None]) | all_slip[:, None]), place, self.place)
+        self.place = np.where(
+            moved & ((np.arange(pieces + 1) < front[:, None]) | all_slip[:, None]),
+            place,
+            self.place,
+        )
         return all_slip
 
 
@@ -143,7 +160,13 @@ def simulate(rig: Rig, seeds: int, first_seed: int = 0) -> Logs:
         motor[row] = tendon.tension[:, 0] * np.exp(gain + rig.gain_drift * along[row])
         load[row] = tendon.tension[:, -1]
     cells = Cells(
-        rig.noise, rig.relative_noise, rig.correlation, zero=rig.offsets, delay=rig.delay / RATE, step=rig.resolution,
-        most=rig.saturation * weight, spikes=None,
-    )  # fmt: skip
+        rig.noise,
+        rig.relative_noise,
+        rig.correlation,
+        zero=rig.offsets,
+        delay=rig.delay / RATE,
+        step=rig.resolution,
+        most=rig.saturation * weight,
+        spikes=None,
+    )
     return Logs(*cells.read(motor, load, random), slipping, ways)

@@ -16,13 +16,24 @@ from .rig import simulate
 from .torture import covers, run, silent_share
 
 CLEAN = [name for name, case in CASES.items() if case.clean]
-SHARP = ["clean", "clean, no time", "direction column", "zero rows", "gain 3 %", "dwell", "10 rows a stroke"]
+SHARP = [
+    "clean",
+    "clean, no time",
+    "direction column",
+    "zero rows",
+    "gain 3 %",
+    "dwell",
+    "10 rows a stroke",
+]
 
 
 @pytest.fixture(scope="module")
 def counts():
     """Two seeds of every case; `make torture` has 200."""
-    return {name: run(name, 2, first_seed=5) for name in sorted(CASES, key=lambda name: str(CASES[name].rig))}
+    return {
+        name: run(name, 2, first_seed=5)
+        for name in sorted(CASES, key=lambda name: str(CASES[name].rig))
+    }
 
 
 def test_hardly_any_fit_is_silently_wrong(counts) -> None:
@@ -31,8 +42,18 @@ def test_hardly_any_fit_is_silently_wrong(counts) -> None:
 
 def test_what_cannot_be_told_or_matters_is_put_a_number_to(counts) -> None:
     """A zero error under a constant force is noted, and warned of where the levels of the directions differ."""
-    noted = [(*fit.notes, *fit.warnings) for count in counts.values() if count.case.hides for fit in count.fits]
-    warned = [fit.warnings for name, count in counts.items() if "levels differ" in name for fit in count.fits]
+    noted = [
+        (*fit.notes, *fit.warnings)
+        for count in counts.values()
+        if count.case.hides
+        for fit in count.fits
+    ]
+    warned = [
+        fit.warnings
+        for name, count in counts.items()
+        if "levels differ" in name
+        for fit in count.fits
+    ]
     assert min(len(noted), len(warned)) > 0
     assert all(any("zero error" in text for text in texts) for texts in (*noted, *warned))
 
@@ -52,10 +73,18 @@ def test_what_never_slips_is_refused(counts) -> None:
 
 
 @pytest.mark.parametrize(
-    "changed", [{"load_spring": 1.0}, {"load_spring": 0.1}, {"load_spring": 1.0, "sinusoidal": True}]
+    "changed",
+    [{"load_spring": 1.0}, {"load_spring": 0.1}, {"load_spring": 1.0, "sinusoidal": True}],
 )
 def test_readings_without_noise_are_exact_and_show_nothing(changed: dict[str, Any]) -> None:
-    rig = replace(CASES["clean"].rig, noise=0.0, resolution=0.0, friction_scatter=0.0, gain_scatter=0.0, **changed)
+    rig = replace(
+        CASES["clean"].rig,
+        noise=0.0,
+        resolution=0.0,
+        friction_scatter=0.0,
+        gain_scatter=0.0,
+        **changed,
+    )
     for fit in fits_of(rig, 4):
         assert fit.friction == pytest.approx(rig.friction, rel=1e-4)
         assert covers(fit)
@@ -69,10 +98,14 @@ def test_a_zero_error_that_matters_is_warned_of_where_the_directions_differ(down
     rig = replace(CASES["clean"].rig, weights=(60.0, 60.0))
     up, low = simulate(rig, 2), simulate(replace(rig, weights=(down, down)), 2)
     for seed in range(2):
-        cells = [np.where(up.toward < 0.0, b[:, seed], a[:, seed])
-                 for a, b in ((up.motor_cell, low.motor_cell), (up.load_cell, low.load_cell))]  # fmt: skip
+        cells = [
+            np.where(up.toward < 0.0, b[:, seed], a[:, seed])
+            for a, b in ((up.motor_cell, low.motor_cell), (up.load_cell, low.load_cell))
+        ]
         fit = fit_friction(readings(*cells), rig.bend_angle)
-        assert any("1 N of zero error" in text for text in (fit.warnings if down < 60.0 else fit.notes))
+        assert any(
+            "1 N of zero error" in text for text in (fit.warnings if down < 60.0 else fit.notes)
+        )
         assert bool(fit.warnings) == (down < 60.0)
 
 
@@ -100,4 +133,8 @@ def test_every_part_that_an_ablation_takes_out_is_there() -> None:
 def test_two_hundred_seeds_of_every_case() -> None:
     counts = [run(name, 200) for name in CASES]
     assert silent_share(counts, hidden=False) <= 0.02
-    assert 0.90 <= np.mean([covers(fit) for count in counts if not count.case.hides for fit in count.quiet]) <= 0.99
+    assert (
+        0.90
+        <= np.mean([covers(fit) for count in counts if not count.case.hides for fit in count.quiet])
+        <= 0.99
+    )

@@ -24,7 +24,15 @@ def holds(fit, friction: float) -> bool:
     return bool(low <= friction <= high)
 
 
-def settled(friction: float, angles, *, gain: float = 1.0, offsets=(0.0, 0.0), loads=(1.0,), repeats: int = 2) -> str:
+def settled(
+    friction: float,
+    angles,
+    *,
+    gain: float = 1.0,
+    offsets=(0.0, 0.0),
+    loads=(1.0,),
+    repeats: int = 2,
+) -> str:
     """Settled readings that lie exactly on the line."""
     lines = ["bend_angle_rad,direction,motor,load"]
     for angle in angles:
@@ -53,7 +61,9 @@ def test_table_a1() -> None:
 
 
 def test_bend_angle_uncertainty_is_carried_through() -> None:
-    exact, vague, near = (fit_friction(TABLE, bend_angle=f"144 deg{more}") for more in ("", " +/- 2 deg", " ± 1 deg"))
+    exact, vague, near = (
+        fit_friction(TABLE, bend_angle=f"144 deg{more}") for more in ("", " +/- 2 deg", " ± 1 deg")
+    )
     error = exact.uncertainty.standard_error
     expected = math.hypot(error, vague.friction * 2.0 / 144.0)
     assert vague.uncertainty.standard_error == pytest.approx(expected, rel=1e-12)
@@ -74,14 +84,19 @@ def test_exact_lines_at_several_angles(friction: float, gain: float, csv_file) -
 def test_repeating_a_reading_does_not_beat_the_resolution(csv_file) -> None:
     few = "case,cell 1,cell 2\n" + "1,1.236,1.028\n2,0.858,1.036\n" * 3
     many = "case,cell 1,cell 2\n" + "1,1.236,1.028\n2,0.858,1.036\n" * 25
-    errors = [fit_friction(csv_file(text), bend_angle="144 deg").uncertainty.standard_error for text in (few, many)]
+    errors = [
+        fit_friction(csv_file(text), bend_angle="144 deg").uncertainty.standard_error
+        for text in (few, many)
+    ]
     floor = math.sqrt(sum((0.001 / force) ** 2 for force in (1.236, 1.028, 0.858, 1.036)) / 12.0)
     assert errors == pytest.approx([floor / 2.0 / ANGLE] * 2, rel=1e-6)
 
 
 def test_readings_of_one_stroke_count_once(csv_file) -> None:
     rows = ["stroke,case,cell 1,cell 2"]
-    for stroke, (case, force) in enumerate([(1, 1.23), (2, 0.87), (1, 1.25), (2, 0.86), (1, 1.24), (2, 0.87)]):
+    for stroke, (case, force) in enumerate(
+        [(1, 1.23), (2, 0.87), (1, 1.25), (2, 0.86), (1, 1.24), (2, 0.87)]
+    ):
         rows += [f"{stroke},{case},{force},1.03"] * 10
     fit = fit_friction(csv_file("\n".join(rows)), bend_angle="144 deg")
     once = fit_friction(csv_file("\n".join(rows[:1] + rows[1::10])), bend_angle="144 deg")
@@ -91,11 +106,18 @@ def test_readings_of_one_stroke_count_once(csv_file) -> None:
 
 
 @pytest.mark.parametrize("strokes", [2, 3, 8])
-def test_the_interval_of_settled_strokes_is_that_of_the_t_test_of_two_directions(csv_file, strokes) -> None:
+def test_the_interval_of_settled_strokes_is_that_of_the_t_test_of_two_directions(
+    csv_file, strokes
+) -> None:
     way = np.tile([1.0, -1.0], strokes)
     ratio = np.exp(0.2 * way + 0.01 * np.random.default_rng(1).standard_normal(way.size))
-    lines = [f"{1 if sign > 0 else 2},{value:.15g},1.000001" for sign, value in zip(way, ratio, strict=True)]
-    fit = fit_friction(csv_file("case,cell 1,cell 2\n" + "\n".join(lines) + "\n"), bend_angle="144 deg")
+    lines = [
+        f"{1 if sign > 0 else 2},{value:.15g},1.000001"
+        for sign, value in zip(way, ratio, strict=True)
+    ]
+    fit = fit_friction(
+        csv_file("case,cell 1,cell 2\n" + "\n".join(lines) + "\n"), bend_angle="144 deg"
+    )
     test = ttest_ind(np.log(ratio[way > 0]), np.log(ratio[way < 0]))
     low, high = (float(end) / (2.0 * ANGLE) for end in test.confidence_interval(0.95))
     assert fit.uncertainty.degrees_of_freedom == pytest.approx(2 * strokes - 2, rel=1e-6)
@@ -111,7 +133,9 @@ def test_settled_readings_are_all_used_whatever_they_scatter(noise, rows, named)
         rng, way = np.random.default_rng(seed), np.repeat(np.tile([1.0, -1.0], strokes), rows)
         load = 1.0 + 0.05 * rng.random(way.size)
         motor = load * np.exp(0.2 * way + noise * rng.standard_normal(way.size))
-        columns = {"cell 1": motor, "cell 2": load} | ({"case": np.where(way > 0, "up", "down")} if named else {})
+        columns = {"cell 1": motor, "cell 2": load} | (
+            {"case": np.where(way > 0, "up", "down")} if named else {}
+        )
         fit = fit_friction(columns, bend_angle="144 deg")
         assert fit.rows.used.all()
         held += holds(fit, 0.2 / ANGLE)
@@ -123,7 +147,10 @@ def test_angles_and_directions_in_random_order(named) -> None:
     held = 0
     for seed in range(20):
         rng = np.random.default_rng(seed)
-        angle, way = (each.ravel() for each in np.meshgrid(np.radians([90.0, 180.0, 270.0, 360.0] * 3), [1.0, -1.0]))
+        angle, way = (
+            each.ravel()
+            for each in np.meshgrid(np.radians([90.0, 180.0, 270.0, 360.0] * 3), [1.0, -1.0])
+        )
         load, order = 1.0 + 0.5 * rng.random(angle.size), rng.permutation(angle.size)
         motor = load * np.exp(way * 0.08 * angle + 0.01 * rng.standard_normal(angle.size))
         columns = {"bend_angle_rad": angle, "motor": motor, "load": load}
@@ -135,7 +162,9 @@ def test_angles_and_directions_in_random_order(named) -> None:
 
 
 def test_one_direction_takes_the_gain_as_one_and_says_so(csv_file) -> None:
-    fit = fit_friction(csv_file("cell 1,cell 2\n1.236,1.028\n1.236,1.027\n1.236,1.028\n"), bend_angle="144 deg")
+    fit = fit_friction(
+        csv_file("cell 1,cell 2\n1.236,1.028\n1.236,1.027\n1.236,1.028\n"), bend_angle="144 deg"
+    )
     assert f"{fit.friction:.4f}" == "0.0734"
     assert fit.gain_ratio == 1.0
     assert any("one direction only" in text for text in fit.notes)
@@ -163,7 +192,11 @@ def test_friction_outside_of_the_bend_shows_at_several_bends(csv_file, outside: 
     assert holds(fit, 0.1)
     assert fit.friction == pytest.approx(0.1, rel=0.02)
     check = next(check for check in fit.checks if check.name == "entry")
-    assert check.found == (outside > 0.0) == any("outside of the bend" in text for text in fit.warnings)
+    assert (
+        check.found
+        == (outside > 0.0)
+        == any("outside of the bend" in text for text in fit.warnings)
+    )
     if outside:
         assert abs(check.value - outside) < 3.0 * check.standard_error < 0.01
 
@@ -180,7 +213,12 @@ def test_a_bad_reading_among_many_is_left_out() -> None:
     pulled = 1.2 * np.exp(0.002 * rng.standard_normal(16))
     motor = np.concatenate([pulled, 1.0 / pulled])
     motor[3] = 1.35
-    columns = {"time": np.arange(32.0), "case": np.repeat([1, 2], 16), "cell 1": motor, "cell 2": np.ones(32)}
+    columns = {
+        "time": np.arange(32.0),
+        "case": np.repeat([1, 2], 16),
+        "cell 1": motor,
+        "cell 2": np.ones(32),
+    }
     fit = fit_friction(columns, bend_angle="2.5 rad")
     assert fit.friction == pytest.approx(math.log(1.2) / 2.5, rel=2e-3)
     assert not fit.rows.used[3]
@@ -189,8 +227,18 @@ def test_a_bad_reading_among_many_is_left_out() -> None:
 @pytest.mark.parametrize("friction", [0.05, 0.1, 0.2])
 def test_a_short_history_without_noise_is_exact(friction: float) -> None:
     """61 rows, one reversal, of which 13 stick: what another engine's rope over a drum gives."""
-    rig = Rig(friction, strokes=2, rows_at_rest=0, rows_per_stroke=31, sticking=(0.42, 0.42), friction_scatter=0.0,
-              gain_scatter=0.0, gain_mismatch=0.0, noise=0.0, resolution=0.0)  # fmt: skip
+    rig = Rig(
+        friction,
+        strokes=2,
+        rows_at_rest=0,
+        rows_per_stroke=31,
+        sticking=(0.42, 0.42),
+        friction_scatter=0.0,
+        gain_scatter=0.0,
+        gain_mismatch=0.0,
+        noise=0.0,
+        resolution=0.0,
+    )
     logs = simulate(rig, 2)
     for seed in range(2):
         slipping = np.flatnonzero(logs.slipping[:, seed])[:1]
@@ -204,10 +252,21 @@ def test_a_short_history_without_noise_is_exact(friction: float) -> None:
 
 @pytest.mark.parametrize(("seed", "rows"), [(1, 60), (1, 200), (2, 60)])
 def test_more_of_the_same_is_no_evidence_of_an_effect(seed: int, rows: int) -> None:
-    rig = Rig(0.1, strokes=40, rows_per_stroke=rows, rows_at_rest=8, noise=0.002, load_spring=0.3, pieces=12)
+    rig = Rig(
+        0.1,
+        strokes=40,
+        rows_per_stroke=rows,
+        rows_at_rest=8,
+        noise=0.002,
+        load_spring=0.3,
+        pieces=12,
+    )
     log = simulate(rig, seed)
     motor, load = log.motor_cell[:, 0], log.load_cell[:, 0]
-    fits = [fit_friction({"motor": np.tile(motor, n), "load": np.tile(load, n)}, "144 deg") for n in (1, 10)]
+    fits = [
+        fit_friction({"motor": np.tile(motor, n), "load": np.tile(load, n)}, "144 deg")
+        for n in (1, 10)
+    ]
     for fit in fits:
         assert fit.friction == pytest.approx(rig.friction, rel=0.01)
         assert not fit.warnings

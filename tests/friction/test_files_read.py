@@ -20,32 +20,42 @@ READ_RIGHT: dict[str, str | bytes] = {
     "UTF-8 with a mark": codecs.BOM_UTF8 + TABLE.encode(),
     "UTF-16 with a mark": TABLE.encode("utf-16"),
     "UTF-16 big-endian with a mark": codecs.BOM_UTF16_BE + GERMAN.encode("utf-16-be"),
-    "Latin-1": changed(TABLE, ("case", "case,Prüfer"), ("\n1,", "\n1,Müller,"), ("\n2,", "\n2,Müller,")).encode(
-        "latin-1"
-    ),
+    "Latin-1": changed(
+        TABLE, ("case", "case,Prüfer"), ("\n1,", "\n1,Müller,"), ("\n2,", "\n2,Müller,")
+    ).encode("latin-1"),
     "Windows line ends": TABLE.replace("\n", "\r\n"),
     "old Macintosh line ends": TABLE.replace("\n", "\r"),
     "no last line end": TABLE.rstrip("\n"),
     "blank lines and lines of separators only": TABLE.replace("\n", "\n\n") + ",,\n,,\n",
     "comments above": '# rig 3, brake wire; 2024\n% second\n"# third"\n' + TABLE,
-    "a title without a comment sign": "Rig 3 of the laboratory, brake wire\nmeasured, by hand\n" + TABLE,
+    "a title without a comment sign": "Rig 3 of the laboratory, brake wire\nmeasured, by hand\n"
+    + TABLE,
     "a trailing separator": TABLE.replace("\n", ",\n"),
-    "quotes around everything": changed('"' + TABLE.rstrip("\n") + '"', (",", '","'), ("\n", '"\n"')),
+    "quotes around everything": changed(
+        '"' + TABLE.rstrip("\n") + '"', (",", '","'), ("\n", '"\n"')
+    ),
     "spaces around cells": TABLE.replace(",", " , "),
     "units in brackets": TABLE.replace("_kg", " [kg]"),
     "units after a slash": TABLE.replace("_kg", " / N"),
     "units spoken": TABLE.replace("_kg", " in kilograms"),
-    "cells in grams and kilograms": changed(called("cell 1 (g)", "cell 2 (kg)"), (",1.236", ",1236"), (",0.", ",")),
+    "cells in grams and kilograms": changed(
+        called("cell 1 (g)", "cell 2 (kg)"), (",1.236", ",1236"), (",0.", ",")
+    ),
     "no units": TABLE.replace("_kg", ""),
     "Roman numerals": called("Load cell I", "Load cell Ⅱ"),
     "short names": called("F1", "F2"),
     "ends of the sheath": called("force_motor_N", "force_load_N"),
     "proximal and distal": called("proximal", "distal"),
     "German headers": changed(
-        called("Kraft Motor (N)", "Kraft Last (N)", GERMAN), ("case", "Richtung"), ("\n1;", "\nauf;"), ("\n2;", "\nab;")
+        called("Kraft Motor (N)", "Kraft Last (N)", GERMAN),
+        ("case", "Richtung"),
+        ("\n1;", "\nauf;"),
+        ("\n2;", "\nab;"),
     ),
     "columns in another order": "load cell 2,note,load cell 1,case\n"
-    + "".join(f"{b},ok,{a},{c}\n" for c, a, b in (line.split(",") for line in BARE_ROWS.splitlines())),
+    + "".join(
+        f"{b},ok,{a},{c}\n" for c, a, b in (line.split(",") for line in BARE_ROWS.splitlines())
+    ),
     "a further column of numbers": added("motor position (mm)", *["21.5"] * 6),
     "a column of comments, often empty": added("Comment", *["", "", "dry"] * 2),
     "directions named": NAMED,
@@ -79,17 +89,24 @@ def test_read_right(name: str, csv_file) -> None:
         ("0.004,0.002", "no load"),
     ],
 )
-def test_a_row_that_is_no_reading_is_set_aside(cells: str, reason: str, line: int, csv_file) -> None:
+def test_a_row_that_is_no_reading_is_set_aside(
+    cells: str, reason: str, line: int, csv_file
+) -> None:
     lines = TABLE.splitlines()
     lines[line - 1] = lines[line - 1][:2] + cells
     fit = fit_friction(csv_file("\n".join(lines)), bend_angle="144 deg")
     assert fit.friction == pytest.approx(0.0743, abs=2e-4)
-    assert [(part.reason.startswith(reason), part.lines) for part in fit.set_aside] == [(True, ((line, line),))]
+    assert [(part.reason.startswith(reason), part.lines) for part in fit.set_aside] == [
+        (True, ((line, line),))
+    ]
 
 
 def test_headers_that_the_forces_contradict_are_warned_of(csv_file) -> None:
     ends = ["force load (kg)", "force motor (kg)"]
-    warned = [fit_friction(csv_file(called(*each)), bend_angle="144 deg").warnings for each in (ends, ends[::-1])]
+    warned = [
+        fit_friction(csv_file(called(*each)), bend_angle="144 deg").warnings
+        for each in (ends, ends[::-1])
+    ]
     assert [any("swapped" in text for text in warnings) for warnings in warned] == [True, False]
 
 
@@ -98,9 +115,11 @@ def test_the_uncertainty_of_angles_in_a_column(csv_file) -> None:
     parts = [
         fit_friction(csv_file(text), bend_angle=angle).uncertainty.of(BEND)
         for text, angle in (
-            (both, None), (added("bend_angle_deg", *["144"] * 6), "+/- 2 deg"), (TABLE, "144 deg +/- 2 deg")
+            (both, None),
+            (added("bend_angle_deg", *["144"] * 6), "+/- 2 deg"),
+            (TABLE, "144 deg +/- 2 deg"),
         )
-    ]  # fmt: skip
+    ]
     assert parts == pytest.approx([parts[0]] * 3, rel=1e-12)
     with pytest.raises(UsageError, match="twice"):
         fit_friction(csv_file(both), bend_angle="+/- 2 deg")

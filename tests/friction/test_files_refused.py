@@ -33,36 +33,108 @@ REFUSED: dict[str, tuple[str | bytes, str, str]] = {
     "separated by spaces": (TABLE.replace(",", " "), "cells.csv", "more than one column"),
     "names that say nothing": (called("alpha", "beta"), "line 1", "no header"),
     "three cells": ("cell 1,cell 2,cell 2\n1,2,3\n", "line 1", "several columns"),
-    "a row too short": (changed(TABLE, ("1.027", "1.027\n1,1.236")), "line 4", "2 cells where the header has 3"),
-    "a row too long": (changed(TABLE, ("1.027", "1.027,7")), "line 3", "4 cells where the header has 3"),
-    "decimal commas between commas": (GERMAN.replace(";", ","), "line 2", "5 cells where the header has 3"),
+    "a row too short": (
+        changed(TABLE, ("1.027", "1.027\n1,1.236")),
+        "line 4",
+        "2 cells where the header has 3",
+    ),
+    "a row too long": (
+        changed(TABLE, ("1.027", "1.027,7")),
+        "line 3",
+        "4 cells where the header has 3",
+    ),
+    "decimal commas between commas": (
+        GERMAN.replace(";", ","),
+        "line 2",
+        "5 cells where the header has 3",
+    ),
     "decimal commas that fill the columns": (WHOLE, "cells.csv", "whole numbers"),
     "decimal commas with zeros in front": (ZEROS, "line 2, column 5", "begins with a zero"),
-    "quoted decimal commas": ('case,cell 1,cell 2\n1,"1,236","1,028"\n', "line 2, column 2", "comma"),
+    "quoted decimal commas": (
+        'case,cell 1,cell 2\n1,"1,236","1,028"\n',
+        "line 2, column 2",
+        "comma",
+    ),
     "both decimal signs": (GERMAN.replace("0,857", "0.857"), "line 7, column 2", "decimal sign"),
-    "separators of thousands": ("cell 1;cell 2\n1,236;1,028\n858;1,036\n857;1,036\n", "line 2, column 1", "thousands"),
-    "points that separate thousands": ("cell 1,cell 2\n1.236,1.028\n858,1.036\n857,1.036\n", "line 2", "thousands"),
-    "both in one number": (GERMAN.replace("0,857", "1.000,857"), "line 7, column 2", "not a number"),
+    "separators of thousands": (
+        "cell 1;cell 2\n1,236;1,028\n858;1,036\n857;1,036\n",
+        "line 2, column 1",
+        "thousands",
+    ),
+    "points that separate thousands": (
+        "cell 1,cell 2\n1.236,1.028\n858,1.036\n857,1.036\n",
+        "line 2",
+        "thousands",
+    ),
+    "both in one number": (
+        GERMAN.replace("0,857", "1.000,857"),
+        "line 7, column 2",
+        "not a number",
+    ),
     **{
         cell: (fifth(cell), "line 5, column 2", "is not a number")
         for cell in ("oops", "0.858 kg", "=1+1", "0x1F", "٠.٨٥٨", "1_0.858", "inf")
     },
     "too large a number": (fifth("1e999"), "line 5, column 2", "too large"),
-    "one row with cells swapped": (changed(TABLE, ("0.857,1.036", "1.036,0.857")), "line 7", "friction would help"),
-    "both directions alike": (TABLE.replace("0.858,1.036", "1.236,1.028"), "cells.csv", "friction would help"),
+    "one row with cells swapped": (
+        changed(TABLE, ("0.857,1.036", "1.036,0.857")),
+        "line 7",
+        "friction would help",
+    ),
+    "both directions alike": (
+        TABLE.replace("0.858,1.036", "1.236,1.028"),
+        "cells.csv",
+        "friction would help",
+    ),
     "both directions on one side": (ONE_SIDE, "cells.csv", "friction would help"),
-    "two groups without directions": ("cell 1,cell 2\n1.4,1\n1.41,1\n1.2,1\n1.21,1\n", "cells.csv", "two groups"),
-    "motor named, friction helping": (called("load", "motor", NAMED), "cells.csv", "friction would help"),
-    "everything constant": ("case,cell 1,cell 2\n1,1,1\n1,1,1\n2,1,1\n", "cells.csv", "same in every row"),
-    "forces that no cell reads": ("cell 1,cell 2\n1.2e13,1e13\n1e13,1.2e13\n", "cells.csv", "which no load cell reads"),
-    "next to nothing": ("cell 1,cell 2\n1.2e-300,1e-300\n1e-300,1.2e-300\n", "cells.csv", "above zero"),
+    "two groups without directions": (
+        "cell 1,cell 2\n1.4,1\n1.41,1\n1.2,1\n1.21,1\n",
+        "cells.csv",
+        "two groups",
+    ),
+    "motor named, friction helping": (
+        called("load", "motor", NAMED),
+        "cells.csv",
+        "friction would help",
+    ),
+    "everything constant": (
+        "case,cell 1,cell 2\n1,1,1\n1,1,1\n2,1,1\n",
+        "cells.csv",
+        "same in every row",
+    ),
+    "forces that no cell reads": (
+        "cell 1,cell 2\n1.2e13,1e13\n1e13,1.2e13\n",
+        "cells.csv",
+        "which no load cell reads",
+    ),
+    "next to nothing": (
+        "cell 1,cell 2\n1.2e-300,1e-300\n1e-300,1.2e-300\n",
+        "cells.csv",
+        "above zero",
+    ),
     "one reading": ("cell 1,cell 2\n1.236,1.028\n", "cells.csv", "fewer than the 2"),
     "one with a direction": ("cell 1,cell 2\n1.2,1\n1.1,1.1\n", "cells.csv", "fewer than the 2"),
-    "one reading per direction": ("cell 1,cell 2\n1.236,1.028\n0.858,1.036\n", "cells.csv", "fewer than the 3"),
-    "one unit missing": (TABLE.replace("cell_2_kg", "cell_2"), "line 1, column 3", 'unit of "load_cell_2" is missing'),
-    "units that do not compare": (TABLE.replace("cell_2_kg", "cell_2 (V)"), "line 1", "do not compare"),
+    "one reading per direction": (
+        "cell 1,cell 2\n1.236,1.028\n0.858,1.036\n",
+        "cells.csv",
+        "fewer than the 3",
+    ),
+    "one unit missing": (
+        TABLE.replace("cell_2_kg", "cell_2"),
+        "line 1, column 3",
+        'unit of "load_cell_2" is missing',
+    ),
+    "units that do not compare": (
+        TABLE.replace("cell_2_kg", "cell_2 (V)"),
+        "line 1",
+        "do not compare",
+    ),
     "volts": (TABLE.replace("_kg", " (V)"), "line 1, column 2", "before their calibration"),
-    "a row of units": ("case,cell 1,cell 2\n,kg,kg\n" + BARE_ROWS, "line 2, column 2", '"kg" is not a number'),
+    "a row of units": (
+        "case,cell 1,cell 2\n,kg,kg\n" + BARE_ROWS,
+        "line 2, column 2",
+        '"kg" is not a number',
+    ),
     "direction missing": (changed(TABLE, (FIFTH, FIFTH[1:])), "line 5", "direction is missing"),
     "directions in two languages": (NAMED.replace("down", "2"), "cells.csv", "two ways"),
     "zero byte": (TABLE.encode() + b"1,1.2\x00,1.0\n", "line 8", "zero byte"),
@@ -73,7 +145,11 @@ REFUSED: dict[str, tuple[str | bytes, str, str]] = {
     "an open quote": (fifth('"0.858'), "line 5", "not a row of CSV"),
     "a quote that closes too early": (fifth('"0.8"58'), "line 5", "not a row of CSV"),
     "one endless line": ("1," * 10**6, "line 1", "65536"),
-    "random bytes": (bytes((i * 7919 + i // 3) % 255 + 1 for i in range(5000)), "line 1", "not UTF-8"),
+    "random bytes": (
+        bytes((i * 7919 + i // 3) % 255 + 1 for i in range(5000)),
+        "line 1",
+        "not UTF-8",
+    ),
     "JSON": ('{"cell 1": [1, 2],\n "cell 2": [3, 4]}\n', "line 2", "not a row of CSV"),
     "HTML": ("<html>\n<body>, <p>\ncell\n</html>\n", "cells.csv", ""),
 }
@@ -89,10 +165,13 @@ COLUMNS = {
 
 @pytest.mark.parametrize(
     ("content", "where", "message", "angle"),
-    [(*case, "144 deg") for case in REFUSED.values()] + [(text, *case, None) for text, case in COLUMNS.items()],
+    [(*case, "144 deg") for case in REFUSED.values()]
+    + [(text, *case, None) for text, case in COLUMNS.items()],
     ids=[*REFUSED, *(message for _, message in COLUMNS.values())],
 )
-def test_refused(content: str | bytes, where: str, message: str, angle: str | None, csv_file) -> None:
+def test_refused(
+    content: str | bytes, where: str, message: str, angle: str | None, csv_file
+) -> None:
     with pytest.raises(InputError) as caught:
         fit_friction(csv_file(content), bend_angle=angle)
     assert message in caught.value.message
@@ -117,10 +196,15 @@ def test_column_names_by_option(csv_file) -> None:
     [
         ("144", 'write "144 deg" or "144 rad"'),
         ("144 deg +/- 2", 'write "2 deg" or "2 rad"'),
-        *((angle, "") for angle in ("144 mm", "-144 deg", "0 deg", "nan deg", "144 rad", "1e-300 rad")),
+        *(
+            (angle, "")
+            for angle in ("144 mm", "-144 deg", "0 deg", "nan deg", "144 rad", "1e-300 rad")
+        ),
     ],
 )
-def test_bend_angle_is_never_guessed_but_offered_with_its_units(angle: str, offered: str, csv_file) -> None:
+def test_bend_angle_is_never_guessed_but_offered_with_its_units(
+    angle: str, offered: str, csv_file
+) -> None:
     with pytest.raises(UsageError) as caught:
         fit_friction(csv_file(TABLE), bend_angle=angle)
     assert caught.value.where == "--bend-angle"
@@ -135,7 +219,13 @@ def test_bend_angle_given_twice(csv_file) -> None:
 
 
 def test_a_file_that_is_none(tmp_path: Path) -> None:
-    for path in (tmp_path, tmp_path / "missing.csv", Path("/dev/zero"), tmp_path / ("x" * 5000), Path("a\0b")):
+    for path in (
+        tmp_path,
+        tmp_path / "missing.csv",
+        Path("/dev/zero"),
+        tmp_path / ("x" * 5000),
+        Path("a\0b"),
+    ):
         with pytest.raises((InputError, UsageError)):
             fit_friction(path, bend_angle="144 deg")
 

@@ -22,7 +22,11 @@ LOGS = simulate(RIG, 2)
 
 def frame(seed: int = 0, rig: Rig = RIG, speed: float = 1.0, **changed: float) -> pd.DataFrame:
     """A log with the motor's position."""
-    logs = LOGS if (rig, changed) == (RIG, {}) else simulate(replace(rig, **changed), 1, first_seed=seed)
+    logs = (
+        LOGS
+        if (rig, changed) == (RIG, {})
+        else simulate(replace(rig, **changed), 1, first_seed=seed)
+    )
     at = seed if logs is LOGS else 0
     return pd.DataFrame(
         {
@@ -45,7 +49,10 @@ def written(folder: Path, table: pd.DataFrame, name: str = "log.csv") -> Path:
 
 def test_a_frame_arrays_and_a_file_are_the_same_fit(tmp_path: Path) -> None:
     table = frame()
-    fits = [fit_of(each) for each in (written(tmp_path, table), table, {name: table[name].array for name in table})]
+    fits = [
+        fit_of(each)
+        for each in (written(tmp_path, table), table, {name: table[name].array for name in table})
+    ]
     assert fits[1].friction == fits[2].friction == pytest.approx(fits[0].friction, rel=1e-12)
     assert len(repr(fits[1]).splitlines()) <= 15
     assert fits[1].sha256 == fits[2].sha256
@@ -80,10 +87,15 @@ def test_a_position_that_says_nothing_is_refused() -> None:
 
 def test_stated_zeros_are_taken_off_and_their_uncertainty_is_in_the_budget() -> None:
     table = frame()
-    off = table.assign(force_motor_N=table.force_motor_N + 2.0, force_load_N=table.force_load_N - 1.0)
+    off = table.assign(
+        force_motor_N=table.force_motor_N + 2.0, force_load_N=table.force_load_N - 1.0
+    )
     fit = fit_of(off, zero_motor="2 N", zero_load=-1.0)
     assert fit.friction == pytest.approx(fit_of(table).friction, rel=1e-9)
-    parts = {part["name"]: part for part in fit_of(table, cell_uncertainty="0.2 N, 0.5 %").record["budget"]}
+    parts = {
+        part["name"]: part
+        for part in fit_of(table, cell_uncertainty="0.2 N, 0.5 %").record["budget"]
+    }
     assert parts["zero of the motor's cell"]["standard_uncertainty"] == 0.2
     with pytest.raises(InputError, match="larger than its forces"):
         fit_of(table, zero_motor="100 N")
@@ -106,7 +118,10 @@ def test_several_files_are_one_fit_that_says_whether_they_agree(tmp_path: Path) 
     assert both.strokes == 16
     assert [part["strokes"] for part in both.files] == [8, 8]
     apart = fit_of([first, written(tmp_path, frame(friction=0.13), "other.csv")])
-    assert [any("do not agree" in text for text in fit.warnings) for fit in (both, apart)] == [False, True]
+    assert [any("do not agree" in text for text in fit.warnings) for fit in (both, apart)] == [
+        False,
+        True,
+    ]
     kilograms = frame().rename(columns=lambda name: name.replace("_N", "_kg"))
     with pytest.raises(InputError, match="is in"):
         fit_of([first, written(tmp_path, kilograms, "kg.csv")])

@@ -51,7 +51,9 @@ def test_zero_negative_and_missing_forces_are_set_aside(csv_file) -> None:
     fit = fit_friction(path, bend_angle="144 deg")
     assert reasons(fit)["force at or below zero"] == 4
     assert reasons(fit)["no reading"] == 1
-    assert next(part for part in fit.set_aside if part.reason == "force at or below zero").lines[0] == (502, 504)
+    assert next(part for part in fit.set_aside if part.reason == "force at or below zero").lines[
+        0
+    ] == (502, 504)
     assert fit.friction == pytest.approx(0.1, rel=0.03)
 
 
@@ -66,7 +68,9 @@ def test_a_column_of_directions_agrees_with_the_forces() -> None:
 
 def test_which_cell_is_the_motors_is_inferred_and_said() -> None:
     log = log_of(LOAD, MOTOR, names=("cell 1 (kg)", "cell 2 (kg)"))
-    inferred, stated = (fit_friction(log, bend_angle="144 deg", motor=motor) for motor in (None, "2"))
+    inferred, stated = (
+        fit_friction(log, bend_angle="144 deg", motor=motor) for motor in (None, "2")
+    )
     assert inferred.motor == "2"
     assert stated.friction == inferred.friction
     assert any("cell 2 is taken as the motor's" in text for text in inferred.notes)
@@ -76,7 +80,9 @@ def test_which_cell_is_the_motors_is_inferred_and_said() -> None:
 def test_a_pause_and_a_stroke_that_never_slips_are_set_aside() -> None:
     start = np.flatnonzero(np.diff(LOGS.toward))[4] + 1
     halfway = start + int(np.flatnonzero(np.abs(np.log(MOTOR[start:] / LOAD[start:])) < 0.05)[0])
-    order = np.concatenate([np.arange(halfway), np.full(200, halfway), np.arange(halfway, len(MOTOR))])
+    order = np.concatenate(
+        [np.arange(halfway), np.full(200, halfway), np.arange(halfway, len(MOTOR))]
+    )
     noise = 0.001 * np.random.default_rng(1).standard_normal(len(order))
     fit = fit_of(MOTOR[order] + noise, LOAD[order])
     assert not fit.rows.used[halfway : halfway + 200].any()
@@ -118,7 +124,9 @@ def test_two_bend_angles_in_one_log() -> None:
 
 
 def test_a_few_settled_readings_with_times_are_no_log() -> None:
-    fit = fit_friction(log_of([0.858, 1.236] * 20, [1.036, 1.028] * 20, ("cell 1", "cell 2")), bend_angle="144 deg")
+    fit = fit_friction(
+        log_of([0.858, 1.236] * 20, [1.036, 1.028] * 20, ("cell 1", "cell 2")), bend_angle="144 deg"
+    )
     assert not fit.is_log
     assert fit.rows.used.all()
 

@@ -42,16 +42,38 @@ def fragment_of(fit, path: Path):
 def test_json_has_the_promised_keys(fit) -> None:
     answer = fit.record
     assert {
-        "friction", "standard_error", "interval_95", "bend_angle", "gain_ratio", "by_direction", "used", "set_aside",
-        "residuals", "warnings", "notes", "checks", "friction_bend", "friction_bend_standard_error",
-        "friction_bend_interval_95", "plain", "budget", "coverage_factor", "strokes", "unit", "sha256",
-    } <= set(answer)  # fmt: skip
+        "friction",
+        "standard_error",
+        "interval_95",
+        "bend_angle",
+        "gain_ratio",
+        "by_direction",
+        "used",
+        "set_aside",
+        "residuals",
+        "warnings",
+        "notes",
+        "checks",
+        "friction_bend",
+        "friction_bend_standard_error",
+        "friction_bend_interval_95",
+        "plain",
+        "budget",
+        "coverage_factor",
+        "strokes",
+        "unit",
+        "sha256",
+    } <= set(answer)
     assert json.loads(json.dumps(answer, allow_nan=False)) == answer
     assert answer["bend_angle"] == pytest.approx(2.5132741, abs=1e-6)
     assert answer["interval_95"][0] < answer["friction"] < answer["interval_95"][1]
-    assert answer["friction_bend"] == pytest.approx(answer["friction"] * answer["bend_angle"], rel=1e-12)
+    assert answer["friction_bend"] == pytest.approx(
+        answer["friction"] * answer["bend_angle"], rel=1e-12
+    )
     names = [check["name"] for check in answer["checks"]]
-    assert {"offset_motor", "offset_load", "delay", "gain", "force_dependence", "drift"} <= set(names)
+    assert {"offset_motor", "offset_load", "delay", "gain", "force_dependence", "drift"} <= set(
+        names
+    )
     left = answer["residuals"]
     assert len(left["rows"]) == min(20, answer["used"])
     assert left["max"] == abs(left["rows"][0]["residual"]) >= left["rms"]
@@ -60,10 +82,14 @@ def test_json_has_the_promised_keys(fit) -> None:
 def test_the_budget_adds_up_to_the_standard_error(fit) -> None:
     answer = fit.record
     parts = answer["budget"]
-    assert answer["standard_error"] == pytest.approx(sum(part["contribution"] ** 2 for part in parts) ** 0.5)
+    assert answer["standard_error"] == pytest.approx(
+        sum(part["contribution"] ** 2 for part in parts) ** 0.5
+    )
     for part in parts:
         assert part["type"] in {"A", "B"}
-        assert part["contribution"] == pytest.approx(abs(part["sensitivity"]) * part["standard_uncertainty"])
+        assert part["contribution"] == pytest.approx(
+            abs(part["sensitivity"]) * part["standard_uncertainty"]
+        )
     low, high = answer["interval_95"]
     assert high - low == pytest.approx(2.0 * answer["coverage_factor"] * answer["standard_error"])
 
@@ -77,14 +103,24 @@ def test_every_example_is_read_and_holds_its_truth(path: Path, truth: float) -> 
 def test_summary_is_short_and_says_what_was_set_aside() -> None:
     text = summary_lines(fit_friction(LOG, bend_angle="144 deg"))
     assert len(text.splitlines()) < 20
-    for words in ("μ = ", "95 % interval", "144 deg", "sticking after a reversal", "plain answer", "type A"):
+    for words in (
+        "μ = ",
+        "95 % interval",
+        "144 deg",
+        "sticking after a reversal",
+        "plain answer",
+        "type A",
+    ):
         assert words in text
 
 
 def test_fragment_says_where_it_comes_from(tmp_path: Path) -> None:
     fit = fit_friction(TABLE, bend_angle="144 deg +/- 2 deg")
     table = fragment_of(fit, tmp_path / "friction.toml")
-    assert (table["coefficient"], table["standard_error"]) == (fit.friction, fit.uncertainty.standard_error)
+    assert (table["coefficient"], table["standard_error"]) == (
+        fit.friction,
+        fit.uncertainty.standard_error,
+    )
     assert tuple(table["interval_95"]) == fit.uncertainty.interval_95
     assert (table["bend_angle"], table["bend_angle_uncertainty"]) == ("144 deg", "2 deg")
     assert (table["source"], table["rows_used"], table["rows_set_aside"]) == ("table_a1.csv", 6, 0)

@@ -9,7 +9,9 @@ import pytest
 
 from .rig import Rig, Tendon, simulate
 
-QUIET = Rig(0.1, friction_scatter=0.0, gain_scatter=0.0, gain_mismatch=0.0, noise=0.0, resolution=0.0)
+QUIET = Rig(
+    0.1, friction_scatter=0.0, gain_scatter=0.0, gain_mismatch=0.0, noise=0.0, resolution=0.0
+)
 
 
 @pytest.mark.parametrize("friction", [0.02, 0.1, 0.4])

@@ -44,8 +44,13 @@ class Count:
 
     def is_silent(self, fit: Fit) -> bool:
         """More than 1.5 % off, outside its interval, without a warning that names the cause."""
-        cause, wrong = self.case.names, not covers(fit) and abs(fit.friction / FRICTION - 1.0) > 0.015
-        return self.case.refused or (wrong and not (cause and any(cause in text for text in fit.warnings)))
+        cause, wrong = (
+            self.case.names,
+            not covers(fit) and abs(fit.friction / FRICTION - 1.0) > 0.015,
+        )
+        return self.case.refused or (
+            wrong and not (cause and any(cause in text for text in fit.warnings))
+        )
 
     def silent(self) -> int:
         return sum(map(self.is_silent, self.fits))
@@ -70,7 +75,9 @@ def run(name: str, seeds: int, first_seed: int = 0) -> Count:
     fits, refused = [], []
     for seed in range(seeds):
         try:
-            fits.append(fit_friction((case.make or log_of)(case.rig, logs, seed), case.rig.bend_angle))
+            fits.append(
+                fit_friction((case.make or log_of)(case.rig, logs, seed), case.rig.bend_angle)
+            )
         except InputError as error:
             refused.append(error.message)
     return Count(fits, refused, case)
@@ -84,10 +91,15 @@ def silent_share(counts: list[Count], *, hidden: bool) -> float:
 
 def row_of(name: str, count: Count) -> str:
     """A row of the table in Markdown."""
-    coverage, warned = _mean([covers(fit) for fit in count.quiet]), _mean([bool(fit.warnings) for fit in count.fits])
+    coverage, warned = (
+        _mean([covers(fit) for fit in count.quiet]),
+        _mean([bool(fit.warnings) for fit in count.fits]),
+    )
     shares = ((count.bias(), 2), (count.half_width(), 1), (coverage, 0), (warned, 0))
     numbers = ["" if np.isnan(share) else f"{100.0 * share:.{digits}f}" for share, digits in shares]
-    silent = f"{100.0 * count.silent() / count.seeds:.1f}" + (" (noted)" if count.case.hides and count.silent() else "")
+    silent = f"{100.0 * count.silent() / count.seeds:.1f}" + (
+        " (noted)" if count.case.hides and count.silent() else ""
+    )
     return f"| {name} | {' | '.join(numbers)} | {silent} | {100.0 * len(count.refused) / count.seeds:.0f} |"
 
 
@@ -95,21 +107,35 @@ def table(counts: dict[str, Count]) -> str:
     """The table, and what it comes to."""
     seeds = max(count.seeds for count in counts.values())
     head = "| case | bias | half-width | truth in interval (fits without warning) | warned | silently wrong | refused |"
-    alarms = [bool(fit.warnings) for count in counts.values() if count.case.clean for fit in count.fits]
-    told, every = (100.0 * silent_share(list(counts.values()), hidden=hidden) for hidden in (False, True))
+    alarms = [
+        bool(fit.warnings) for count in counts.values() if count.case.clean for fit in count.fits
+    ]
+    told, every = (
+        100.0 * silent_share(list(counts.values()), hidden=hidden) for hidden in (False, True)
+    )
     words = (
         f"In %, {seeds} seeds a case. Silently wrong of all: {told:.2f} %, and {every:.1f} % with those of a constant"
         " force and an offset, which nothing in the readings can tell and a note puts a number to."
         f" Warnings on clean logs: {100.0 * np.mean(alarms or [False]):.1f} %."
     )
-    return "\n".join([head, "|---" * 7 + "|", *(row_of(name, count) for name, count in counts.items()), "", words])
+    return "\n".join(
+        [
+            head,
+            "|---" * 7 + "|",
+            *(row_of(name, count) for name, count in counts.items()),
+            "",
+            words,
+        ]
+    )
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description="fit every case of simulated rigs and count")
     parser.add_argument("--seeds", type=int, default=200)
     parser.add_argument("--case", default="", help="only cases whose name has this in it")
-    parser.add_argument("--write", type=Path, metavar="PAGE", help="put the table between the marks of this page")
+    parser.add_argument(
+        "--write", type=Path, metavar="PAGE", help="put the table between the marks of this page"
+    )
     options = parser.parse_args()
     counts = {}
     for name in (name for name in CASES if options.case in name):

@@ -16,7 +16,9 @@ from tendon_cli.studies.load import study_from
 from tendon_cli.studies.values import Values
 from tests.si import with_units
 
-needs_code = pytest.mark.skipif(kernel.native() is None, reason="tendon was installed without a C compiler")
+needs_code = pytest.mark.skipif(
+    kernel.native() is None, reason="tendon was installed without a C compiler"
+)
 _MARGIN = 9
 """Rows before and after those asked for, one more than any processor takes at a time."""
 
@@ -98,7 +100,9 @@ def _written(write, kinds, rows):
     with_nan = write({name: values[within] for name, values in wide.items()}, rows)
     if with_nan is not None:
         assert set(with_nan) == {
-            name for name, values in wide.items() if values.dtype.kind == "f" and np.isnan(values[within]).any()
+            name
+            for name, values in wide.items()
+            if values.dtype.kind == "f" and np.isnan(values[within]).any()
         }
     for name, values in wide.items():
         assert (values[:_MARGIN] == 77).all(), name

@@ -17,14 +17,21 @@ from .filling import each_kind, needs_code, same_bits
 
 ANGLES = (1, 2, 3, 7, 8, 9, 16, 17, 31, 33, 97, 257, 300)
 SIDE = {
-    "friction": (0.0, 0.25), "bend_angle": (0.0, 9.0), "length": (0.3, 3.0), "diameter": (0.5e-3, 3e-3),
-    "youngs_modulus": (2e9, 2e11), "spring_stiffness": (400.0, 60e3), "pretension": (0.0, 400.0),
-}  # fmt: skip
+    "friction": (0.0, 0.25),
+    "bend_angle": (0.0, 9.0),
+    "length": (0.3, 3.0),
+    "diameter": (0.5e-3, 3e-3),
+    "youngs_modulus": (2e9, 2e11),
+    "spring_stiffness": (400.0, 60e3),
+    "pretension": (0.0, 400.0),
+}
 
 
 def spline(rng, low, high):
     """A curve that rises over most of the angles, and falls somewhere."""
-    found = CubicSpline(np.linspace(-0.6, 3.1, 8), np.linspace(low, high, 8) + 0.06 * high * rng.standard_normal(8))
+    found = CubicSpline(
+        np.linspace(-0.6, 3.1, 8), np.linspace(low, high, 8) + 0.06 * high * rng.standard_normal(8)
+    )
     return Spline(found.x, found.c)
 
 
@@ -46,25 +53,48 @@ def situation_of(rng, slack):
         drawn |= {"bend_angle": spline(rng, 2.0, 6.0)} if new[1] and rng.random() < 0.7 else {}
         drawn |= {"anchor_stiffness": some(3e3, 4e4)} if new[2] else {}
         drawn |= {"spring_at_motor": some(0.0, 1.0) > 0.3} if new[3] else {}
-        return Side(**drawn | {"pretension": drawn["pretension"] if pretension is None else pretension})
+        return Side(
+            **drawn | {"pretension": drawn["pretension"] if pretension is None else pretension}
+        )
 
     on_the_bone = rng.random() < 0.1
-    anchors = [0.0 if on_the_bone and at in (0, 2) else some(*ends) for at, ends in enumerate(
-        [(0.0, 0.07), (0.08, 0.3), (0.0, 0.05), (0.04, 0.2), (0.02, 0.07)])]  # fmt: skip
+    anchors = [
+        0.0 if on_the_bone and at in (0, 2) else some(*ends)
+        for at, ends in enumerate(
+            [(0.0, 0.07), (0.08, 0.3), (0.0, 0.05), (0.04, 0.2), (0.02, 0.07)]
+        )
+    ]
     loaded = rng.random() < 0.8
-    weight = some(0.3, 3.0) * loaded, 0.17, some(0.2, 0.4), 0.0 if rng.random() < 0.3 else some(-2.0, 1.2)
-    pretension = np.linspace(0.0, 300.0, shape[0]).reshape(-1, *[1] * (len(shape) + 1)) if rng.random() < 0.7 else None
+    weight = (
+        some(0.3, 3.0) * loaded,
+        0.17,
+        some(0.2, 0.4),
+        0.0 if rng.random() < 0.3 else some(-2.0, 1.2),
+    )
+    pretension = (
+        np.linspace(0.0, 300.0, shape[0]).reshape(-1, *[1] * (len(shape) + 1))
+        if rng.random() < 0.7
+        else None
+    )
     unilateral = {"unilateral": True, "bilateral": False, "both": some(0.0, 1.0) > 0.5}[slack]
     joint = Anchors(*anchors, from_initial=some(0.0, 1.0) > 0.5)
     if new[0]:
-        joint = Excursion(spline(rng, 0.0, 0.06), spline(rng, 0.0, 0.05), some(-0.2, 0.4), some(0.8, 1.2))
+        joint = Excursion(
+            spline(rng, 0.0, 0.06), spline(rng, 0.0, 0.05), some(-0.2, 0.4), some(0.8, 1.2)
+        )
     limb = Limb(joint, *weight)
     if new[4]:
         limb = replace(limb, stiffness=some(0.0, 2.0), rest_angle=some(0.0, 1.5))
     design = Design(
-        limb, side(pretension), side(pretension), some(0.01, 0.06), some(0.5, 2.0),
-        some(0.0, 12.0) * loaded, unilateral=unilateral, setting=Posture(some(0.0, 0.4) if new[1] else 0.0),
-    )  # fmt: skip
+        limb,
+        side(pretension),
+        side(pretension),
+        some(0.01, 0.06),
+        some(0.5, 2.0),
+        some(0.0, 12.0) * loaded,
+        unilateral=unilateral,
+        setting=Posture(some(0.0, 0.4) if new[1] else 0.0),
+    )
     angles = np.append(0.0, rng.uniform(-0.5, 3.0, rng.choice(ANGLES)))[1 - int(on_the_bone) :]
     flexion = np.array([[True], [False]])[: rng.integers(1, 3)]
     whole = *shape, len(flexion), len(angles)
@@ -74,7 +104,9 @@ def situation_of(rng, slack):
 def rows_of(at, whole):
     """Every column of the states, by whatever code is chosen."""
     count = int(np.prod(whole))
-    columns = {name: np.empty(count) for name in at.columns()} | {"status": np.empty(count, np.int8)}
+    columns = {name: np.empty(count) for name in at.columns()} | {
+        "status": np.empty(count, np.int8)
+    }
     kernel.row_writer(at, whole, {})(columns, range(count))
     return {name: column.reshape(*whole[:-2], -1) for name, column in columns.items()}
 
@@ -88,17 +120,22 @@ def by_hand(rows, at, angles, whole):
     def with_sign(values):
         largest = np.fmax.reduce(np.abs(values), axis=-1)
         low = np.fmin.reduce(values, axis=-1)
-        return np.where((-low == largest) & (np.fmax.reduce(values, axis=-1) < largest), low, largest)
+        return np.where(
+            (-low == largest) & (np.fmax.reduce(values, axis=-1) < largest), low, largest
+        )
 
     status, each = rows["status"], np.broadcast_to(angles, whole).reshape(rows["status"].shape)
     slack = (status != TAUT) & (status != NO_EQUILIBRIUM)
     extension = [
-        rows[f"{side}_tension_distal"] * np.broadcast_to(getattr(at, side).spring, whole).reshape(status.shape)
+        rows[f"{side}_tension_distal"]
+        * np.broadcast_to(getattr(at, side).spring, whole).reshape(status.shape)
         for side in ("flexor", "extensor")
     ]
     return {
         "min_flexor_tension": over(np.fmin, "flexor_tension_distal", "flexor_tension_proximal"),
-        "min_extensor_tension": over(np.fmin, "extensor_tension_distal", "extensor_tension_proximal"),
+        "min_extensor_tension": over(
+            np.fmin, "extensor_tension_distal", "extensor_tension_proximal"
+        ),
         "max_tension": over(np.fmax, *(name for name in rows if "_tension_" in name)),
         "max_spring_extension": np.fmax.reduce(np.fmax(*extension), axis=-1),
         "peak_elbow_torque": with_sign(rows["elbow_torque"]),
@@ -135,7 +172,9 @@ def test_the_studies_of_this_page_have_states_of_every_kind():
     met = set()
     for seed in range(40):
         for slack in ("unilateral", "bilateral", "both"):
-            met |= set(situation_of(np.random.default_rng([seed, len(slack)]), slack)[0].status.flat)
+            met |= set(
+                situation_of(np.random.default_rng([seed, len(slack)]), slack)[0].status.flat
+            )
     assert met == {0, 1, 2, 3, 4}
 
 
@@ -158,14 +197,22 @@ def test_states_may_come_in_portions(most):
 @pytest.mark.parametrize("springs", [1, 3, 8, 21])
 @pytest.mark.parametrize("pretensions", [2, 7, 31, 65, 100])
 @pytest.mark.parametrize("last", [True, False], ids=["pretension fastest", "pretension slowest"])
-def test_it_does_not_matter_how_many_pretensions_go_with_how_many_designs(pretensions, springs, last):
+def test_it_does_not_matter_how_many_pretensions_go_with_how_many_designs(
+    pretensions, springs, last
+):
     lengths = (springs, pretensions) if last else (pretensions, springs)
     pretension, spring = (
         values.reshape([-1 if at == axis else 1 for at in range(4)])
-        for values, axis in ((np.linspace(1.0, 300.0, pretensions), last), (np.linspace(1e3, 8e3, springs), not last))
+        for values, axis in (
+            (np.linspace(1.0, 300.0, pretensions), last),
+            (np.linspace(1e3, 8e3, springs), not last),
+        )
     )
     limb = Limb(Anchors(0.04, 0.15, 0.02, 0.15, 0.045), 1.54, 0.174, 0.32, 0.0)
-    flexor, extensor = (Side(0.07, np.pi, 2.0, 1.5e-3, 145e9, spring, pull) for pull in (pretension, 2.0 * pretension))
+    flexor, extensor = (
+        Side(0.07, np.pi, 2.0, 1.5e-3, 145e9, spring, pull)
+        for pull in (pretension, 2.0 * pretension)
+    )
     design = Design(limb, flexor, extensor, 0.03, 0.8, 3.0)
     angles, flexion = np.linspace(0.0, 1.6, 37), np.array([[True], [False]])
     at, whole = State.of(design, angles.reshape(1, -1), flexion), (*lengths, 2, len(angles))
@@ -184,7 +231,10 @@ def test_it_does_not_matter_how_many_pretensions_go_with_how_many_designs(preten
 def test_no_slack_length_of_states_that_have_none(first):
     limb = Limb(Anchors(0.04, 0.15, 0.02, 0.15, 0.045), 0.0, 0.174, 0.32, 0.0)
     pretension, angles = np.reshape([0.0, 1.0, 500.0], (-1, 1, 1)), first + np.linspace(0.0, 0.2, 5)
-    side, flexion = Side(0.07, np.pi, 2.0, 1.5e-3, 145e9, 3e3, pretension), np.array([[True], [False]])
+    side, flexion = (
+        Side(0.07, np.pi, 2.0, 1.5e-3, 145e9, 3e3, pretension),
+        np.array([[True], [False]]),
+    )
     design = Design(limb, side, side, 0.03, 1.0, 0.0)
     at, whole = State.of(design, angles.reshape(1, -1), flexion), (3, 2, 5)
     found = extremes.begin(whole[:-2])

@@ -61,7 +61,9 @@ def test_a_sweep_writes_the_same_bytes_with_and_without_it(new_sweep, tmp_path, 
     for code in (True, False):
         wanted(code=code)
         for block_states in (2**15, 600, 1):
-            swept = new_sweep(text, tmp_path, block_states=block_states, out=f"{code}-{block_states}")
+            swept = new_sweep(
+                text, tmp_path, block_states=block_states, out=f"{code}-{block_states}"
+            )
             hashes.append(swept.hashes)
     assert all(each == hashes[0] for each in hashes)
     assert len(hashes[0]) == 2
@@ -81,10 +83,31 @@ def test_code_of_another_version_is_not_used(monkeypatch):
 
 
 ONE = (
-    "moment_arm", "pulling_arm", "flexor_slope", "flexor_travel", "extensor_travel", "sine", "cosine", "other_torque",
-    "other_slope", "gravity_moment", "extensor_arm", "extensor_slope", "flexor_radius", "ratio", "unilateral",
-)  # fmt: skip
-BY_SIDE = ("capstan", "tendon", "spring", "anchor", "tendon_resting", "spring_resting", "pretension")
+    "moment_arm",
+    "pulling_arm",
+    "flexor_slope",
+    "flexor_travel",
+    "extensor_travel",
+    "sine",
+    "cosine",
+    "other_torque",
+    "other_slope",
+    "gravity_moment",
+    "extensor_arm",
+    "extensor_slope",
+    "flexor_radius",
+    "ratio",
+    "unilateral",
+)
+BY_SIDE = (
+    "capstan",
+    "tendon",
+    "spring",
+    "anchor",
+    "tendon_resting",
+    "spring_resting",
+    "pretension",
+)
 NAMES = (*ONE, *(f"{side}_{by}" for side in ("flexor", "extensor") for by in BY_SIDE))
 GIVEN = {name: np.ones((2, 1, 4)) for name in NAMES}
 
@@ -112,7 +135,15 @@ GIVEN = {name: np.ones((2, 1, 4)) for name in NAMES}
     ],
 )
 def test_it_refuses_what_does_not_fit(fault, problem):
-    call = {"kind": "plain", "shape": (2, 1, 4), "given": GIVEN, "keys": {}, "columns": {}, "first": 0, "count": 8}
+    call = {
+        "kind": "plain",
+        "shape": (2, 1, 4),
+        "given": GIVEN,
+        "keys": {},
+        "columns": {},
+        "first": 0,
+        "count": 8,
+    }
     kernel.native().rows(*call.values())
     with pytest.raises((ValueError, KeyError), match=problem):
         kernel.native().rows(*(call | fault).values())

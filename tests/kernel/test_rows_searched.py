@@ -24,7 +24,10 @@ def cases_of(draw, rng):
     cases = []
     for at in range(draw(st.integers(2, 4))):
         own = {"name": str(at), "load": {"mass": float(rng.uniform(0.0, 9.0))}}
-        slack, reference = rng.choice(["unilateral", "bilateral"]), rng.choice(["published", "initial"])
+        slack, reference = (
+            rng.choice(["unilateral", "bilateral"]),
+            rng.choice(["published", "initial"]),
+        )
         own["model"] = model(str(slack), str(reference))
         if draw(st.booleans()):
             own["tendon"] = {"flexor": {"pretension": float(rng.uniform(0.0, 300.0))}}
@@ -34,7 +37,9 @@ def cases_of(draw, rng):
 
 def angles_of(draw, rng):
     low = draw(st.sampled_from([-0.7, 0.0, 1.0, 2.8]))
-    return rng.uniform(low, draw(st.sampled_from([low + 0.1, 3.0])), draw(st.sampled_from(COUNTS))).tolist()
+    return rng.uniform(
+        low, draw(st.sampled_from([low + 0.1, 3.0])), draw(st.sampled_from(COUNTS))
+    ).tolist()
 
 
 @st.composite
@@ -43,7 +48,11 @@ def studies(draw):
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     varied = draw(st.lists(st.sampled_from(sorted(RANGES)), max_size=4, unique=True))
     cases = draw(st.integers(0, 2)) == 0
-    numbers = {key: some(rng, *RANGES[key], draw(st.integers(1, 3))) for key in varied if not (cases and "mass" in key)}
+    numbers = {
+        key: some(rng, *RANGES[key], draw(st.integers(1, 3)))
+        for key in varied
+        if not (cases and "mass" in key)
+    }
     kinds = {
         "both": ("tendon.pretension",),
         "by side": ("tendon.flexor.pretension", "tendon.extensor.pretension"),
@@ -51,14 +60,21 @@ def studies(draw):
     }
     pretensions = kinds["both" if cases else draw(st.sampled_from(sorted(kinds)))]
     numbers |= {key: some(rng, 0.0, 400.0, draw(st.integers(1, 3))) for key in pretensions}
-    numbers |= {key: values[0] for key, values in numbers.items() if len(values) == 1 and draw(st.booleans())}
+    numbers |= {
+        key: values[0]
+        for key, values in numbers.items()
+        if len(values) == 1 and draw(st.booleans())
+    }
     if draw(st.integers(0, 5)) == 0:
         numbers |= {"arm.forearm_mass": 0.0} | ({} if cases else {"load.mass": 0.0})
     slack, reference = (
         draw(st.sampled_from(["unilateral", "bilateral"])),
         draw(st.sampled_from(["published", "initial"])),
     )
-    content = {"model": model(slack, reference), "motion.direction": draw(st.sampled_from(DIRECTIONS))}
+    content = {
+        "model": model(slack, reference),
+        "motion.direction": draw(st.sampled_from(DIRECTIONS)),
+    }
     content |= {"cases": cases_of(draw, rng)} if cases else {}
     order = draw(st.permutations(sorted(numbers)))
     block_states = draw(st.sampled_from([2**15, 2**15, 250, 40]))

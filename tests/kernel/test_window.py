@@ -27,11 +27,16 @@ def bounds_of(rng, shape):
         return values if rng.random() < 0.5 else otherwise
 
     return Bounds(
-        min_flexor_tension=some(1.0, 40.0, -np.inf), min_extensor_tension=some(1.0, 40.0, -np.inf),
-        max_tension=some(150.0, 2000.0, np.inf), max_spring_extension=some(0.01, 0.4, np.inf),
-        peak_motor_torque=some(3.0, 40.0, np.inf), min_elbow_stiffness=some(-5.0, 5.0, -np.inf),
-        min_spring_room=some(-0.05, 0.05, -np.inf), peak_motor_speed=some(1.0, 20.0, np.inf), speed=1.0,
-    )  # fmt: skip
+        min_flexor_tension=some(1.0, 40.0, -np.inf),
+        min_extensor_tension=some(1.0, 40.0, -np.inf),
+        max_tension=some(150.0, 2000.0, np.inf),
+        max_spring_extension=some(0.01, 0.4, np.inf),
+        peak_motor_torque=some(3.0, 40.0, np.inf),
+        min_elbow_stiffness=some(-5.0, 5.0, -np.inf),
+        min_spring_room=some(-0.05, 0.05, -np.inf),
+        peak_motor_speed=some(1.0, 20.0, np.inf),
+        speed=1.0,
+    )
 
 
 def folded(at, bounds, whole, cuts=()):
@@ -40,7 +45,9 @@ def folded(at, bounds, whole, cuts=()):
     edges = [0, *cuts, whole[-1]]
     for first, stop in itertools.pairwise(edges):
         stretch, angles, flexion = at(slice(first, stop))
-        situation = State.of(replace(stretch, given={"spring.free_length": FREE_LENGTH}), angles, flexion)
+        situation = State.of(
+            replace(stretch, given={"spring.free_length": FREE_LENGTH}), angles, flexion
+        )
         kernel.fold_window(found, situation, bounds, (*whole[:-1], stop - first), first, whole[-1])
     return found
 
@@ -76,10 +83,14 @@ def test_a_windows_ends_are_those_of_its_states():
         flexion = np.array([[True], [False]])[: whole[-2]]
         bounds = bounds_of(rng, whole[:-2])
         found = folded(
-            lambda part, s=situation, a=angles, f=flexion: (s.design, a[part].reshape(1, -1), f), bounds, whole
+            lambda part, s=situation, a=angles, f=flexion: (s.design, a[part].reshape(1, -1), f),
+            bounds,
+            whole,
         )
         design = replace(situation.design, given={"spring.free_length": FREE_LENGTH})
         each = window.window(design, angles.reshape(1, -1), flexion, bounds)
         ends = window.finished(found, situation.design, bounds)
         for name in ("low", "high", "low_state", "high_state"):
-            np.testing.assert_array_equal(np.broadcast_to(getattr(each, name), whole[:-2]), getattr(ends, name), name)
+            np.testing.assert_array_equal(
+                np.broadcast_to(getattr(each, name), whole[:-2]), getattr(ends, name), name
+            )

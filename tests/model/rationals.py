@@ -45,7 +45,9 @@ class Exact:
     def __truediv__(self, other):
         other = Exact.of(other)
         assert other.low > 0 or other.high < 0, "it may be zero"
-        ends = [Fraction(a * ONE, b) for a in (self.low, self.high) for b in (other.low, other.high)]
+        ends = [
+            Fraction(a * ONE, b) for a in (self.low, self.high) for b in (other.low, other.high)
+        ]
         return Exact(floor(min(ends)), -floor(-max(ends)))
 
     __radd__, __rmul__ = __add__, __mul__
@@ -84,7 +86,9 @@ class Exact:
     def holds(self, value, radius=0):
         """Whether it lies within a radius of a number of floats."""
         value, radius = Fraction(float(value)), Fraction(float(radius))
-        return self.low >= floor((value - radius) * ONE) and self.high <= -floor(-(value + radius) * ONE)
+        return self.low >= floor((value - radius) * ONE) and self.high <= -floor(
+            -(value + radius) * ONE
+        )
 
 
 def elongation(exponent):
@@ -94,7 +98,9 @@ def elongation(exponent):
 
 def state(p, angle, flexion, pretension):
     """Tensions at both ends, k, the motor's torque of a taut state at an angle, by flat numbers as in `designs`."""
-    p = {name: Exact.of(value) for name, value in p.items() if not isinstance(value, bool)} | {"angle": Exact.of(angle)}
+    p = {name: Exact.of(value) for name, value in p.items() if not isinstance(value, bool)} | {
+        "angle": Exact.of(angle)
+    }
     sides = {}
     for side, way in (("flexor", -1 if flexion else 1), ("extensor", 1 if flexion else -1)):
         turns = p[f"{side}_friction"] * p[f"{side}_bend_angle"] * way
@@ -112,15 +118,23 @@ def state(p, angle, flexion, pretension):
     around = (forward + p["a1"]) * p["a1"] + (up + p["b1"]) * p["b1"]
     slope = (arm * arm - around) / path
     lean = p["angle"] + p["upper_arm_angle"]
-    moment = Exact.of("9.81") * (p["forearm_mass"] * p["forearm_com"] + p["load_mass"] * p["load_distance"])
+    moment = Exact.of("9.81") * (
+        p["forearm_mass"] * p["forearm_com"] + p["load_mass"] * p["load_distance"]
+    )
     torque, torque_slope = moment * lean.sine(), moment * lean.cosine()
     turned, ratio = p["ratio"] * flexor, p["ratio"]
-    apart = radius * p["angle"] - ratio * (p["b1"] + p["b2"] - path) + (turned + extensor) * pretension
+    apart = (
+        radius * p["angle"] - ratio * (p["b1"] + p["b2"] - path) + (turned + extensor) * pretension
+    )
     det = arm * extensor + radius * turned
     x, y = (torque * extensor + radius * apart) / det, (arm * apart - turned * torque) / det
     stiffness = arm * arm / flexor + radius * radius / extensor + torque_slope - slope * x
     motor = p["flexor_radius"] * (x / flexor_end - ratio * y / extensor_end)
     return {
-        "x": x, "y": y, "stiffness": stiffness, "motor": motor,
-        "x_proximal": x / flexor_end, "y_proximal": y / extensor_end,
-    }  # fmt: skip
+        "x": x,
+        "y": y,
+        "stiffness": stiffness,
+        "motor": motor,
+        "x_proximal": x / flexor_end,
+        "y_proximal": y / extensor_end,
+    }

@@ -41,7 +41,16 @@ def walk_along_sheath(friction, bend_angle, toward_elbow, *, profile: Callable =
         return np.concatenate([rate * profile(station) * tension, tension])
 
     start = np.concatenate([np.ones_like(rate), np.zeros_like(rate)])
-    walk = solve_ivp(slope, (0.0, 1.0), start, method="DOP853", rtol=1e-13, atol=1e-15, max_step=0.02, t_eval=[1.0])
+    walk = solve_ivp(
+        slope,
+        (0.0, 1.0),
+        start,
+        method="DOP853",
+        rtol=1e-13,
+        atol=1e-15,
+        max_step=0.02,
+        t_eval=[1.0],
+    )
     tension, mean = walk.y[: len(rate), -1], walk.y[len(rate) :, -1]
     return tension.reshape(friction.shape), mean.reshape(friction.shape)
 
@@ -54,11 +63,15 @@ def compliances(p: Parameters, flexion, *, profile: Callable = even):
     result = {}
     for side in SIDES:
         toward_elbow = ~np.asarray(flexion) if side == "flexor" else np.asarray(flexion)
-        gain, mean = walk_along_sheath(p[f"{side}_friction"], p[f"{side}_bend_angle"], toward_elbow, profile=profile)
+        gain, mean = walk_along_sheath(
+            p[f"{side}_friction"], p[f"{side}_bend_angle"], toward_elbow, profile=profile
+        )
         section = np.pi * (p[f"{side}_diameter"] / 2) ** 2
         tendon = mean * p[f"{side}_length"] / (section * p[f"{side}_youngs_modulus"])
         at_end = np.where(p.get(f"{side}_spring_at_motor", False), gain, 1.0)
-        spring = at_end / p[f"{side}_spring_stiffness"] + 1 / p.get(f"{side}_anchor_stiffness", np.inf)
+        spring = at_end / p[f"{side}_spring_stiffness"] + 1 / p.get(
+            f"{side}_anchor_stiffness", np.inf
+        )
         result[side] = gain, tendon, spring + 0.0 * tendon
     return result
 
@@ -90,7 +103,10 @@ def travels(p, angle):
 def weight_moment(p, angle):
     """Moment about the elbow that the weights of forearm and load, and the joint itself, must be held with."""
     total = p.get("joint_stiffness", 0.0) * (angle - p.get("rest_angle", 0.0))
-    for mass, distance in ((p["forearm_mass"], p["forearm_com"]), (p["load_mass"], p["load_distance"])):
+    for mass, distance in (
+        (p["forearm_mass"], p["forearm_com"]),
+        (p["load_mass"], p["load_distance"]),
+    ):
         total += mass * 9.81 * turned((0.0, -distance), angle + p["upper_arm_angle"])[0]
     return total
 
@@ -139,15 +155,25 @@ class Bench:
         """Moment of both tendons beyond what the weights need; grows with the spool angle."""
         flexor, extensor = self.tensions(spool_angle, elbow_angle)
         moment_arm = line_of_action(self.p, elbow_angle)[1]
-        return moment_arm * flexor - self.p["elbow_radius"] * extensor - weight_moment(self.p, elbow_angle)
+        return (
+            moment_arm * flexor
+            - self.p["elbow_radius"] * extensor
+            - weight_moment(self.p, elbow_angle)
+        )
 
-    def stiffness(self, spool_angle: float, elbow_angle: float, pulling: tuple[bool, bool]) -> float:
+    def stiffness(
+        self, spool_angle: float, elbow_angle: float, pulling: tuple[bool, bool]
+    ) -> float:
         """Moment per radian that the elbow resists with while the motor holds still, by differences of sixth order."""
 
         def needed(angle):
             flexor, extensor = self.stretches(spool_angle, angle)
-            flexor_moment = pulling[0] * line_of_action(self.p, angle)[1] * flexor / self.flexor_compliance
-            extensor_moment = pulling[1] * self.p["elbow_radius"] * extensor / self.extensor_compliance
+            flexor_moment = (
+                pulling[0] * line_of_action(self.p, angle)[1] * flexor / self.flexor_compliance
+            )
+            extensor_moment = (
+                pulling[1] * self.p["elbow_radius"] * extensor / self.extensor_compliance
+            )
             return weight_moment(self.p, angle) - flexor_moment + extensor_moment
 
         return derivative(needed, elbow_angle)
@@ -160,23 +186,41 @@ class Bench:
         at_rest = self.stretches(0.0, elbow_angle)
         flexor_tightens = -at_rest[0] / p["flexor_radius"]
         extensor_loosens = at_rest[1] / (p["ratio"] * p["flexor_radius"])
-        if p["unilateral"] and weight_moment(p, elbow_angle) == 0 and extensor_loosens < flexor_tightens:
+        if (
+            p["unilateral"]
+            and weight_moment(p, elbow_angle) == 0
+            and extensor_loosens < flexor_tightens
+        ):
             anywhere = (flexor_tightens + extensor_loosens) / 2
             flexor, extensor = self.stretches(anywhere, elbow_angle)
             resistance = self.stiffness(anywhere, elbow_angle, (False, False))
-            return Outcome("both slack", 0.0, 0.0, loose=-p["ratio"] * flexor - extensor, stiffness=resistance)
+            return Outcome(
+                "both slack", 0.0, 0.0, loose=-p["ratio"] * flexor - extensor, stiffness=resistance
+            )
         step = 1.0
         low, high = min(flexor_tightens, extensor_loosens), max(flexor_tightens, extensor_loosens)
-        while self.surplus(low - step, elbow_angle) > 0 or self.surplus(high + step, elbow_angle) < 0:
+        while (
+            self.surplus(low - step, elbow_angle) > 0 or self.surplus(high + step, elbow_angle) < 0
+        ):
             step *= 2
-        angle = brentq(self.surplus, low - step, high + step, (elbow_angle,), xtol=1e-300, rtol=1e-15, maxiter=500)
+        angle = brentq(
+            self.surplus,
+            low - step,
+            high + step,
+            (elbow_angle,),
+            xtol=1e-300,
+            rtol=1e-15,
+            maxiter=500,
+        )
         return self._read(angle, elbow_angle)
 
     def _read(self, angle: float, elbow_angle: float) -> Outcome:
         flexor, extensor = self.stretches(angle, elbow_angle)
-        status = {(False, False): "taut", (True, False): "flexor slack", (False, True): "extensor slack"}.get(
-            (flexor < 0, extensor < 0), "both slack"
-        )
+        status = {
+            (False, False): "taut",
+            (True, False): "flexor slack",
+            (False, True): "extensor slack",
+        }.get((flexor < 0, extensor < 0), "both slack")
         pulling = (flexor >= 0, extensor >= 0) if self.p["unilateral"] else (True, True)
         slack = (max(0.0, -flexor), max(0.0, -extensor)) if self.p["unilateral"] else (None, None)
         loose = self.p["ratio"] * slack[0] + slack[1] if self.p["unilateral"] else None
@@ -200,6 +244,8 @@ def run(p: Parameters, elbow_angle, flexion, *, profile: Callable = even) -> lis
     sheaths = compliances(p, flexion, profile=profile)
     stiff = {side: tendon + spring for side, (_, tendon, spring) in sheaths.items()}
     return [
-        Bench(row(p, i), float(stiff["flexor"][i]), float(stiff["extensor"][i])).settle(float(angle))
+        Bench(row(p, i), float(stiff["flexor"][i]), float(stiff["extensor"][i])).settle(
+            float(angle)
+        )
         for i, angle in enumerate(elbow_angle)
     ]

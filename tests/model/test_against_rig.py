@@ -37,9 +37,18 @@ def state(drawn):
 def largest(drawn, state):
     """Per state the largest tension, length, and moment per radian, as the measures of what counts as equal."""
     p, *_ = drawn
-    tensions = np.abs([state.balance.flexor, state.balance.extensor, p["flexor_pretension"], p["extensor_pretension"]])
+    tensions = np.abs(
+        [
+            state.balance.flexor,
+            state.balance.extensor,
+            p["flexor_pretension"],
+            p["extensor_pretension"],
+        ]
+    )
     motion = state.motion
-    lengths = np.abs([motion.flexor_path, motion.extensor_travel, p["flexor_radius"] * state.spool_angle])
+    lengths = np.abs(
+        [motion.flexor_path, motion.extensor_travel, p["flexor_radius"] * state.spool_angle]
+    )
     stiffness = (
         motion.flexor_moment_arm**2 / state.flexor.compliance
         + p["elbow_radius"] ** 2 / state.extensor.compliance
@@ -60,25 +69,32 @@ def column(outcomes, name):
 def assert_same(found, expected, scale):
     np.testing.assert_array_equal(np.isnan(found), np.isnan(expected))
     error = np.abs(found - expected) / scale
-    assert np.nanmax(error) <= TIGHT, f"worst is number {np.nanargmax(error)}, off by {np.nanmax(error):.3g}"
+    assert np.nanmax(error) <= TIGHT, (
+        f"worst is number {np.nanargmax(error)}, off by {np.nanmax(error):.3g}"
+    )
 
 
 def test_the_draw_holds_every_kind_of_state_in_both_directions_and_models(drawn, outcomes):
     p, _, flexion = drawn
     kinds = Counter(
-        (bool(u), bool(f), outcome.status) for u, f, outcome in zip(p["unilateral"], flexion, outcomes, strict=True)
+        (bool(u), bool(f), outcome.status)
+        for u, f, outcome in zip(p["unilateral"], flexion, outcomes, strict=True)
     )
-    rare = min(kinds[u, f, name] for u in (True, False) for f in (True, False) for name in STATUS_NAMES)
+    rare = min(
+        kinds[u, f, name] for u in (True, False) for f in (True, False) for name in STATUS_NAMES
+    )
     share = len(flexion) / COUNT
     assert rare >= (12 if share == 1.0 else 0), kinds
     for name in STATUS_NAMES:
-        assert sum(kinds[u, f, name] for u in (True, False) for f in (True, False)) >= (80 if share == 1.0 else 5), (
-            kinds
-        )
+        assert sum(kinds[u, f, name] for u in (True, False) for f in (True, False)) >= (
+            80 if share == 1.0 else 5
+        ), kinds
 
 
 def test_the_rig_finds_the_same_kind_of_state(state, outcomes):
-    assert [STATUS_NAMES[index] for index in state.status] == [outcome.status for outcome in outcomes]
+    assert [STATUS_NAMES[index] for index in state.status] == [
+        outcome.status for outcome in outcomes
+    ]
 
 
 @pytest.mark.parametrize("side", rig.SIDES)
@@ -100,22 +116,32 @@ def test_the_rig_finds_the_same_of_each_side(drawn, state, outcomes, largest, si
     assert_same(getattr(state.balance, side), distal, largest["tension"])
     scale = np.fmax(largest["tension"], np.abs(gain * distal))
     assert_same(getattr(state, f"{side}_tension_proximal"), gain * distal, scale)
-    assert_same(getattr(state, f"{side}_slack"), column(outcomes, f"{side}_slack"), largest["length"])
+    assert_same(
+        getattr(state, f"{side}_slack"), column(outcomes, f"{side}_slack"), largest["length"]
+    )
 
 
-def test_the_rig_finds_the_same_spool_angle_motor_torque_and_stiffness(drawn, state, outcomes, largest):
+def test_the_rig_finds_the_same_spool_angle_motor_torque_and_stiffness(
+    drawn, state, outcomes, largest
+):
     """The stiffness by solving again with the motor held."""
     p, _, flexion = drawn
     radius, sheaths = p["flexor_radius"], rig.compliances(p, flexion)
-    assert_same(radius * state.spool_angle, radius * column(outcomes, "spool_angle"), largest["length"])
+    assert_same(
+        radius * state.spool_angle, radius * column(outcomes, "spool_angle"), largest["length"]
+    )
     on_flexor_spool = radius * sheaths["flexor"][0] * column(outcomes, "flexor")
     on_extensor_spool = p["ratio"] * radius * sheaths["extensor"][0] * column(outcomes, "extensor")
-    scale = np.fmax(largest["tension"] * radius, np.fmax(np.abs(on_flexor_spool), on_extensor_spool))
+    scale = np.fmax(
+        largest["tension"] * radius, np.fmax(np.abs(on_flexor_spool), on_extensor_spool)
+    )
     assert_same(state.motor_torque, on_flexor_spool - on_extensor_spool, scale)
     assert_same(state.elbow_stiffness, column(outcomes, "stiffness"), largest["stiffness"])
 
 
-def test_the_rig_finds_the_same_loose_path_also_where_both_tendons_are_slack(drawn, state, outcomes, largest):
+def test_the_rig_finds_the_same_loose_path_also_where_both_tendons_are_slack(
+    drawn, state, outcomes, largest
+):
     unilateral = drawn[0]["unilateral"]
     found = np.where(unilateral, state.balance.loose, np.nan)
     assert_same(found, column(outcomes, "loose"), largest["length"])
@@ -128,8 +154,12 @@ def test_the_rig_finds_the_same_loose_path_also_where_both_tendons_are_slack(dra
 def test_vectors_give_the_same_paths_travels_moment_arms_and_weights(drawn, state):
     p, angle, _ = drawn
     rows = [rig.row(p, i) for i in range(len(angle))]
-    path, moment_arm = np.array([rig.line_of_action(one, at) for one, at in zip(rows, angle, strict=True)]).T
-    shorter, longer = np.array([rig.travels(one, at) for one, at in zip(rows, angle, strict=True)]).T
+    path, moment_arm = np.array(
+        [rig.line_of_action(one, at) for one, at in zip(rows, angle, strict=True)]
+    ).T
+    shorter, longer = np.array(
+        [rig.travels(one, at) for one, at in zip(rows, angle, strict=True)]
+    ).T
     weight = np.array([rig.weight_moment(one, at) for one, at in zip(rows, angle, strict=True)])
     motion = state.motion
     np.testing.assert_allclose(motion.flexor_path, path, rtol=1e-12)
@@ -144,7 +174,10 @@ def test_where_the_bends_lie_along_the_sheath_matters_little_to_the_tensions():
     """The ratio needs only the total (Eq. A.17); the elongation of Eq. 13 supposes an even bend, and is small."""
     angle = np.radians(np.tile(np.arange(5.0, 91.0, 5.0), 2))
     flexion = np.repeat([True, False], len(angle) // 2)
-    p = {name: np.full(len(angle), value) for name, value in baseline(load_mass=3.0, pretension=200.0).items()}
+    p = {
+        name: np.full(len(angle), value)
+        for name, value in baseline(load_mass=3.0, pretension=200.0).items()
+    }
     state = actuator.evaluate(design(p), angle, flexion)
     for profile in (lambda s: 2 * s, lambda s: 2 - 2 * s):
         outcomes = rig.run(p, angle, flexion, profile=profile)

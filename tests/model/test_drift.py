@@ -14,7 +14,11 @@ from tendon_cli.studies.load import study_from
 
 def at_pretension(design, value):
     return replace(
-        design, **{side: replace(getattr(design, side), pretension=value) for side in ("flexor", "extensor")}
+        design,
+        **{
+            side: replace(getattr(design, side), pretension=value)
+            for side in ("flexor", "extensor")
+        },
     )
 
 
@@ -24,7 +28,9 @@ def designed(stiffness, ratio, pretension, mass=0.0):
 
 
 @pytest.mark.parametrize(
-    ("stiffness", "ratio", "degrees", "torque"), [(5e3, 0.6, 7.4, 0.08), (3e3, 1.0, 27.6, 0.94)], ids=["5", "paper"]
+    ("stiffness", "ratio", "degrees", "torque"),
+    [(5e3, 0.6, 7.4, 0.08), (3e3, 1.0, 27.6, 0.94)],
+    ids=["5", "paper"],
 )
 def test_the_arm_drifts_as_far_as_was_found_independently(stiffness, ratio, degrees, torque):
     found = drift(designed(stiffness, ratio, 200.0), 0.0, np.pi / 2)
@@ -42,12 +48,18 @@ def test_where_it_rests_the_same_spool_holds_it(stiffness, ratio):
         return evaluate(design, np.array([[angle]]), np.array([[True]])).spool_angle.item()
 
     held = spool(0.0)
-    assert found.end == pytest.approx(brentq(lambda angle: spool(angle) - held, 0.01, np.pi / 2), abs=1e-6)
+    assert found.end == pytest.approx(
+        brentq(lambda angle: spool(angle) - held, 0.01, np.pi / 2), abs=1e-6
+    )
 
 
 def test_the_torque_that_drives_it_is_the_slope_of_energy():
     """Without friction and weight it is what springs and tendons give up per angle."""
-    content = {"spring": {"stiffness": 3e3}, "sheath": {"friction": 0.0}, "arm": {"forearm_mass": 0.0}}
+    content = {
+        "spring": {"stiffness": 3e3},
+        "sheath": {"friction": 0.0},
+        "arm": {"forearm_mass": 0.0},
+    }
     design = at_pretension(question(study_from(content)).design({}), 200.0)
     state = evaluate(design, np.array([[0.0]]), np.array([[True]]))
     found, radius = drift(design, 0.0, np.pi / 2), 0.03
@@ -57,8 +69,9 @@ def test_the_torque_that_drives_it_is_the_slope_of_energy():
         at = evaluate(design, np.array([[angle]]), np.array([[True]]))
         sides = zip(
             (held - at.motion.flexor_travel, at.motion.extensor_travel - held),
-            (at.coupling.flexor_compliance, at.coupling.extensor_compliance), strict=True,
-        )  # fmt: skip
+            (at.coupling.flexor_compliance, at.coupling.extensor_compliance),
+            strict=True,
+        )
         return sum(0.5 * c.item() * (200.0 + travel.item() / c.item()) ** 2 for travel, c in sides)
 
     def torque(angle):

@@ -66,7 +66,9 @@ def following(angle):
 def of_the_checks(travels, torque, bend, curve=Exact, start=0.3, pretension=0.0):
     """Section 15's suit on a joint: mu 0.12, L 1.4 m, K 6 and 9 kN/m, eta 0.55, R_f 25 mm."""
     bent = curve(bend) if callable(bend) else bend
-    sides = (Side(0.12, bent, 1.4, 1.5e-3, 145e9, stiffness, pretension) for stiffness in (6e3, 9e3))
+    sides = (
+        Side(0.12, bent, 1.4, 1.5e-3, 145e9, stiffness, pretension) for stiffness in (6e3, 9e3)
+    )
     limb = Limb(Excursion(*map(curve, travels), start), 0.0, 0.0, 0.0, 0.0, torque=curve(torque))
     return Design(limb, *sides, 0.025, 0.55, 0.0, setting=Posture(start))
 
@@ -97,13 +99,17 @@ def test_the_papers_arm_as_a_table_of_its_own_excursions():
     arm = design(baseline(load_mass=5.0, pretension=180.0, ratio=0.6, from_initial=True))
     angles = np.linspace(-0.2, np.pi / 2 + 0.2, 1200)
     moved = arm.arm.joint.motion(angles)
-    splines = (CubicSpline(angles, values) for values in (moved.flexor_travel, moved.extensor_travel))
+    splines = (
+        CubicSpline(angles, values) for values in (moved.flexor_travel, moved.extensor_travel)
+    )
     table = Excursion(*(Spline(each.x, each.c) for each in splines))
     of_table = replace(arm, arm=replace(arm.arm, joint=table))
     at = np.linspace(0.0, np.pi / 2, 37)[np.newaxis]
     for name, expected in State.columns(actuator.evaluate(arm, at, BOTH)).items():
         found = State.columns(actuator.evaluate(of_table, at, BOTH))[name]
-        np.testing.assert_allclose(found, expected + 0.0 * found, atol=1e-6 * np.nanmax(np.abs(expected)), err_msg=name)
+        np.testing.assert_allclose(
+            found, expected + 0.0 * found, atol=1e-6 * np.nanmax(np.abs(expected)), err_msg=name
+        )
 
 
 # --- Random joints against the rig -----------------------------------------------------------------------------------
@@ -112,19 +118,39 @@ def test_the_papers_arm_as_a_table_of_its_own_excursions():
 def suit(seed, *, at_motor):
     """A suit drawn at random, by functions, at 300 N."""
     rng = np.random.default_rng(seed)
-    a, b, c, d = rng.uniform(0.02, 0.05), rng.uniform(-0.01, 0.01), rng.uniform(0.015, 0.04), rng.uniform(-0.006, 0.006)
+    a, b, c, d = (
+        rng.uniform(0.02, 0.05),
+        rng.uniform(-0.01, 0.01),
+        rng.uniform(0.015, 0.04),
+        rng.uniform(-0.006, 0.006),
+    )
     start, slope, swing = rng.uniform(0.0, 0.6), rng.uniform(-2.0, 2.0), rng.uniform(2.0, 12.0)
     turned = rng.uniform(-0.8, 0.8)
     joint = Excursion(
-        Exact(lambda t: a * t + b * np.sin(1.1 * t)), Exact(lambda t: c * t + d * np.sin(0.8 * t + 0.5)), start
+        Exact(lambda t: a * t + b * np.sin(1.1 * t)),
+        Exact(lambda t: c * t + d * np.sin(0.8 * t + 0.5)),
+        start,
     )
     sides = [
-        Side(rng.uniform(0.02, 0.2), Exact(lambda t: 2.6 + turned * t), rng.uniform(0.5, 2.0), 1.5e-3, 145e9,
-             rng.uniform(2e3, 12e3), 300.0, anchor_stiffness=rng.choice([np.inf, 2e4, 6e3]), spring_at_motor=at_motor)
+        Side(
+            rng.uniform(0.02, 0.2),
+            Exact(lambda t: 2.6 + turned * t),
+            rng.uniform(0.5, 2.0),
+            1.5e-3,
+            145e9,
+            rng.uniform(2e3, 12e3),
+            300.0,
+            anchor_stiffness=rng.choice([np.inf, 2e4, 6e3]),
+            spring_at_motor=at_motor,
+        )
         for _ in rig.SIDES
-    ]  # fmt: skip
-    limb = Limb(joint, 0.0, 0.0, 0.0, 0.0, torque=Exact(lambda t: swing * np.sin(t) + slope * (t - 0.4)))
-    return Design(limb, *sides, 0.03, rng.uniform(0.5, 1.1), 0.0, unilateral=False, setting=Posture(start))
+    ]
+    limb = Limb(
+        joint, 0.0, 0.0, 0.0, 0.0, torque=Exact(lambda t: swing * np.sin(t) + slope * (t - 0.4))
+    )
+    return Design(
+        limb, *sides, 0.03, rng.uniform(0.5, 1.1), 0.0, unilateral=False, setting=Posture(start)
+    )
 
 
 @dataclass
@@ -156,7 +182,10 @@ class Bench:
     def tensions(self, step, turn, pretension):
         """Of both tendons some steps of angle away, at a turn of the spool."""
         made, joint, at = self.made, self.made.arm.joint, self.angle + STEP * step
-        h_f, h_e = (each.function(at) - each.function(joint.origin) for each in (joint.flexor, joint.extensor))
+        h_f, h_e = (
+            each.function(at) - each.function(joint.origin)
+            for each in (joint.flexor, joint.extensor)
+        )
         stretch_f = self.resting[0][0] * pretension + made.flexor_radius * turn - h_f
         stretch_e = self.resting[1][0] * pretension + h_e - made.ratio * made.flexor_radius * turn
         return stretch_f / self.gives[0][3 + step], stretch_e / self.gives[1][3 + step]
@@ -165,15 +194,29 @@ class Bench:
         """What the joint asks for beyond the moments of both tendons."""
         x, y = self.tensions(step, turn, pretension)
         at, arm = self.angle + STEP * step, self.made.arm
-        arms = [rig.derivative(each.function, at, STEP) for each in (arm.joint.flexor, arm.joint.extensor)]
+        arms = [
+            rig.derivative(each.function, at, STEP)
+            for each in (arm.joint.flexor, arm.joint.extensor)
+        ]
         return arm.torque.function(at) - arms[0] * x + arms[1] * y
 
     def read(self, pretension):
         """Both tensions, the turn of the spool, and the stiffness with it held."""
-        turn = brentq(lambda turn: self.left_over(0, turn, pretension), -1e3, 1e3, xtol=1e-300, rtol=1e-15, maxiter=500)
+        turn = brentq(
+            lambda turn: self.left_over(0, turn, pretension),
+            -1e3,
+            1e3,
+            xtol=1e-300,
+            rtol=1e-15,
+            maxiter=500,
+        )
         weights = ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
         moved = {step: self.left_over(step, turn, pretension) for step in (-3, -2, -1, 1, 2, 3)}
-        return *self.tensions(0, turn, pretension), turn, sum(w * (moved[n] - moved[-n]) for n, w in weights) / STEP
+        return (
+            *self.tensions(0, turn, pretension),
+            turn,
+            sum(w * (moved[n] - moved[-n]) for n, w in weights) / STEP,
+        )
 
 
 @pytest.mark.parametrize("at_motor", [False, True])
@@ -184,7 +227,9 @@ def test_random_joints_settle_as_on_the_rig(seed, flexion, at_motor):
     for angle in (0.2, 0.9, 1.5):
         bench = Bench(made, angle, flexion)
         x, y, turn, stiffness = bench.read(300.0)
-        near_x, near_y = (tension * ends[3] for tension, ends in zip((x, y), bench.ends, strict=True))
+        near_x, near_y = (
+            tension * ends[3] for tension, ends in zip((x, y), bench.ends, strict=True)
+        )
         state = actuator.evaluate(made, angle, flexion)
         size = max(abs(x), abs(y), 300.0)
         assert float(state.balance.flexor) == pytest.approx(x, abs=1e-8 * size)
@@ -193,7 +238,9 @@ def test_random_joints_settle_as_on_the_rig(seed, flexion, at_motor):
         assert float(state.flexor_tension_proximal) == pytest.approx(near_x, abs=1e-8 * size)
         assert float(state.spool_angle) == pytest.approx(turn, abs=1e-8)
         needed = made.flexor_radius * (near_x - made.ratio * near_y)
-        assert float(state.motor_torque) == pytest.approx(needed, abs=1e-8 * size * made.flexor_radius)
+        assert float(state.motor_torque) == pytest.approx(
+            needed, abs=1e-8 * size * made.flexor_radius
+        )
 
 
 @pytest.mark.parametrize("at_motor", [False, True])
@@ -210,11 +257,15 @@ def test_energy_closes_as_a_joint_moves(seed, flexion, at_motor):
 
     state, rates = at(0.0)
     assert (state.status == TAUT).mean() > 0.5
-    np.testing.assert_allclose(rates.power, state.elbow_torque + rates.storing + rates.friction, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(
+        rates.power, state.elbow_torque + rates.storing + rates.friction, rtol=1e-9, atol=1e-9
+    )
     np.testing.assert_allclose(
         rates.spool_speed, rig.derivative(lambda s: at(s)[1].spool_angle, 0.0), rtol=1e-6, atol=1e-6
     )
-    np.testing.assert_allclose(rates.storing, rig.derivative(lambda s: at(s)[1].stored, 0.0), rtol=1e-6, atol=1e-5)
+    np.testing.assert_allclose(
+        rates.storing, rig.derivative(lambda s: at(s)[1].stored, 0.0), rtol=1e-6, atol=1e-5
+    )
     assert (rates.friction * (1.0 if flexion else -1.0) > 0.0).mean() > 0.9
 
 

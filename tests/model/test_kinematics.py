@@ -22,9 +22,9 @@ def test_the_moment_arm_is_the_rate_at_which_the_path_shortens(arm, angle):
     motion = kinematics(arm, angle)
     rate = -derivative(lambda at: float(flexor_path(arm, at)), angle, 2e-3)
     assert motion.flexor_moment_arm == pytest.approx(rate, abs=1e-10)
-    assert derivative(lambda at: float(kinematics(arm, at).flexor_travel), angle, 2e-3) == pytest.approx(
-        rate, abs=1e-10
-    )
+    assert derivative(
+        lambda at: float(kinematics(arm, at).flexor_travel), angle, 2e-3
+    ) == pytest.approx(rate, abs=1e-10)
 
 
 @given(ARMS, ANGLES)
@@ -39,7 +39,9 @@ def test_exchanging_upper_arm_and_forearm_changes_nothing(arm, angle):
     motion = kinematics(arm, angle)
     assert mirrored.flexor_path == pytest.approx(float(motion.flexor_path), rel=1e-13)
     assert mirrored.flexor_moment_arm == pytest.approx(float(motion.flexor_moment_arm), abs=1e-13)
-    assert mirrored.flexor_moment_arm_slope == pytest.approx(float(motion.flexor_moment_arm_slope), abs=1e-12)
+    assert mirrored.flexor_moment_arm_slope == pytest.approx(
+        float(motion.flexor_moment_arm_slope), abs=1e-12
+    )
 
 
 @given(ARMS, ANGLES)
@@ -83,7 +85,9 @@ def test_a_moment_arm_of_rounding_noise_is_none():
     """A straight arm with both anchors on the bone stands at its dead centre, before and after a full turn."""
     on_the_bone = design(baseline(a1=0.0, a2=0.0))
     turns = np.array([-2.0 * np.pi, 0.0, 2.0 * np.pi])
-    at, beyond = (actuator.evaluate(on_the_bone, angle, flexion=True) for angle in (turns, np.array([1e-6])))
+    at, beyond = (
+        actuator.evaluate(on_the_bone, angle, flexion=True) for angle in (turns, np.array([1e-6]))
+    )
     assert 0.0 < at.motion.flexor_moment_arm.max() < 1e-15
     assert (at.status == statics.NO_EQUILIBRIUM).all()
     assert np.isnan(at.balance.flexor).all()

@@ -33,13 +33,19 @@ def arc():
 def arcs():
     """Straight, a quarter of a circle, straight, a third of a circle in another plane, straight."""
     parts, heading = [np.zeros((1, 3))], np.array([1.0, 0.0, 0.0])
-    for radius, angle, towards in ((0.1, np.pi / 2, [0, 1, 0]), (0.15, 2 * np.pi / 3, [0.1, 0, 1]), (0, 0, [0, 1, 0])):
+    for radius, angle, towards in (
+        (0.1, np.pi / 2, [0, 1, 0]),
+        (0.15, 2 * np.pi / 3, [0.1, 0, 1]),
+        (0, 0, [0, 1, 0]),
+    ):
         parts.append(parts[-1][-1] + np.linspace(0.0, 0.3, 3000)[1:, np.newaxis] * heading)
         inward = np.array(towards) - np.dot(towards, heading) * heading
         inward /= np.linalg.norm(inward)
         turn = np.linspace(0.0, angle, 3000)[1:, np.newaxis]
         if radius:
-            parts.append(parts[-1][-1] + radius * (np.sin(turn) * heading + (1.0 - np.cos(turn)) * inward))
+            parts.append(
+                parts[-1][-1] + radius * (np.sin(turn) * heading + (1.0 - np.cos(turn)) * inward)
+            )
         heading = np.cos(angle) * heading + np.sin(angle) * inward
     return np.vstack(parts), np.pi / 2 + 2 * np.pi / 3
 
@@ -49,7 +55,9 @@ def corners():
     ways = np.diff(ends, axis=0) / np.linalg.norm(np.diff(ends, axis=0), axis=1)[:, np.newaxis]
     share = np.linspace(0, 1, 4000, endpoint=False)[:, np.newaxis]
     fine = [first + share * (last - first) for first, last in pairwise(ends)]
-    return np.vstack([*fine, ends[-1:]]), float(np.arccos(np.sum(ways[1:] * ways[:-1], axis=1)).sum())
+    return np.vstack([*fine, ends[-1:]]), float(
+        np.arccos(np.sum(ways[1:] * ways[:-1], axis=1)).sum()
+    )
 
 
 def line():
@@ -64,12 +72,16 @@ NOISES = (0.0, 0.2e-3, 0.5e-3, 1e-3, 2e-3)
 def drawn(name, spacing, noise, draws, seed=0):
     """Errors and standard errors of routes drawn, each of shape (draws,), rad."""
     fine, truth = ROUTES[name]()
-    rng = np.random.default_rng([seed, list(ROUTES).index(name), round(1e6 * spacing), round(1e6 * noise)])
+    rng = np.random.default_rng(
+        [seed, list(ROUTES).index(name), round(1e6 * spacing), round(1e6 * noise)]
+    )
     found = []
     for _ in range(draws):
         points = resampled(fine, spacing, rng)
         found.append(measured_route(points + rng.normal(0.0, 1.0, points.shape) * noise))
-    return np.array([route.bend_angle - truth for route in found]), np.array([route.standard_error for route in found])
+    return np.array([route.bend_angle - truth for route in found]), np.array(
+        [route.standard_error for route in found]
+    )
 
 
 @pytest.mark.parametrize("noise", NOISES)
@@ -87,7 +99,9 @@ def test_the_truth_lies_within_twice_the_standard_error(name, spacing, noise):
 @pytest.mark.parametrize("name", ROUTES)
 def test_the_truth_lies_within_twice_the_standard_error_in_nine_of_ten_draws(name, spacing, noise):
     errors, standard = drawn(name, spacing, noise, 100, seed=1)
-    assert np.mean(np.abs(errors) <= 2.0 * standard + 1e-9) >= 0.88  # 0.9 within three standard errors of 1500 draws
+    assert (
+        np.mean(np.abs(errors) <= 2.0 * standard + 1e-9) >= 0.88
+    )  # 0.9 within three standard errors of 1500 draws
 
 
 @pytest.mark.parametrize("noise", [0.2e-3, 1e-3, 2e-3])

@@ -21,10 +21,18 @@ CASES = {
     "bilateral": baseline(load_mass=10.0, unilateral=False),
     "no friction": baseline(load_mass=5.0, friction=0.0),
     "straight sheath": baseline(load_mass=5.0, bend_angle=0.0),
-    "sides differ": baseline(load_mass=5.0, ratio=0.7, extensor_pretension=140.0, extensor_friction=0.2,
-                             extensor_spring_stiffness=5e3, flexor_bend_angle=4.0),
-    "soft tendon, much friction": baseline(load_mass=2.0, friction=0.3, youngs_modulus=2e9, pretension=200.0),
-}  # fmt: skip
+    "sides differ": baseline(
+        load_mass=5.0,
+        ratio=0.7,
+        extensor_pretension=140.0,
+        extensor_friction=0.2,
+        extensor_spring_stiffness=5e3,
+        flexor_bend_angle=4.0,
+    ),
+    "soft tendon, much friction": baseline(
+        load_mass=2.0, friction=0.3, youngs_modulus=2e9, pretension=200.0
+    ),
+}
 
 
 def degrees(low, high, count):
@@ -39,9 +47,17 @@ def test_what_the_motor_gives_is_held_stored_or_lost_in_every_state():
     state = evaluate(design(p), angle, flexion)
     rates = motor_rates(state)
     status = state.balance.status
-    assert set(np.unique(status)) == {TAUT, FLEXOR_SLACK, EXTENSOR_SLACK, BOTH_SLACK, NO_EQUILIBRIUM}
+    assert set(np.unique(status)) == {
+        TAUT,
+        FLEXOR_SLACK,
+        EXTENSOR_SLACK,
+        BOTH_SLACK,
+        NO_EQUILIBRIUM,
+    }
     answered = status != NO_EQUILIBRIUM
-    terms = np.array([rates.power, -state.elbow_torque, -rates.storing, -rates.friction])[:, answered]
+    terms = np.array([rates.power, -state.elbow_torque, -rates.storing, -rates.friction])[
+        :, answered
+    ]
     assert np.isfinite(terms).all()
     scale = np.abs(terms).max(axis=0) + 1e-12
     assert (np.abs(terms.sum(axis=0)) / scale).max() < 1e-6
@@ -56,10 +72,15 @@ def test_what_the_motor_gives_is_held_stored_or_lost_in_every_state():
 @pytest.mark.parametrize("flexion", [True, False])
 def test_the_spool_turns_as_in_an_engine_that_searches_for_its_angle(name, flexion):
     p, angle, step = CASES[name], np.radians(70.0), 1e-4
-    ways = [{key: np.full(2, value) for key, value in p.items()}, np.array([angle - step, angle + step])]
+    ways = [
+        {key: np.full(2, value) for key, value in p.items()},
+        np.array([angle - step, angle + step]),
+    ]
     before, after = rig.run(*ways, np.full(2, flexion))
     rates = motor_rates(evaluate(design(p), angle, flexion))
-    assert float(rates.spool_speed) == pytest.approx((after.spool_angle - before.spool_angle) / (2 * step), rel=1e-6)
+    assert float(rates.spool_speed) == pytest.approx(
+        (after.spool_angle - before.spool_angle) / (2 * step), rel=1e-6
+    )
 
 
 def by_elements(p, angles, flexion, elements=500):
@@ -73,11 +94,18 @@ def by_elements(p, angles, flexion, elements=500):
     }
     for side, (distal, moved) in ends.items():
         toward = -1.0 if (side == "flexor") == flexion else 1.0
-        tension = distal * np.exp(-toward * p[f"{side}_friction"] * p[f"{side}_bend_angle"] * station)
+        tension = distal * np.exp(
+            -toward * p[f"{side}_friction"] * p[f"{side}_bend_angle"] * station
+        )
         section = np.pi * p[f"{side}_diameter"] ** 2 / 4
         middle = 0.5 * (tension[1:] + tension[:-1])
         stretch = middle * p[f"{side}_length"] / elements / section / p[f"{side}_youngs_modulus"]
-        place = moved + distal / p[f"{side}_spring_stiffness"] + np.cumsum(stretch, axis=0) - 0.5 * stretch
+        place = (
+            moved
+            + distal / p[f"{side}_spring_stiffness"]
+            + np.cumsum(stretch, axis=0)
+            - 0.5 * stretch
+        )
         held = np.diff(tension, axis=0)
         total += (0.5 * (held[:, 1:] + held[:, :-1]) * np.diff(place, axis=1)).sum()
     return total if flexion else -total
@@ -104,16 +132,22 @@ def test_motor_work_less_elbow_work_less_stored_energy_is_the_loss(name):
     rates = motor_rates(state)
 
     def work(torque, turned):
-        steps = np.nan_to_num(np.diff(turned, axis=1))  # both slack: a spool that is free does no work
+        steps = np.nan_to_num(
+            np.diff(turned, axis=1)
+        )  # both slack: a spool that is free does no work
         return 0.5 * (torque[:, 1:] + torque[:, :-1]) * steps
 
     torque = np.broadcast_to(state.motor_torque, (2, fine.size))
     by_motor = work(torque, np.broadcast_to(state.spool_angle, torque.shape))
-    by_elbow = work(np.broadcast_to(state.elbow_torque, torque.shape), np.broadcast_to(fine, torque.shape)).sum(axis=1)
+    by_elbow = work(
+        np.broadcast_to(state.elbow_torque, torque.shape), np.broadcast_to(fine, torque.shape)
+    ).sum(axis=1)
     stored = np.broadcast_to(rates.stored, torque.shape)
     gained = by_motor.sum(axis=1) - by_elbow - (stored[:, -1] - stored[:, 0])
     largest = np.abs(by_motor).sum()
-    assert float(found["friction_loss"]) == pytest.approx(gained[0] - gained[1], rel=1e-6, abs=1e-6 * largest)
+    assert float(found["friction_loss"]) == pytest.approx(
+        gained[0] - gained[1], rel=1e-6, abs=1e-6 * largest
+    )
     driven = np.maximum(by_motor * np.array([[1.0], [-1.0]]), 0.0).sum()
     assert float(found["motor_work_in"]) == pytest.approx(driven, rel=1e-6, abs=1e-9)
     if driven > 0.0:
@@ -125,7 +159,12 @@ def test_motor_work_less_elbow_work_less_stored_energy_is_the_loss(name):
 @pytest.mark.parametrize("name", ["no friction", "straight sheath"])
 def test_without_friction_nothing_is_lost_and_nothing_lags(name):
     found = cycle(design(CASES[name]), degrees(0.0, 90.0, 91), WAYS, SPEED)
-    assert float(found["friction_loss"]) == float(found["max_backlash"]) == float(found["max_torque_band"]) == 0.0
+    assert (
+        float(found["friction_loss"])
+        == float(found["max_backlash"])
+        == float(found["max_torque_band"])
+        == 0.0
+    )
     assert float(found["efficiency"]) == 1.0
     assert float(found["peak_braking_power"]) == pytest.approx(float(found["peak_motor_power"]))
 
@@ -135,7 +174,9 @@ def test_peaks_and_differences_are_those_of_the_states():
     found, state = cycle(design(p), angles, WAYS, SPEED), evaluate(design(p), angles, WAYS)
     turned = state.spool_angle + state.flexor.compliance * 100.0 / 0.03
     assert float(found["spool_travel"]) == pytest.approx(turned.max() - turned.min(), rel=1e-12)
-    assert float(found["max_backlash"]) == pytest.approx(np.abs(turned[0] - turned[1]).max(), rel=1e-12)
+    assert float(found["max_backlash"]) == pytest.approx(
+        np.abs(turned[0] - turned[1]).max(), rel=1e-12
+    )
     assert float(found["max_torque_band"]) == pytest.approx(
         np.abs(np.diff(state.motor_torque, axis=0)).max(), rel=1e-12
     )
@@ -143,7 +184,10 @@ def test_peaks_and_differences_are_those_of_the_states():
     inside = np.sort(speed[:, 1:-1].ravel())[::-1]
     assert float(found["peak_motor_speed"]) >= inside[0] * 0.98
     # No speed, torque or power is larger between two states than both rates of the study allow.
-    assert float(found["peak_motor_power"]) <= float(found["peak_motor_speed"]) * np.abs(state.motor_torque).max()
+    assert (
+        float(found["peak_motor_power"])
+        <= float(found["peak_motor_speed"]) * np.abs(state.motor_torque).max()
+    )
 
 
 def test_power_goes_with_the_speed_and_work_does_not():

@@ -15,8 +15,12 @@ WAYS = np.array([[True], [False]])
 ANGLES = np.radians(np.linspace(0.0, 90.0, 10)).reshape(1, -1)
 SPEED = np.radians(60.0)
 RATIOS, LOADS = (0.6, 0.8, 1.0), (0.0, 3.0, 8.0)
-COLUMNS = {"max_motor_work_in": "motor_work_in", "max_friction_loss": "friction_loss", "min_efficiency": "efficiency",
-           "max_spool_travel": "spool_travel"}  # fmt: skip
+COLUMNS = {
+    "max_motor_work_in": "motor_work_in",
+    "max_friction_loss": "friction_loss",
+    "min_efficiency": "efficiency",
+    "max_spool_travel": "spool_travel",
+}
 
 
 def both(bounds):
@@ -30,18 +34,27 @@ def both(bounds):
 def kept(name, most, ratio, load, pretension):
     """Whether a limit is kept, and how far off the value is, at many pretensions of one design."""
     alone = design(baseline(ratio=ratio, load_mass=load, pretension=pretension.reshape(-1, 1, 1)))
-    value = np.broadcast_to(cycle(alone, ANGLES, WAYS, SPEED)[COLUMNS.get(name, name)], pretension.shape)
+    value = np.broadcast_to(
+        cycle(alone, ANGLES, WAYS, SPEED)[COLUMNS.get(name, name)], pretension.shape
+    )
     return value >= most if name.startswith("min") else value <= most
 
 
 @pytest.mark.parametrize(
     ("name", "most"),
     [
-        ("peak_motor_speed", 4.2), ("max_backlash", 0.009), ("max_torque_band", 3.5),
-        ("max_spool_travel", 3.9), ("peak_motor_power", 10.0), ("peak_motor_power", 18.0),
-        ("max_motor_work_in", 20.0), ("max_friction_loss", 11.0), ("min_efficiency", 0.2), ("min_efficiency", 0.5),
+        ("peak_motor_speed", 4.2),
+        ("max_backlash", 0.009),
+        ("max_torque_band", 3.5),
+        ("max_spool_travel", 3.9),
+        ("peak_motor_power", 10.0),
+        ("peak_motor_power", 18.0),
+        ("max_motor_work_in", 20.0),
+        ("max_friction_loss", 11.0),
+        ("min_efficiency", 0.2),
+        ("min_efficiency", 0.5),
     ],
-)  # fmt: skip
+)
 def test_what_is_left_of_a_window_is_what_the_cycle_allows(name, most):
     found, left = both(Bounds(speed=SPEED, **{name: most}))
     code = LIMIT_NAMES.index(name)
@@ -54,7 +67,10 @@ def test_what_is_left_of_a_window_is_what_the_cycle_allows(name, most):
             pretension = np.linspace(found.low[at], found.high[at], 42)[1:-1]
             within = (left.low[at] <= pretension) & (pretension <= left.high[at])
             np.testing.assert_array_equal(within, kept(name, most, ratio, load, pretension))
-            for end, by, was in (("low", "low_by", found.low[at]), ("high", "high_by", found.high[at])):
+            for end, by, was in (
+                ("low", "low_by", found.low[at]),
+                ("high", "high_by", found.high[at]),
+            ):
                 now = getattr(left, end)[at]
                 assert (getattr(left, by)[at] == code) == (now != was)
 
@@ -64,15 +80,27 @@ def test_ends_are_exact():
     cut = found.is_open & (left.high < found.high)
     assert cut.any()
     for row, column in np.argwhere(cut):
-        at = design(baseline(ratio=RATIOS[row], load_mass=LOADS[column], pretension=left.high[row, column]))
-        assert float(cycle(at, ANGLES, WAYS, SPEED)["friction_loss"]) == pytest.approx(11.0, rel=1e-9)
+        at = design(
+            baseline(ratio=RATIOS[row], load_mass=LOADS[column], pretension=left.high[row, column])
+        )
+        assert float(cycle(at, ANGLES, WAYS, SPEED)["friction_loss"]) == pytest.approx(
+            11.0, rel=1e-9
+        )
 
 
 def test_limits_together_leave_what_each_leaves():
-    limits = {"max_backlash": 0.009, "max_friction_loss": 11.0, "peak_motor_speed": 4.2, "max_spool_travel": 3.9}
+    limits = {
+        "max_backlash": 0.009,
+        "max_friction_loss": 11.0,
+        "peak_motor_speed": 4.2,
+        "max_spool_travel": 3.9,
+    }
     found, left = both(Bounds(speed=SPEED, **limits))
     each = [both(Bounds(speed=SPEED, **{name: most}))[1] for name, most in limits.items()]
-    low, high = np.max([one.low for one in each], axis=0), np.min([one.high for one in each], axis=0)
+    low, high = (
+        np.max([one.low for one in each], axis=0),
+        np.min([one.high for one in each], axis=0),
+    )
     open_ = left.is_open
     np.testing.assert_array_equal(open_, low <= high)
     np.testing.assert_allclose(left.low[open_], low[open_])

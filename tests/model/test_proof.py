@@ -59,10 +59,17 @@ def random_numbers(rng, count):
         return rng.uniform(low, high, (count, 1, 1))
 
     return baseline(
-        a1=some(0.03, 0.05), b1=some(0.13, 0.17), a2=some(0.01, 0.03), b2=some(0.13, 0.17),
-        elbow_radius=some(0.035, 0.05), upper_arm_angle=some(-0.3, 0.5), friction=some(0.0, 0.2),
-        spring_stiffness=some(1e3, 9e3), ratio=some(0.4, 1.0), load_mass=some(0.0, 10.0),
-    )  # fmt: skip
+        a1=some(0.03, 0.05),
+        b1=some(0.13, 0.17),
+        a2=some(0.01, 0.03),
+        b2=some(0.13, 0.17),
+        elbow_radius=some(0.035, 0.05),
+        upper_arm_angle=some(-0.3, 0.5),
+        friction=some(0.0, 0.2),
+        spring_stiffness=some(1e3, 9e3),
+        ratio=some(0.4, 1.0),
+        load_mass=some(0.0, 10.0),
+    )
 
 
 def bending(made, rng):
@@ -71,7 +78,9 @@ def bending(made, rng):
     bend = Spline(knots, np.array([0.0, 0.0, 0.6, 2.4])[:, np.newaxis] + 0.0 * knots[:-1])
     bend.coefficients[3] = 2.4 + 0.6 * knots[:-1]
     torque = Spline(np.array([0.0, 2.5]), rng.normal(size=(4, 1)))
-    return replace(made, arm=replace(made.arm, torque=torque), flexor=replace(made.flexor, bend_angle=bend))
+    return replace(
+        made, arm=replace(made.arm, torque=torque), flexor=replace(made.flexor, bend_angle=bend)
+    )
 
 
 @pytest.mark.parametrize("kind", ["plain", "bending"])
@@ -88,14 +97,18 @@ def test_states_over_cells_hold_the_models_own(kind):
     pretension = rng.uniform(50.0, 300.0, count)
     if kind == "bending":  # one piece of each curve
         middle = 0.25 + 0.5 * np.floor(middle / 0.5)
-    sides = {side: replace(getattr(flat, side), pretension=pretension) for side in ("flexor", "extensor")}
+    sides = {
+        side: replace(getattr(flat, side), pretension=pretension) for side in ("flexor", "extensor")
+    }
     taut = replace(flat, unilateral=False, **sides)
     over = proof.enclosed(flat, middle, half, flexion, pretension, 4)
     for share in (-1.0, 0.0, 0.6, 1.0):
         state = evaluate(taut, middle + share * half, flexion)
         for ours, theirs in (
-            (over.x, state.balance.flexor), (over.y, state.balance.extensor), (over.stiffness, state.elbow_stiffness),
-        ):  # fmt: skip
+            (over.x, state.balance.flexor),
+            (over.y, state.balance.extensor),
+            (over.stiffness, state.elbow_stiffness),
+        ):
             value, radius = ours.terms[0]
             assert (np.abs(theirs - value) <= radius + 1e-9 * np.abs(value)).all()
 
@@ -108,17 +121,27 @@ def random_states(seed, count):
     rng = np.random.default_rng(seed)
     numbers = random_numbers(rng, count)
     for at in range(count):
-        p = {name: float(np.broadcast_to(values, (count, 1, 1))[at, 0, 0]) for name, values in numbers.items()}
+        p = {
+            name: float(np.broadcast_to(values, (count, 1, 1))[at, 0, 0])
+            for name, values in numbers.items()
+        }
         yield p, rng.uniform(0.0, 2.2), bool(rng.random() < 0.5), rng.uniform(30.0, 300.0)
 
 
 def enclosed_at(p, angle, flexion, pretension):
     """x, y, k and the motor's torque at one angle, each a value and a radius."""
     made = design({name: np.array([value]) for name, value in p.items()})
-    at = proof.enclosed(made, np.array([angle]), np.zeros(()), np.array([flexion]), np.array([pretension]), 3)
-    motor = Series.of(at.motor_arms[0], COMPUTED) * at.x - Series.of(at.motor_arms[1], COMPUTED) * at.y
+    at = proof.enclosed(
+        made, np.array([angle]), np.zeros(()), np.array([flexion]), np.array([pretension]), 3
+    )
+    motor = (
+        Series.of(at.motor_arms[0], COMPUTED) * at.x - Series.of(at.motor_arms[1], COMPUTED) * at.y
+    )
     values = {"x": at.x, "y": at.y, "stiffness": at.stiffness, "motor": motor}
-    return {name: [float(np.ravel(each)[0]) for each in series.terms[0]] for name, series in values.items()}
+    return {
+        name: [float(np.ravel(each)[0]) for each in series.terms[0]]
+        for name, series in values.items()
+    }
 
 
 def encloses(states):

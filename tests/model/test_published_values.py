@@ -17,7 +17,9 @@ ANCHORS = design(baseline()).arm.joint
 def assert_printed(value, printed: str):
     """The value rounds to what is printed."""
     last_digit = 10.0 ** Decimal(printed).as_tuple().exponent
-    assert abs(float(value) - float(printed)) <= 0.5001 * last_digit, f"{float(value)!r} is not {printed}"
+    assert abs(float(value) - float(printed)) <= 0.5001 * last_digit, (
+        f"{float(value)!r} is not {printed}"
+    )
 
 
 def least(changes, flexion, values):
@@ -90,7 +92,9 @@ def test_equal_pretension_is_no_state_of_the_sweep(unilateral):
 
 @pytest.mark.parametrize("side", ["flexor", "extensor"])
 def test_the_unstretched_length_differs_between_the_directions(side):
-    flexing, extending = (actuator.State.of(design(baseline()), 0.0, flexion) for flexion in (True, False))
+    flexing, extending = (
+        actuator.State.of(design(baseline()), 0.0, flexion) for flexion in (True, False)
+    )
     difference = 100.0 * (getattr(flexing, side).compliance - getattr(extending, side).compliance)
     assert_printed(1e3 * abs(difference), "0.17")
 
@@ -108,11 +112,17 @@ CHECKS = [
 @pytest.mark.parametrize(("case", "printed", "slack"), CHECKS)
 def test_states_at_75_degrees(case, printed, slack):
     load, flexion, unilateral = case
-    state = actuator.evaluate(design(baseline(load_mass=load, unilateral=unilateral)), np.radians(75), flexion)
+    state = actuator.evaluate(
+        design(baseline(load_mass=load, unilateral=unilateral)), np.radians(75), flexion
+    )
     found = (
-        state.balance.flexor, state.balance.extensor, state.flexor_tension_proximal, state.extensor_tension_proximal,
-        state.motor_torque, state.spool_angle,
-    )  # fmt: skip
+        state.balance.flexor,
+        state.balance.extensor,
+        state.flexor_tension_proximal,
+        state.extensor_tension_proximal,
+        state.motor_torque,
+        state.spool_angle,
+    )
     for value, digits in zip(found, printed.split(), strict=True):
         assert_printed(value, digits)
     if slack is None:
@@ -133,7 +143,9 @@ def test_the_least_elbow_stiffness_of_the_unloaded_arm():
 
 @pytest.mark.parametrize("flexion", [True, False])
 def test_springs_of_1_kn_per_m_make_the_unloaded_arm_unstable(flexion):
-    assert_printed(least({"spring_stiffness": 1e3}, flexion, lambda state: state.elbow_stiffness), "-3.5")
+    assert_printed(
+        least({"spring_stiffness": 1e3}, flexion, lambda state: state.elbow_stiffness), "-3.5"
+    )
 
 
 @pytest.mark.parametrize("flexion", [True, False])

@@ -75,7 +75,9 @@ def test_a_spring_at_the_motor_lets_out_what_its_tension_says():
     """At every tension on the way the spool has turned by what tendon and spring let out."""
     p = design(baseline(load_mass=3.0, pretension=250.0, ratio=0.8))
     moved = replace(
-        p, flexor=replace(p.flexor, spring_at_motor=True), extensor=replace(p.extensor, spring_at_motor=True)
+        p,
+        flexor=replace(p.flexor, spring_at_motor=True),
+        extensor=replace(p.extensor, spring_at_motor=True),
     )
     for flexion in (True, False):
         state = evaluate(moved, np.radians(60.0), flexion)

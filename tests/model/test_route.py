@@ -22,7 +22,9 @@ def arc(angle, count=50, radius=0.2, at=None):
 
 def helix(pitch, count=50, radius=0.05):
     turn = 2 * np.pi * np.linspace(0, 1, count)
-    return np.column_stack([radius * np.cos(turn), radius * np.sin(turn), pitch * turn / (2 * np.pi)])
+    return np.column_stack(
+        [radius * np.cos(turn), radius * np.sin(turn), pitch * turn / (2 * np.pi)]
+    )
 
 
 def bend_of_helix(pitch, radius=0.05):
@@ -44,7 +46,9 @@ def corner(count):
     along = np.linspace(0, 0.6 + 0.05 * np.pi, count)
     turn = np.clip((along - 0.3) / 0.1, 0, np.pi / 2)
     before, after = np.minimum(along, 0.3), np.maximum(along - 0.3 - 0.05 * np.pi, 0)
-    return np.column_stack([before + 0.1 * np.sin(turn), 0.1 - 0.1 * np.cos(turn) + after, 0 * along])
+    return np.column_stack(
+        [before + 0.1 * np.sin(turn), 0.1 - 0.1 * np.cos(turn) + after, 0 * along]
+    )
 
 
 def twisted(count):
@@ -67,14 +71,25 @@ def steps_of(lengths):
 CURVES = {
     **{f"line {n}": (line(n), 0.0, 0.0) for n in (2, 3, 7, 50)},
     **{f"arc {d}": (arc(np.radians(d)), np.radians(d), PERMILLE / 10) for d in (1, 90, 144, 359)},
-    **{f"arc 90 by {n}": (arc(np.pi / 2, n), np.pi / 2, 1e-12 if n < 7 else 2 * PERMILLE) for n in range(3, 9)},
+    **{
+        f"arc 90 by {n}": (arc(np.pi / 2, n), np.pi / 2, 1e-12 if n < 7 else 2 * PERMILLE)
+        for n in range(3, 9)
+    },
     **{f"helix {p}": (helix(p), bend_of_helix(p), PERMILLE) for p in (0.0, 0.05, 0.3, 3.0)},
     **{f"corner {n}": (corner(n), np.pi / 2, 1e-12) for n in (20, 50, 200)},
     "wave": (wave(200), 4 * np.arctan(0.06 * 4 * np.pi), 0.01),
     "twisted cubic": (twisted(50), quad(rate_of_twisted, 0, 1)[0], 2 * PERMILLE),
     "uneven steps": (arc(HALF_TURN, at=steps_of(np.tile([1.0, 5.0], 25))), HALF_TURN, PERMILLE),
-    "random steps": (arc(HALF_TURN, at=steps_of(np.random.default_rng(0).random(50))), HALF_TURN, PERMILLE),
-    "a dense half": (arc(HALF_TURN, at=steps_of(np.repeat([10.0, 1.0], [40, 400]))), HALF_TURN, PERMILLE),
+    "random steps": (
+        arc(HALF_TURN, at=steps_of(np.random.default_rng(0).random(50))),
+        HALF_TURN,
+        PERMILLE,
+    ),
+    "a dense half": (
+        arc(HALF_TURN, at=steps_of(np.repeat([10.0, 1.0], [40, 400]))),
+        HALF_TURN,
+        PERMILLE,
+    ),
 }
 
 
@@ -85,7 +100,10 @@ def test_known_curves_bend_by_what_they_do(name):
 
 
 def test_more_points_bring_a_helix_closer():
-    errors = [abs(total_curvature(helix(0.3, count))[0] / bend_of_helix(0.3) - 1) for count in (12, 24, 48, 96)]
+    errors = [
+        abs(total_curvature(helix(0.3, count))[0] / bend_of_helix(0.3) - 1)
+        for count in (12, 24, 48, 96)
+    ]
     assert all(finer < 0.3 * coarser for coarser, finer in pairwise(errors))
 
 
@@ -109,7 +127,9 @@ def test_repeated_points_change_nothing(places):
 
 
 ROUTES = st.integers(0, 10_000).map(
-    lambda seed: np.cumsum(np.random.default_rng(seed).normal([1.0, 0, 0], 0.4, (4 + seed % 30, 3)), axis=0)
+    lambda seed: np.cumsum(
+        np.random.default_rng(seed).normal([1.0, 0, 0], 0.4, (4 + seed % 30, 3)), axis=0
+    )
 )
 
 
@@ -123,9 +143,14 @@ def test_neither_unit_nor_frame_nor_direction_of_a_route_counts(route, seed, uni
 
 @pytest.mark.parametrize(
     ("points", "problem"),
-    [(np.zeros((5, 2)), "shape"), (np.zeros((2, 5, 3)), "shape"), ([], "shape"),
-     (np.ones((0, 3)), "two different"), (np.ones((10, 3)), "two different")],
-)  # fmt: skip
+    [
+        (np.zeros((5, 2)), "shape"),
+        (np.zeros((2, 5, 3)), "shape"),
+        ([], "shape"),
+        (np.ones((0, 3)), "two different"),
+        (np.ones((10, 3)), "two different"),
+    ],
+)
 def test_what_is_no_route_is_refused(points, problem):
     with pytest.raises(ValueError, match=problem):
         total_curvature(points)

@@ -34,7 +34,9 @@ WIRE = (1.5e-3, 145e9)
 def test_only_the_total_bend_counts_for_the_ratio_however_it_is_spread(profile, toward):
     rng = np.random.default_rng(7)
     friction, bend = rng.uniform(0, 0.3, 50), rng.uniform(0, 12.0, 50)
-    gain, mean = walk_along_sheath(friction, bend, np.full(50, toward == TOWARD_ELBOW), profile=profile)
+    gain, mean = walk_along_sheath(
+        friction, bend, np.full(50, toward == TOWARD_ELBOW), profile=profile
+    )
     ratio = capstan_ratio(friction, bend, toward)
     np.testing.assert_allclose(ratio, 1 / gain, rtol=1e-11)
     ends = np.sort([np.ones(50), gain], axis=0)
@@ -45,7 +47,11 @@ def test_only_the_total_bend_counts_for_the_ratio_however_it_is_spread(profile, 
 @pytest.mark.parametrize("toward", [TOWARD_MOTOR, TOWARD_ELBOW])
 def test_an_even_bend_stretches_the_tendon_as_integrated(toward):
     rng = np.random.default_rng(8)
-    friction, bend, length = rng.uniform(0, 0.3, 50), rng.uniform(0, 12.0, 50), rng.uniform(0.2, 4.0, 50)
+    friction, bend, length = (
+        rng.uniform(0, 0.3, 50),
+        rng.uniform(0, 12.0, 50),
+        rng.uniform(0.2, 4.0, 50),
+    )
     _, mean = walk_along_sheath(friction, bend, np.full(50, toward == TOWARD_ELBOW))
     straight = length / (np.pi * 0.75e-3**2 * 145e9)
     found = tendon_compliance(length, *WIRE, friction, bend, toward)
@@ -57,8 +63,12 @@ def test_without_friction_or_bend_the_tension_is_the_same_everywhere(toward, any
     assert capstan_ratio(0.0, any_value, toward) == 1.0
     assert capstan_ratio(any_value, 0.0, toward) == 1.0
     straight = 2.0 / (np.pi * WIRE[0] ** 2 / 4 * WIRE[1])
-    assert tendon_compliance(2.0, *WIRE, 0.0, any_value, toward) == pytest.approx(straight, rel=1e-15)
-    assert tendon_compliance(2.0, *WIRE, any_value, 0.0, toward) == pytest.approx(straight, rel=1e-15)
+    assert tendon_compliance(2.0, *WIRE, 0.0, any_value, toward) == pytest.approx(
+        straight, rel=1e-15
+    )
+    assert tendon_compliance(2.0, *WIRE, any_value, 0.0, toward) == pytest.approx(
+        straight, rel=1e-15
+    )
 
 
 @pytest.mark.parametrize("exponent", [0.0, -0.0, 5e-324, -5e-324, 1e-300, 1e-17, -1e-17])

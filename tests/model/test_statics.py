@@ -34,9 +34,17 @@ def evaluate(p, angle, flexion):
 
 def test_both_models_agree_on_everything_where_nothing_is_slack():
     p, angle, flexion = drawn(6, unilateral=True)
-    hard, soft = evaluate(p, angle, flexion), evaluate(p | {"unilateral": np.zeros(COUNT, bool)}, angle, flexion)
+    hard, soft = (
+        evaluate(p, angle, flexion),
+        evaluate(p | {"unilateral": np.zeros(COUNT, bool)}, angle, flexion),
+    )
     taut = hard.status == TAUT
-    for name in ("flexor_tension_proximal", "extensor_tension_proximal", "motor_torque", "spool_angle"):
+    for name in (
+        "flexor_tension_proximal",
+        "extensor_tension_proximal",
+        "motor_torque",
+        "spool_angle",
+    ):
         np.testing.assert_array_equal(getattr(hard, name)[taut], getattr(soft, name)[taut])
     np.testing.assert_array_equal(hard.elbow_stiffness[taut], soft.elbow_stiffness[taut])
 
@@ -50,8 +58,13 @@ def test_a_search_on_the_rig_finds_the_same_required_pretension():
     for i in np.flatnonzero(np.abs(required) < 2e3)[:150]:
 
         def least_tension(pretension, i=i):
-            values = rig.row(p, i) | {"flexor_pretension": pretension, "extensor_pretension": pretension}
-            outcome = rig.Bench(values, stiff["flexor"][i], stiff["extensor"][i]).settle(float(angle[i]))
+            values = rig.row(p, i) | {
+                "flexor_pretension": pretension,
+                "extensor_pretension": pretension,
+            }
+            outcome = rig.Bench(values, stiff["flexor"][i], stiff["extensor"][i]).settle(
+                float(angle[i])
+            )
             return min(outcome.flexor, outcome.extensor)
 
         found = brentq(least_tension, -1e4, 1e4, xtol=1e-9)
@@ -76,9 +89,16 @@ def test_more_pretension_on_any_side_never_lowers_a_tension(unilateral, tightene
 # --- Limits and symmetries -------------------------------------------------------------------------------------------
 
 EVERY_RESULT = (
-    "flexor_tension_proximal", "extensor_tension_proximal", "flexor_slack", "extensor_slack", "elbow_torque",
-    "motor_torque", "spool_angle", "elbow_stiffness", "status",
-)  # fmt: skip
+    "flexor_tension_proximal",
+    "extensor_tension_proximal",
+    "flexor_slack",
+    "extensor_slack",
+    "elbow_torque",
+    "motor_torque",
+    "spool_angle",
+    "elbow_stiffness",
+    "status",
+)
 
 
 @pytest.mark.parametrize("name", ["friction", "bend_angle"])
@@ -101,20 +121,29 @@ def assert_scaled(before, after, factors):
     here = before.status != NO_EQUILIBRIUM
     np.testing.assert_array_equal(before.status, after.status)
     for name, factor in factors.items():
-        old, new = (getattr(state.balance if name == "loose" else state, name) for state in (before, after))
+        old, new = (
+            getattr(state.balance if name == "loose" else state, name) for state in (before, after)
+        )
         size = np.max(np.abs(old[np.isfinite(old)]), initial=0.0)
-        np.testing.assert_allclose(new[here], factor * old[here], rtol=1e-9, atol=factor * size * 1e-12)
+        np.testing.assert_allclose(
+            new[here], factor * old[here], rtol=1e-9, atol=factor * size * 1e-12
+        )
 
 
 MASSES = ("forearm_mass", "load_mass")
-SAME = dict.fromkeys(("flexor_tension_proximal", "spool_angle", "flexor_slack", "extensor_slack", "loose"), 0)
+SAME = dict.fromkeys(
+    ("flexor_tension_proximal", "spool_angle", "flexor_slack", "extensor_slack", "loose"), 0
+)
 TIMES = dict.fromkeys(("motor_torque", "elbow_torque", "elbow_stiffness"), 1)
 SCALES = {
     "forces": (dict.fromkeys(FORCES, 1), MASSES, SAME | TIMES | {"flexor_tension_proximal": 1}),
     # The tendon's section stays, so that its compliance grows with its length as the spring's does with 1/K.
-    "lengths": ({"length": 1, "spring_stiffness": -1}, LENGTHS,
-                SAME | TIMES | dict.fromkeys(("flexor_slack", "extensor_slack", "loose"), 1)),
-}  # fmt: skip
+    "lengths": (
+        {"length": 1, "spring_stiffness": -1},
+        LENGTHS,
+        SAME | TIMES | dict.fromkeys(("flexor_slack", "extensor_slack", "loose"), 1),
+    ),
+}
 
 
 @pytest.mark.parametrize("unilateral", [True, False])
@@ -148,33 +177,58 @@ PRETENSION = st.floats(0.0, 400.0)
 
 
 @given(
-    POSITIVE, POSITIVE, st.floats(0.3, 3.0), COMPLIANCE, COMPLIANCE, st.floats(-0.2, 0.2), st.floats(-0.2, 0.2),
-    st.floats(-30.0, 60.0), PRETENSION, PRETENSION, st.booleans(),
-)  # fmt: skip
+    POSITIVE,
+    POSITIVE,
+    st.floats(0.3, 3.0),
+    COMPLIANCE,
+    COMPLIANCE,
+    st.floats(-0.2, 0.2),
+    st.floats(-0.2, 0.2),
+    st.floats(-30.0, 60.0),
+    PRETENSION,
+    PRETENSION,
+    st.booleans(),
+)
 @settings(max_examples=500)
 def test_exchanging_the_tendons_turns_the_spool_ratio_over(
     arm, radius, ratio, c_f, c_e, h_f, h_e, torque, f_f, f_e, unilateral
 ):
     """What flexes in one arm extends in its mirror image, with the ratio 1/η and both travels exchanged."""
     one = statics.Coupling(
-        moment_arm=np.asarray(arm), extensor_arm=radius, ratio=ratio, flexor_compliance=np.asarray(c_f),
-        extensor_compliance=np.asarray(c_e), mismatch=np.asarray(h_e - ratio * h_f),
+        moment_arm=np.asarray(arm),
+        extensor_arm=radius,
+        ratio=ratio,
+        flexor_compliance=np.asarray(c_f),
+        extensor_compliance=np.asarray(c_e),
+        mismatch=np.asarray(h_e - ratio * h_f),
         elbow_torque=np.asarray(torque),
-    )  # fmt: skip
+    )
     other = statics.Coupling(
-        moment_arm=np.asarray(radius), extensor_arm=arm, ratio=1 / ratio, flexor_compliance=np.asarray(c_e),
-        extensor_compliance=np.asarray(c_f), mismatch=np.asarray(h_e / ratio - h_f),
+        moment_arm=np.asarray(radius),
+        extensor_arm=arm,
+        ratio=1 / ratio,
+        flexor_compliance=np.asarray(c_e),
+        extensor_compliance=np.asarray(c_f),
+        mismatch=np.asarray(h_e / ratio - h_f),
         elbow_torque=np.asarray(-torque),
-    )  # fmt: skip
+    )
     a = statics.solve(one, f_f, f_e, unilateral=unilateral)
     b = statics.solve(other, f_e, f_f, unilateral=unilateral)
-    near = 1e-10 * max(f_f, f_e, abs(a.flexor), abs(a.extensor), abs(torque / arm), abs(torque / radius))
+    near = 1e-10 * max(
+        f_f, f_e, abs(a.flexor), abs(a.extensor), abs(torque / arm), abs(torque / radius)
+    )
     near += 1e-10 * (abs(h_f) * ratio + abs(h_e)) / (ratio * c_f + c_e) * max(1.0, radius / arm)
     assert a.flexor == pytest.approx(float(b.extensor), abs=near)
     assert a.extensor == pytest.approx(float(b.flexor), abs=near)
     assert a.loose == pytest.approx(ratio * float(b.loose), abs=near * (ratio * c_f + c_e))
-    assert statics.respond(one).required == pytest.approx(float(statics.respond(other).required), abs=near)
-    least = min(abs(a.flexor), abs(a.extensor)) if not unilateral else abs(float(a.loose)) / (ratio * c_f + c_e)
+    assert statics.respond(one).required == pytest.approx(
+        float(statics.respond(other).required), abs=near
+    )
+    least = (
+        min(abs(a.flexor), abs(a.extensor))
+        if not unilateral
+        else abs(float(a.loose)) / (ratio * c_f + c_e)
+    )
     if least > 1e-6 * (f_f + f_e + 1) and least > 2 * near:
         exchanged = {FLEXOR_SLACK: EXTENSOR_SLACK, EXTENSOR_SLACK: FLEXOR_SLACK}
         assert int(b.status) == exchanged.get(int(a.status), int(a.status))
@@ -182,9 +236,14 @@ def test_exchanging_the_tendons_turns_the_spool_ratio_over(
 
 def test_exactly_at_the_edge_rounding_does_not_make_a_state_slack():
     edge = statics.Coupling(
-        moment_arm=np.asarray(0.1), extensor_arm=0.05, ratio=1.0, flexor_compliance=np.asarray(3e-4),
-        extensor_compliance=np.asarray(3e-4), mismatch=np.asarray(-0.01), elbow_torque=np.asarray(7.0),
-    )  # fmt: skip
+        moment_arm=np.asarray(0.1),
+        extensor_arm=0.05,
+        ratio=1.0,
+        flexor_compliance=np.asarray(3e-4),
+        extensor_compliance=np.asarray(3e-4),
+        mismatch=np.asarray(-0.01),
+        elbow_torque=np.asarray(7.0),
+    )
     least = float(statics.respond(edge).required)
     for share, status in ((1 + 1e-11, TAUT), (1 - 1e-11, TAUT), (1 - 1e-7, EXTENSOR_SLACK)):
         for unilateral in (True, False):

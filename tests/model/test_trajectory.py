@@ -25,7 +25,9 @@ def swing(count=2001, cycles=1.0, rate=RATE):
     time = np.linspace(0.0, cycles * 2.0 * np.pi / rate, count)
     turn = rate * time
     angle = MIDDLE - SWING * np.cos(turn)
-    derivatives = SWING * np.array([rate * np.sin(turn), rate**2 * np.cos(turn), -(rate**3) * np.sin(turn)])
+    derivatives = SWING * np.array(
+        [rate * np.sin(turn), rate**2 * np.cos(turn), -(rate**3) * np.sin(turn)]
+    )
     return Trajectory(time, angle, derivatives, 0.0)
 
 
@@ -45,7 +47,9 @@ def test_inertia_asks_for_torque_and_leaves_the_stiffness_as_it_is():
     angle, flexion = trajectory.angle[np.newaxis], trajectory.flexion[np.newaxis]
     at, rest = (State.of(each, angle, flexion) for each in (made, still))
     asked = (0.08 + 2.0 * 0.32**2) * trajectory.acceleration
-    np.testing.assert_allclose(at.coupling.elbow_torque - rest.coupling.elbow_torque, asked[np.newaxis], atol=1e-12)
+    np.testing.assert_allclose(
+        at.coupling.elbow_torque - rest.coupling.elbow_torque, asked[np.newaxis], atol=1e-12
+    )
     np.testing.assert_array_equal(at.torque_slope, rest.torque_slope)
 
 
@@ -84,7 +88,9 @@ def test_work_in_less_braking_is_what_the_elbow_takes_stores_and_friction_loses(
     x, y = state.balance.flexor[0], state.balance.extensor[0]
     stored = 0.5 * (state.flexor.gives * x * x + state.extensor.gives * y * y)[0]
     by_motor = float(found["motor_work_in"] - found["braking_work"])
-    assert by_motor == pytest.approx(elbow + stored[-1] - stored[0] + float(found["friction_loss"]), rel=1e-6)
+    assert by_motor == pytest.approx(
+        elbow + stored[-1] - stored[0] + float(found["friction_loss"]), rel=1e-6
+    )
 
 
 def test_peaks_and_the_root_mean_square_are_those_of_the_states():
@@ -95,11 +101,19 @@ def test_peaks_and_the_root_mean_square_are_those_of_the_states():
     speed = np.gradient(turned, trajectory.time)
     assert float(found["rms_motor_torque"]) == pytest.approx(np.sqrt(np.mean(torque**2)), rel=1e-3)
     one_way = trajectory.flexion[:-1] == trajectory.flexion[1:]
-    assert float(found["peak_motor_power"]) == pytest.approx((torque * speed)[:-1][one_way].max(), rel=1e-3)
+    assert float(found["peak_motor_power"]) == pytest.approx(
+        (torque * speed)[:-1][one_way].max(), rel=1e-3
+    )
     assert np.isnan(found["max_backlash"]).all()
 
 
-LIMITS = ("peak_motor_torque", "peak_motor_speed", "peak_motor_power", "max_motor_work_in", "max_friction_loss")
+LIMITS = (
+    "peak_motor_torque",
+    "peak_motor_speed",
+    "peak_motor_power",
+    "max_motor_work_in",
+    "max_friction_loss",
+)
 
 
 @pytest.mark.parametrize("name", LIMITS)

@@ -20,7 +20,9 @@ LOADS = np.array([0.0, 3.0, 5.0, 10.0]).reshape(-1, 1, 1)
 
 
 def windows(loads=LOADS, bounds=None, angles=ANGLES, **changes):
-    return window.window(design(baseline(load_mass=loads, **changes)), angles, BOTH, bounds or Bounds())
+    return window.window(
+        design(baseline(load_mass=loads, **changes)), angles, BOTH, bounds or Bounds()
+    )
 
 
 def common(found):
@@ -54,7 +56,9 @@ def test_the_windows_of_the_papers_arm(stiffness, ratio, empty_hand, five, both,
 def test_the_joints_own_stiffness_does_not_save_the_papers_arm():
     for stiffness in (3e3, 1e3):
         found = windows(
-            np.array([0.0, 5.0]).reshape(-1, 1, 1), Bounds(min_elbow_stiffness=-2.0), spring_stiffness=stiffness
+            np.array([0.0, 5.0]).reshape(-1, 1, 1),
+            Bounds(min_elbow_stiffness=-2.0),
+            spring_stiffness=stiffness,
         )
         low, high = common(found)
         assert low > high
@@ -72,8 +76,17 @@ def test_limits_of_torque_and_tension_instead_of_stiffness():
 # --- Random designs, limits and loads --------------------------------------------------------------------------------
 
 COUNT, STATES = 200, (2, 6)
-NAMES = ("min_flexor_tension", "min_extensor_tension", "max_tension", "max_spring_extension", "peak_motor_torque",
-         "max_contact_pressure", "min_spring_room", "min_elbow_stiffness", "peak_motor_speed")  # fmt: skip
+NAMES = (
+    "min_flexor_tension",
+    "min_extensor_tension",
+    "max_tension",
+    "max_spring_extension",
+    "peak_motor_torque",
+    "max_contact_pressure",
+    "min_spring_room",
+    "min_elbow_stiffness",
+    "peak_motor_speed",
+)
 WIDTH, FREE_LENGTH, SPEED = 0.04, 0.07, 1.3
 
 
@@ -93,40 +106,55 @@ def drawn(seed=77):
         return np.where(rng.random(values.shape) < 0.4, values, otherwise)
 
     bounds = Bounds(
-        min_flexor_tension=some(1.0, 40.0, -np.inf), min_extensor_tension=some(1.0, 40.0, -np.inf),
-        max_tension=some(150.0, 2000.0, np.inf), max_spring_extension=some(0.01, 0.4, np.inf),
-        peak_motor_torque=some(3.0, 40.0, np.inf), max_contact_pressure=some(2e4, 6e5, np.inf),
-        min_elbow_stiffness=some(-5.0, 5.0, -np.inf), min_spring_room=some(-0.1, 0.1, -np.inf),
-        peak_motor_speed=some(2.0, 20.0, np.inf), speed=SPEED,
-    )  # fmt: skip
+        min_flexor_tension=some(1.0, 40.0, -np.inf),
+        min_extensor_tension=some(1.0, 40.0, -np.inf),
+        max_tension=some(150.0, 2000.0, np.inf),
+        max_spring_extension=some(0.01, 0.4, np.inf),
+        peak_motor_torque=some(3.0, 40.0, np.inf),
+        max_contact_pressure=some(2e4, 6e5, np.inf),
+        min_elbow_stiffness=some(-5.0, 5.0, -np.inf),
+        min_spring_room=some(-0.1, 0.1, -np.inf),
+        peak_motor_speed=some(2.0, 20.0, np.inf),
+        speed=SPEED,
+    )
     return p, angles, bounds
 
 
 def the_design(p, pretension=0.0):
-    made = design(p | {"unilateral": False, "flexor_pretension": pretension, "extensor_pretension": pretension})
-    return replace(made, arm=replace(made.arm, contact_width=WIDTH), given={"spring.free_length": FREE_LENGTH})
+    made = design(
+        p
+        | {"unilateral": False, "flexor_pretension": pretension, "extensor_pretension": pretension}
+    )
+    return replace(
+        made, arm=replace(made.arm, contact_width=WIDTH), given={"spring.free_length": FREE_LENGTH}
+    )
 
 
 def excesses(p, angles, bounds, pretension):
     """By how much each limit is broken in each state, as the model works the states out at a pretension."""
     state = actuator.evaluate(the_design(p, pretension), angles, BOTH)
     x, y, near_x, near_y = (
-        state.balance.flexor, state.balance.extensor, state.flexor_tension_proximal, state.extensor_tension_proximal
-    )  # fmt: skip
+        state.balance.flexor,
+        state.balance.extensor,
+        state.flexor_tension_proximal,
+        state.extensor_tension_proximal,
+    )
     extension = np.maximum(x * state.flexor.spring, y * state.extensor.spring)
     return {
         "flexor slack": -x,
         "extensor slack": -y,
         "min_flexor_tension": bounds["min_flexor_tension"] - np.minimum(x, near_x),
         "min_extensor_tension": bounds["min_extensor_tension"] - np.minimum(y, near_y),
-        "max_tension": np.maximum(np.maximum(x, near_x), np.maximum(y, near_y)) - bounds["max_tension"],
+        "max_tension": np.maximum(np.maximum(x, near_x), np.maximum(y, near_y))
+        - bounds["max_tension"],
         "max_spring_extension": extension - bounds["max_spring_extension"],
         "peak_motor_torque": np.abs(state.motor_torque) - bounds["peak_motor_torque"],
         "max_contact_pressure": y / (p["elbow_radius"] * WIDTH) - bounds["max_contact_pressure"],
         "min_elbow_stiffness": bounds["min_elbow_stiffness"] - state.elbow_stiffness,
         "min_spring_room": bounds["min_spring_room"]
         - (state.motion.flexor_path - FREE_LENGTH - x * state.flexor.spring),
-        "peak_motor_speed": np.abs(SPEED * motor_rates(state).spool_speed) - bounds["peak_motor_speed"],
+        "peak_motor_speed": np.abs(SPEED * motor_rates(state).spool_speed)
+        - bounds["peak_motor_speed"],
     }
 
 
@@ -151,7 +179,9 @@ def test_the_draw_has_every_kind_of_window(found):
     assert np.isinf(found.high).sum() > 5
     assert (np.isnan(found.low) & (found.low_by == limits.NO_EQUILIBRIUM)).sum() > 10
     bind = {
-        LIMIT_NAMES[code] for code in np.append(found.low_by[found.is_open], found.high_by[found.is_open]) if code >= 0
+        LIMIT_NAMES[code]
+        for code in np.append(found.low_by[found.is_open], found.high_by[found.is_open])
+        if code >= 0
     }
     assert bind >= {"flexor slack", "extensor slack", *NAMES}
 
@@ -190,15 +220,21 @@ def test_no_pretension_at_all_keeps_the_limits_of_an_empty_window(problem, found
     p, angles, bounds = problem
     shut = ~found.is_open
     assert shut.sum() > 50
-    ends = [np.where(np.isfinite(end), np.maximum(end, 0.0), 0.0) for end in (found.low, found.high)]
+    ends = [
+        np.where(np.isfinite(end), np.maximum(end, 0.0), 0.0) for end in (found.low, found.high)
+    ]
     for pretension in (
         *ends,
         0.5 * (ends[0] + ends[1]),
         *(np.full_like(ends[0], f) for f in np.geomspace(0.1, 3e4, 150)),
     ):
         loosely = excesses(p, angles, bounds, pretension.reshape(COUNT, 4, 1, 1))
-        broken = np.any([np.any(~(values <= 0.0), axis=(-2, -1)) for values in loosely.values()], axis=0)
-        assert broken[shut & (np.isnan(found.low) | (found.low - found.high > 1e-9 * found.low))].all()
+        broken = np.any(
+            [np.any(~(values <= 0.0), axis=(-2, -1)) for values in loosely.values()], axis=0
+        )
+        assert broken[
+            shut & (np.isnan(found.low) | (found.low - found.high > 1e-9 * found.low))
+        ].all()
 
 
 @pytest.mark.parametrize("end", ["low", "high"])
@@ -212,7 +248,10 @@ def test_the_named_limit_binds_in_the_named_state(problem, found, end):
     just, less = (excesses(p, angles, bounds, pretension * share) for share in (1.0, 0.5))
     beyond = excesses(p, angles, bounds, pretension + (-0.01 if end == "low" else 0.01))
     for at, load in chosen:
-        name, place = LIMIT_NAMES[codes[at, load]], (at, load, *np.unravel_index(states[at, load], STATES))
+        name, place = (
+            LIMIT_NAMES[codes[at, load]],
+            (at, load, *np.unravel_index(states[at, load], STATES)),
+        )
         size = abs(just[name][place] - less[name][place]) + 1e-9
         assert abs(just[name][place]) <= 1e-7 * size, name
         assert beyond[name][place] > 0.0 or at_end[at, load] <= 0.02, name
@@ -244,26 +283,39 @@ def test_beyond_the_joints_centre_there_is_no_equilibrium():
     assert set(found.low_state) == {2}
 
 
-@pytest.mark.parametrize("name", ["friction", "bend_angle", "diameter", "b1", "elbow_radius", "ratio", "load_mass"])
+@pytest.mark.parametrize(
+    "name", ["friction", "bend_angle", "diameter", "b1", "elbow_radius", "ratio", "load_mass"]
+)
 def test_every_number_has_a_derivative_by_complex_step(name):
     angle, flexion = ANGLES[..., 90:], BOTH[1:]
     bounds = Bounds(max_tension=300.0)
-    sizes = {"friction": 0.07, "bend_angle": 3.0, "diameter": 1.5e-3, "b1": 0.15, "elbow_radius": 0.045, "ratio": 0.8}
+    sizes = {
+        "friction": 0.07,
+        "bend_angle": 3.0,
+        "diameter": 1.5e-3,
+        "b1": 0.15,
+        "elbow_radius": 0.045,
+        "ratio": 0.8,
+    }
     size = sizes.get(name, 3.0)
 
     def end(value):
-        return limit_end(MOST, design(baseline(**{name: value})), angle, flexion, bounds, upper=True).item()
+        return limit_end(
+            MOST, design(baseline(**{name: value})), angle, flexion, bounds, upper=True
+        ).item()
 
     step = 1e-4 * size
-    expected = (-end(size + 2 * step) + 8 * end(size + step) - 8 * end(size - step) + end(size - 2 * step)) / (
-        12 * step
-    )
+    expected = (
+        -end(size + 2 * step) + 8 * end(size + step) - 8 * end(size - step) + end(size - 2 * step)
+    ) / (12 * step)
     assert end(size + 1e-30j).imag / 1e-30 == pytest.approx(expected, rel=1e-7, abs=1e-7)
 
 
 def test_a_peak_of_a_form_is_the_value_of_largest_magnitude_with_its_sign(monkeypatch):
     monkeypatch.setitem(
-        limits.LIMITS, "peak_form", SimpleNamespace(value=lambda at: at, from_below=False, in_magnitude=True)
+        limits.LIMITS,
+        "peak_form",
+        SimpleNamespace(value=lambda at: at, from_below=False, in_magnitude=True),
     )
     over_states = extremes.of_forms(["peak_form"], np.array([[[-80.0, 20.0]], [[-3.0, 50.0]]]))
     assert over_states["peak_form"].tolist() == [-80.0, 50.0]

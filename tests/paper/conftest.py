@@ -16,7 +16,9 @@ def steps():
 @pytest.fixture(scope="session")
 def reproduced(tmp_path_factory, steps):
     folder = tmp_path_factory.mktemp("reproduced")
-    return reproduce(folder / "out", jobs=1, runs=folder / "runs", progress=lambda *counts: steps.append(counts))
+    return reproduce(
+        folder / "out", jobs=1, runs=folder / "runs", progress=lambda *counts: steps.append(counts)
+    )
 
 
 @pytest.fixture(scope="session")

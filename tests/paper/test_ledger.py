@@ -35,7 +35,16 @@ def test_every_verdict_is_the_one_on_record_in_the_text_and_the_data(reproduced)
     ledger = json.loads((reproduced.out / "ledger.json").read_bytes())
     assert [entry["id"] for entry in ledger] == FINDINGS + CLAIMS + SLIPS
     for entry in ledger:
-        assert list(entry) == ["id", "finding", "verdict", "recorded", "value", "numbers", "figure", "holds"]
+        assert list(entry) == [
+            "id",
+            "finding",
+            "verdict",
+            "recorded",
+            "value",
+            "numbers",
+            "figure",
+            "holds",
+        ]
         assert entry["holds"] is (entry["verdict"] == "true")
         assert re.search(r"\d", entry["value"])
 
@@ -100,8 +109,12 @@ def test_eq_12_as_printed_solves_the_printed_equation_and_the_elbow(paper):
     at = State.of(design, angle, flexion)
     motion, tied = at.motion, at.coupling
     flexor, extensor = slips.eq_12_as_printed(design, angle, flexion)
-    stretch = tied.flexor_compliance * (flexor - 100.0) + tied.extensor_compliance * (extensor - 100.0)
-    np.testing.assert_allclose(stretch, np.broadcast_to(motion.flexor_travel + motion.extensor_travel, stretch.shape))
+    stretch = tied.flexor_compliance * (flexor - 100.0) + tied.extensor_compliance * (
+        extensor - 100.0
+    )
+    np.testing.assert_allclose(
+        stretch, np.broadcast_to(motion.flexor_travel + motion.extensor_travel, stretch.shape)
+    )
     balance = tied.moment_arm * flexor - 0.045 * extensor
     np.testing.assert_allclose(balance, tied.elbow_torque + 0.0 * balance, atol=1e-12)
 
@@ -111,10 +124,14 @@ def test_eq_11_first_keeps_the_compatibility_and_the_motor_and_loses_the_elbow(p
     at = State.of(design, angle, flexion)
     sheaths, tied = (at.flexor, at.extensor), at.coupling
     flexor, extensor = slips.eq_11_first(design, angle, flexion)
-    stretch = tied.flexor_compliance * (flexor - 100.0) + tied.extensor_compliance * (extensor - 100.0)
+    stretch = tied.flexor_compliance * (flexor - 100.0) + tied.extensor_compliance * (
+        extensor - 100.0
+    )
     np.testing.assert_allclose(stretch, np.broadcast_to(tied.mismatch, stretch.shape), atol=1e-15)
     motor = (flexor / sheaths[0].capstan - extensor / sheaths[1].capstan) * 0.03
-    np.testing.assert_allclose(motor, tied.elbow_torque * 0.03 / (tied.moment_arm * sheaths[0].capstan), atol=1e-12)
+    np.testing.assert_allclose(
+        motor, tied.elbow_torque * 0.03 / (tied.moment_arm * sheaths[0].capstan), atol=1e-12
+    )
     elbow = tied.moment_arm * flexor - 0.045 * extensor - tied.elbow_torque
     assert np.abs(elbow).max() > 1.0
 
@@ -123,5 +140,7 @@ def test_eq_11_first_keeps_the_compatibility_and_the_motor_and_loses_the_elbow(p
 def test_a_9_gives_a_negative_magnitude_and_yet_a_17(friction):
     pressed = slips.normal_force(100.0, 2.0, 1e-3, friction)
     assert pressed < 0.0
-    assert 100.0 * 2.0 * 1e-3 + pressed - friction * pressed * 2.0 * 1e-3 / 2.0 == pytest.approx(0.0, abs=1e-15)
+    assert 100.0 * 2.0 * 1e-3 + pressed - friction * pressed * 2.0 * 1e-3 / 2.0 == pytest.approx(
+        0.0, abs=1e-15
+    )
     assert slips.transmitted(friction, 2.0) == pytest.approx(np.exp(-friction * 2.0), rel=1e-4)

@@ -43,13 +43,20 @@ def test_fig_4_shows_the_ratio_and_where_it_passes_one(pages):
 
 def test_fig_6_has_a_panel_per_load_with_both_torques_in_both_directions(pages, paper):
     axes = pages["fig06"].axes
-    assert [one.get_title() for one in axes] == ["(a) 0 kg load", "(b) 3 kg load", "(c) 5 kg load", "(d) 10 kg load"]
+    assert [one.get_title() for one in axes] == [
+        "(a) 0 kg load",
+        "(b) 3 kg load",
+        "(c) 5 kg load",
+        "(d) 10 kg load",
+    ]
     assert all(len(curves(one)) == 4 for one in axes)
     elbow, _, motor, back = curves(axes[2])
     run = paper["fig06"]
     np.testing.assert_allclose(elbow.get_ydata(), run.line("elbow_torque", load_mass=5.0))
     np.testing.assert_allclose(motor.get_ydata(), run.line("motor_torque", load_mass=5.0))
-    np.testing.assert_allclose(back.get_ydata(), run.line("motor_torque", "extension", load_mass=5.0))
+    np.testing.assert_allclose(
+        back.get_ydata(), run.line("motor_torque", "extension", load_mass=5.0)
+    )
     assert (motor.get_linestyle(), back.get_linestyle()) == ("-", "--")
     assert elbow.get_color() != motor.get_color() == back.get_color()
     assert axes[0].get_ylabel() == "torque (N m)"
@@ -59,20 +66,33 @@ def test_fig_6_has_a_panel_per_load_with_both_torques_in_both_directions(pages, 
 @pytest.mark.parametrize(("name", "end"), [("fig07", "distal"), ("fig08", "proximal")])
 def test_figs_7_and_8_show_the_front_and_the_back_of_the_arm(pages, paper, name, end):
     run, page = paper[name], pages[name]
-    for axes, muscle, side in zip(page.axes, ("flexor", "extensor"), ("front", "back"), strict=True):
+    for axes, muscle, side in zip(
+        page.axes, ("flexor", "extensor"), ("front", "back"), strict=True
+    ):
         assert axes.get_title().startswith(f"{side} of the arm")
         lines = iter(curves(axes))
         for mass in run.loads:
             for direction, dash in (("flexion", "-"), ("extension", "--")):
-                line, wanted = next(lines), run.line(f"{muscle}_tension_{end}", direction, load_mass=mass)
+                line, wanted = (
+                    next(lines),
+                    run.line(f"{muscle}_tension_{end}", direction, load_mass=mass),
+                )
                 np.testing.assert_allclose(line.get_ydata(), wanted)
                 assert line.get_linestyle() == dash
     assert page.axes[0].get_ylabel() == "tension (N)"
-    assert {f"{mass:g} kg load" for mass in run.loads} | {"flexion, filled", "extension, open"} <= set(key(page))
+    assert {f"{mass:g} kg load" for mass in run.loads} | {
+        "flexion, filled",
+        "extension, open",
+    } <= set(key(page))
 
 
-VARIED = {"fig07": "load_mass", "fig08": "load_mass", "fig09": "load_mass", "fig10": "spring_stiffness",
-          "fig11": "spool_ratio"}  # fmt: skip
+VARIED = {
+    "fig07": "load_mass",
+    "fig08": "load_mass",
+    "fig09": "load_mass",
+    "fig10": "spring_stiffness",
+    "fig11": "spool_ratio",
+}
 
 
 @pytest.mark.parametrize("name", VARIED)
@@ -98,7 +118,9 @@ def test_nothing_is_clipped_and_no_title_runs_into_another(pages, name):
     whole = page.bbox
     boxes = [axes.title.get_window_extent() for axes in page.axes]
     texts = [
-        text.get_window_extent() for axes in page.axes for text in (axes.yaxis.label, axes.xaxis.label, *axes.texts)
+        text.get_window_extent()
+        for axes in page.axes
+        for text in (axes.yaxis.label, axes.xaxis.label, *axes.texts)
     ]
     for box in [*boxes, *texts, *(legend.get_window_extent() for legend in page.legends)]:
         assert box.x0 >= whole.x0 - 0.5

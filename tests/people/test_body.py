@@ -39,17 +39,31 @@ BY_HAND = {
 def test_the_arm_of_a_person_worked_by_hand(person):
     measured, expected = BY_HAND[person]
     body = Body(*measured)
-    found = [scale * getattr(PAPER, name) for name, scale in anchor_scales(body, SURVEY.male.mean_body).items()]
-    assert [*found, forearm_mass(body), forearm_com(body), load_distance(body)] == pytest.approx(expected, rel=1e-6)
+    found = [
+        scale * getattr(PAPER, name)
+        for name, scale in anchor_scales(body, SURVEY.male.mean_body).items()
+    ]
+    assert [*found, forearm_mass(body), forearm_com(body), load_distance(body)] == pytest.approx(
+        expected, rel=1e-6
+    )
 
 
 def required(people, *, spring_stiffness, ratio, load_mass):
     """The smallest pretension that keeps each person taut over 0 to 90 degrees in both directions, N."""
     body = people.body
-    on = {name: scale * getattr(PAPER, name) for name, scale in anchor_scales(body, people.reference).items()}
+    on = {
+        name: scale * getattr(PAPER, name)
+        for name, scale in anchor_scales(body, people.reference).items()
+    }
     column = {name: np.reshape(values, (-1, 1, 1)) for name, values in on.items()}
-    column |= {f.__name__: np.reshape(f(body), (-1, 1, 1)) for f in (forearm_mass, forearm_com, load_distance)}
-    p = designs.baseline(spring_stiffness=spring_stiffness, ratio=ratio, load_mass=load_mass) | column
+    column |= {
+        f.__name__: np.reshape(f(body), (-1, 1, 1))
+        for f in (forearm_mass, forearm_com, load_distance)
+    }
+    p = (
+        designs.baseline(spring_stiffness=spring_stiffness, ratio=ratio, load_mass=load_mass)
+        | column
+    )
     angles = np.radians(np.linspace(0.0, 90.0, 91))
     state = evaluate(designs.design(p), angles[np.newaxis], np.array([[True], [False]]))
     return respond(state.coupling).required.max(axis=(1, 2))
@@ -63,7 +77,9 @@ def required(people, *, spring_stiffness, ratio, load_mass):
         (1e3, 0.8, 5.0, (84.8, 89.8, 94.9)),
     ],
 )
-def test_percentiles_of_required_pretension_of_20000_men(spring_stiffness, ratio, load_mass, expected):
+def test_percentiles_of_required_pretension_of_20000_men(
+    spring_stiffness, ratio, load_mass, expected
+):
     people = draw(SURVEY, "male", 20_000, seed=1)
     found = required(people, spring_stiffness=spring_stiffness, ratio=ratio, load_mass=load_mass)
     np.testing.assert_allclose(np.percentile(found, [5, 50, 95]), expected, rtol=0.01)
@@ -75,14 +91,21 @@ def test_percentiles_of_required_pretension_of_20000_men(spring_stiffness, ratio
 
 @pytest.mark.parametrize("person", BY_HAND)
 @pytest.mark.parametrize("load_mass", [0.0, 5.0])
-def test_the_window_of_a_person_worked_by_hand_is_where_the_rig_is_taut_and_stable(person, load_mass):
+def test_the_window_of_a_person_worked_by_hand_is_where_the_rig_is_taut_and_stable(
+    person, load_mass
+):
     arm = dict(zip(ARM, BY_HAND[person][1], strict=True))
     p = designs.baseline(**arm, spring_stiffness=5e3, ratio=0.6, load_mass=load_mass)
     angles = np.radians([1e-9, 30.0, 60.0, 90.0])
     found = window(designs.design(p), angles[np.newaxis], np.array([[True], [False]]), Bounds())
     low, high = float(found.low), float(found.high)
     assert 0.0 < low < high < np.inf
-    for pretension, is_kept in ((low - 1.0, False), (low + 1.0, True), (high - 1.0, True), (high + 1.0, False)):
+    for pretension, is_kept in (
+        (low - 1.0, False),
+        (low + 1.0, True),
+        (high - 1.0, True),
+        (high + 1.0, False),
+    ):
         q = p | {"flexor_pretension": pretension, "extensor_pretension": pretension}
         flat = {name: np.full(2 * len(angles), value) for name, value in q.items()}
         outcomes = rig.run(flat, np.tile(angles, 2), np.repeat([True, False], len(angles)))

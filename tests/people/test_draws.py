@@ -51,20 +51,29 @@ def test_without_uncertainty_numbers_stand_at_their_middle():
 
 @pytest.mark.parametrize(
     ("persons", "cross", "axes"),
-    [(6, None, ("person", "draw")), (8, None, ("person",)), (6, False, ("person",)), (9, True, ("person", "draw"))],
+    [
+        (6, None, ("person", "draw")),
+        (8, None, ("person",)),
+        (6, False, ("person",)),
+        (9, True, ("person", "draw")),
+    ],
 )
 def test_fewer_persons_than_draws_meet_every_draw_unless_stated(persons, cross, axes):
     stated = {"draws": 8} if cross is None else {"draws": 8, "cross": cross}
     study = study_from(STIFF | {"people": {"count": persons}, "uncertainty": stated})
     assert study.axes == axes
     assert Plan(study).designs == persons * (8 if "draw" in axes else 1)
-    assert len(set(space_of(study).axes[-1].numbers["spring.stiffness"])) == (8 if "draw" in axes else persons)
+    assert len(set(space_of(study).axes[-1].numbers["spring.stiffness"])) == (
+        8 if "draw" in axes else persons
+    )
     assert study_from(study.document()).hash == study.hash
 
 
 def test_a_sweep_over_draws_is_the_model_of_each():
     arm = {"arm": {"b1": {"value": "150 mm", "tolerance": "5 mm"}}}
-    study = study_from(STIFF | arm | {"uncertainty": {"draws": 4, "cross": True}, "people": {"count": 3}})
+    study = study_from(
+        STIFF | arm | {"uncertainty": {"draws": 4, "cross": True}, "people": {"count": 3}}
+    )
     plan = Plan(study)
     (block,) = plan.blocks(range(plan.designs))
     found = plan.state(block)

@@ -56,7 +56,9 @@ def test_what_is_missing_is_what_a_regression_over_many_drawn_bodies_gives():
     known = np.column_stack([np.ones(len(crowd)), crowd[:, weight], crowd[:, stature]])
     fitted, *_ = np.linalg.lstsq(known, crowd, rcond=None)
     people = read("weight (kg),stature (cm)\n55,160\n80,172", sex="female")
-    np.testing.assert_allclose(people.values, np.array([[1, 55, 1.60], [1, 80, 1.72]]) @ fitted, rtol=1e-3)
+    np.testing.assert_allclose(
+        people.values, np.array([[1, 55, 1.60], [1, 80, 1.72]]) @ fitted, rtol=1e-3
+    )
     note = next(note for note in people.notes if "expected of women" in note)
     assert "biceps_circumference of 2" in note
     assert "weight of" not in note
@@ -72,7 +74,9 @@ def test_cells_may_be_missing_one_by_one_and_a_column_may_say_the_sex():
 
 def test_people_of_unknown_sex_are_completed_as_men_and_women_mixed():
     between = read("stature (cm)\n169", sex="both").body.weight[0]
-    as_man, as_woman = (read("stature (cm)\n169", sex=sex).body.weight[0] for sex in ("male", "female"))
+    as_man, as_woman = (
+        read("stature (cm)\n169", sex=sex).body.weight[0] for sex in ("male", "female")
+    )
     assert as_woman < between < as_man
     mostly_men = read("stature (cm)\n169", sex="both", women=0.05).body.weight[0]
     assert between < mostly_men
@@ -80,18 +84,31 @@ def test_people_of_unknown_sex_are_completed_as_men_and_women_mixed():
 
 def test_completions_scatter_as_bodies_do_of_whom_the_same_is_known():
     statistics, known = SURVEY.female, [DIMENSIONS.index(name) for name in ("weight", "stature")]
-    people = read("name,weight (kg),stature (cm)\nAda,55,160\nBea,80,172", sex="female", completions=4096, seed=3)
+    people = read(
+        "name,weight (kg),stature (cm)\nAda,55,160\nBea,80,172",
+        sex="female",
+        completions=4096,
+        seed=3,
+    )
     assert (people.persons, people.completions, len(people)) == (("Ada", "Bea"), 4096, 8192)
     assert people.names[4095:4097] == ("Ada, body 4096", "Bea, body 1")
     assert set(people.sexes) == {"female"}
     expected = read("weight (kg),stature (cm)\n55,160\n80,172", sex="female").values
     rest = [at for at in range(len(DIMENSIONS)) if at not in known]
-    sigma = np.linalg.inv(np.linalg.inv(statistics.covariance)[np.ix_(rest, rest)])  # Schur complement, another way
+    sigma = np.linalg.inv(
+        np.linalg.inv(statistics.covariance)[np.ix_(rest, rest)]
+    )  # Schur complement, another way
     for bodies, middle in zip(people.values.reshape(2, 4096, -1), expected, strict=True):
         assert np.all(bodies[:, known] == middle[known])
-        assert np.all(np.abs(bodies.mean(axis=0) - middle)[rest] < 4.5 * np.sqrt(np.diag(sigma) / 4096))
-        np.testing.assert_allclose(np.cov(bodies[:, rest].T), sigma, atol=0.1 * np.max(sigma), rtol=0.1)
-        assert np.all(bodies >= statistics.mean - 3.0 * np.sqrt(np.diag(statistics.covariance)) - 1e-15)
+        assert np.all(
+            np.abs(bodies.mean(axis=0) - middle)[rest] < 4.5 * np.sqrt(np.diag(sigma) / 4096)
+        )
+        np.testing.assert_allclose(
+            np.cov(bodies[:, rest].T), sigma, atol=0.1 * np.max(sigma), rtol=0.1
+        )
+        assert np.all(
+            bodies >= statistics.mean - 3.0 * np.sqrt(np.diag(statistics.covariance)) - 1e-15
+        )
 
 
 def test_completions_are_the_same_for_a_seed_and_do_nothing_to_what_is_measured():
@@ -102,16 +119,23 @@ def test_completions_are_the_same_for_a_seed_and_do_nothing_to_what_is_measured(
     np.testing.assert_allclose(few.weighting, np.repeat([3 / 8, 1 / 8], 8))
     np.testing.assert_array_equal(read(text + "\nCy,80,1", completions=8).values[:16], few.values)
     whole = draw(SURVEY, "male", 5, seed=2)
-    np.testing.assert_allclose(read(written(whole), completions=3).values, np.repeat(whole.values, 3, axis=0))
+    np.testing.assert_allclose(
+        read(written(whole), completions=3).values, np.repeat(whole.values, 3, axis=0)
+    )
     for sex in SEXES:
         assert np.all(draw(SURVEY, sex, 20_000, seed=1).values >= SURVEY.of(sex).least)
 
 
 @pytest.mark.parametrize(
     ("header", "meant"),
-    [("Gewicht (kg)", '"weight (kg)"'), ("Größe (cm)", '"stature (cm)"'), ("Koerpergroesse [m]", '"stature (m)"'),
-     ("Unterarmumfang_mm", '"forearm_circumference (mm)"'), ("Geschlecht", '"sex"')],
-)  # fmt: skip
+    [
+        ("Gewicht (kg)", '"weight (kg)"'),
+        ("Größe (cm)", '"stature (cm)"'),
+        ("Koerpergroesse [m]", '"stature (m)"'),
+        ("Unterarmumfang_mm", '"forearm_circumference (mm)"'),
+        ("Geschlecht", '"sex"'),
+    ],
+)
 def test_german_headers_are_refused_with_what_they_would_be(header, meant):
     with pytest.raises(InputError, match=re.escape(header)) as error:
         read(f"name,stature (cm),{header}\nAda,168,62")
@@ -130,11 +154,17 @@ def test_weighting_counts_as_given_and_one_person_is_enough():
         ("stature (m)\n1.7\n3", r"line 3.*stature is 3000 mm, expected 800 to 2500 mm"),
         ("stature (m)\n1.7\n175", r"line 3.*175 cm would be possible: are units mixed"),
         ("weight (kg)\n70\n-1", "line 3.*weight is -1 kg"),
-        ("weight (kg)\n70\n9 kg", 'line 3.*weight is "9 kg", expected a number.*units belong in the header'),
+        (
+            "weight (kg)\n70\n9 kg",
+            'line 3.*weight is "9 kg", expected a number.*units belong in the header',
+        ),
         ("weight (kg),weighting\n70,1\n80,-0.5", "line 3.*weighting is -0.5"),
         ("weight (kg),weighting\n70,1\n80,", 'line 3.*weighting is ""'),
         ("weight (kg),weighting\n70,0\n80,0", "every weighting is 0"),
-        ("name,weight (kg)\nAda,70\nBo,80\nAda,75", 'line 4.*"Ada" names two persons, the other in line 2'),
+        (
+            "name,weight (kg)\nAda,70\nBo,80\nAda,75",
+            'line 4.*"Ada" names two persons, the other in line 2',
+        ),
         ("name,weight (kg)\nAda,70\n,80", "line 3.*without a name"),
         ("name,age\nAda,30", "no column is a dimension"),
         ("weight\n70", "the column weight has no unit.*kg"),

@@ -40,7 +40,9 @@ def test_everyone_is_served_or_left_out_once(found, pretension):
     assert sum(reason["count"] for reason in reasons) == (~served).sum()
     names = [name for reason in reasons for name in reason["first"]]
     assert len(set(names)) == len(names)
-    assert not set(names) & {problem.study.people.population.persons[at] for at in np.flatnonzero(served)}
+    assert not set(names) & {
+        problem.study.people.population.persons[at] for at in np.flatnonzero(served)
+    }
     shares = [reason["share"] for reason in reasons]
     assert sum(shares) == pytest.approx((~served).mean())
     assert shares == sorted(shares, reverse=True)
@@ -48,7 +50,9 @@ def test_everyone_is_served_or_left_out_once(found, pretension):
 
 def test_a_reason_says_what_is_needed_and_where_it_binds(found):
     problem, windows = found
-    (more, low), (less, high), (neither, none) = (by_need(found)[need] for need in (MORE, LESS, NEITHER))
+    (more, low), (less, high), (neither, none) = (
+        by_need(found)[need] for need in (MORE, LESS, NEITHER)
+    )
     assert np.all(windows.low[low] > 148.0)
     assert np.all(np.diff(windows.low[low]) <= 0.0)  # who misses most stands first
     assert np.all(windows.high[high] < 148.0)
@@ -67,4 +71,6 @@ def test_bodies_left_out_differ_as_their_means_say(found):
         theirs = of_all[members]
         assert (each["theirs"], each["of_all"]) == pytest.approx((theirs.mean(), of_all.mean()))
         assert each["deviations"] == pytest.approx((theirs.mean() - of_all.mean()) / of_all.std())
-        assert abs(each["deviations"]) == max(abs(one["deviations"]) for one in reason["bodies"].values())
+        assert abs(each["deviations"]) == max(
+            abs(one["deviations"]) for one in reason["bodies"].values()
+        )

@@ -18,18 +18,29 @@ def test_the_page_begins_with_the_body_and_its_arm_and_goes_on_with_its_state():
     text = page.text
     assert text.index("Body: mean-woman") < text.index("From body to arm") < text.index("Geometry")
     arm = {
-        "a1": 0.040 * 305.58 / 358.14, "b1": 0.150 * 311.20 / 335.24, "a2": 0.020 * 264.08 / 310.06,
-        "b2": 0.150 * 241.33 / 267.88, "elbow_radius": 0.045 * 264.08 / 310.06,
-        "forearm_mass": 0.022 * 67.76, "forearm_com": 0.682 * 0.24133, "load_distance": 0.31771,
-    }  # fmt: skip
-    state = actuator.evaluate(designs.design(designs.baseline(**arm)), 75 * 3.141592653589793 / 180, flexion=True)
+        "a1": 0.040 * 305.58 / 358.14,
+        "b1": 0.150 * 311.20 / 335.24,
+        "a2": 0.020 * 264.08 / 310.06,
+        "b2": 0.150 * 241.33 / 267.88,
+        "elbow_radius": 0.045 * 264.08 / 310.06,
+        "forearm_mass": 0.022 * 67.76,
+        "forearm_com": 0.682 * 0.24133,
+        "load_distance": 0.31771,
+    }
+    state = actuator.evaluate(
+        designs.design(designs.baseline(**arm)), 75 * 3.141592653589793 / 180, flexion=True
+    )
     assert page.columns["motor_torque"] == pytest.approx(float(state.motor_torque), rel=1e-9)
-    from_body = {line.symbol: line.values[0] for line in page.lines if line.section == "From body to arm"}
+    from_body = {
+        line.symbol: line.values[0] for line in page.lines if line.section == "From body to arm"
+    }
     assert list(from_body.values()) == pytest.approx(list(arm.values()), rel=1e-9)
 
 
 def test_the_mean_man_has_the_anchors_of_the_study_and_what_it_states_stays():
-    study = study_from(AT_75 | {"arm": {"forearm_mass": "1.2 kg", "a1": "50 mm", "b1": ["140 mm", "160 mm"]}})
+    study = study_from(
+        AT_75 | {"arm": {"forearm_mass": "1.2 kg", "a1": "50 mm", "b1": ["140 mm", "160 mm"]}}
+    )
     worn = worn_by(study, "mean-man")
     assert worn.study.numbers["arm.a1"].single == 0.05
     assert worn.study.numbers["arm.b1"].array.tolist() == [0.14, 0.16]
@@ -43,7 +54,10 @@ def test_a_study_of_people_shows_its_first_person_or_the_one_asked_for(tmp_path)
     study = study_from({"people": {"file": "people.csv"}}, folder=tmp_path)
     first, second = state_page(study), state_page(study, person="Bo")
     assert "Body: Ada" in first.text
-    masses = [next(line.values[0] for line in page.lines if line.symbol == "m_f") for page in (first, second)]
+    masses = [
+        next(line.values[0] for line in page.lines if line.symbol == "m_f")
+        for page in (first, second)
+    ]
     assert masses == pytest.approx([0.022 * 62, 0.022 * 90])
 
 
@@ -64,8 +78,12 @@ def test_uncertain_numbers_are_nominal_or_those_of_a_draw_that_is_asked_for():
     nominal = state_page(study_from(content | {"sheath": {"friction": 0.07}}), person="man 2")
     assert shown[0].columns == nominal.columns
     plan = Plan(study)
-    (block,) = plan.blocks(range(study.people.population.names.index("man 2") * 4 + 2, plan.designs)[:1])
+    (block,) = plan.blocks(
+        range(study.people.population.names.index("man 2") * 4 + 2, plan.designs)[:1]
+    )
     state = plan.state(block)
-    assert shown[1].columns["motor_torque"] == pytest.approx(float(state.motor_torque.item()), rel=1e-12)
+    assert shown[1].columns["motor_torque"] == pytest.approx(
+        float(state.motor_torque.item()), rel=1e-12
+    )
     with pytest.raises(UsageError, match="there is no draw 5"):
         state_page(study, draw=5)

@@ -7,7 +7,10 @@ import tendon_cli as tendon
 from tendon_cli.figures.population import members
 from tendon_cli.tables.schema import as_numpy
 
-COARSE = {"motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}, "load": {"mass": [0.0, 10.0]}}
+COARSE = {
+    "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
+    "load": {"mass": [0.0, 10.0]},
+}
 SUIT = {**COARSE, "spring": {"stiffness": [5e3, 8e3]}, "spool": {"ratio": 0.6}}
 RUBBING = {"sheath": {"friction": {"mean": 0.08, "std": 0.04}}, "uncertainty": {"draws": 32}}
 FEW = {**SUIT, "people": {"count": 4}, **RUBBING, "limits": {"max_tension": "520 N"}}
@@ -21,8 +24,14 @@ def answer():
 def test_a_person_in_the_table_is_the_person_alone(answer):
     best = answer.best
     for row in answer.persons.sample(4, random_state=1).itertuples():
-        given = {**SUIT, "spring": {"stiffness": best["spring_stiffness"]}, "people": {"count": 40, "seed": 3}}
-        swept = tendon.sweep(tendon.study({**given, "tendon": {"pretension": best["pretension"]}})).designs
+        given = {
+            **SUIT,
+            "spring": {"stiffness": best["spring_stiffness"]},
+            "people": {"count": 40, "seed": 3},
+        }
+        swept = tendon.sweep(
+            tendon.study({**given, "tendon": {"pretension": best["pretension"]}})
+        ).designs
         mine = swept[swept["person"] == row.person]
         assert mine["pretension_from"].max() == pytest.approx(row.pretension_from, rel=1e-12)
         assert mine["pretension_to"].min() == pytest.approx(row.pretension_to, rel=1e-12)
@@ -44,9 +53,15 @@ def test_shares_of_the_record_are_those_of_the_table(answer):
 def test_the_tensions_to_set_are_of_each_body(answer):
     best, persons = answer.best, answer.persons
     assert persons["set_flexor_tension"].nunique() == 40
-    asked = {**SUIT, "spring": {"stiffness": best["spring_stiffness"]}, "people": {"count": 40, "seed": 3}}
+    asked = {
+        **SUIT,
+        "spring": {"stiffness": best["spring_stiffness"]},
+        "people": {"count": 40, "seed": 3},
+    }
     asked |= {"load": {"mass": 0.0}, "motion": {"direction": "extension", "elbow_angle": 0.0}}
-    states = tendon.sweep(tendon.study({**asked, "tendon": {"pretension": best["pretension"]}})).states
+    states = tendon.sweep(
+        tendon.study({**asked, "tendon": {"pretension": best["pretension"]}})
+    ).states
     for end, place in (("", "distal"), ("_motor", "proximal")):
         expected = states[f"extensor_tension_{place}"].to_numpy()
         np.testing.assert_allclose(persons[f"set_extensor_tension{end}"], expected, rtol=1e-12)
@@ -63,7 +78,8 @@ def test_few_persons_are_served_by_the_share_of_their_draws():
 
 def test_one_person_is_this_person_with_and_without_draws():
     of_draws, alone = (
-        " ".join(tendon.design(tendon.study({**suit, "people": {"count": 1}})).text.split()) for suit in (FEW, SUIT)
+        " ".join(tendon.design(tendon.study({**suit, "people": {"count": 1}})).text.split())
+        for suit in (FEW, SUIT)
     )
     assert "this person's 32 draws" in of_draws
     assert "1 person" not in of_draws
@@ -81,10 +97,22 @@ def test_a_person_of_several_bodies_has_one_row_over_them(tmp_path):
     np.testing.assert_allclose(persons["weighting"], [1.0, 3.0])
     np.testing.assert_allclose(persons["weight"], [62.0, 84.0], rtol=1e-12)
     assert ((persons["served"] * 16) % 1.0 < 1e-9).all()
-    assert np.average(persons["served"], weights=persons["weighting"]) == pytest.approx(population["served"], abs=1e-12)
-    alone = tendon.design(tendon.study({**SUIT, "spring": {"stiffness": 5e3}, "people": people | {"sex": "female"},
-                                        "design": {"pretension": population["pretension"]}})).persons  # fmt: skip
-    np.testing.assert_allclose(alone["set_flexor_tension"], persons["set_flexor_tension"], rtol=1e-9)
+    assert np.average(persons["served"], weights=persons["weighting"]) == pytest.approx(
+        population["served"], abs=1e-12
+    )
+    alone = tendon.design(
+        tendon.study(
+            {
+                **SUIT,
+                "spring": {"stiffness": 5e3},
+                "people": people | {"sex": "female"},
+                "design": {"pretension": population["pretension"]},
+            }
+        )
+    ).persons
+    np.testing.assert_allclose(
+        alone["set_flexor_tension"], persons["set_flexor_tension"], rtol=1e-9
+    )
 
 
 def test_draws_have_a_table_of_their_own():
@@ -95,7 +123,12 @@ def test_draws_have_a_table_of_their_own():
 
 
 def test_shares_by_sex_are_those_of_the_table():
-    asked = {**SUIT, "spring": {"stiffness": 5e3}, "people": {"count": 80, "seed": 3}, "design": {"by": "sex"}}
+    asked = {
+        **SUIT,
+        "spring": {"stiffness": 5e3},
+        "people": {"count": 80, "seed": 3},
+        "design": {"by": "sex"},
+    }
     answer = tendon.design(tendon.study(asked))
     shares = {each["sex"]: each for each in answer.record["population"]["by"]}
     served = answer.persons.groupby("sex", observed=True)["served"]
@@ -109,13 +142,19 @@ def test_shares_by_sex_are_those_of_the_table():
 def test_the_reading_that_is_set_is_the_same_on_everyone_and_the_other_one_is_not(tmp_path):
     (tmp_path / "people.csv").write_text("name,weight (kg),stature (cm)\nAda,62,168\nBob,85,181\n")
     people = {"file": str(tmp_path / "people.csv"), "completions": 16}
-    answer = tendon.design(tendon.study({**SUIT, "people": people, "setting": {"read": "flexor at joint"}}))
+    answer = tendon.design(
+        tendon.study({**SUIT, "people": people, "setting": {"read": "flexor at joint"}})
+    )
     persons, population = answer.persons, answer.record["population"]
     np.testing.assert_allclose(persons["set_flexor_tension"], population["pretension"], rtol=1e-12)
     assert persons["set_extensor_tension"].nunique() == 2
     low, high = population["set"]["set_extensor_tension"]
-    assert low < persons["set_extensor_tension"].min() < persons["set_extensor_tension"].max() < high
+    assert (
+        low < persons["set_extensor_tension"].min() < persons["set_extensor_tension"].max() < high
+    )
     assert "tension in the flexor at the joint" in " ".join(answer.text.split())
     for table in ("choices", "persons"):
-        meaning = answer.table(table).schema.field("pretension_from").metadata[b"long_name"].decode()
+        meaning = (
+            answer.table(table).schema.field("pretension_from").metadata[b"long_name"].decode()
+        )
         assert meaning.endswith("read as flexor at joint")

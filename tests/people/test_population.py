@@ -14,7 +14,11 @@ from tendon_cli.answers.solve import solve
 from tendon_cli.studies.load import study_from
 
 COARSE = {"motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}}
-SUITS = {"spring": {"stiffness": [3e3, 5e3, 8e3]}, "spool": {"ratio": [0.6, 0.5]}, "load": {"mass": [0.0, 10.0]}}
+SUITS = {
+    "spring": {"stiffness": [3e3, 5e3, 8e3]},
+    "spool": {"ratio": [0.6, 0.5]},
+    "load": {"mass": [0.0, 10.0]},
+}
 PEOPLE = COARSE | SUITS | {"people": {"count": 100, "seed": 2}}
 
 
@@ -76,13 +80,18 @@ def test_where_no_choice_serves_enough_the_most_universal_is_told_and_what_would
             content = NOBODY_ENOUGH | {"spool": {"ratio": ratio}}
             content |= {table: {**content.get(table, {}), name: value}}
             problem = question(tendon.study(content))
-            assert bool(solve(problem, problem.choices.numbers(np.arange(1)), 1)["feasible"][0]) == enough, key
+            assert (
+                bool(solve(problem, problem.choices.numbers(np.arange(1)), 1)["feasible"][0])
+                == enough
+            ), key
 
 
 def test_for_very_many_what_would_fix_it_is_worked_out_for_some_and_said(monkeypatch):
     study = tendon.study(NOBODY_ENOUGH)
     problem = question(study)
-    monkeypatch.setattr(fixes, "_MOST", 20 * len(problem.conditions) * problem.states_per_design // 100)
+    monkeypatch.setattr(
+        fixes, "_MOST", 20 * len(problem.conditions) * problem.states_per_design // 100
+    )
     found = tendon.design(study)
     note = "what would help is worked out for 20 of the 100 persons: those that bind, and others at random"
     assert note in found.record["notes"]
@@ -122,11 +131,16 @@ def test_sizes_of_many_persons_are_found_by_the_first(monkeypatch):
 
 def test_the_pretension_that_would_serve_more_serves_as_many_in_a_sweep():
     asked = {
-        "people": {"count": 40}, "spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6},
-        "load": {"mass": ["0 kg", "5 kg"]}, "limits": {"max_tension": "260 N"},
+        "people": {"count": 40},
+        "spring": {"stiffness": "5 kN/m"},
+        "spool": {"ratio": 0.6},
+        "load": {"mass": ["0 kg", "5 kg"]},
+        "limits": {"max_tension": "260 N"},
         "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 10}},
-    }  # fmt: skip
-    answer = tendon.design(tendon.study(asked | {"design": {"serve": "50 %", "pretension": "least"}}))
+    }
+    answer = tendon.design(
+        tendon.study(asked | {"design": {"serve": "50 %", "pretension": "least"}})
+    )
     told = re.search(r"([0-9.]+)\s+N\s+would\s+serve\s+([0-9.]+)\s+%", answer.text)
     assert told is not None
     swept = tendon.sweep(tendon.study(asked | {"tendon": {"pretension": f"{told[1]} N"}})).designs

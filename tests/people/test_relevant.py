@@ -47,21 +47,36 @@ def test_the_answer_is_the_one_of_working_out_all(answered, goals):
     assert len(some.record["notes"]) == len(everything.record["notes"]) + 1
     worked_out = ~some.choices["max_tension"].isna()
     assert 7 <= worked_out.sum() < len(worked_out)
-    pd.testing.assert_frame_equal(some.choices[worked_out], everything.choices[worked_out], check_exact=True)
+    pd.testing.assert_frame_equal(
+        some.choices[worked_out], everything.choices[worked_out], check_exact=True
+    )
     others = [name for name in some.choices if name not in WORST]
-    pd.testing.assert_frame_equal(some.choices[others], everything.choices[others], check_exact=True)
+    pd.testing.assert_frame_equal(
+        some.choices[others], everything.choices[others], check_exact=True
+    )
 
 
 def test_a_goal_that_no_bound_serves_has_all_worked_out(answered):
     choices = answered(0, maximise=["max_tension"]).choices
     assert not choices[list(WORST)].isna().any(axis=None)
-    assert choices["max_tension"][choices["feasible"]].max() == choices["max_tension"][choices["on_front"]].max()
+    assert (
+        choices["max_tension"][choices["feasible"]].max()
+        == choices["max_tension"][choices["on_front"]].max()
+    )
 
 
-def test_nothing_is_left_out_without_people_and_a_choice_that_serves_nobody_has_no_worst(monkeypatch):
+def test_nothing_is_left_out_without_people_and_a_choice_that_serves_nobody_has_no_worst(
+    monkeypatch,
+):
     monkeypatch.setattr(candidates_module, "STATES_FOR_ALL", 0)
-    choices = tendon.design(tendon.study({"load": {"mass": [0.0, 5.0]}, "spring": {"stiffness": [1e3, 3e3]}})).choices
+    choices = tendon.design(
+        tendon.study({"load": {"mass": [0.0, 5.0]}, "spring": {"stiffness": [1e3, 3e3]}})
+    ).choices
     assert not choices["max_tension"].isna().any()
-    nobody = {"limits": {"max_pretension": 1.0}, "people": {"count": 3}, "spring": {"stiffness": [3e3, 5e3]}}
+    nobody = {
+        "limits": {"max_pretension": 1.0},
+        "people": {"count": 3},
+        "spring": {"stiffness": [3e3, 5e3]},
+    }
     choices = tendon.design(tendon.study(nobody)).choices
     assert choices[list(WORST)].isna().all(axis=None)

@@ -22,11 +22,17 @@ def counted(pretension, low, high, weighting):
 def test_a_share_is_that_of_windows_counted_one_by_one():
     low, high, weighting = some_windows(200, 1)
     for place in [0.0, *low[1:], *high[2:], 1e6]:
-        assert share_at(place, low, high, weighting) == pytest.approx(counted(place, low, high, weighting), abs=1e-12)
+        assert share_at(place, low, high, weighting) == pytest.approx(
+            counted(place, low, high, weighting), abs=1e-12
+        )
     found = curve(low, high, weighting)
-    np.testing.assert_allclose(found.share[::2], [counted(at, low, high, weighting) for at in found.pretension[::2]])
+    np.testing.assert_allclose(
+        found.share[::2], [counted(at, low, high, weighting) for at in found.pretension[::2]]
+    )
     middles = (found.pretension[:-2:2] + found.pretension[2::2]) / 2
-    np.testing.assert_allclose(found.share[1:-2:2], [counted(at, low, high, weighting) for at in middles])
+    np.testing.assert_allclose(
+        found.share[1:-2:2], [counted(at, low, high, weighting) for at in middles]
+    )
     assert np.all((found.low <= found.share) & (found.share <= found.high))
 
 

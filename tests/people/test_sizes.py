@@ -53,7 +53,9 @@ def test_one_suit_is_what_one_pretension_serves_and_more_serve_more():
 def test_nobody_is_served_or_everybody_by_one():
     empty = best_sizes(np.array([[2.0, np.nan]]), np.array([[1.0, np.nan]]), np.ones(2), 3)[-1]
     assert (empty.choices, empty.pretensions, empty.share) == ((), (), 0.0)
-    one = best_sizes(np.array([[1.0, 2.0], [1.0, 5.0]]), np.array([[3.0, np.inf], [3.0, 9.0]]), np.ones(2), 3)[-1]
+    one = best_sizes(
+        np.array([[1.0, 2.0], [1.0, 5.0]]), np.array([[3.0, np.inf], [3.0, 9.0]]), np.ones(2), 3
+    )[-1]
     assert (one.choices, one.share) == ((0,), 1.0)
     assert 2.0 <= one.pretensions[0] <= 3.0
 

@@ -30,14 +30,18 @@ def from_file(tmp_path, text=FILE, **content):
 
 
 def test_persons_are_the_slowest_axis_but_for_cases():
-    study = study_from({"people": {"count": 5}, "arm": {"b1": [0.15, 0.16]}, "cases": [{"name": "a"}]})
+    study = study_from(
+        {"people": {"count": 5}, "arm": {"b1": [0.15, 0.16]}, "cases": [{"name": "a"}]}
+    )
     assert study.axes == ("case", "person", "arm.b1")
     assert study.conditions == study.axes
     assert study.serve == 0.95
 
 
 def test_a_sweep_over_persons_is_the_model_of_each_ones_arm():
-    study = study_from({"people": {"count": 6, "seed": 4}, "arm": {"b1": [0.15, 0.16]}, "load": {"mass": 5.0}})
+    study = study_from(
+        {"people": {"count": 6, "seed": 4}, "arm": {"b1": [0.15, 0.16]}, "load": {"mass": 5.0}}
+    )
     plan = Plan(study)
     (block,) = plan.blocks(range(plan.designs))
     found = plan.state(block)
@@ -52,20 +56,32 @@ def test_a_sweep_over_persons_is_the_model_of_each_ones_arm():
                 a2=0.020 * one.forearm_circumference / reference.forearm_circumference,
                 b2=0.150 * one.radiale_stylion_length / reference.radiale_stylion_length,
                 elbow_radius=0.045 * one.forearm_circumference / reference.forearm_circumference,
-                forearm_mass=0.022 * one.weight, forearm_com=0.682 * one.radiale_stylion_length,
-                load_distance=one.forearm_grip_length, load_mass=5.0,
-            )  # fmt: skip
+                forearm_mass=0.022 * one.weight,
+                forearm_com=0.682 * one.radiale_stylion_length,
+                load_distance=one.forearm_grip_length,
+                load_mass=5.0,
+            )
             state = actuator.evaluate(designs.design(p), plan.elbow_angles[np.newaxis], BOTH_WAYS)
-            np.testing.assert_allclose(found.balance.flexor[person, at], state.balance.flexor, rtol=1e-12)
-            np.testing.assert_allclose(found.motor_torque[person, at], state.motor_torque, rtol=1e-9)
+            np.testing.assert_allclose(
+                found.balance.flexor[person, at], state.balance.flexor, rtol=1e-12
+            )
+            np.testing.assert_allclose(
+                found.motor_torque[person, at], state.motor_torque, rtol=1e-9
+            )
 
 
 def test_what_the_study_states_of_the_forearm_is_not_taken_from_the_body():
     from_body = study_from({"people": {"count": 3}})
     stated = study_from({"people": {"count": 3}, "arm": {"forearm_mass": "1.6 kg"}})
-    assert set(from_body.of_the_body) == {"arm.forearm_mass", "arm.forearm_com", "arm.load_distance"}
+    assert set(from_body.of_the_body) == {
+        "arm.forearm_mass",
+        "arm.forearm_com",
+        "arm.load_distance",
+    }
     assert set(stated.of_the_body) == {"arm.forearm_com", "arm.load_distance"}
-    assert set(from_body.of_the_body) - space_of(stated).axes[0].numbers.keys() == {"arm.forearm_mass"}
+    assert set(from_body.of_the_body) - space_of(stated).axes[0].numbers.keys() == {
+        "arm.forearm_mass"
+    }
     for study in (from_body, stated):
         again = study_from(study.document())
         assert again.hash == study.hash
@@ -81,12 +97,22 @@ def test_a_study_of_real_persons_carries_them_along(tmp_path):
     np.testing.assert_array_equal(again.people.population.values, study.people.population.values)
     assert again.people.population.weighting.tolist() == [1.0, 3.0]
     assert study.sources["people.file"]["persons"] == 2
-    assert any("expected of men and women" in warning for warning in study.sources["people.file"]["warnings"])
+    assert any(
+        "expected of men and women" in warning
+        for warning in study.sources["people.file"]["warnings"]
+    )
 
 
 def test_the_hash_knows_who_they_are(tmp_path):
-    hashes = {study_from({"people": people}).hash for people in ({}, {"seed": 2}, {"count": 999}, {"sex": "male"})}
-    hashes |= {study_from({}).hash, from_file(tmp_path).hash, from_file(tmp_path, FILE.replace("90", "91")).hash}
+    hashes = {
+        study_from({"people": people}).hash
+        for people in ({}, {"seed": 2}, {"count": 999}, {"sex": "male"})
+    }
+    hashes |= {
+        study_from({}).hash,
+        from_file(tmp_path).hash,
+        from_file(tmp_path, FILE.replace("90", "91")).hash,
+    }
     assert len(hashes) == 7
 
 
@@ -101,7 +127,10 @@ def test_the_hash_knows_who_they_are(tmp_path):
         ({"file": "none.csv"}, 'people.file: there is no file "none.csv"'),
         ({"file": "people.csv", "count": 5}, "people.count: cannot be given with file"),
         ({"statistics": "none.toml"}, 'people.statistics: there is no file "none.toml"'),
-        ({"statistics": "people.csv", "source": "ansur2"}, "people.source: cannot be given with statistics"),
+        (
+            {"statistics": "people.csv", "source": "ansur2"},
+            "people.source: cannot be given with statistics",
+        ),
         ({"content": "nonsense!"}, "people.content: not the packed content"),
         ("everyone", "people.*is not a table"),
     ],
@@ -131,7 +160,9 @@ def test_packed_content_comes_back_and_bombs_are_refused():
 
 
 def ansur2_text():
-    return (resources.files("tendon_cli.studies.people") / "ansur2_arm.toml").read_text(encoding="utf-8")
+    return (resources.files("tendon_cli.studies.people") / "ansur2_arm.toml").read_text(
+        encoding="utf-8"
+    )
 
 
 def with_own(tmp_path, text, **people):
@@ -143,7 +174,9 @@ def test_persons_of_ones_own_statistics_are_drawn_and_carried_along(tmp_path):
     same = with_own(tmp_path, ansur2_text(), count=20)
     drawn = draw(ansur2(), "both", 20, seed=1)
     np.testing.assert_array_equal(same.people.population.values, drawn.values)
-    heavy = with_own(tmp_path, ansur2_text().replace("85.52", "99.5").replace("4082", "100"), count=20)
+    heavy = with_own(
+        tmp_path, ansur2_text().replace("85.52", "99.5").replace("4082", "100"), count=20
+    )
     (tmp_path / "own.toml").unlink()
     again = study_from(json.loads(json.dumps(heavy.record))["study"])
     assert again.hash == heavy.hash != same.hash
@@ -157,7 +190,9 @@ def test_persons_of_ones_own_statistics_are_drawn_and_carried_along(tmp_path):
 def test_they_complete_a_file_of_persons_too(tmp_path):
     (tmp_path / "people.csv").write_text("weight (kg)\n70\n", encoding="utf-8")
     usual, own = (
-        with_own(tmp_path, ansur2_text().replace(*change), file="people.csv", sex="male").people.population
+        with_own(
+            tmp_path, ansur2_text().replace(*change), file="people.csv", sex="male"
+        ).people.population
         for change in (("", ""), ("1756.21", "1856.21"))
     )
     assert own.body.stature[0] - usual.body.stature[0] == pytest.approx(0.1, abs=1e-9)

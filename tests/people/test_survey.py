@@ -27,7 +27,9 @@ def test_means_deviations_and_all_correlations_are_within_sampling_error(sex):
     bodies = draw(SURVEY, sex, MANY, seed=3).values
     error = deviations(statistics) / np.sqrt(MANY)
     assert np.all(np.abs(bodies.mean(axis=0) - statistics.mean) < 4.0 * error)
-    assert np.all(np.abs(bodies.std(axis=0) / deviations(statistics) - 1.0) < 4.0 / np.sqrt(2 * MANY))
+    assert np.all(
+        np.abs(bodies.std(axis=0) / deviations(statistics) - 1.0) < 4.0 / np.sqrt(2 * MANY)
+    )
     true = correlations(statistics.covariance)
     found = np.corrcoef(bodies.T)
     assert np.all(np.abs(found - true) <= 4.5 * (1.0 - true**2) / np.sqrt(MANY) + 1e-12)
@@ -43,7 +45,9 @@ def test_the_survey_is_in_si_and_of_thousands():
 def test_men_and_women_stand_in_the_proportion_of_the_survey_unless_it_is_given():
     names = draw(SURVEY, "both", 6068, seed=1).names
     assert sum(name.startswith("woman") for name in names) == 1986
-    assert sum(name.startswith("woman") for name in draw(SURVEY, "both", 10, 1, women=0.5).names) == 5
+    assert (
+        sum(name.startswith("woman") for name in draw(SURVEY, "both", 10, 1, women=0.5).names) == 5
+    )
     assert len(set(names)) == 6068
 
 
@@ -66,7 +70,9 @@ def test_men_and_women_mixed_have_the_moments_of_a_mixed_crowd():
 def test_the_mean_man_is_the_one_that_the_anchors_stand_on():
     man = named(SURVEY, "mean-man")
     assert man.body.weight == [85.52]
-    np.testing.assert_array_equal(man.values[0], [getattr(man.reference, name) for name in DIMENSIONS])
+    np.testing.assert_array_equal(
+        man.values[0], [getattr(man.reference, name) for name in DIMENSIONS]
+    )
     assert named(SURVEY, "mean-woman").body.weight == [67.76]
 
 
@@ -80,7 +86,11 @@ def written(correlation=None, **male):
     """A survey as text, of persons 1 m large, with some keys of its men replaced."""
     table = {"persons": 10, "mean": MEAN, "standard_deviation": [1.0] * SIZE} | male
     rows = np.eye(SIZE).tolist()
-    lines = [f"dimensions = {list(DIMENSIONS)}", "[male]", *(f"{key} = {value}" for key, value in table.items())]
+    lines = [
+        f"dimensions = {list(DIMENSIONS)}",
+        "[male]",
+        *(f"{key} = {value}" for key, value in table.items()),
+    ]
     lines += [f"correlation = {correlation or rows}", "[female]", "persons = 5", f"mean = {MEAN}"]
     return "\n".join([*lines, f"standard_deviation = {[2.0] * SIZE}", f"correlation = {rows}"])
 
@@ -107,7 +117,10 @@ def test_statistics_of_ones_own_are_read():
         (written(standard_deviation=[0.0] * SIZE), "not above 0"),
         (written(mean=[1.0]), "not 8 means"),
         (written(mean=[3000.0, *MEAN[1:]]), "the mean stature is 3000 mm, expected 800 to 2500 mm"),
-        (written(standard_deviation=[1.0, 30.0, *[1.0] * (SIZE - 2)]), "the deviation of weight is 30 kg"),
+        (
+            written(standard_deviation=[1.0, 30.0, *[1.0] * (SIZE - 2)]),
+            "the deviation of weight is 30 kg",
+        ),
         (written(persons=0), "not 8 means"),
         ("[[[[" * 20, "not statistics"),
         (written(mean="nan"), "not 8 means"),
@@ -115,7 +128,7 @@ def test_statistics_of_ones_own_are_read():
         ("[male", "not statistics"),
         ("dimensions = 5", "not statistics"),
     ],
-)  # fmt: skip
+)
 def test_statistics_that_cannot_be_are_refused(text, said):
     with pytest.raises(InputError, match=said):
         read_survey(text.encode(), "mine.toml")

@@ -32,7 +32,9 @@ def test_a_linear_result_has_the_shares_of_its_variance():
 
 def test_the_same_question_has_the_same_answer_and_errors_are_those_of_repeated_draws():
     def indices_of(seed):
-        (found,) = sobol(lambda points: (points[:, :1] + points[:, 1:] ** 2).T, ("a", "b"), ("low",), 256, seed)
+        (found,) = sobol(
+            lambda points: (points[:, :1] + points[:, 1:] ** 2).T, ("a", "b"), ("low",), 256, seed
+        )
         return found
 
     assert indices_of(1) == indices_of(1)
@@ -46,7 +48,9 @@ def test_the_same_question_has_the_same_answer_and_errors_are_those_of_repeated_
 
 
 def test_a_product_has_an_interaction_that_the_total_tells():
-    (found,) = sobol(lambda points: (points[:, :1] * points[:, 1:]).T, ("a", "b"), ("low",), 2048, seed=2)
+    (found,) = sobol(
+        lambda points: (points[:, :1] * points[:, 1:]).T, ("a", "b"), ("low",), 2048, seed=2
+    )
     alone, both = 3.0 / 7.0, 1.0 / 7.0  # of two uniform factors
     np.testing.assert_allclose(indices_in(found, "first")[0], alone, atol=0.03)
     np.testing.assert_allclose(indices_in(found, "total")[0], alone + both, atol=0.03)
@@ -54,7 +58,9 @@ def test_a_product_has_an_interaction_that_the_total_tells():
 
 def test_what_never_changes_or_is_not_finite_has_no_indices():
     def ends(points):
-        return np.stack([np.full(len(points), 3.0), np.where(points[:, 0] > 0.9, np.inf, 1.0), points[:, 0]])
+        return np.stack(
+            [np.full(len(points), 3.0), np.where(points[:, 0] > 0.9, np.inf, 1.0), points[:, 0]]
+        )
 
     (found,) = sobol(ends, ("a", "b"), ("constant", "infinite", "fine"), 256, seed=3)
     assert found["end"] == "fine"
@@ -80,7 +86,9 @@ def saltelli(values_a, values_b, mixed):
 
 
 @pytest.mark.parametrize("people", [{}, {"people": {"count": 300}}])
-def test_indices_of_windows_are_those_of_a_plain_estimate_of_ten_times_the_size(people, monkeypatch):
+def test_indices_of_windows_are_those_of_a_plain_estimate_of_ten_times_the_size(
+    people, monkeypatch
+):
     problem = question(study_from(UNCERTAIN | people))
     numbers = problem.choices.numbers(np.arange(1))
     taken = {}
@@ -90,7 +98,9 @@ def test_indices_of_windows_are_those_of_a_plain_estimate_of_ten_times_the_size(
         return sobol(ends, inputs, names, count, seed)
 
     monkeypatch.setattr(sensitivity, "sobol", spied)
-    monkeypatch.setattr(sensitivity, "_STATES", 1024 * 5 * len(problem.conditions) * problem.states_per_design)
+    monkeypatch.setattr(
+        sensitivity, "_STATES", 1024 * 5 * len(problem.conditions) * problem.states_per_design
+    )
     found = indices(problem, numbers)
     assert taken["inputs"] == ("sheath.friction", "spring.stiffness", *([BODY] if people else []))
     random = np.random.default_rng(4)

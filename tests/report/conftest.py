@@ -8,7 +8,9 @@ import pytest
 import tendon_cli as tendon
 from tendon_cli.reports.report import write_report
 
-BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+BROWSER = (
+    shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+)
 FLAGS = "--no-sandbox --disable-gpu --no-first-run --disable-background-networking --disable-component-update"
 MOTION = {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 19}}
 TITLE = "<script>document.title = 'run'</script> & \"springs\""
@@ -62,10 +64,19 @@ def opened(browser):
     def opening(path, width=1280, scheme="light"):
         page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
         faults = []
-        page.on("console", lambda said: faults.append(said.text) if said.type in ("error", "warning") else None)
+        page.on(
+            "console",
+            lambda said: faults.append(said.text) if said.type in ("error", "warning") else None,
+        )
         page.on("pageerror", lambda error: faults.append(str(error)))
-        here = (path.as_uri(), "blob:null/")  # a figure on its way into a file never leaves the page
-        page.on("request", lambda request: None if request.url.startswith(here) else faults.append(request.url))
+        here = (
+            path.as_uri(),
+            "blob:null/",
+        )  # a figure on its way into a file never leaves the page
+        page.on(
+            "request",
+            lambda request: None if request.url.startswith(here) else faults.append(request.url),
+        )
         page.goto(path.as_uri())
         page.wait_for_selector("html[data-ready=yes]", timeout=60_000, state="attached")
         yield page
@@ -79,9 +90,14 @@ def opened(browser):
 def answered(tmp_path_factory):
     """The answer to a question of 4 x 3 choices under two loads, with a front."""
     folder = tmp_path_factory.mktemp("answer") / "suit-design"
-    choices = {"spring": {"stiffness": {"from": "2 kN/m", "to": "8 kN/m", "num": 4}}, "spool": {"ratio": [0.5, 0.6, 1]}}
+    choices = {
+        "spring": {"stiffness": {"from": "2 kN/m", "to": "8 kN/m", "num": 4}},
+        "spool": {"ratio": [0.5, 0.6, 1]},
+    }
     goals = {"minimise": ["max_tension"], "maximise": ["tolerance"]}
-    tendon.design({**choices, "load": {"mass": ["0 kg", "5 kg"]}, "motion": MOTION, "design": goals}, folder)
+    tendon.design(
+        {**choices, "load": {"mass": ["0 kg", "5 kg"]}, "motion": MOTION, "design": goals}, folder
+    )
     return folder
 
 
@@ -94,6 +110,13 @@ def answer_page(answered):
 def answered_for_people(tmp_path_factory):
     """The answer to a question of two choices and sixty persons."""
     folder = tmp_path_factory.mktemp("people") / "suit-design"
-    asked = {"people": {"count": 60}, "spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": [0.6, 0.7]}}
-    tendon.design({**asked, "load": {"mass": ["0 kg", "10 kg"]}, "motion": MOTION, "design": {"serve": 0.5}}, folder)
+    asked = {
+        "people": {"count": 60},
+        "spring": {"stiffness": "5 kN/m"},
+        "spool": {"ratio": [0.6, 0.7]},
+    }
+    tendon.design(
+        {**asked, "load": {"mass": ["0 kg", "10 kg"]}, "motion": MOTION, "design": {"serve": 0.5}},
+        folder,
+    )
     return folder

@@ -25,7 +25,9 @@ def test_a_slider_moves_the_map(opened, page_file):
         page.locator("#sliders input").fill("1")
         until(page, "before => JSON.stringify(Array.from(mapped.z[0])) !== before", before)
         assert "5 kg" in page.locator("#sliders output").inner_text()
-        until(page, "document.getElementById('design-says').textContent.includes('load mass 5 kg')")  # the states, too
+        until(
+            page, "document.getElementById('design-says').textContent.includes('load mass 5 kg')"
+        )  # the states, too
 
 
 def test_a_click_shows_the_states_of_that_design(opened, page_file):
@@ -94,10 +96,20 @@ def test_the_table_sorts_and_filters(opened, page_file):
 
 
 SAME = [
-    "margin > 5 N", "margin > 0.005 kN", "load_mass = 5000 g", "load.mass in 0 kg, 3 kg", "load_mass in [5 kg]",
-    "taut = yes", "taut != yes", "feasible = false", "stable = 1", "pretension <= 105 N", "spring_stiffness != 3 kN/m",
-    "max_tension >= 300", "load_mass == 5 kg; margin < 20 N",
-]  # fmt: skip
+    "margin > 5 N",
+    "margin > 0.005 kN",
+    "load_mass = 5000 g",
+    "load.mass in 0 kg, 3 kg",
+    "load_mass in [5 kg]",
+    "taut = yes",
+    "taut != yes",
+    "feasible = false",
+    "stable = 1",
+    "pretension <= 105 N",
+    "spring_stiffness != 3 kN/m",
+    "max_tension >= 300",
+    "load_mass == 5 kg; margin < 20 N",
+]
 
 
 def test_a_filter_means_what_it_means_in_a_terminal(opened, page_file, swept):
@@ -106,8 +118,14 @@ def test_a_filter_means_what_it_means_in_a_terminal(opened, page_file, swept):
             page.locator("#filter").fill(text)
             assert page.locator("#filter-fault").inner_text() == ""
             where = [f"{each} N" if each.endswith("300") else each for each in text.split("; ")]
-            assert page.evaluate("rowsOfTable().length") == rows_in(swept, where=where).head(0)[1], text
-        for text, fault in (("margin > 5 kg", "no unit of"), ("taut > 1", "yes or no"), ("margin", "not a filter")):
+            assert (
+                page.evaluate("rowsOfTable().length") == rows_in(swept, where=where).head(0)[1]
+            ), text
+        for text, fault in (
+            ("margin > 5 kg", "no unit of"),
+            ("taut > 1", "yes or no"),
+            ("margin", "not a filter"),
+        ):
             page.locator("#filter").fill(text)
             assert fault in page.locator("#filter-fault").inner_text()
 
@@ -117,20 +135,31 @@ def test_no_button_leads_out_of_the_page(opened, page_file, answer_page):
         with opened(file) as page:
             buttons = page.locator(".modebar-btn")
             for at in range(buttons.count()):
-                name = buttons.nth(at).get_attribute("data-title") or buttons.nth(at).get_attribute("data-attr") or ""
+                name = (
+                    buttons.nth(at).get_attribute("data-title")
+                    or buttons.nth(at).get_attribute("data-attr")
+                    or ""
+                )
                 assert not any(word in name.lower() for word in ("share", "cloud", "edit in")), name
                 buttons.nth(at).dispatch_event("click")
             assert page.locator("[class*=cloud]").count() == 0
-            links = page.evaluate("Array.from(document.links).map((link) => link.getAttribute('href'))")
+            links = page.evaluate(
+                "Array.from(document.links).map((link) => link.getAttribute('href'))"
+            )
             assert all(link.startswith("#") for link in links), links
             assert len(page.context.pages) == 1
 
 
 def test_one_value_has_no_colour_bar(opened, tmp_path):
-    axes = {"tendon": {"pretension": [100.0, 120.0]}, "spool": {"flexor_radius": ["20 mm", "30 mm"]}}
+    axes = {
+        "tendon": {"pretension": [100.0, 120.0]},
+        "spool": {"flexor_radius": ["20 mm", "30 mm"]},
+    }
     tendon.sweep(tendon.study(axes), tmp_path / "run")
     with opened(write_report(tmp_path / "run")) as page:
-        at = page.evaluate("page.quantities.findIndex((each) => !each.classes && each.low === each.high)")
+        at = page.evaluate(
+            "page.quantities.findIndex((each) => !each.classes && each.low === each.high)"
+        )
         page.locator("#choosers select").first.select_option(str(at))
         until(page, "document.getElementById('map').data[0].showscale === false")
 
@@ -151,7 +180,11 @@ def test_what_passes_the_filter_is_marked_by_the_keyboard(opened, answer_page):
         assert f"{passed} choices are marked" in page.locator("#mark-says").inner_text()
         assert page.locator("#list tr.marked").count() == passed > 0
         page.locator("#filter").fill("")
-        assert page.locator("#list tr.marked").count() == passed < page.locator("#list tbody tr").count()
+        assert (
+            page.locator("#list tr.marked").count()
+            == passed
+            < page.locator("#list tbody tr").count()
+        )
         page.locator("#mark").press("Enter")
         assert "Nothing is marked" in page.locator("#brush-says").inner_text()
 
@@ -165,19 +198,26 @@ def test_a_box_drawn_on_the_front_marks_choices_on_the_map(opened, answer_page):
         page.mouse.move(box["x"] + box["width"] - 20, box["y"] + box["height"] - 20, steps=8)
         page.mouse.up()
         until(page, "view.brushed !== null && view.brushed.length > 0")
-        assert f"{page.evaluate('view.brushed.length')} choices are marked" in page.locator("#brush-says").inner_text()
+        assert (
+            f"{page.evaluate('view.brushed.length')} choices are marked"
+            in page.locator("#brush-says").inner_text()
+        )
         until(page, "document.getElementById('map').data.some((trace) => trace.name === 'brushed')")
 
 
 def test_persons_left_out_are_told_by_shape_too(opened, answered_for_people):
     with opened(write_report(answered_for_people)) as page:
-        symbols = page.evaluate("document.getElementById('people').data.map((trace) => trace.marker.symbol)")
+        symbols = page.evaluate(
+            "document.getElementById('people').data.map((trace) => trace.marker.symbol)"
+        )
         assert len(set(symbols)) == 2
 
 
 def test_windows_follow_the_map(opened, answer_page):
     with opened(answer_page) as page:
-        lines = page.evaluate("document.getElementById('windows').data.map((trace) => trace.y.length)")
+        lines = page.evaluate(
+            "document.getElementById('windows').data.map((trace) => trace.y.length)"
+        )
         assert lines == [4, 4]
         page.locator("#choosers select").nth(1).select_option("1")
         until(page, "document.getElementById('windows').data[0].y.length === 3")

@@ -29,7 +29,9 @@ def data_of(path):
 
 def unpacked(array):
     kinds = {"f4": "<f4", "u2": "<u2", "u1": "u1"}
-    values = np.frombuffer(zlib.decompress(base64.b64decode(array["data"])), kinds[array["type"]]).astype(float)
+    values = np.frombuffer(
+        zlib.decompress(base64.b64decode(array["data"])), kinds[array["type"]]
+    ).astype(float)
     if array["type"] == "u2":
         return np.where(values == 65535, np.nan, array["low"] + array["step"] * values)
     return values
@@ -45,7 +47,9 @@ def test_packed_numbers_are_the_numbers(count):
     assert np.nanmax(np.abs(back - values)) <= max(spread / 65534, 1e-5)
 
 
-@pytest.mark.parametrize(("lengths", "most"), [((400, 400, 4), 700_000), ((3, 5000), 1000), ((1,), 5), ((2, 2, 2), 3)])
+@pytest.mark.parametrize(
+    ("lengths", "most"), [((400, 400, 4), 700_000), ((3, 5000), 1000), ((1,), 5), ((2, 2, 2), 3)]
+)
 def test_thinning_keeps_both_ends_and_the_bound(lengths, most):
     kept = thinned(lengths, most)
     assert np.prod([len(each) for each in kept]) <= most
@@ -74,10 +78,16 @@ STUDIES = {
     },
     "draws": {"arm": {"b1": {"value": "150 mm", "tolerance": "5 %"}}, "uncertainty": {"draws": 4}},
     "cases, of a mixed model": {
-        "cases": [{"name": "short", "arm": {"b1": 0.14}}, {"name": "paper", "model": {"slack": "bilateral"}}],
+        "cases": [
+            {"name": "short", "arm": {"b1": 0.14}},
+            {"name": "paper", "model": {"slack": "bilateral"}},
+        ],
         "tendon": {"flexor": {"pretension": [90.0, 120.0]}},
     },
-    "persons along an arm": {"people": {"count": 3}, "arm": {"a1": {"from": 0.03, "to": 0.05, "num": 3}}},
+    "persons along an arm": {
+        "people": {"count": 3},
+        "arm": {"a1": {"from": 0.03, "to": 0.05, "num": 3}},
+    },
 }
 
 
@@ -90,14 +100,22 @@ def test_a_page_shows_the_states_of_its_run(tmp_path, name):
         if group["label"] == "tension at the motor":
             shown = [unpacked(line["array"]) for line in group["lines"]]
     for side, values in zip(("flexor", "extensor"), shown, strict=True):
-        assert values == pytest.approx(run.states[f"{side}_tension_proximal"].to_numpy(), rel=1e-6, abs=1e-6)
-    straight = run.states["flexor_travel"].to_numpy()[run.states["elbow_angle"].to_numpy() == 0.0][::2]
+        assert values == pytest.approx(
+            run.states[f"{side}_tension_proximal"].to_numpy(), rel=1e-6, abs=1e-6
+        )
+    straight = run.states["flexor_travel"].to_numpy()[run.states["elbow_angle"].to_numpy() == 0.0][
+        ::2
+    ]
     arm = {name: np.array(values) for name, values in data["arms"][0].items()}
     along = arm["b1"] + arm["b2"]
-    assert along - np.hypot(along, arm["a1"] - arm["a2"]) == pytest.approx(straight, abs=1e-6)  # H_f(0)
+    assert along - np.hypot(along, arm["a1"] - arm["a2"]) == pytest.approx(
+        straight, abs=1e-6
+    )  # H_f(0)
 
 
-def test_the_page_is_one_small_file_that_evaluates_nothing_and_a_title_with_a_script_is_a_title(page_file):
+def test_the_page_is_one_small_file_that_evaluates_nothing_and_a_title_with_a_script_is_a_title(
+    page_file,
+):
     text = page_file.read_text(encoding="utf-8")
     policy = re.search(r'Content-Security-Policy" content="([^"]*)"', text)[1]
     assert "default-src 'none'" in policy
@@ -142,8 +160,13 @@ def test_the_paper_has_a_page_with_every_finding(tmp_path):
 
 def test_the_library_of_figures_is_the_one_that_was_published():
     """The file of that name in version 4.1.1 of the npm package plotly.js-cartesian-dist-min, MIT."""
-    content = (files("tendon_cli.reports") / "plotly" / "plotly-cartesian-4.1.1.min.js").read_bytes()
-    assert hashlib.sha256(content).hexdigest() == "79542150855a52c567260e3137095dbe2b744e6d702a5cabe67da246942fba7a"
+    content = (
+        files("tendon_cli.reports") / "plotly" / "plotly-cartesian-4.1.1.min.js"
+    ).read_bytes()
+    assert (
+        hashlib.sha256(content).hexdigest()
+        == "79542150855a52c567260e3137095dbe2b744e6d702a5cabe67da246942fba7a"
+    )
 
 
 def test_the_choices_of_an_answer_are_those_of_its_table(answered, answer_page):
@@ -167,7 +190,9 @@ def test_the_states_of_a_choice_are_those_of_a_sweep_at_its_pretension(answered,
     }
     states = tendon.sweep(tendon.study(study)).states
     group = next(
-        group for group in data_of(answer_page)["states"]["groups"] if group["label"] == "torque, load mass 5 kg"
+        group
+        for group in data_of(answer_page)["states"]["groups"]
+        if group["label"] == "torque, load mass 5 kg"
     )
     motor = unpacked(group["lines"][1]["array"]).reshape(12, 2, 19)[10]
     assert motor == pytest.approx(states["motor_torque"].to_numpy().reshape(2, 19), rel=1e-6)
@@ -185,11 +210,14 @@ def test_the_persons_of_an_answer_are_served_as_it_says(answered_for_people):
 
 def test_a_choice_between_the_points_of_the_grid_has_its_persons_too(tmp_path):
     study = {
-        "people": {"count": 20}, "spring": {"stiffness": {"from": "3 kN/m", "to": "8 kN/m", "num": 3}},
-        "spool": {"ratio": 0.6}, "load": {"mass": ["0 kg", "5 kg"]}, "limits": {"max_tension": "340 N"},
+        "people": {"count": 20},
+        "spring": {"stiffness": {"from": "3 kN/m", "to": "8 kN/m", "num": 3}},
+        "spool": {"ratio": 0.6},
+        "load": {"mass": ["0 kg", "5 kg"]},
+        "limits": {"max_tension": "340 N"},
         "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
         "design": {"maximise": ["tolerance"], "serve": 0.8},
-    }  # fmt: skip
+    }
     record = tendon.design(study, tmp_path / "answer").record
     assert record["population"]["choice"] == 3  # the first row after those of the grid
     served = unpacked(data_of(write_report(tmp_path / "answer"))["people"]["served"]["array"])

@@ -19,7 +19,10 @@ def test_a_page_of_earlier_results_is_named(tendon, workplace, command):
     assert tendon("report", "run").exit == 0
     assert "report.html" not in tendon(*words).err  # figures are drawn, the results are the same
     assert "report.html" not in tendon(*words, "--overwrite").err
-    assert "report.html is of earlier results; `tendon report run` writes it anew" in tendon(*other).err
+    assert (
+        "report.html is of earlier results; `tendon report run` writes it anew"
+        in tendon(*other).err
+    )
     assert "report.html" not in tendon(*other, "--quiet").err
     assert tendon("report", "run").exit == 0
     assert "report.html" not in tendon(*other).err

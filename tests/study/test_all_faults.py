@@ -30,9 +30,18 @@ arm.b1 = [1, 2]
 max_tension = [1, 2]
 """
 KEYS_AT_FAULT = [
-    "name", "titel", "arm.b1", "arm.b3", "sheath.friction", "tendon.flexor.lenght", "spring.stiffness", "load.mass",
-    "model.slack", "cases.0.arm.b1", "limits.max_tension",
-]  # fmt: skip
+    "name",
+    "titel",
+    "arm.b1",
+    "arm.b3",
+    "sheath.friction",
+    "tendon.flexor.lenght",
+    "spring.stiffness",
+    "load.mass",
+    "model.slack",
+    "cases.0.arm.b1",
+    "limits.max_tension",
+]
 
 
 def test_all_faults_come_at_once_in_the_order_of_the_lines(tmp_path):
@@ -80,8 +89,13 @@ def test_keys_without_a_value_come_with_every_other_fault(tmp_path):
     with pytest.raises(StudyError) as caught:
         load_study(path)
     assert [(fault.key, fault.line) for fault in caught.value.faults] == [
-        ("arm.a1", 1), ("arm.b1", 1), ("cases.0.arm.b2", 5), ("cases.1", 6), ("load", 7), ("sheath.path", 8),
-    ]  # fmt: skip
+        ("arm.a1", 1),
+        ("arm.b1", 1),
+        ("cases.0.arm.b2", 5),
+        ("cases.1", 6),
+        ("load", 7),
+        ("sheath.path", 8),
+    ]
 
 
 def test_a_fault_of_the_command_line_is_not_sought_in_the_file(tmp_path):

@@ -12,7 +12,11 @@ CASES = [{"name": "a"}, {"name": "b"}]
 
 def test_limits_are_a_mapping_of_what_is_given_in_si_and_the_least_stiffness():
     study = study_from({"limits": {"max_tension": "0.3 kN", "peak_motor_torque": "12 N m"}})
-    assert dict(study.limits) == {"max_tension": 300.0, "peak_motor_torque": 12.0, "min_elbow_stiffness": 0.0}
+    assert dict(study.limits) == {
+        "max_tension": 300.0,
+        "peak_motor_torque": 12.0,
+        "min_elbow_stiffness": 0.0,
+    }
     assert len(study.limits) == 3
     assert "min_flexor_tension" not in study.limits
     assert study.limits.get("min_flexor_tension") is None
@@ -28,7 +32,11 @@ def test_a_limit_that_is_not_given_is_no_key():
 @pytest.mark.parametrize("name", list(Limits.model_fields))
 def test_every_limit_reads_back_and_changes_the_hash(name):
     given = {"limits": {name: "0.25 rad" if name in ("max_spool_travel", "max_backlash") else 0.25}}
-    content = {"arm": {"contact_width": 0.04}, "motion": {"speed": "60 deg/s"}, "spring": {"free_length": 0.07}}
+    content = {
+        "arm": {"contact_width": 0.04},
+        "motion": {"speed": "60 deg/s"},
+        "spring": {"free_length": 0.07},
+    }
     study = study_from({**content, **given})
     assert study.limits[name] == 0.25
     assert study.hash != study_from(content).hash
@@ -46,13 +54,23 @@ def test_every_limit_reads_back_and_changes_the_hash(name):
     ],
 )
 def test_conditions_are_the_axes_asked_for_else_those_of_load_arm_and_cases(asked, expected):
-    content = {"cases": CASES, "load": {"mass": [1, 2]}, "spool": {"ratio": [0.6, 1]}, "arm": {"b1": [0.1, 0.2]}}
+    content = {
+        "cases": CASES,
+        "load": {"mass": [1, 2]},
+        "spool": {"ratio": [0.6, 1]},
+        "arm": {"b1": [0.1, 0.2]},
+    }
     design = {} if asked is None else {"design": {"conditions": asked}}
     assert study_from(content | design).conditions == expected
 
 
 def test_a_goal_may_be_a_choice_of_the_study():
-    study = study_from({"spool": {"ratio": [0.6, 1]}, "design": {"minimise": "spool_ratio", "maximise": "tolerance"}})
+    study = study_from(
+        {
+            "spool": {"ratio": [0.6, 1]},
+            "design": {"minimise": "spool_ratio", "maximise": "tolerance"},
+        }
+    )
     assert (study.design.minimise, study.design.maximise) == (("spool_ratio",), ("tolerance",))
 
 
@@ -70,9 +88,18 @@ def test_any_result_of_the_states_may_be_kept():
 
 def test_the_command_line_sets_whole_numbers_and_truths(tmp_path):
     (tmp_path / "study.toml").touch()
-    settings = ("uncertainty.draws=64", "uncertainty.seed=7", "uncertainty.cross=true", "design.serve=90 %")
+    settings = (
+        "uncertainty.draws=64",
+        "uncertainty.seed=7",
+        "uncertainty.cross=true",
+        "design.serve=90 %",
+    )
     study = load_study(tmp_path / "study.toml", settings)
-    assert (study.uncertainty.draws, study.uncertainty.seed, study.uncertainty.cross) == (64, 7, True)
+    assert (study.uncertainty.draws, study.uncertainty.seed, study.uncertainty.cross) == (
+        64,
+        7,
+        True,
+    )
     assert (study.serve, study_from({}).serve) == (0.9, 1.0)
 
 

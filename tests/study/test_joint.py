@@ -11,7 +11,12 @@ from tendon_cli.studies.load import load_study, recorded_study
 
 
 def rows(header, *columns):
-    return "\n".join([header, *(",".join(repr(float(v)) for v in row) for row in zip(*columns, strict=True))]) + "\n"
+    return (
+        "\n".join(
+            [header, *(",".join(repr(float(v)) for v in row) for row in zip(*columns, strict=True))]
+        )
+        + "\n"
+    )
 
 
 def first():
@@ -67,13 +72,17 @@ def write(tmp_path):
 
 def test_a_joint_of_files_is_the_one_of_the_checks(write):
     study = load_study(write())
-    states = tendon.sweep(study.vary(**{"motion.elbow_angle": "0.9 rad", "motion.direction": "flexion"})).states
+    states = tendon.sweep(
+        study.vary(**{"motion.elbow_angle": "0.9 rad", "motion.direction": "flexion"})
+    ).states
     state = states.iloc[0]
     assert state["flexor_tension_distal"] == pytest.approx(181.516858512, rel=1e-6)
     assert state["extensor_tension_distal"] == pytest.approx(130.811298850, rel=1e-6)
     assert state["elbow_stiffness"] == pytest.approx(32.426351369, rel=1e-6)
     found = tendon.design(study).choices.iloc[0]
-    assert (found.pretension_from, found.pretension_to) == pytest.approx((84.654056308, 777.431276238), rel=2e-6)
+    assert (found.pretension_from, found.pretension_to) == pytest.approx(
+        (84.654056308, 777.431276238), rel=2e-6
+    )
 
 
 def test_a_task_is_a_joints_torque_but_for_the_setting(write):
@@ -81,7 +90,9 @@ def test_a_task_is_a_joints_torque_but_for_the_setting(write):
     task = tendon.sweep(load_study(write(torque="", load='torque = "tau.csv"'))).states
     for name in ("flexor_tension_distal", "motor_torque", "elbow_torque", "elbow_stiffness"):
         np.testing.assert_array_equal(whole[name], task[name])
-    half = tendon.sweep(load_study(write(torque="", load='torque = "tau.csv"\nscale = [0.5, 1.0]'))).states
+    half = tendon.sweep(
+        load_study(write(torque="", load='torque = "tau.csv"\nscale = [0.5, 1.0]'))
+    ).states
     torque = half["elbow_torque"].to_numpy().reshape(2, -1)
     np.testing.assert_allclose(torque[0], 0.5 * torque[1], rtol=1e-12)
 
@@ -110,7 +121,10 @@ def test_noise_of_a_tape_is_smoothed_on_request(write):
     header, *lines = first()[0].splitlines()
     table = np.array([line.split(",") for line in lines], float)
     table[:, 1:] += np.random.default_rng(1).normal(0.0, 0.5, (len(lines), 2))
-    noisy, text = rows(header, *table.T), STUDY.replace('"exc.csv"', '"exc.csv"\nsmoothing = "0.5 mm"')
+    noisy, text = (
+        rows(header, *table.T),
+        STUDY.replace('"exc.csv"', '"exc.csv"\nsmoothing = "0.5 mm"'),
+    )
     exact, smooth, rough = (
         tendon.sweep(load_study(write(text, **files))).states["flexor_moment_arm"]
         for text, files in ((STUDY, {}), (text, {"exc": noisy}), (STUDY, {"exc": noisy}))
@@ -144,16 +158,27 @@ def test_each_fault_of_a_file_is_refused_with_its_line(write, content, problem, 
     assert not line or f"line {line}" in str(caught.value.where)
 
 
-@pytest.mark.parametrize(("last", "warned"), [(1.93, True), (1.97, False)], ids=["two rows beyond", "five"])
+@pytest.mark.parametrize(
+    ("last", "warned"), [(1.93, True), (1.97, False)], ids=["two rows beyond", "five"]
+)
 def test_a_motion_that_comes_near_the_tables_end_is_warned_of(write, last, warned):
     t = np.arange(-0.1, last, 0.0125)
-    study = load_study(write(exc=rows("angle (rad),flexor (m),extensor (m)", t, 0.03 * t, 0.03 * t)))
-    assert any("reaches 108.9 deg, within 3 rows of the table" in warning for warning in study.warnings) == warned
+    study = load_study(
+        write(exc=rows("angle (rad),flexor (m),extensor (m)", t, 0.03 * t, 0.03 * t))
+    )
+    assert (
+        any(
+            "reaches 108.9 deg, within 3 rows of the table" in warning for warning in study.warnings
+        )
+        == warned
+    )
 
 
 def test_where_a_travel_does_not_rise_a_warning_names_the_angles(write):
     t = np.linspace(0.0, 2.0, 60)
-    study = load_study(write(exc=rows("angle (rad),flexor (m),extensor (m)", t, 0.03 * np.sin(1.2 * t), 0.03 * t)))
+    study = load_study(
+        write(exc=rows("angle (rad),flexor (m),extensor (m)", t, 0.03 * np.sin(1.2 * t), 0.03 * t))
+    )
     assert any("the flexor's travel does not rise at" in warning for warning in study.warnings)
     states = tendon.sweep(study).states
     assert (states["status"] == "no equilibrium").any()
@@ -163,7 +188,10 @@ def test_where_a_travel_does_not_rise_a_warning_names_the_angles(write):
     ("settings", "problem"),
     [
         (["arm.a1=40 mm"], "stands beside joint.excursion"),
-        (["limits.max_contact_pressure=30 kPa", "arm.contact_width=40 mm"], "needs the radius of the strap"),
+        (
+            ["limits.max_contact_pressure=30 kPa", "arm.contact_width=40 mm"],
+            "needs the radius of the strap",
+        ),
         (["joint.stiffness=1 N m/rad", "joint.rest_angle=70 deg"], "stands beside joint.stiffness"),
     ],
 )
@@ -176,20 +204,32 @@ def test_moment_arms_of_opensim_are_integrated_into_the_same_joint():
     from verification.excursions import from_opensim
 
     t = np.linspace(-20.0, 120.0, 300)
-    flexor, extensor = 0.035 + 0.04 * np.sin(0.9 * np.radians(t)), -(0.028 + 0.008 * np.cos(1.3 * np.radians(t) - 0.4))
+    flexor, extensor = (
+        0.035 + 0.04 * np.sin(0.9 * np.radians(t)),
+        -(0.028 + 0.008 * np.cos(1.3 * np.radians(t) - 0.4)),
+    )
     values = zip(t.tolist(), flexor.tolist(), extensor.tolist(), strict=True)
     lines = ["moment arms", "nRows=300", "inDegrees=yes", "endheader", "time\tknee\tflex\text"]
     lines += [f"{at}\t{a!r}\t{b!r}\t{c!r}" for at, (a, b, c) in enumerate(values)]
-    found = read_curve(from_opensim("\n".join(lines), "knee", "flex", "ext").encode(), "excursion.csv", EXCURSION)
+    found = read_curve(
+        from_opensim("\n".join(lines), "knee", "flex", "ext").encode(), "excursion.csv", EXCURSION
+    )
     at = np.radians(np.linspace(0.0, 90.0, 31))
-    np.testing.assert_allclose(found.spline("flexor")(at, 1), 0.035 + 0.04 * np.sin(0.9 * at), atol=1e-6)
-    np.testing.assert_allclose(found.spline("extensor")(at, 1), 0.028 + 0.008 * np.cos(1.3 * at - 0.4), atol=1e-6)
+    np.testing.assert_allclose(
+        found.spline("flexor")(at, 1), 0.035 + 0.04 * np.sin(0.9 * at), atol=1e-6
+    )
+    np.testing.assert_allclose(
+        found.spline("extensor")(at, 1), 0.028 + 0.008 * np.cos(1.3 * at - 0.4), atol=1e-6
+    )
     with pytest.raises(ValueError, match="no column shin"):
         from_opensim("\n".join(lines), "knee", "shin", "ext")
 
 
 def test_a_page_is_written_of_a_joint_without_anchors_and_its_travels_are_drawn(write, tmp_path):
     study = load_study(write())
-    for result in (tendon.sweep(study, tmp_path / "run"), tendon.design(study, tmp_path / "answer")):
+    for result in (
+        tendon.sweep(study, tmp_path / "run"),
+        tendon.design(study, tmp_path / "answer"),
+    ):
         assert tendon.report(result, tmp_path / "page.html").stat().st_size > 1000
     assert tendon.plot(study) is not None

@@ -15,9 +15,22 @@ MOST_MEMORY_KB = 300_000
 LONGEST_MESSAGE = 4000
 EXIT = {StudyError: 2, UsageError: 2, SizeError: 2, InputError: 3}
 OF_PYTHON = (
-    "Traceback", "pydantic", "validation", "<class", "loc=", "function-", "[Errno", "object at 0x", "sys.", "None",
-    "True", "False", "('", "{'", "['",
-)  # fmt: skip
+    "Traceback",
+    "pydantic",
+    "validation",
+    "<class",
+    "loc=",
+    "function-",
+    "[Errno",
+    "object at 0x",
+    "sys.",
+    "None",
+    "True",
+    "False",
+    "('",
+    "{'",
+    "['",
+)
 
 
 def as_bytes(text):
@@ -47,7 +60,9 @@ def test_a_malformed_study_ends_in_one_error_that_says_what_and_where(row, tmp_p
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory < MOST_MEMORY_KB
     assert (type(error), error.exit, content_of(tmp_path)) == (row.kind, EXIT[row.kind], before)
     assert [fragment for fragment in row.says if fragment not in f"{error} {error.where}"] == []
-    assert row.line is None or (error.faults[0].line == row.line and f"line {row.line}: " in str(error))
+    assert row.line is None or (
+        error.faults[0].line == row.line and f"line {row.line}: " in str(error)
+    )
     given = as_bytes(row.text).decode(errors="replace")
     for text in (str(error), error.where, error.hint or ""):
         assert len(text) < LONGEST_MESSAGE
@@ -97,9 +112,14 @@ def test_nothing_that_never_ends_is_waited_for_or_read(tmp_path, key, kind):
     else:
         endless.symlink_to("/dev/zero")
     (tmp_path / "study.toml").write_text(f"[sheath]\n{key} = 'endless.toml'\n")
-    with at_most(LONGEST_TIME), pytest.raises(StudyError, match=f"it is a {kind}, expected a file") as caught:
+    with (
+        at_most(LONGEST_TIME),
+        pytest.raises(StudyError, match=f"it is a {kind}, expected a file") as caught,
+    ):
         load_study(tmp_path / "study.toml" if key else endless)
-    assert [(fault.key, fault.line) for fault in caught.value.faults] == [(f"sheath.{key}", 2) if key else ("", None)]
+    assert [(fault.key, fault.line) for fault in caught.value.faults] == [
+        (f"sheath.{key}", 2) if key else ("", None)
+    ]
 
 
 @pytest.mark.parametrize("suffix", [".toml", ".yaml", ".txt"])
@@ -112,11 +132,16 @@ HOSTILE = "a\x1b[31m\x9b2J\r\u202e"
 
 
 def fit_to_print(error):
-    return all(part is None or part.replace("\n", "").isprintable() for part in (str(error), error.where, error.hint))
+    return all(
+        part is None or part.replace("\n", "").isprintable()
+        for part in (str(error), error.where, error.hint)
+    )
 
 
 @pytest.mark.parametrize("name", [f"{HOSTILE}.toml", f"{HOSTILE}.yaml", os.fsdecode(b"a\xff.toml")])
-@pytest.mark.parametrize("text", [None, "colour = 3", "\x1b[31m = 3", "[sheath]\npath = 'r\\u001b.csv'\n"])
+@pytest.mark.parametrize(
+    "text", [None, "colour = 3", "\x1b[31m = 3", "[sheath]\npath = 'r\\u001b.csv'\n"]
+)
 def test_names_of_files_come_out_harmless(tmp_path, name, text):
     (tmp_path / f"other{HOSTILE}.toml").touch()
     if text is not None:

@@ -25,7 +25,10 @@ def resolved(node):
 
 def tables():
     """Every table of the schema with its keys."""
-    return {"Study": SCHEMA["properties"], **{name: part["properties"] for name, part in SCHEMA["$defs"].items()}}
+    return {
+        "Study": SCHEMA["properties"],
+        **{name: part["properties"] for name, part in SCHEMA["$defs"].items()},
+    }
 
 
 KEYS = [(table, key) for table, properties in tables().items() for key in properties]
@@ -37,7 +40,9 @@ def test_it_is_a_schema():
 
 @pytest.mark.parametrize(("table", "key"), KEYS)
 def test_every_key_is_described(table, key):
-    described = [node["description"] for node in resolved(tables()[table][key]) if node.get("description")]
+    described = [
+        node["description"] for node in resolved(tables()[table][key]) if node.get("description")
+    ]
     assert described
 
 
@@ -54,7 +59,11 @@ def test_every_number_says_its_symbol_and_unit():
 
 def test_no_table_takes_unknown_keys():
     assert SCHEMA["additionalProperties"] is False
-    assert [name for name, part in SCHEMA["$defs"].items() if part.get("additionalProperties") is not False] == []
+    assert [
+        name
+        for name, part in SCHEMA["$defs"].items()
+        if part.get("additionalProperties") is not False
+    ] == []
 
 
 @given(contents())
@@ -64,7 +73,9 @@ def test_it_takes_every_valid_study_as_written_and_as_resolved(content):
     assert list(CHECK.iter_errors(study.document())) == []
 
 
-@pytest.mark.parametrize("unit", [unit for unit in UNITS.values() if unit.symbol != "1"], ids=lambda unit: unit.symbol)
+@pytest.mark.parametrize(
+    "unit", [unit for unit in UNITS.values() if unit.symbol != "1"], ids=lambda unit: unit.symbol
+)
 def test_it_takes_every_unit_of_a_key_and_no_other(unit):
     for key in BASELINE:
         table, name = key.split(".")
@@ -76,8 +87,18 @@ def test_it_takes_every_unit_of_a_key_and_no_other(unit):
 @pytest.mark.parametrize(
     "content",
     [
-        {"name": "a", "sheath": {"path": "route.csv", "path_smoothing": "1 mm", "friction_from": "friction.toml"}},
-        {"name": "a", "cases": [{"name": "b", "arm": {"b1": "160 mm"}, "model": {"slack": "bilateral"}}]},
+        {
+            "name": "a",
+            "sheath": {
+                "path": "route.csv",
+                "path_smoothing": "1 mm",
+                "friction_from": "friction.toml",
+            },
+        },
+        {
+            "name": "a",
+            "cases": [{"name": "b", "arm": {"b1": "160 mm"}, "model": {"slack": "bilateral"}}],
+        },
         {},
         {"motion": {"elbow_angle": {"from": 0, "to": "90 deg", "step": "1 deg"}}},
         {"load": {"mass": {"value": "5 kg", "tolerance": "10 %"}}, "sheath": {"bend_angle": 0}},
@@ -85,9 +106,19 @@ def test_it_takes_every_unit_of_a_key_and_no_other(unit):
             "load": {"mass": {"value": "5 kg", "tolerance": "100 g"}},
             "sheath": {"friction": {"mean": 0.07, "std": 0.002}},
         },
-        {"limits": {"max_tension": "300 N", "min_efficiency": 0.4}, "motion": {"speed": "60 deg/s"}},
+        {
+            "limits": {"max_tension": "300 N", "min_efficiency": 0.4},
+            "motion": {"speed": "60 deg/s"},
+        },
         {"output": {"states": ["status", "flexor_tension_distal"]}},
-        {"design": {"conditions": "load.mass", "serve": "95 %", "minimise": ["pretension"], "maximise": []}},
+        {
+            "design": {
+                "conditions": "load.mass",
+                "serve": "95 %",
+                "minimise": ["pretension"],
+                "maximise": [],
+            }
+        },
         {"uncertainty": {"draws": 128, "seed": 0, "cross": True}},
     ],
 )

@@ -21,17 +21,39 @@ PER_SIDE = [key for key in keys() if key.count(".") == 1 and key.split(".")[0] i
 PLAIN = [key for key in keys() if key.count(".") == 1 and key != "motion.elbow_angle"]
 
 BASELINE = {
-    "arm.a1": 0.04, "arm.b1": 0.15, "arm.a2": 0.02, "arm.b2": 0.15, "arm.elbow_radius": 0.045,
-    "arm.forearm_mass": 1.54, "arm.forearm_com": 0.174, "arm.load_distance": 0.32, "arm.upper_arm_angle": 0.0,
-    "sheath.friction": 0.07, "sheath.bend_angle": math.pi, "tendon.length": 2.0, "tendon.diameter": 0.0015,
-    "tendon.youngs_modulus": 145e9, "tendon.pretension": 100.0, "spring.stiffness": 3000.0,
-    "anchor.stiffness": math.inf, "spool.flexor_radius": 0.03, "spool.ratio": 1.0, "load.mass": 0.0,
-    "load.scale": 1.0, "setting.angle": 0.0, "setting.upper_arm_angle": 0.0, "setting.load": 0.0,
-}  # fmt: skip
+    "arm.a1": 0.04,
+    "arm.b1": 0.15,
+    "arm.a2": 0.02,
+    "arm.b2": 0.15,
+    "arm.elbow_radius": 0.045,
+    "arm.forearm_mass": 1.54,
+    "arm.forearm_com": 0.174,
+    "arm.load_distance": 0.32,
+    "arm.upper_arm_angle": 0.0,
+    "sheath.friction": 0.07,
+    "sheath.bend_angle": math.pi,
+    "tendon.length": 2.0,
+    "tendon.diameter": 0.0015,
+    "tendon.youngs_modulus": 145e9,
+    "tendon.pretension": 100.0,
+    "spring.stiffness": 3000.0,
+    "anchor.stiffness": math.inf,
+    "spool.flexor_radius": 0.03,
+    "spool.ratio": 1.0,
+    "load.mass": 0.0,
+    "load.scale": 1.0,
+    "setting.angle": 0.0,
+    "setting.upper_arm_angle": 0.0,
+    "setting.load": 0.0,
+}
 OPTIONAL = {
-    "arm.contact_width": 0.04, "arm.contact_radius": 0.05, "spring.free_length": 0.07, "anchor.stiffness": 1e4,
-    "joint.stiffness": 1.1, "joint.rest_angle": 1.3,
-}  # fmt: skip
+    "arm.contact_width": 0.04,
+    "arm.contact_radius": 0.05,
+    "spring.free_length": 0.07,
+    "anchor.stiffness": 1e4,
+    "joint.stiffness": 1.1,
+    "joint.rest_angle": 1.3,
+}
 """Numbers that a study need not have, or that are none by default."""
 NEEDED = {"joint.stiffness": {"joint": {"rest_angle": "73 deg"}}}
 """What a study must state besides."""
@@ -76,7 +98,9 @@ def test_the_baseline_is_the_one_of_the_paper(load):
 def test_the_baseline_bends_and_extends_over_91_angles_with_tendons_that_cannot_push(load):
     study = load("")
     assert study.motion.direction == ("flexion", "extension")
-    np.testing.assert_allclose(study.motion.elbow_angle.array, np.radians(np.arange(91)), rtol=1e-15)
+    np.testing.assert_allclose(
+        study.motion.elbow_angle.array, np.radians(np.arange(91)), rtol=1e-15
+    )
     assert (study.model.slack, study.model.reference) == ("unilateral", "published")
     assert study.output.tables == ("designs", "states")
     assert (study.axes, study.cases, study.title, study.sources) == ((), (), "", {})
@@ -93,7 +117,10 @@ TWINS = [
     ("", ""),
     ("", "# nothing\n"),
     ("name = 'x'\ntitle = 'σ'", "name: x\ntitle: σ\n"),
-    ("[arm]\nb1 = '160 mm'\n[load]\nmass = ['0 kg', '3 kg']", "arm: {b1: 160 mm}\nload: {mass: [0 kg, 3 kg]}\n"),
+    (
+        "[arm]\nb1 = '160 mm'\n[load]\nmass = ['0 kg', '3 kg']",
+        "arm: {b1: 160 mm}\nload: {mass: [0 kg, 3 kg]}\n",
+    ),
     (
         "[motion]\ndirection = 'flexion'\nelbow_angle = { from = '0 deg', to = '90 deg', num = 10 }",
         "motion:\n  direction: [flexion]\n  elbow_angle: {from: 0 deg, to: 90 deg, num: 10}\n",
@@ -164,14 +191,25 @@ def test_the_hash_knows_every_number(key):
 @pytest.mark.parametrize(
     "content",
     [
-        {"name": "other"}, {"title": "other"}, {"model": {"slack": "bilateral"}}, {"model": {"reference": "initial"}},
-        {"motion": {"direction": ["extension", "flexion"]}}, {"output": {"tables": ["designs"]}},
-        {"cases": [{"name": "a"}]}, {"load": {"mass": [0.0]}}, {"output": {"states": ["status"]}},
-        {"motion": {"speed": "60 deg/s"}}, {"limits": {"max_tension": "300 N"}},
-        {"limits": {"min_elbow_stiffness": "-2 N m/rad"}}, {"design": {"conditions": []}}, {"design": {"serve": 0.9}},
-        {"design": {"minimise": "pretension"}}, {"design": {"pretension": "least"}}, {"uncertainty": {}},
+        {"name": "other"},
+        {"title": "other"},
+        {"model": {"slack": "bilateral"}},
+        {"model": {"reference": "initial"}},
+        {"motion": {"direction": ["extension", "flexion"]}},
+        {"output": {"tables": ["designs"]}},
+        {"cases": [{"name": "a"}]},
+        {"load": {"mass": [0.0]}},
+        {"output": {"states": ["status"]}},
+        {"motion": {"speed": "60 deg/s"}},
+        {"limits": {"max_tension": "300 N"}},
+        {"limits": {"min_elbow_stiffness": "-2 N m/rad"}},
+        {"design": {"conditions": []}},
+        {"design": {"serve": 0.9}},
+        {"design": {"minimise": "pretension"}},
+        {"design": {"pretension": "least"}},
+        {"uncertainty": {}},
     ],
-)  # fmt: skip
+)
 def test_the_hash_knows_everything_else(content):
     assert study_from({"name": "study", **content}).hash != study_from({"name": "study"}).hash
 
@@ -191,17 +229,26 @@ def test_a_grid_holds_the_numbers_that_a_list_would_say(first, step, num, unit):
     assert bits(grid) == bits(one("arm.a1", texts).arm.a1.array)
 
 
-@given(st.floats(1e-3, 1e3), st.floats(1e-3, 1e3), st.integers(2, 50), st.sampled_from(["linear", "log"]))
+@given(
+    st.floats(1e-3, 1e3),
+    st.floats(1e-3, 1e3),
+    st.integers(2, 50),
+    st.sampled_from(["linear", "log"]),
+)
 def test_a_grid_starts_and_ends_exactly_and_goes_one_way(start, stop, num, spacing):
     assume(abs(start - stop) > 1e-9 * start)
-    array = one("spool.ratio", {"from": start, "to": stop, "num": num, "spacing": spacing}).spool.ratio.array
+    array = one(
+        "spool.ratio", {"from": start, "to": stop, "num": num, "spacing": spacing}
+    ).spool.ratio.array
     assert (array[0], array[-1], len(array)) == (start, stop, num)
     assert np.all(np.diff(array) * (stop - start) > 0)
 
 
 def test_a_log_grid_has_a_constant_factor():
     grid = {"from": 0.1, "to": 100, "num": 4, "spacing": "log"}
-    np.testing.assert_allclose(one("spool.ratio", grid).spool.ratio.array, [0.1, 1, 10, 100], rtol=1e-15)
+    np.testing.assert_allclose(
+        one("spool.ratio", grid).spool.ratio.array, [0.1, 1, 10, 100], rtol=1e-15
+    )
 
 
 def test_a_list_or_a_grid_of_one_is_an_axis_and_a_single_value_is_not():
@@ -219,13 +266,17 @@ def an_axis(key):
     return [value, value + 0.001 * (value or 1.0)]
 
 
-@pytest.mark.parametrize("key", [*PLAIN, *(key.replace(".", f".{side}.") for key in PER_SIDE for side in SIDES)])
+@pytest.mark.parametrize(
+    "key", [*PLAIN, *(key.replace(".", f".{side}.") for key in PER_SIDE for side in SIDES)]
+)
 def test_any_number_may_be_an_axis(key):
     common = key.replace(".flexor.", ".").replace(".extensor.", ".")
     assert one(key, an_axis(common)).axes == (key,)
 
 
-@pytest.mark.parametrize("order", list(permutations(["spool.ratio", "tendon.length", "load.mass", "arm.b1"]))[::3])
+@pytest.mark.parametrize(
+    "order", list(permutations(["spool.ratio", "tendon.length", "load.mass", "arm.b1"]))[::3]
+)
 @pytest.mark.parametrize("form", ["table", "dotted", "yaml"])
 def test_axes_stand_in_the_order_of_the_document(load, order, form):
     lines = {
@@ -263,16 +314,23 @@ TEXT_OF_SEVERAL_LINES = (
             "tendon = { length = [2, 3], flexor = { pretension = [90, 100] }, diameter = [0.001, 0.002] }\n",
             "tendon.length tendon.flexor.pretension tendon.diameter",
         ),
-        ("load.mass = [1, 2]\nspring.at = ['joint']\nspool.ratio = [1, 2]\n", "load.mass spring.at spool.ratio"),
+        (
+            "load.mass = [1, 2]\nspring.at = ['joint']\nspool.ratio = [1, 2]\n",
+            "load.mass spring.at spool.ratio",
+        ),
         (TEXT_OF_SEVERAL_LINES, "tendon.length load.mass arm.b1 spool.ratio"),
     ],
 )
-def test_tables_opened_again_dotted_keys_and_long_texts_keep_the_order_of_the_document(load, text, axes):
+def test_tables_opened_again_dotted_keys_and_long_texts_keep_the_order_of_the_document(
+    load, text, axes
+):
     assert load(text).axes == tuple(axes.split())
 
 
 def test_cases_are_the_slowest_axis_wherever_they_stand(load):
-    study = load("load.mass = [1, 2]\n[[cases]]\nname = 'a'\n[[cases]]\nname = 'b'\n[spool]\nratio = [1, 2]\n")
+    study = load(
+        "load.mass = [1, 2]\n[[cases]]\nname = 'a'\n[[cases]]\nname = 'b'\n[spool]\nratio = [1, 2]\n"
+    )
     assert study.axes == ("case", "load.mass", "spool.ratio")
 
 
@@ -293,11 +351,17 @@ RATIO, B1 = "spool.ratio=[0.9, 1.0]", "arm.b1=[0.1, 0.2]"
         ("arm.b1 = 0.1\nload.mass = [1, 2]\n", [B1], "load.mass arm.b1"),
         ("load.mass = [1, 2]", [RATIO, B1], "load.mass spool.ratio arm.b1"),
         ("load.mass = [1, 2]", [B1, RATIO], "load.mass arm.b1 spool.ratio"),
-        (REOPENED, ["tendon.length={from=1, to=2, num=5}"], "tendon.length spool.ratio tendon.flexor.pretension"),
+        (
+            REOPENED,
+            ["tendon.length={from=1, to=2, num=5}"],
+            "tendon.length spool.ratio tendon.flexor.pretension",
+        ),
         (REOPENED, ["spool.ratio=0.9"], "tendon.length tendon.flexor.pretension"),
     ],
 )
-def test_new_set_axes_come_last_others_keep_their_place_and_one_value_is_none(load, text, settings, axes):
+def test_new_set_axes_come_last_others_keep_their_place_and_one_value_is_none(
+    load, text, settings, axes
+):
     assert load(text, *settings).axes == tuple(axes.split())
 
 
@@ -317,7 +381,7 @@ def test_new_set_axes_come_last_others_keep_their_place_and_one_value_is_none(lo
         ("title= 3 ", {"title": "3"}),
         ("cases=[{name='b', arm={b1='160 mm'}}]", {"cases": [{"name": "b", "arm": {"b1": 0.16}}]}),
     ],
-)  # fmt: skip
+)
 def test_a_setting_says_what_the_file_could_say(load, setting, content):
     assert load("", setting).hash == study_from({"name": "study", **content}).hash
 
@@ -326,7 +390,9 @@ def test_the_last_setting_of_a_key_counts(load):
     assert load("arm.b1 = 0.1", "arm.b1=0.2 m", "arm.b1=0.3 m").arm.b1.single == 0.3
 
 
-@pytest.mark.parametrize("setting", ["arm.b1", "=1", "arm.=1", ".b1=1", "load.mass=[1", "load.mass={"])
+@pytest.mark.parametrize(
+    "setting", ["arm.b1", "=1", "arm.=1", ".b1=1", "load.mass=[1", "load.mass={"]
+)
 def test_what_is_not_key_and_value_is_an_error_of_usage(load, setting):
     with pytest.raises(UsageError, match="--set"):
         load("", setting)
@@ -350,8 +416,10 @@ def test_a_side_overrides_the_common_value_and_leaves_it(key):
 
 
 def test_cases_say_only_what_they_override(load):
-    study = load("[[cases]]\nname = 'a'\n[[cases]]\nname = 'b b'\narm.b1 = '160 mm'\nmodel.slack = 'bilateral'\n"
-                 "tendon.flexor.pretension = '90 N'\n[cases.sheath.extensor]\nfriction = 0.1\n")  # fmt: skip
+    study = load(
+        "[[cases]]\nname = 'a'\n[[cases]]\nname = 'b b'\narm.b1 = '160 mm'\nmodel.slack = 'bilateral'\n"
+        "tendon.flexor.pretension = '90 N'\n[cases.sheath.extensor]\nfriction = 0.1\n"
+    )
     first, second = study.cases
     assert (first.name, first.arm, second.name) == ("a", None, "b b")
     assert (second.arm.b1.single, second.arm.b2, second.model.slack) == (0.16, None, "bilateral")
@@ -360,8 +428,14 @@ def test_cases_say_only_what_they_override(load):
 
 
 def test_each_side_has_its_own_friction_and_bend():
-    of_flexor, of_extensor = {"friction": 9, "bend_angle": "1 rad"}, {"friction": 0.01, "bend_angle": "50 rad"}
-    assert study_from({"name": "a", "sheath": {"flexor": of_flexor, "extensor": of_extensor}}).axes == ()
+    of_flexor, of_extensor = (
+        {"friction": 9, "bend_angle": "1 rad"},
+        {"friction": 0.01, "bend_angle": "50 rad"},
+    )
+    assert (
+        study_from({"name": "a", "sheath": {"flexor": of_flexor, "extensor": of_extensor}}).axes
+        == ()
+    )
 
 
 # --- Studies of every shape ------------------------------------------------------------------------------------------
@@ -375,7 +449,12 @@ def near(key):
 
 def numbers(key):
     grids = st.builds(
-        lambda start, stop, num, spacing: {"from": start, "to": stop, "num": num, "spacing": spacing},
+        lambda start, stop, num, spacing: {
+            "from": start,
+            "to": stop,
+            "num": num,
+            "spacing": spacing,
+        },
         near(key),
         near(key).map(lambda value: 2 * value),
         st.integers(1, 5),
@@ -399,9 +478,12 @@ def contents(draw):
     if "stiffness" in content.get("joint", {}):
         content["joint"].setdefault("rest_angle", "73 deg")
     free = [key for key in ("arm.b1", "load.mass", "spool.ratio") if key not in chosen]
-    names = draw(st.lists(st.text(min_size=1, max_size=9).filter(_encodes), unique=True, max_size=3))
+    names = draw(
+        st.lists(st.text(min_size=1, max_size=9).filter(_encodes), unique=True, max_size=3)
+    )
     content["cases"] = [
-        {"name": name, **{k.split(".")[0]: {k.split(".")[1]: draw(near(k))} for k in free}} for name in names
+        {"name": name, **{k.split(".")[0]: {k.split(".")[1]: draw(near(k))} for k in free}}
+        for name in names
     ]
     content["model"] = {"slack": draw(st.sampled_from(["unilateral", "bilateral"]))}
     return content
@@ -447,7 +529,12 @@ def test_extremes_are_those_of_the_values_which_are_read_only(value):
 
 def test_a_study_is_frozen():
     study = study_from({"name": "a"})
-    for part, name in ((study, "name"), (study.arm, "b1"), (study.tendon, "flexor"), (study.model, "slack")):
+    for part, name in (
+        (study, "name"),
+        (study.arm, "b1"),
+        (study.tendon, "flexor"),
+        (study.model, "slack"),
+    ):
         with pytest.raises(ValidationError, match="frozen"):
             setattr(part, name, "x")
 
@@ -458,7 +545,10 @@ def test_a_study_is_frozen():
 def half_circle(scale=1.0, count=40, separator=",", header="x,y,z", comment=""):
     turn = np.linspace(0, math.pi, count)
     rows = zip(0.1 * scale * np.cos(turn), 0.1 * scale * np.sin(turn), 0 * turn, strict=True)
-    lines = [header.replace(",", separator), *(separator.join(repr(float(v)) for v in row) for row in rows)]
+    lines = [
+        header.replace(",", separator),
+        *(separator.join(repr(float(v)) for v in row) for row in rows),
+    ]
     return "\n".join([comment, *lines] if comment else lines) + "\n"
 
 
@@ -471,7 +561,10 @@ def bend_of(study):
 
 WRITTEN = [
     *({"separator": separator} for separator in ",;\t"),
-    *({"header": header} for header in ("X,Y,Z", "x_m,y_m,z_m", "x [m],y [m],z [m]", "x (m),y (m),z (m)")),
+    *(
+        {"header": header}
+        for header in ("X,Y,Z", "x_m,y_m,z_m", "x [m],y [m],z [m]", "x (m),y (m),z (m)")
+    ),
     {"scale": 1000, "header": "x_mm,y_mm,z_mm", "comment": "# digitised\n"},
     {"scale": 1e-3, "header": "x_km,y_km,z_km"},
 ]
@@ -485,7 +578,9 @@ def test_a_half_circle_bends_by_pi_however_it_is_written(load, how):
 def test_decimal_commas_stand_between_semicolons_and_columns_in_any_order_among_others(load):
     plain, rows = bend_of(load(ROUTE, r_csv=half_circle())), half_circle().splitlines()[1:]
     assert bend_of(load(ROUTE, r_csv=half_circle(separator=";").replace(".", ","))) == plain
-    turned = "\n".join(["t,z,x,y", *(f"0,{z},{x},{y}" for x, y, z in (row.split(",") for row in rows))])
+    turned = "\n".join(
+        ["t,z,x,y", *(f"0,{z},{x},{y}" for x, y, z in (row.split(",") for row in rows))]
+    )
     assert bend_of(load(ROUTE, r_csv=turned)) == plain
 
 
@@ -497,7 +592,11 @@ def test_a_route_stands_for_its_bend_angle_and_is_remembered(load):
     assert len(source["sha256"]) == 64
     assert source["warnings"] == []
     known = study.uncertain["sheath.bend_angle"]
-    assert (known.kind, known.middle, known.spread) == ("normal", bend_of(study), source["standard_error"])
+    assert (known.kind, known.middle, known.spread) == (
+        "normal",
+        bend_of(study),
+        source["standard_error"],
+    )
     assert study.hash == one("sheath.bend_angle", {"mean": known.middle, "std": known.spread}).hash
 
 
@@ -512,7 +611,9 @@ def test_a_route_of_one_side_or_of_a_case_leaves_the_others(load):
 def noisy():
     rng = np.random.default_rng(7)
     turn = np.linspace(0, math.pi, 200)
-    points = np.column_stack([np.cos(turn), np.sin(turn), 0 * turn]) * 0.1 + rng.normal(0, 1e-3, (200, 3))
+    points = np.column_stack([np.cos(turn), np.sin(turn), 0 * turn]) * 0.1 + rng.normal(
+        0, 1e-3, (200, 3)
+    )
     return "x,y,z\n" + "\n".join(",".join(map(repr, row)) for row in points.tolist())
 
 
@@ -534,7 +635,9 @@ def test_noise_that_dominates_is_warned_of_and_taken_off(load):
 def test_a_stated_noise_that_is_not_that_of_the_points_is_warned_of(load, stated, within):
     study = load(ROUTE + f"path_smoothing = '{stated}'\n", r_csv=noisy())
     assert bend_of(study) == pytest.approx(math.pi, abs=within)
-    assert (f"not by the {stated} that path_smoothing says" in str(study.warnings)) == (stated != "0.8 mm")
+    assert (f"not by the {stated} that path_smoothing says" in str(study.warnings)) == (
+        stated != "0.8 mm"
+    )
 
 
 CORNER = "x,y,z\n0,0,0\n1,0,0\n1,1,0\n"
@@ -549,7 +652,9 @@ def test_smoothing_silences_no_warning_of_a_coarse_route(load, smoothing):
 
 
 def test_a_route_that_no_sheath_follows_is_refused(load):
-    rows = "".join(f"{math.cos(0.1 * at)},{math.sin(0.1 * at)},{0.001 * at}\n" for at in range(1100))
+    rows = "".join(
+        f"{math.cos(0.1 * at)},{math.sin(0.1 * at)},{0.001 * at}\n" for at in range(1100)
+    )
     with pytest.raises(InputError, match=r"bends by 109\.[89]\d* rad, expected 100 at most"):
         load(ROUTE, r_csv="x,y,z\n" + rows)
 
@@ -562,7 +667,11 @@ def test_a_route_that_no_sheath_follows_is_refused(load):
     [
         ("arm.a1", 40, "arm.a1 = 40 is 40 m"),
         ("tendon.youngs_modulus", [145e9, 145e3], "tendon.youngs_modulus = 145000 is 145000 Pa"),
-        ("spring.flexor.stiffness", {"from": 3, "to": 300, "num": 3}, "spring.flexor.stiffness = 3 is 3 N/m"),
+        (
+            "spring.flexor.stiffness",
+            {"from": 3, "to": 300, "num": 3},
+            "spring.flexor.stiffness = 3 is 3 N/m",
+        ),
         ("motion.speed", 60, "motion.speed = 60 is 60 rad/s"),
         ("limits.max_tension", "300 kN", "limits.max_tension = 300000 is 300000 N"),
     ],
@@ -598,7 +707,11 @@ def test_a_fragment_gives_the_friction_and_is_remembered(load):
     assert study.sheath.friction.single == study.numbers["sheath.friction"].single == 0.073
     assert "friction_from" not in study.document()["sheath"]
     (source,) = study.sources.values()
-    assert (source["standard_error"], source["fitted_from"], source["file"]) == (0.002, "readings.csv", "f.toml")
+    assert (source["standard_error"], source["fitted_from"], source["file"]) == (
+        0.002,
+        "readings.csv",
+        "f.toml",
+    )
     assert study.hash == one("sheath.friction", {"mean": 0.073, "std": 0.002}).hash
 
 

@@ -12,7 +12,11 @@ STUDY = {"tendon": {"pretension": "150 N"}, "spool": {"ratio": 0.6}, "load": {"m
 
 
 def rows(time, angle):
-    return "time (s),angle (deg)\n" + "\n".join(f"{t},{a}" for t, a in zip(time, angle, strict=True)) + "\n"
+    return (
+        "time (s),angle (deg)\n"
+        + "\n".join(f"{t},{a}" for t, a in zip(time, angle, strict=True))
+        + "\n"
+    )
 
 
 TIME = np.round(np.arange(0.0, 4.0, 0.01), 9)
@@ -26,7 +30,9 @@ def file(tmp_path):
     def written(text, **motion):
         (tmp_path / "reach.csv").write_text(text, encoding="utf-8")
         study = tmp_path / "study.json.yaml"
-        study.write_text(json.dumps({**STUDY, "motion": {"trajectory": "reach.csv", **motion}}), encoding="utf-8")
+        study.write_text(
+            json.dumps({**STUDY, "motion": {"trajectory": "reach.csv", **motion}}), encoding="utf-8"
+        )
         return study
 
     return written
@@ -36,16 +42,28 @@ def test_smoothing_leaves_slow_motion_in_place_and_time(file):
     trajectory = tendon.load_study(file(rows(TIME, SWING))).trajectory
     inner = slice(50, -50)
     turn = np.pi * trajectory.time
-    assert np.degrees(np.abs(trajectory.angle - np.radians(50.0 - 30.0 * np.cos(turn)))[inner].max()) < 0.01
-    speed, acceleration = np.radians(30.0) * np.pi * np.sin(turn), np.radians(30.0) * np.pi**2 * np.cos(turn)
+    assert (
+        np.degrees(np.abs(trajectory.angle - np.radians(50.0 - 30.0 * np.cos(turn)))[inner].max())
+        < 0.01
+    )
+    speed, acceleration = (
+        np.radians(30.0) * np.pi * np.sin(turn),
+        np.radians(30.0) * np.pi**2 * np.cos(turn),
+    )
     np.testing.assert_allclose(trajectory.speed[inner], speed[inner], atol=2e-3)
     np.testing.assert_allclose(trajectory.acceleration[inner], acceleration[inner], atol=2e-2)
 
 
 def test_a_lower_cutoff_takes_more_noise(file):
     noisy = SWING + np.random.default_rng(1).normal(0.0, 0.5, len(SWING))
-    peaks = [np.abs(tendon.load_study(file(rows(TIME, noisy), cutoff=f"{cutoff} Hz")).trajectory.acceleration[20:-20])
-             for cutoff in (3, 6, 12)]  # fmt: skip
+    peaks = [
+        np.abs(
+            tendon.load_study(
+                file(rows(TIME, noisy), cutoff=f"{cutoff} Hz")
+            ).trajectory.acceleration[20:-20]
+        )
+        for cutoff in (3, 6, 12)
+    ]
     assert peaks[0].max() < peaks[1].max() < peaks[2].max()
 
 
@@ -57,7 +75,9 @@ def test_uneven_samples_in_other_units_are_the_same_motion(file):
         f"{1000 * TIME[at]:.3f};{np.radians(SWING[at]):.9f}".replace(".", ",") for at in some
     )
     uneven = tendon.load_study(file("# a goniometer\n" + text)).trajectory
-    assert np.interp(uneven.time, even.time, even.angle) == pytest.approx(uneven.angle, abs=np.radians(0.15))
+    assert np.interp(uneven.time, even.time, even.angle) == pytest.approx(
+        uneven.angle, abs=np.radians(0.15)
+    )
 
 
 def test_the_study_reads_back_from_its_record_and_has_what_was_made_of_the_file(file):
@@ -87,7 +107,9 @@ def test_a_sweep_along_it_has_a_row_per_sample_and_the_motor_over_time(file):
 
 def test_a_design_keeps_its_limits_at_every_sample(file):
     study = tendon.load_study(file(rows(TIME, SWING), inertia="0.08 kg m2"))
-    study = study.vary(**{"limits.peak_motor_power": "30 W", "limits.peak_motor_speed": "600 deg/s"})
+    study = study.vary(
+        **{"limits.peak_motor_power": "30 W", "limits.peak_motor_speed": "600 deg/s"}
+    )
     answer = tendon.design(study)
     assert answer.feasible
     assert 0.0 < answer.record["between_samples"]["estimate"] < 0.1
@@ -95,7 +117,9 @@ def test_a_design_keeps_its_limits_at_every_sample(file):
     at = float(answer.choices["pretension"].iloc[0])
     kept = tendon.sweep(study.vary(**{"tendon.pretension": at}))
     assert kept.designs["feasible"].all()
-    assert kept.designs["pretension_from"].max() == pytest.approx(answer.choices["pretension_from"].iloc[0])
+    assert kept.designs["pretension_from"].max() == pytest.approx(
+        answer.choices["pretension_from"].iloc[0]
+    )
 
 
 def test_a_state_page_names_inertia(file):
@@ -107,7 +131,11 @@ def test_a_state_page_names_inertia(file):
 @pytest.mark.parametrize(
     ("text", "line", "words"),
     [
-        (rows(np.insert(TIME, 20, TIME[19]), np.insert(SWING, 20, 1.0)), "line 22", "same time twice"),
+        (
+            rows(np.insert(TIME, 20, TIME[19]), np.insert(SWING, 20, 1.0)),
+            "line 22",
+            "same time twice",
+        ),
         (rows(np.insert(TIME, 20, 0.105), np.insert(SWING, 20, 1.0)), "line 22", "times that go"),
         (rows(TIME[::-1], SWING), "line 3", "times that go back"),
         (rows(TIME[:5], SWING[:5]), "line 6", "12 at least"),
@@ -130,11 +158,25 @@ def test_a_faulty_file_is_refused_with_its_line(file, text, line, words):
         ({"motion": {"trajectory": "reach.csv", "elbow_angle": "10 deg"}}, "motion.elbow_angle"),
         ({"motion": {"trajectory": "reach.csv", "cutoff": "60 Hz"}}, "less than 50 Hz"),
         ({"motion": {"inertia": "0.08 kg m2"}}, "motion.inertia"),
-        ({"motion": {"trajectory": "reach.csv"}, "limits": {"max_backlash": "5 deg"}}, "limits.max_backlash"),
-        ({"motion": {"trajectory": "reach.csv"}, "joint": {"excursion": {"angle": ["0 deg", "20 deg", "70 deg"],
-          "flexor": [0.0, 0.02, 0.04], "extensor": [0.0, 0.02, 0.04]}}}, "motion.trajectory asks for"),
+        (
+            {"motion": {"trajectory": "reach.csv"}, "limits": {"max_backlash": "5 deg"}},
+            "limits.max_backlash",
+        ),
+        (
+            {
+                "motion": {"trajectory": "reach.csv"},
+                "joint": {
+                    "excursion": {
+                        "angle": ["0 deg", "20 deg", "70 deg"],
+                        "flexor": [0.0, 0.02, 0.04],
+                        "extensor": [0.0, 0.02, 0.04],
+                    }
+                },
+            },
+            "motion.trajectory asks for",
+        ),
     ],
-)  # fmt: skip
+)
 def test_a_trajectory_that_does_not_fit_its_study_is_refused(tmp_path, changes, words):
     (tmp_path / "reach.csv").write_text(rows(TIME, SWING), encoding="utf-8")
     study = tmp_path / "study.yaml"

@@ -49,7 +49,11 @@ def test_an_uncertain_number_has_a_middle_and_a_spread(said, kind, spread):
 )
 def test_numbers_as_people_write_them_are_the_same_distributions(text, same):
     (written,), (table,) = spring(text).uncertain.values(), spring(same).uncertain.values()
-    assert (written.kind, written.middle, written.spread) == (table.kind, table.middle, table.spread)
+    assert (written.kind, written.middle, written.spread) == (
+        table.kind,
+        table.middle,
+        table.spread,
+    )
     assert study_from(json.loads(json.dumps(spring(text).document()))).hash == spring(text).hash
     assert spring(["2 kN/m", "3 kN/m"]).hash != spring(text).hash
 
@@ -58,7 +62,9 @@ def test_an_interval_is_answered_for_as_the_list_of_its_ends():
     numbers = {"spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}}
     masses = {"from": "0 kg", "to": "10 kg"}, ["0 kg", "10 kg"]
     answers = [tendon.design(study_from(numbers | {"load": {"mass": mass}})) for mass in masses]
-    np.testing.assert_array_equal(*(each.choices[["pretension_from", "pretension_to"]] for each in answers))
+    np.testing.assert_array_equal(
+        *(each.choices[["pretension_from", "pretension_to"]] for each in answers)
+    )
 
 
 @pytest.mark.parametrize("said", [{"value": 1.0, "tolerance": "0 %"}, {"mean": 1.0, "std": 0}])
@@ -108,18 +114,28 @@ def test_what_a_normal_number_loses_where_it_is_impossible():
     assert wide.reach == (0.0, 5.0)
     narrow = study_from({"load": {"mass": {"mean": "1 kg", "std": "10 g"}}}).uncertain["load.mass"]
     assert narrow.cut_share < 1e-300
-    assert spring({"value": 100, "tolerance": "10 %"}).uncertain["spring.stiffness"].reach == (90.0, 110.0)
+    assert spring({"value": 100, "tolerance": "10 %"}).uncertain["spring.stiffness"].reach == (
+        90.0,
+        110.0,
+    )
 
 
 def test_a_product_of_frictions_that_may_be_drawn_is_bounded_too():
     with pytest.raises(Exception, match="friction x bend_angle reaches 110"):
-        study_from({"sheath": {"friction": {"value": 1, "tolerance": "10 %"}, "bend_angle": "100 rad"}})
+        study_from(
+            {"sheath": {"friction": {"value": 1, "tolerance": "10 %"}, "bend_angle": "100 rad"}}
+        )
 
 
 @pytest.mark.parametrize(("step", "num"), [("1 deg", 91), ("0.1 deg", 901), ("90 deg", 2)])
-@pytest.mark.parametrize(("first", "last"), [(0, "90 deg"), ("90 deg", "0 deg"), ("-45 deg", "45 deg")])
+@pytest.mark.parametrize(
+    ("first", "last"), [(0, "90 deg"), ("90 deg", "0 deg"), ("-45 deg", "45 deg")]
+)
 def test_a_grid_of_steps_is_the_grid_of_that_many_values(step, num, first, last):
     ends = {"from": first, "to": last}
-    stepped, counted = (study_from({"motion": {"elbow_angle": ends | how}}) for how in ({"step": step}, {"num": num}))
+    stepped, counted = (
+        study_from({"motion": {"elbow_angle": ends | how}})
+        for how in ({"step": step}, {"num": num})
+    )
     assert stepped.hash == counted.hash
     assert len(stepped.motion.elbow_angle) == num

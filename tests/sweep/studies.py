@@ -54,49 +54,88 @@ NEVER_PAST_THE_CENTRE = STUDY.replace('"-30 deg", ', "").replace(', "175 deg"', 
 """The same with angles at which the flexor always has a moment arm."""
 
 PRETENSION_PER_SIDE = NEVER_PAST_THE_CENTRE.replace(
-    'name = "rough extensor"', 'name = "rough extensor"\ntendon = { flexor = { pretension = "90 N" } }'
+    'name = "rough extensor"',
+    'name = "rough extensor"\ntendon = { flexor = { pretension = "90 N" } }',
 ).replace('pretension = ["60 N", "250 N"]', 'pretension = "150 N"\ndiameter = ["1 mm", "2 mm"]')
 
 BASE = {
-    "arm.a1": 0.04, "arm.b1": 0.15, "arm.a2": 0.02, "arm.b2": 0.15, "arm.elbow_radius": 0.045,
-    "arm.forearm_mass": 1.54, "arm.forearm_com": 0.174, "arm.load_distance": 0.32,
+    "arm.a1": 0.04,
+    "arm.b1": 0.15,
+    "arm.a2": 0.02,
+    "arm.b2": 0.15,
+    "arm.elbow_radius": 0.045,
+    "arm.forearm_mass": 1.54,
+    "arm.forearm_com": 0.174,
+    "arm.load_distance": 0.32,
     "arm.upper_arm_angle": math.radians(20.0),
-    "sheath.bend_angle": math.pi, "tendon.length": 2.0, "tendon.extensor.length": 1.5, "tendon.diameter": 0.0015,
-    "tendon.youngs_modulus": 145e9, "spring.stiffness": 3000.0, "spool.flexor_radius": 0.03, "spool.ratio": 1.0,
-    "unilateral": True, "from_initial": False,
-}  # fmt: skip
+    "sheath.bend_angle": math.pi,
+    "tendon.length": 2.0,
+    "tendon.extensor.length": 1.5,
+    "tendon.diameter": 0.0015,
+    "tendon.youngs_modulus": 145e9,
+    "spring.stiffness": 3000.0,
+    "spool.flexor_radius": 0.03,
+    "spool.ratio": 1.0,
+    "unilateral": True,
+    "from_initial": False,
+}
 
 CASES = {
     "as it is": {},
     "bilateral": {"unilateral": False, "spool.ratio": 0.8},
     "rough extensor": {
-        "from_initial": True, "sheath.bend_angle": 1.5 * math.pi, "sheath.extensor.friction": 0.2,
+        "from_initial": True,
+        "sheath.bend_angle": 1.5 * math.pi,
+        "sheath.extensor.friction": 0.2,
         "spring.flexor.stiffness": 2000.0,
     },
     "weightless": {
-        "arm.forearm_mass": 0.0, "arm.b1": 0.16, "arm.upper_arm_angle": math.radians(-60.0),
+        "arm.forearm_mass": 0.0,
+        "arm.b1": 0.16,
+        "arm.upper_arm_angle": math.radians(-60.0),
         "spool.flexor_radius": 0.025,
     },
-}  # fmt: skip
+}
 
 AXES = {"tendon.pretension": (60.0, 250.0), "sheath.friction": (0.05, 0.1), "load.mass": (0.0, 6.0)}
-AXES_PER_SIDE = {"tendon.diameter": (0.001, 0.002), "sheath.friction": (0.05, 0.1), "load.mass": (0.0, 6.0)}
+AXES_PER_SIDE = {
+    "tendon.diameter": (0.001, 0.002),
+    "sheath.friction": (0.05, 0.1),
+    "load.mass": (0.0, 6.0),
+}
 
 RANGES = {
-    "arm.a1": (0.0, 0.07), "arm.b1": (0.08, 0.30), "arm.a2": (0.0, 0.05), "arm.b2": (0.04, 0.20),
-    "arm.elbow_radius": (0.02, 0.07), "arm.forearm_mass": (0.3, 3.0), "arm.load_distance": (0.2, 0.4),
-    "arm.upper_arm_angle": (-2.0, 1.2), "load.mass": (0.0, 12.0), "spool.ratio": (0.5, 2.0),
-    "spool.flexor_radius": (0.01, 0.06), "sheath.friction": (0.0, 0.25), "sheath.extensor.friction": (0.0, 0.25),
-    "sheath.bend_angle": (0.0, 9.0), "tendon.length": (0.3, 3.0), "tendon.diameter": (0.5e-3, 3e-3),
-    "tendon.youngs_modulus": (2e9, 2e11), "spring.stiffness": (400.0, 60e3), "spring.flexor.stiffness": (400.0, 60e3),
-}  # fmt: skip
+    "arm.a1": (0.0, 0.07),
+    "arm.b1": (0.08, 0.30),
+    "arm.a2": (0.0, 0.05),
+    "arm.b2": (0.04, 0.20),
+    "arm.elbow_radius": (0.02, 0.07),
+    "arm.forearm_mass": (0.3, 3.0),
+    "arm.load_distance": (0.2, 0.4),
+    "arm.upper_arm_angle": (-2.0, 1.2),
+    "load.mass": (0.0, 12.0),
+    "spool.ratio": (0.5, 2.0),
+    "spool.flexor_radius": (0.01, 0.06),
+    "sheath.friction": (0.0, 0.25),
+    "sheath.extensor.friction": (0.0, 0.25),
+    "sheath.bend_angle": (0.0, 9.0),
+    "tendon.length": (0.3, 3.0),
+    "tendon.diameter": (0.5e-3, 3e-3),
+    "tendon.youngs_modulus": (2e9, 2e11),
+    "spring.stiffness": (400.0, 60e3),
+    "spring.flexor.stiffness": (400.0, 60e3),
+}
 """What may differ between designs."""
 
 SIDE_KEYS = {
-    "friction": "sheath.friction", "bend_angle": "sheath.bend_angle", "length": "tendon.length",
-    "diameter": "tendon.diameter", "youngs_modulus": "tendon.youngs_modulus", "spring_stiffness": "spring.stiffness",
+    "friction": "sheath.friction",
+    "bend_angle": "sheath.bend_angle",
+    "length": "tendon.length",
+    "diameter": "tendon.diameter",
+    "youngs_modulus": "tendon.youngs_modulus",
+    "spring_stiffness": "spring.stiffness",
     "pretension": "tendon.pretension",
-}  # fmt: skip
+}
 
 
 def all_numbers():
@@ -109,7 +148,13 @@ def all_numbers_per_side():
     """The numbers of every design of PRETENSION_PER_SIDE."""
     for case, *values in itertools.product(CASES, *AXES_PER_SIDE.values()):
         own = {"tendon.flexor.pretension": 90.0} if case == "rough extensor" else {}
-        yield BASE | {"tendon.pretension": 150.0} | CASES[case] | own | dict(zip(AXES_PER_SIDE, values, strict=True))
+        yield (
+            BASE
+            | {"tendon.pretension": 150.0}
+            | CASES[case]
+            | own
+            | dict(zip(AXES_PER_SIDE, values, strict=True))
+        )
 
 
 def on_side(numbers, key, side):
@@ -125,7 +170,8 @@ def design_of(numbers) -> Design:
         for side in ("flexor", "extensor")
     }
     anchors = Anchors(
-        *(numbers[f"arm.{name}"] for name in ("a1", "b1", "a2", "b2", "elbow_radius")), numbers["from_initial"]
+        *(numbers[f"arm.{name}"] for name in ("a1", "b1", "a2", "b2", "elbow_radius")),
+        numbers["from_initial"],
     )
     weight = ("forearm_mass", "forearm_com", "load_distance", "upper_arm_angle")
     return Design(

@@ -34,11 +34,23 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 
 
 @pytest.mark.parametrize("text", [STUDY, WIDE], ids=["everything", "wide"])
-def test_bytes_are_the_same_for_any_number_of_jobs_and_any_blocks(new_sweep, tmp_path, small_parts, text):
+def test_bytes_are_the_same_for_any_number_of_jobs_and_any_blocks(
+    new_sweep, tmp_path, small_parts, text
+):
     small_parts(100 if text == STUDY else 500, 40)
     runs = [
-        new_sweep(text, tmp_path, jobs=jobs, block_states=block_states, out=f"{jobs}-{block_states}")
-        for jobs, block_states in [(1, 2**16), (2, 2**16), (4, 2**16), (2, 1), (1, 5), (4, 37), (1, 250)]
+        new_sweep(
+            text, tmp_path, jobs=jobs, block_states=block_states, out=f"{jobs}-{block_states}"
+        )
+        for jobs, block_states in [
+            (1, 2**16),
+            (2, 2**16),
+            (4, 2**16),
+            (2, 1),
+            (1, 5),
+            (4, 37),
+            (1, 250),
+        ]
     ]
     assert runs[0].plan.parts > 3
     assert len(runs[0].hashes) == 2 * runs[0].plan.parts
@@ -46,14 +58,18 @@ def test_bytes_are_the_same_for_any_number_of_jobs_and_any_blocks(new_sweep, tmp
 
 
 @pytest.mark.parametrize("block_states", [2**16, 999, 140_003])
-def test_bytes_are_the_same_where_a_single_design_exceeds_a_block(new_sweep, tmp_path, block_states):
+def test_bytes_are_the_same_where_a_single_design_exceeds_a_block(
+    new_sweep, tmp_path, block_states
+):
     usual = new_sweep(LONG, tmp_path, out="usual")
     other = new_sweep(LONG, tmp_path, out="other", block_states=block_states)
     assert usual.plan.states_per_design > 2**16
     assert usual.hashes == other.hashes
 
 
-def test_several_parts_are_a_folder_of_numbered_files_with_the_rows_of_one(new_sweep, tmp_path, small_parts):
+def test_several_parts_are_a_folder_of_numbered_files_with_the_rows_of_one(
+    new_sweep, tmp_path, small_parts
+):
     """Their record has the hash of each, and other readers take them for one table."""
     one = new_sweep(WIDE, tmp_path, out="one")
     assert sorted(one.hashes) == ["designs.parquet", "states.parquet"]
@@ -61,13 +77,23 @@ def test_several_parts_are_a_folder_of_numbered_files_with_the_rows_of_one(new_s
     small_parts(1000)
     several = new_sweep(WIDE, tmp_path, out="several")
     parts = [f"part-{index:05d}.parquet" for index in range(several.plan.parts)]
-    assert sorted(several.hashes) == [f"{table}.parquet/{part}" for table in ("designs", "states") for part in parts]
+    assert sorted(several.hashes) == [
+        f"{table}.parquet/{part}" for table in ("designs", "states") for part in parts
+    ]
     for table, expected in rows.items():
-        assert several.table(table).read().replace_schema_metadata().equals(expected.replace_schema_metadata())
+        assert (
+            several.table(table)
+            .read()
+            .replace_schema_metadata()
+            .equals(expected.replace_schema_metadata())
+        )
     assert {entry["path"]: entry["sha256"] for entry in several.record["files"]} == several.hashes
     for entry in several.record["files"]:
         content = (several.folder / entry["path"]).read_bytes()
-        assert (entry["size"], entry["sha256"]) == (len(content), hashlib.sha256(content).hexdigest())
+        assert (entry["size"], entry["sha256"]) == (
+            len(content),
+            hashlib.sha256(content).hexdigest(),
+        )
         assert entry["rows"] == pq.read_metadata(several.folder / entry["path"]).num_rows
     assert pq.read_table(several.folder / "states.parquet").num_rows == several.plan.states
 
@@ -79,7 +105,9 @@ output = { tables = "designs" }
 """
 
 
-@pytest.mark.parametrize(("text", "table", "rows"), [(LONG, "states", 140_002), (MANY, "designs", 140_000)])
+@pytest.mark.parametrize(
+    ("text", "table", "rows"), [(LONG, "states", 140_002), (MANY, "designs", 140_000)]
+)
 def test_row_groups_have_2_to_the_17_rows(new_sweep, tmp_path, text, table, rows):
     metadata = pq.read_metadata(new_sweep(text, tmp_path).folder / f"{table}.parquet")
     lengths = [metadata.row_group(index).num_rows for index in range(metadata.num_row_groups)]

@@ -12,16 +12,23 @@ from tendon_cli.engine.plan import Plan
 from tendon_cli.studies.load import study_from
 
 AXES = {
-    "load.mass": ["0 kg", "2 kg", "5 kg"], "tendon.pretension": ["100 N", "130 N", "160 N"],
-    "spool.ratio": [0.5, 0.6, 0.7, 1.0], "arm.forearm_mass": ["1 kg", "2 kg"],
-}  # fmt: skip
+    "load.mass": ["0 kg", "2 kg", "5 kg"],
+    "tendon.pretension": ["100 N", "130 N", "160 N"],
+    "spool.ratio": [0.5, 0.6, 0.7, 1.0],
+    "arm.forearm_mass": ["1 kg", "2 kg"],
+}
 ORDERS = list(itertools.permutations(AXES))
 
 
 def text_of(order, cases):
     lines = [f"{key} = {AXES[key]}".replace("'", '"') for key in order]
-    lines += ['motion.elbow_angle = { from = "0 deg", to = "90 deg", num = 4 }', 'spring.stiffness = "5 kN/m"']
-    return "\n".join([*lines, *(f'[[cases]]\nname = "{name}"\narm.b1 = "{b1} mm"' for name, b1 in cases)])
+    lines += [
+        'motion.elbow_angle = { from = "0 deg", to = "90 deg", num = 4 }',
+        'spring.stiffness = "5 kN/m"',
+    ]
+    return "\n".join(
+        [*lines, *(f'[[cases]]\nname = "{name}"\narm.b1 = "{b1} mm"' for name, b1 in cases)]
+    )
 
 
 @pytest.mark.parametrize("cases", [[], [("short", 140), ("long", 170)]], ids=["", "cases"])
@@ -48,7 +55,11 @@ def test_any_judgement_of_designs_cut_anywhere(seed, monkeypatch):
     for key in order:
         table, name = key.split(".")
         content.setdefault(table, {})[name] = values[key]
-    plan = Plan(study_from({"name": "choices", **content, "motion": {"elbow_angle": ["10 deg"]}}, order=order))
+    plan = Plan(
+        study_from(
+            {"name": "choices", **content, "motion": {"elbow_angle": ["10 deg"]}}, order=order
+        )
+    )
     monkeypatch.setattr(plan_module, "DESIGNS_AT_ONCE", int(rng.integers(1, 9)))
     monkeypatch.setattr(plan_module, "STATES_PER_FILE", 1)
     monkeypatch.setattr(plan_module, "STATES_PER_PART", int(rng.integers(2, 40)))
@@ -71,7 +82,10 @@ def test_what_is_no_note_is_not_taken_for_one(note):
 
 
 def test_the_summary_names_the_conditions_that_the_study_has():
-    study = {"load": {"mass": ["0 kg", "5 kg"]}, "cases": [{"name": "a"}, {"name": "b", "arm": {"b1": "160 mm"}}]}
+    study = {
+        "load": {"mass": ["0 kg", "5 kg"]},
+        "cases": [{"name": "a"}, {"name": "b", "arm": {"b1": "160 mm"}}],
+    }
     assert "choice feasible at every case and load at once\n" in tendon.sweep(study).text
     study = {"arm": {"upper_arm_angle": ["0 deg", "9 deg"]}}
     assert "choice feasible at every upper arm angle\n" in tendon.sweep(study).text

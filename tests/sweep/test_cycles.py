@@ -47,7 +47,8 @@ def test_the_columns_agree_with_the_states(run):
     for design, states in run.states.groupby("design"):
         row = run.designs.iloc[design]
         there, back = (
-            states[states["direction"] == way].sort_values("elbow_angle") for way in ("flexion", "extension")
+            states[states["direction"] == way].sort_values("elbow_angle")
+            for way in ("flexion", "extension")
         )
         band = np.abs(there["motor_torque"].to_numpy() - back["motor_torque"].to_numpy()).max()
         assert row["max_torque_band"] == pytest.approx(band, rel=1e-9)
@@ -56,14 +57,20 @@ def test_the_columns_agree_with_the_states(run):
         span = states["spool_angle"].max() - states["spool_angle"].min()
         assert row["spool_travel"] == pytest.approx(span, abs=0.02)
         assert row["efficiency"] == pytest.approx(1.0 - row["friction_loss"] / row["motor_work_in"])
-        assert row["peak_motor_power"] <= row["peak_motor_speed"] * states["motor_torque"].abs().max() * (1 + 1e-12)
+        assert row["peak_motor_power"] <= row["peak_motor_speed"] * states[
+            "motor_torque"
+        ].abs().max() * (1 + 1e-12)
 
 
 def test_without_a_speed_there_are_no_such_columns_and_with_one_units_stand_beside_them(run):
     still = {**STUDY, "motion": {"elbow_angle": "45 deg"}}
     assert not set(OF_CYCLES) & set(tendon_library.sweep(tendon_library.study(still)).designs)
     units = run.designs.attrs["units"]
-    assert (units["peak_motor_speed"], units["friction_loss"], units["max_backlash"]) == ("rad/s", "J", "rad")
+    assert (units["peak_motor_speed"], units["friction_loss"], units["max_backlash"]) == (
+        "rad/s",
+        "J",
+        "rad",
+    )
 
 
 def test_works_are_null_without_equilibrium_and_everything_where_nothing_moves(tmp_path):
@@ -93,21 +100,27 @@ def test_feasible_designs_keep_every_limit_of_the_motor(run, limit, column):
     feasible = run.designs[run.designs["feasible"]]
     value = float(feasible[column].median())
     held = tendon_library.sweep(
-        tendon_library.study({**STUDY, "limits": {limit: f"{value!r} rad" if column in ANGLES else value}})
+        tendon_library.study(
+            {**STUDY, "limits": {limit: f"{value!r} rad" if column in ANGLES else value}}
+        )
     ).designs
     kept = held[column] >= value if limit.startswith("min") else held[column] <= value
     expected = run.designs["feasible"] & kept
     assert held["feasible"].tolist() == expected.tolist()
     assert 0 < expected.sum() < run.designs["feasible"].sum()
     at_the_limit = held[column] == value
-    inside = (held["pretension_from"] <= held["pretension"]) & (held["pretension"] <= held["pretension_to"])
+    inside = (held["pretension_from"] <= held["pretension"]) & (
+        held["pretension"] <= held["pretension_to"]
+    )
     assert (inside == expected)[~at_the_limit].all()
 
 
 def test_a_limit_on_a_difference_that_is_none_holds_nobody_back():
     one_way = {**STUDY["motion"], "direction": "flexion"}
     free, held = (
-        tendon_library.sweep(tendon_library.study({**STUDY, "motion": one_way, "limits": limits})).designs["feasible"]
+        tendon_library.sweep(
+            tendon_library.study({**STUDY, "motion": one_way, "limits": limits})
+        ).designs["feasible"]
         for limits in ({}, {"max_backlash": "1e-9 rad"})
     )
     assert free.any()

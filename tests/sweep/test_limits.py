@@ -47,7 +47,11 @@ def test_a_column_is_null_only_where_its_schema_says_so(new_sweep, tmp_path):
     assert not everywhere.field("flexor_tension_distal").nullable
     assert not everywhere.field("pretension").nullable
     assert everywhere.field("flexor_slack").nullable
-    beyond = new_sweep(STUDY.replace('"90 deg"', '"170 deg"'), tmp_path, out="beyond").table("states").read()
+    beyond = (
+        new_sweep(STUDY.replace('"90 deg"', '"170 deg"'), tmp_path, out="beyond")
+        .table("states")
+        .read()
+    )
     assert beyond.schema.field("flexor_tension_distal").nullable
     assert beyond.column("flexor_tension_distal").null_count > 0
     for field in beyond.schema:
@@ -56,7 +60,9 @@ def test_a_column_is_null_only_where_its_schema_says_so(new_sweep, tmp_path):
 
 def test_only_the_columns_asked_for_are_kept_and_they_are_the_same(new_sweep, tmp_path):
     whole = new_sweep(STUDY, tmp_path).states
-    kept = new_sweep(STUDY + '[output]\nstates = ["status", "motor_torque"]\n', tmp_path, out="kept").states
+    kept = new_sweep(
+        STUDY + '[output]\nstates = ["status", "motor_torque"]\n', tmp_path, out="kept"
+    ).states
     keys = [name for name in whole.columns if name not in ("status", *OF_STATES)]
     assert kept.columns.tolist() == [*keys, "status", "motor_torque"]
     for name in kept.columns:

@@ -50,7 +50,9 @@ for words in sys.argv[2:]:
 @pytest.fixture(scope="module")
 def entries():
     text = PAGE.read_text(encoding="utf-8")
-    return dict(re.findall(r"^(_OF_\w+) = \(\n    \.\.\.\n(.*?)^\)$", text, re.MULTILINE | re.DOTALL))
+    return dict(
+        re.findall(r"^(_OF_\w+) = \(\n    \.\.\.\n(.*?)^\)$", text, re.MULTILINE | re.DOTALL)
+    )
 
 
 @pytest.mark.parametrize("compiled", [True, False])
@@ -75,7 +77,10 @@ def test_a_column_is_an_entry_in_one_table(outside, workplace, entries, compiled
     expected = (states["flexor_tension_proximal"] - states["flexor_tension_distal"]).abs()
     np.testing.assert_array_equal(states[OF_STATES], expected)
     assert states.attrs["units"][OF_STATES] == "N"
-    assert states.attrs["long_names"][OF_STATES] == "what friction in the sheath takes of the flexor tension"
+    assert (
+        states.attrs["long_names"][OF_STATES]
+        == "what friction in the sheath takes of the flexor tension"
+    )
     assert (states[OF_STATES].isna() == (states["status"] == "no equilibrium")).all()
     assert 0 < states[OF_STATES].isna().sum() < len(states)
 

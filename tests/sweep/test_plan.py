@@ -33,13 +33,18 @@ def study_of(shape, angles=3, directions=("flexion", "extension"), **rest):
     content = {"name": "shape", **rest}
     for (table, key), length in zip(AXES, shape, strict=False):
         content.setdefault(table, {})[key] = [1.0 + index for index in range(length)]
-    content["motion"] = {"direction": list(directions), "elbow_angle": [0.1 * (1 + index) for index in range(angles)]}
+    content["motion"] = {
+        "direction": list(directions),
+        "elbow_angle": [0.1 * (1 + index) for index in range(angles)],
+    }
     return study_from(with_units(content))
 
 
 def rows_of(plan, block):
     """Row numbers in the states table of a block's states, in the block's own order."""
-    ranges = [range(part.start, part.stop) for part in (*block.designs, block.directions, block.angles)]
+    ranges = [
+        range(part.start, part.stop) for part in (*block.designs, block.directions, block.angles)
+    ]
     full = (*plan.shape, len(plan.directions), len(plan.elbow_angles))
     return [int(np.ravel_multi_index(position, full)) for position in itertools.product(*ranges)]
 
@@ -60,7 +65,9 @@ def test_blocks_tile_any_range_of_designs_once_and_in_order(shape, angles, most,
         for block in blocks:
             here = range(block.first_design, block.first_design + block.design_count)
             assert numbers[block.designs].ravel().tolist() == list(here)
-            assert [plan.coordinates(design) for design in here][:1] == [tuple(part.start for part in block.designs)]
+            assert [plan.coordinates(design) for design in here][:1] == [
+                tuple(part.start for part in block.designs)
+            ]
 
 
 @searched
@@ -137,7 +144,11 @@ def test_axes_vary_as_the_product_of_the_document_the_last_fastest(new_sweep, tm
     columns = ["case", "load_mass", "spool_ratio", "pretension"]
     assert list(swept.designs[columns].itertuples(index=False, name=None)) == product
     assert swept.designs["design"].tolist() == list(range(len(product)))
-    states = [(*row, *state) for row in product for state in itertools.product(["extension", "flexion"], [1.0, 0.2])]
+    states = [
+        (*row, *state)
+        for row in product
+        for state in itertools.product(["extension", "flexion"], [1.0, 0.2])
+    ]
     columns += ["direction", "elbow_angle"]
     assert list(swept.states[columns].itertuples(index=False, name=None)) == states
 
@@ -164,8 +175,16 @@ def test_a_product_of_10_to_the_20_is_read_and_refused_before_anything_is_alloca
 def test_more_than_2_to_the_63_states_cannot_be_but_just_below_can():
     grid = {"from": 1.0, "to": 2.0, "num": 10**7}
     axes = {"tendon": {"pretension": grid}, "spring": {"stiffness": grid}}
-    below = {"name": "a", **axes, "motion": {"elbow_angle": {"from": 0.0, "to": 1.0, "num": 46_000}}}
-    above = {"name": "a", **axes, "motion": {"elbow_angle": {"from": 0.0, "to": 1.0, "num": 46_200}}}
+    below = {
+        "name": "a",
+        **axes,
+        "motion": {"elbow_angle": {"from": 0.0, "to": 1.0, "num": 46_000}},
+    }
+    above = {
+        "name": "a",
+        **axes,
+        "motion": {"elbow_angle": {"from": 0.0, "to": 1.0, "num": 46_200}},
+    }
     assert Plan(study_from(with_units(below))).states < 2**63
     with pytest.raises(SizeError):
         Plan(study_from(with_units(above)))

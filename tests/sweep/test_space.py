@@ -13,22 +13,37 @@ from tendon_cli.studies.load import study_from
 
 SIDES = {
     "tendon": {"pretension": [50.0, 90.0], "flexor": {"length": [1.0, 2.0, 3.0]}, "length": 2.5},
-    "sheath": {"friction": {"from": 0.05, "to": 0.1, "num": 3}, "extensor": {"bend_angle": "100 deg"}},
+    "sheath": {
+        "friction": {"from": 0.05, "to": 0.1, "num": 3},
+        "extensor": {"bend_angle": "100 deg"},
+    },
 }
 CASES = {
     "cases": [
         {"name": "a", "arm": {"b1": "140 mm"}, "model": {"reference": "initial"}},
-        {"name": "b", "sheath": {"flexor": {"bend_angle": "90 deg"}}, "spring": {"stiffness": "4 kN/m"}},
+        {
+            "name": "b",
+            "sheath": {"flexor": {"bend_angle": "90 deg"}},
+            "spring": {"stiffness": "4 kN/m"},
+        },
         {"name": "c", "model": {"slack": "bilateral"}, "tendon": {"extensor": {"length": "1 m"}}},
     ]
 }
-DOUBT = {"spring": {"extensor": {"stiffness": "5 kN/m +/- 1 kN/m"}}, "arm": {"a1": "35 mm to 45 mm"}}
+DOUBT = {
+    "spring": {"extensor": {"stiffness": "5 kN/m +/- 1 kN/m"}},
+    "arm": {"a1": "35 mm to 45 mm"},
+}
 STUDIES = [
     SIDES,
     SIDES | CASES,
     CASES | {"people": {"count": 3}, "arm": {"a2": [0.02, 0.03], "forearm_mass": 1.2}},
     DOUBT | {"uncertainty": {"draws": 4}, "spool": {"ratio": [0.6, 1.0]}},
-    DOUBT | {"uncertainty": {"draws": 4}, "people": {"count": 3}, "load": {"mass": {"from": 0.0, "to": 5.0}}},
+    DOUBT
+    | {
+        "uncertainty": {"draws": 4},
+        "people": {"count": 3},
+        "load": {"mass": {"from": 0.0, "to": 5.0}},
+    },
     DOUBT | {"uncertainty": {"draws": 2}, "people": {"count": 5}},
 ]
 
@@ -76,7 +91,9 @@ def test_choices_under_conditions_are_the_designs_of_the_whole_product(content):
     sides = choices.numbers(np.arange(shape[0])), conditions.numbers(np.arange(shape[1]))
     crossed = Space(tuple(map(Axis.of_points, sides, shape)), space.single)
     paired = over(choices.numbers(first), conditions.numbers(second))
-    same(crossed.design(), Space((Axis.of_points(paired, len(first)),), space.single).design(), shape)
+    same(
+        crossed.design(), Space((Axis.of_points(paired, len(first)),), space.single).design(), shape
+    )
     assert len(first) == len(space)
 
 
@@ -86,7 +103,9 @@ def test_a_side_goes_before_both_and_a_case_before_the_study():
     def values(key, side):
         return np.ravel(space.number(key, side).within(space.whole))
 
-    np.testing.assert_allclose(np.degrees(values("sheath.bend_angle", "flexor")), [180.0, 90.0, 180.0])
+    np.testing.assert_allclose(
+        np.degrees(values("sheath.bend_angle", "flexor")), [180.0, 90.0, 180.0]
+    )
     np.testing.assert_allclose(np.degrees(values("sheath.bend_angle", "extensor")), 100.0)
     np.testing.assert_array_equal(values("tendon.length", "flexor"), [1.0, 2.0, 3.0])
     np.testing.assert_array_equal(values("tendon.length", "extensor"), [2.5, 2.5, 1.0])

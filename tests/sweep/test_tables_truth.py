@@ -27,26 +27,67 @@ from .studies import (
     on_side,
 )
 
-LEADING = ["design", "pretension", "spring_stiffness", "spool_ratio", "load_mass", "friction", "bend_angle"]
+LEADING = [
+    "design",
+    "pretension",
+    "spring_stiffness",
+    "spool_ratio",
+    "load_mass",
+    "friction",
+    "bend_angle",
+]
 STATE_COLUMNS = [
-    "direction", "elbow_angle", "status",
-    "flexor_tension_proximal", "flexor_tension_distal", "extensor_tension_proximal", "extensor_tension_distal",
-    "flexor_tendon_stretch", "extensor_tendon_stretch", "flexor_spring_stretch", "extensor_spring_stretch",
-    "flexor_slack", "extensor_slack", "elbow_torque", "motor_torque", "spool_angle", "elbow_stiffness",
-    "flexor_moment_arm", "flexor_travel", "extensor_travel",
-]  # fmt: skip
+    "direction",
+    "elbow_angle",
+    "status",
+    "flexor_tension_proximal",
+    "flexor_tension_distal",
+    "extensor_tension_proximal",
+    "extensor_tension_distal",
+    "flexor_tendon_stretch",
+    "extensor_tendon_stretch",
+    "flexor_spring_stretch",
+    "extensor_spring_stretch",
+    "flexor_slack",
+    "extensor_slack",
+    "elbow_torque",
+    "motor_torque",
+    "spool_angle",
+    "elbow_stiffness",
+    "flexor_moment_arm",
+    "flexor_travel",
+    "extensor_travel",
+]
 DESIGN_COLUMNS = [
-    "min_flexor_tension", "min_extensor_tension", "max_tension", "max_spring_extension", "peak_elbow_torque",
-    "peak_motor_torque", "min_elbow_stiffness", "max_slack", "slack_fraction", "unstable_fraction",
-    "first_slack_angle", "required_pretension", "margin", "max_contact_pressure", "min_spool_to_tendon",
-    "pretension_from", "pretension_to", "taut", "stable", "feasible",
-]  # fmt: skip
+    "min_flexor_tension",
+    "min_extensor_tension",
+    "max_tension",
+    "max_spring_extension",
+    "peak_elbow_torque",
+    "peak_motor_torque",
+    "min_elbow_stiffness",
+    "max_slack",
+    "slack_fraction",
+    "unstable_fraction",
+    "first_slack_angle",
+    "required_pretension",
+    "margin",
+    "max_contact_pressure",
+    "min_spool_to_tendon",
+    "pretension_from",
+    "pretension_to",
+    "taut",
+    "stable",
+    "feasible",
+]
 OF_PRETENSION = ("required_pretension", "margin", "pretension_from", "pretension_to")
 OF_THE_DESIGN = ("max_contact_pressure", "min_spool_to_tendon")
 """Tested in test_windows.py."""
 GEOMETRY = ["flexor_moment_arm", "flexor_travel", "extensor_travel"]
 RESULTS = [name for name in STATE_COLUMNS[3:] if name not in GEOMETRY]
-TENSIONS = [f"{side}_tension_{end}" for side in ("flexor", "extensor") for end in ("proximal", "distal")]
+TENSIONS = [
+    f"{side}_tension_{end}" for side in ("flexor", "extensor") for end in ("proximal", "distal")
+]
 SLACK = ("flexor slack", "extensor slack", "both slack")
 ANGLES = np.radians([90.0, -30.0, 0.0, 15.0, 60.0, 130.0, 175.0])
 MOTION = list(itertools.product(("extension", "flexion"), ANGLES))
@@ -75,7 +116,11 @@ def one_state(numbers, direction, angle):
     """A row of states, from the model called with plain numbers."""
     design = design_of(numbers)
     state = actuator.evaluate(design, float(angle), direction == "flexion")
-    row = {"direction": direction, "elbow_angle": float(angle), "status": STATUS_NAMES[int(state.status)]}
+    row = {
+        "direction": direction,
+        "elbow_angle": float(angle),
+        "status": STATUS_NAMES[int(state.status)],
+    }
     row |= {name: float(values) for name, values in state.columns().items()}
     for side in CASES_SIDES:
         row[f"{side}_tension_distal"] = float(getattr(state.balance, side))
@@ -92,7 +137,9 @@ def assert_same(found, expected, tolerance=1e-10):
     """Two columns agree, nulls included; zeros within a share of the largest."""
     found, expected = found.to_numpy(float), expected.to_numpy(float)
     largest = np.nanmax(np.abs(expected), initial=1e-300)
-    np.testing.assert_allclose(found, expected, rtol=tolerance, atol=1e-3 * tolerance * largest, equal_nan=True)
+    np.testing.assert_allclose(
+        found, expected, rtol=tolerance, atol=1e-3 * tolerance * largest, equal_nan=True
+    )
 
 
 # --- Rows ------------------------------------------------------------------------------------------------------------
@@ -120,20 +167,34 @@ def test_the_study_of_these_tests_has_every_status(full):
     assert set(full.states["status"]) == set(STATUS_NAMES)
 
 
-@pytest.mark.parametrize(("run", "numbers"), [("full", all_numbers), ("per_side", all_numbers_per_side)])
+@pytest.mark.parametrize(
+    ("run", "numbers"), [("full", all_numbers), ("per_side", all_numbers_per_side)]
+)
 @pytest.mark.parametrize("table", ["designs", "states"])
 def test_every_row_says_which_design_it_is(request, run, numbers, table):
     rows = request.getfixturevalue(run).table(table).read().to_pandas().drop_duplicates("design")
     everything = list(numbers())
-    for column, key in (("spool_ratio", "spool.ratio"), ("load_mass", "load.mass"), ("arm_b1", "arm.b1")):
+    for column, key in (
+        ("spool_ratio", "spool.ratio"),
+        ("load_mass", "load.mass"),
+        ("arm_b1", "arm.b1"),
+    ):
         if column in rows:
             assert rows[column].tolist() == [each[key] for each in everything]
-    sided = {"friction": "sheath.friction", "spring_stiffness": "spring.stiffness", "tendon_length": "tendon.length"}
+    sided = {
+        "friction": "sheath.friction",
+        "spring_stiffness": "spring.stiffness",
+        "tendon_length": "tendon.length",
+    }
     for (column, key), side in itertools.product(sided.items(), CASES_SIDES):
-        assert rows[f"{column}_{side}"].tolist() == [on_side(each, key, side) for each in everything]
+        assert rows[f"{column}_{side}"].tolist() == [
+            on_side(each, key, side) for each in everything
+        ]
         assert rows[column].isna().all()
     names = list(CASES)
-    assert rows["case"].tolist() == [names[row * len(names) // len(everything)] for row in range(len(everything))]
+    assert rows["case"].tolist() == [
+        names[row * len(names) // len(everything)] for row in range(len(everything))
+    ]
 
 
 # --- Reductions ------------------------------------------------------------------------------------------------------
@@ -152,7 +213,8 @@ def with_sign(values):
 def reduced(states):
     """What each design's states come to, by pandas."""
     extension = pd.concat(
-        [states[f"{side}_tension_distal"] / stiffness_of(states, side) for side in CASES_SIDES], axis=1
+        [states[f"{side}_tension_distal"] / stiffness_of(states, side) for side in CASES_SIDES],
+        axis=1,
     ).max(axis=1)
     states = states.assign(
         extension=extension,
@@ -196,7 +258,9 @@ def test_designs_hold_what_pandas_finds_in_states(request, run):
 def is_taut_at(numbers, pretension, motion):
     """Whether no state is slack with this pretension on both sides."""
     design = design_of(numbers)
-    flexor, extensor = (replace(side, pretension=pretension) for side in (design.flexor, design.extensor))
+    flexor, extensor = (
+        replace(side, pretension=pretension) for side in (design.flexor, design.extensor)
+    )
     design = replace(design, flexor=flexor, extensor=extensor)
     angles = np.array([angle for _, angle in motion])
     flexion = np.array([direction == "flexion" for direction, _ in motion])
@@ -214,17 +278,23 @@ def bisected(numbers, motion):
     return high
 
 
-@pytest.mark.parametrize(("run", "numbers"), [("solvable", all_numbers), ("per_side", all_numbers_per_side)])
+@pytest.mark.parametrize(
+    ("run", "numbers"), [("solvable", all_numbers), ("per_side", all_numbers_per_side)]
+)
 def test_the_required_pretension_is_where_bisection_finds_it(request, run, numbers):
     found = request.getfixturevalue(run).designs["required_pretension"]
-    np.testing.assert_allclose(found, [bisected(each, FEW_MOTION) for each in numbers()], rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(
+        found, [bisected(each, FEW_MOTION) for each in numbers()], rtol=1e-6, atol=1e-6
+    )
 
 
 @pytest.mark.parametrize("run", ["solvable", "per_side"])
 def test_a_design_is_taut_where_its_margin_is_not_negative(request, run):
     designs = request.getfixturevalue(run).designs
     if run == "solvable":
-        assert_same(designs["margin"], designs["pretension"] - designs["required_pretension"], 1e-12)
+        assert_same(
+            designs["margin"], designs["pretension"] - designs["required_pretension"], 1e-12
+        )
     assert (designs["taut"] == (designs["margin"] >= 0.0)).all()
     assert (designs["first_slack_angle"].isna() == designs["taut"]).all()
     assert 0 < designs["taut"].sum() < len(designs)
@@ -232,11 +302,21 @@ def test_a_design_is_taut_where_its_margin_is_not_negative(request, run):
 
 def test_the_margin_is_what_both_sides_can_lose_before_a_state_goes_slack(per_side):
     designs, checked = per_side.designs, set()
-    for numbers, case, margin in zip(all_numbers_per_side(), designs["case"], designs["margin"], strict=True):
-        own = {f"tendon.{side}.pretension": on_side(numbers, "tendon.pretension", side) for side in CASES_SIDES}
+    for numbers, case, margin in zip(
+        all_numbers_per_side(), designs["case"], designs["margin"], strict=True
+    ):
+        own = {
+            f"tendon.{side}.pretension": on_side(numbers, "tendon.pretension", side)
+            for side in CASES_SIDES
+        }
         for more in (-1e-6, 1e-6) if margin < min(own.values()) - 1e-3 else ():
-            lowered = design_of(numbers | {key: value - margin - more for key, value in own.items()})
-            states = [actuator.evaluate(lowered, float(at), way == "flexion").status for way, at in FEW_MOTION]
+            lowered = design_of(
+                numbers | {key: value - margin - more for key, value in own.items()}
+            )
+            states = [
+                actuator.evaluate(lowered, float(at), way == "flexion").status
+                for way, at in FEW_MOTION
+            ]
             assert any(states) == (more > 0)
             checked.add(case)
     assert "rough extensor" in checked
@@ -257,7 +337,9 @@ def test_run_json_counts_what_the_tables_hold(full):
 def test_at_the_required_pretension_the_margin_is_zero_and_the_design_taut(slack, mass, ratio):
     study = {"load": {"mass": mass}, "spool": {"ratio": ratio}, "model": {"slack": slack}}
     required = float(tendon.sweep(study).designs["required_pretension"].item())
-    at, below = tendon.sweep(study | {"tendon": {"pretension": [required, required * (1 - 1e-6)]}}).designs.iloc
+    at, below = tendon.sweep(
+        study | {"tendon": {"pretension": [required, required * (1 - 1e-6)]}}
+    ).designs.iloc
     assert abs(at["margin"]) <= 1e-9 * required
     assert (at["taut"], at["slack_fraction"]) == (True, 0.0)
     assert not below["taut"]
@@ -305,7 +387,14 @@ def test_required_pretension_and_margin_are_null_where_a_state_has_no_equilibriu
 def test_a_design_without_any_equilibrium_has_no_results_but_its_shares(new_sweep, tmp_path):
     text = '[load]\nmass = [0.0, 3.0]\n[motion]\nelbow_angle = ["165 deg", "170 deg"]\n'
     designs = new_sweep(text, tmp_path).designs
-    shares = ["slack_fraction", "unstable_fraction", "min_spool_to_tendon", "taut", "stable", "feasible"]
+    shares = [
+        "slack_fraction",
+        "unstable_fraction",
+        "min_spool_to_tendon",
+        "taut",
+        "stable",
+        "feasible",
+    ]
     assert designs[[name for name in DESIGN_COLUMNS if name not in shares]].isna().all(axis=None)
     assert designs["slack_fraction"].tolist() == [1.0, 1.0]
     assert designs["unstable_fraction"].tolist() == [0.0, 0.0]
@@ -325,8 +414,18 @@ def test_other_axes_and_sides_follow_the_six_columns_that_are_always_there(per_s
     columns = list(per_side.designs)
     leading = columns[: columns.index("min_flexor_tension")]
     assert [name for name in leading if name in LEADING] == LEADING
-    rest = {"tendon_diameter", "tendon_length", "case", "tendon_length_flexor", "tendon_length_extensor"}
-    rest |= {f"{name}_{side}" for name in ("pretension", "friction", "spring_stiffness") for side in CASES_SIDES}
+    rest = {
+        "tendon_diameter",
+        "tendon_length",
+        "case",
+        "tendon_length_flexor",
+        "tendon_length_extensor",
+    }
+    rest |= {
+        f"{name}_{side}"
+        for name in ("pretension", "friction", "spring_stiffness")
+        for side in CASES_SIDES
+    }
     assert set(leading) - set(LEADING) == rest
     assert list(per_side.states)[: len(leading)] == leading
     assert columns[len(leading) :] == DESIGN_COLUMNS
@@ -345,7 +444,10 @@ def test_an_axis_of_one_side_alone_is_a_column_of_both_sides(new_sweep, tmp_path
 def test_fields_have_their_types_and_with_pandas_attributes_the_units(full, table):
     file = full.folder / f"{table}.parquet"
     schema, frame = pq.read_schema(file), pd.read_parquet(file)
-    attributes, others = frame.attrs, {"design": pa.int64()} | dict.fromkeys(("taut", "stable", "feasible"), pa.bool_())
+    attributes, others = (
+        frame.attrs,
+        {"design": pa.int64()} | dict.fromkeys(("taut", "stable", "feasible"), pa.bool_()),
+    )
     assert set(attributes["units"]) == set(schema.names)
     for field in schema:
         assert field.metadata[b"unit"].decode() == attributes["units"][field.name]
@@ -358,7 +460,9 @@ def test_fields_have_their_types_and_with_pandas_attributes_the_units(full, tabl
         assert field.metadata[b"long_name"].decode().strip()
         if quantity:
             assert field.metadata[b"long_name"].decode() == quantity.long_name
-            assert field.name.removesuffix("_flexor").removesuffix("_extensor").endswith(quantity.name)
+            assert (
+                field.name.removesuffix("_flexor").removesuffix("_extensor").endswith(quantity.name)
+            )
             assert field.metadata[b"unit"].decode() == quantity.unit
 
 

@@ -38,7 +38,9 @@ def maker(small_parts, tmp_path):
 
 def files(maker):
     return {
-        path.relative_to(maker.folder): path.stat().st_mtime_ns for path in maker.folder.rglob("*.*") if path.is_file()
+        path.relative_to(maker.folder): path.stat().st_mtime_ns
+        for path in maker.folder.rglob("*.*")
+        if path.is_file()
     }
 
 
@@ -67,7 +69,9 @@ def test_a_failure_is_a_result_like_others(maker, jobs, monkeypatch):
     monkeypatch.setattr(sweep_module, "state_rows", fails)
     monkeypatch.setattr(Path, "replace", fails_to_finish)
     results = list(in_threads(jobs)(maker, iter(range(PARTS))))
-    failures = {result.index: type(result.error) for result in results if isinstance(result, PartFailure)}
+    failures = {
+        result.index: type(result.error) for result in results if isinstance(result, PartFailure)
+    }
     assert failures == {3: FloatingPointError, 7: OutputError}
     assert sorted(result.index for result in results) == list(range(PARTS))
     made = {name for result in results if result.index not in failures for name in result.files}

@@ -7,10 +7,15 @@ import tendon_cli as tendon
 from tendon_cli.engine import folds
 
 LIMITS = {
-    "max_tension": "420 N", "min_flexor_tension": "2 N", "max_spring_extension": "90 mm", "peak_motor_torque": "11 N m",
-    "max_contact_pressure": "90 kPa", "min_elbow_stiffness": "1 N m/rad", "max_pretension": "280 N",
+    "max_tension": "420 N",
+    "min_flexor_tension": "2 N",
+    "max_spring_extension": "90 mm",
+    "peak_motor_torque": "11 N m",
+    "max_contact_pressure": "90 kPa",
+    "min_elbow_stiffness": "1 N m/rad",
+    "max_pretension": "280 N",
     "min_spring_room": "10 mm",
-}  # fmt: skip
+}
 CONTENT = {
     "arm": {"contact_width": "40 mm", "b1": ["150 mm", "170 mm"]},
     "spring": {"stiffness": ["2 kN/m", "6 kN/m"], "free_length": "70 mm"},
@@ -28,7 +33,9 @@ def swept(content):
 @pytest.mark.parametrize("limits", [{}, LIMITS, *({name: value} for name, value in LIMITS.items())])
 def test_a_design_is_feasible_where_its_pretension_is_in_its_window(limits, slack):
     content = {**CONTENT, "limits": limits, "model": {"slack": slack}}
-    designs = swept({**content, "tendon": {"pretension": {"from": "5 N", "to": "305 N", "num": 61}}})
+    designs = swept(
+        {**content, "tendon": {"pretension": {"from": "5 N", "to": "305 N", "num": 61}}}
+    )
     high = designs.pretension_to.fillna(np.inf)
     inside = (designs.pretension_from <= designs.pretension) & (designs.pretension <= high)
     assert (designs.feasible == inside).all()
@@ -46,11 +53,14 @@ def test_just_within_the_ends_it_is_feasible_and_just_beyond_it_is_not():
                 if end + step <= 0.0:
                     continue
                 one = {
-                    "arm": {"contact_width": 0.04, "b1": f"{row.arm_b1} m"}, "spool": {"ratio": row.spool_ratio},
+                    "arm": {"contact_width": 0.04, "b1": f"{row.arm_b1} m"},
+                    "spool": {"ratio": row.spool_ratio},
                     "spring": {"stiffness": row.spring_stiffness, "free_length": "70 mm"},
-                    "load": {"mass": row.load_mass}, "tendon": {"pretension": end + step},
-                    "limits": LIMITS, "motion": CONTENT["motion"],
-                }  # fmt: skip
+                    "load": {"mass": row.load_mass},
+                    "tendon": {"pretension": end + step},
+                    "limits": LIMITS,
+                    "motion": CONTENT["motion"],
+                }
                 assert swept(one).feasible.item() == feasible
                 checked += 1
     assert checked > 30
@@ -66,7 +76,9 @@ def test_the_window_does_not_depend_on_pretension_nor_on_the_slack_model():
 
 def test_the_columns_of_whole_designs():
     found = swept({**CONTENT, "sheath": {"friction": 0.05}})
-    np.testing.assert_allclose(found.min_spool_to_tendon, np.where(found.spool_ratio < 1.0, 24.0, 40.0))
+    np.testing.assert_allclose(
+        found.min_spool_to_tendon, np.where(found.spool_ratio < 1.0, 24.0, 40.0)
+    )
     states = tendon.sweep(tendon.study({**CONTENT, "sheath": {"friction": 0.05}})).states
     pull = states.groupby("design").extensor_tension_distal.max()
     np.testing.assert_allclose(found.max_contact_pressure, pull / (0.045 * 0.04), rtol=1e-14)
@@ -95,7 +107,9 @@ def test_an_answers_windows_are_those_of_a_sweep_over_many_angles():
 
 
 @pytest.mark.parametrize("most", [{"_MOST_KEPT": 0}, {"_MOST_BEFORE": 0}, {"_DESIGNS": 5}], ids=str)
-def test_windows_of_all_designs_at_once_are_those_of_each_part(new_sweep, tmp_path, small_parts, monkeypatch, most):
+def test_windows_of_all_designs_at_once_are_those_of_each_part(
+    new_sweep, tmp_path, small_parts, monkeypatch, most
+):
     small_parts(3000, 5)
     text = """
 tendon = { pretension = ["50 N", "90 N", "200 N"] }

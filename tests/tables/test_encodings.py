@@ -29,7 +29,10 @@ def stored(new_sweep, tmp_path_factory):
 
 def columns_of(file):
     metadata = pq.ParquetFile(file).metadata
-    return {metadata.schema.column(at).path: metadata.row_group(0).column(at) for at in range(metadata.num_columns)}
+    return {
+        metadata.schema.column(at).path: metadata.row_group(0).column(at)
+        for at in range(metadata.num_columns)
+    }
 
 
 REPEATING = {"pretension", "load_mass", "elbow_angle", "spring_stiffness", "design"}
@@ -38,8 +41,13 @@ REPEATING = {"pretension", "load_mass", "elbow_angle", "spring_stiffness", "desi
 @pytest.mark.parametrize("table", ["designs", "states"])
 def test_numbers_that_repeat_are_as_small_as_in_a_dictionary(stored, table, tmp_path):
     columns = columns_of(stored / f"{table}.parquet")
-    assert {name for name, column in columns.items() if column.compression == "ZSTD"} >= REPEATING & set(columns)
-    pattern = {"one": np.full(2**17, 0.07), "many": np.resize(np.repeat(np.linspace(0.0, 1.0, 91), 7), 2**17)}
+    assert {
+        name for name, column in columns.items() if column.compression == "ZSTD"
+    } >= REPEATING & set(columns)
+    pattern = {
+        "one": np.full(2**17, 0.07),
+        "many": np.resize(np.repeat(np.linspace(0.0, 1.0, 91), 7), 2**17),
+    }
     kept = [Column(name, "number", "1", name, is_axis=True, nullable=False) for name in pattern]
     groups = RowGroups(BytesIO(), TableLayout(tuple(kept), schema_of(kept, {}), 2**17))
 
@@ -49,7 +57,9 @@ def test_numbers_that_repeat_are_as_small_as_in_a_dictionary(stored, table, tmp_
 
     groups.fill(2**17, write)
     ours = groups.close().size
-    pq.write_table(pa.table(pattern), tmp_path / "rival.parquet", compression="snappy", use_dictionary=True)
+    pq.write_table(
+        pa.table(pattern), tmp_path / "rival.parquet", compression="snappy", use_dictionary=True
+    )
     assert ours < (tmp_path / "rival.parquet").stat().st_size
 
 
@@ -59,7 +69,10 @@ def test_numbers_of_designs_take_next_to_nothing(each, tmp_path):
     numbers, file = 10**9 + np.arange(2**17) // each, tmp_path / "numbers.parquet"
     with file.open("wb") as opened:
         groups = RowGroups(opened, TableLayout(tuple(kept), schema_of(kept, {}), 2**17))
-        groups.fill(2**17, lambda to, rows: to["design"].__setitem__(slice(None), numbers[rows.start : rows.stop]))
+        groups.fill(
+            2**17,
+            lambda to, rows: to["design"].__setitem__(slice(None), numbers[rows.start : rows.stop]),
+        )
         groups.close()
     column = pq.read_metadata(file).row_group(0).column(0)
     assert column.total_compressed_size < 2**17 / 64

@@ -118,8 +118,24 @@ def test_pages_have_checksums_that_other_readers_can_verify(small, tmp_path):
 
 def test_a_table_truncated_anywhere_or_with_something_behind_it_is_refused_by_name(small, tmp_path):
     good, file = (small.folder / "designs.parquet").read_bytes(), tmp_path / "cut.parquet"
-    lengths = (0, 1, 4, 7, 8, 11, 12, 100, footer_start(good), len(good) // 2, len(good) - 8, len(good) - 1)
-    for content in (*(good[:length] for length in lengths), *(good + tail for tail in (b"\0", b"PAR1"))):
+    lengths = (
+        0,
+        1,
+        4,
+        7,
+        8,
+        11,
+        12,
+        100,
+        footer_start(good),
+        len(good) // 2,
+        len(good) - 8,
+        len(good) - 1,
+    )
+    for content in (
+        *(good[:length] for length in lengths),
+        *(good + tail for tail in (b"\0", b"PAR1")),
+    ):
         file.write_bytes(content)
         assert "cut.parquet" in refusal(file).where
     for tail in (good[-8:], good):
@@ -139,13 +155,21 @@ def test_a_table_moved_and_renamed_is_still_whole(small, tmp_path, table):
 PLAIN = pa.table({"design": [0, 1], "margin": [1.0, 2.0]})
 FOREIGN = {
     "plain": PLAIN,
-    "ours, rewritten": PLAIN.replace_schema_metadata({"tendon.study": "{}", "tendon.table": '"designs"'}),
-    "our keys": PLAIN.replace_schema_metadata({"tendon.study": "{", "tendon.digest": "sha256:" + "0" * 64}),
-    "nested": pa.table({"deep": pa.nulls(1, functools.reduce(lambda of, _: pa.list_(of), range(60), pa.float64()))}),
+    "ours, rewritten": PLAIN.replace_schema_metadata(
+        {"tendon.study": "{}", "tendon.table": '"designs"'}
+    ),
+    "our keys": PLAIN.replace_schema_metadata(
+        {"tendon.study": "{", "tendon.digest": "sha256:" + "0" * 64}
+    ),
+    "nested": pa.table(
+        {"deep": pa.nulls(1, functools.reduce(lambda of, _: pa.list_(of), range(60), pa.float64()))}
+    ),
     "no columns": pa.table({}),
     "odd names": pa.table([[1.0]] * 4, names=["", "a\nb", "\x1b[31m", "a" * 10_000]),
     "same names": pa.table([[1.0], [2.0]], names=["a", "a"]),
-    "other types": pa.table({"when": pa.array([0], pa.timestamp("ns", "Europe/Paris")), "what": pa.array([b"\xff"])}),
+    "other types": pa.table(
+        {"when": pa.array([0], pa.timestamp("ns", "Europe/Paris")), "what": pa.array([b"\xff"])}
+    ),
     "empty": b"",
     "text": b"design,margin\n0,1\n",
     "zip": b"PK\3\4" + bytes(500),
@@ -192,7 +216,9 @@ HARMS = {
     "part 0": lambda folder, _: (folder / "part-00000.parquet").unlink(),
     "part 3": lambda folder, _: (folder / "part-00003.parquet").unlink(),
     "part-00002.parquet": lambda folder, _: turned(folder),
-    "states.parquet": lambda folder, _: shutil.copy(folder / "part-00001.parquet", folder / "part-00004.parquet"),
+    "states.parquet": lambda folder, _: shutil.copy(
+        folder / "part-00001.parquet", folder / "part-00004.parquet"
+    ),
     "another": of_another_study,
     "part-00001.parquet": lambda folder, _: shutil.copy(
         folder.with_name("designs.parquet") / "part-00001.parquet", folder
@@ -274,7 +300,9 @@ def one_table(small, monkeypatch):
 
     def write(file):
         task = Sweep(small.plan)
-        with table_file(file, replace(task.layout("states", 0), at_once=1000, row_group=1000)) as table:
+        with table_file(
+            file, replace(task.layout("states", 0), at_once=1000, row_group=1000)
+        ) as table:
             task.fill({"states": table}, 0)
             table.flush()
 
@@ -298,7 +326,9 @@ def test_a_write_that_fails_changes_nothing_says_only_its_error_and_can_be_done_
             with pytest.raises(OutputError, match="space") as error:
                 one_table(file)
             assert (error.value.exit, error.value.where) == (5, str(file))
-            assert [item.read_bytes() for item in tmp_path.iterdir()] == ([] if stood is None else [stood])
+            assert [item.read_bytes() for item in tmp_path.iterdir()] == (
+                [] if stood is None else [stood]
+            )
     gc.collect()
     assert muttered == []
     one_table(file)
@@ -315,7 +345,9 @@ def test_a_table_that_is_not_finished_leaves_nothing_and_says_nothing(tmp_path, 
     assert (list(tmp_path.iterdir()), muttered) == ([], [])
 
 
-def test_what_stands_in_the_place_of_the_temporary_file_is_not_written_through(tmp_path, one_table, monkeypatch):
+def test_what_stands_in_the_place_of_the_temporary_file_is_not_written_through(
+    tmp_path, one_table, monkeypatch
+):
     precious = tmp_path / "precious"
     precious.write_text("mine", encoding="utf-8")
     with monkeypatch.context() as patch:
@@ -353,23 +385,34 @@ ratio = [0.6, 0.7]
 
 @pytest.mark.parametrize(
     ("verb", "table", "kept", "harm"),
-    [("sweep", "states", ["designs", "states"], "another's"), ("sweep", "states", ["designs"], "another's"),
-     ("design", "choices", ["designs"], "another's"), ("sweep", "designs", ["designs", "states"], "flipped")],
+    [
+        ("sweep", "states", ["designs", "states"], "another's"),
+        ("sweep", "states", ["designs"], "another's"),
+        ("design", "choices", ["designs"], "another's"),
+        ("sweep", "designs", ["designs", "states"], "flipped"),
+    ],
     ids=["in the place of its own", "beside its own", "of an answer", "flipped"],
-)  # fmt: skip
+)
 def test_a_harmed_table_or_one_of_another_run_is_refused_by_all_that_open_it(
     tendon, workplace, verb, table, kept, harm
 ):
     (workplace / "study.toml").write_text(TWO_BY_TWO, encoding="utf-8")
-    for name, words in (("mine", (f"output.tables={json.dumps(kept)}",)), ("other", ("tendon.length=3 m",))):
+    for name, words in (
+        ("mine", (f"output.tables={json.dumps(kept)}",)),
+        ("other", ("tendon.length=3 m",)),
+    ):
         settings = [word for setting in words for word in ("--set", setting)]
         assert tendon(verb, "study.toml", "--out", name, "--no-figures", *settings).exit in (0, 4)
     if harm == "flipped":
         flip(workplace / f"mine/{table}.parquet", random.Random(5))  # noqa: S311 - a repeatable sample
     else:
         shutil.copy(workplace / f"other/{table}.parquet", workplace / "mine")
-    asked = [("show", "mine", "--table", table), ("show", f"mine/{table}.parquet"),
-             ("export", f"mine/{table}.parquet", "out.csv"), ("plot", f"mine/{table}.parquet")]  # fmt: skip
+    asked = [
+        ("show", "mine", "--table", table),
+        ("show", f"mine/{table}.parquet"),
+        ("export", f"mine/{table}.parquet", "out.csv"),
+        ("plot", f"mine/{table}.parquet"),
+    ]
     if table in kept or verb == "design":
         asked += [("report", "mine"), ("check", "mine")]  # which open none that the run has not
         with pytest.raises(InputError):

@@ -47,7 +47,9 @@ class Disk:
             return io.BufferedWriter(raw, buffering if buffering > 0 else io.DEFAULT_BUFFER_SIZE)
 
         def fsync_(handle):
-            self.meet("fsync folder" if stat.S_ISDIR(os.fstat(handle).st_mode) else "fsync file", handle)
+            self.meet(
+                "fsync folder" if stat.S_ISDIR(os.fstat(handle).st_mode) else "fsync file", handle
+            )
             return fsync(handle)
 
         def by_here(real, meet):
@@ -59,14 +61,22 @@ class Disk:
 
         patch.setattr(Path, "open", open_)
         patch.setattr(os, "fsync", fsync_)
-        patch.setattr(Path, "replace", by_here(Path.replace, lambda path: self.meet("rename", path)))
+        patch.setattr(
+            Path, "replace", by_here(Path.replace, lambda path: self.meet("rename", path))
+        )
         patch.setattr(Path, "mkdir", by_here(Path.mkdir, lambda path: self.meet("mkdir", path)))
         patch.setattr(Path, "unlink", by_here(Path.unlink, lambda _path: self.go_on()))
         patch.setattr(shutil, "rmtree", by_here(shutil.rmtree, lambda _path: self.go_on()))
 
     def begin(self, fail_at=None, error=errno.ENOSPC, *, lasting=False):
         """From now on the operation of this number fails, if it is lasting all later ones too; error None is a kill."""
-        self.seen, self.fail_at, self.error, self.lasting, self.dead = [], fail_at, error, lasting, False
+        self.seen, self.fail_at, self.error, self.lasting, self.dead = (
+            [],
+            fail_at,
+            error,
+            lasting,
+            False,
+        )
 
     def go_on(self):
         if self.dead:

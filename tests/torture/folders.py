@@ -83,7 +83,9 @@ def lengthen(file, chance):
 
 def swap(file, _chance):
     """A whole part, but that of another table."""
-    other = file.parents[1] / ("designs.parquet" if file.parent.name == "states.parquet" else "states.parquet")
+    other = file.parents[1] / (
+        "designs.parquet" if file.parent.name == "states.parquet" else "states.parquet"
+    )
     file.write_bytes((other / file.name).read_bytes() if (other / file.name).exists() else b"")
 
 
@@ -107,7 +109,9 @@ def broken(journal, chance):
         case 4:
             lines.insert(chance.randrange(len(lines) + 1), chance.randbytes(chance.randrange(100)))
         case _:
-            return journal + bytes(chance.randrange(4096))  # as a power cut leaves a file that had been made longer
+            return journal + bytes(
+                chance.randrange(4096)
+            )  # as a power cut leaves a file that had been made longer
     return b"\n".join(lines) + b"\n"
 
 
@@ -198,7 +202,9 @@ class Folder(RuleBasedStateMachine):
         self.whole = {file: forms[-1] for file, forms in self.forms.items()}
         self.harmed, self.strangers, self.seen = set(), {}, []
         self.disk = Disk(self.patch, self.home)
-        self.patch.setattr(sys, "unraisablehook", lambda _fault: None)  # what files say that a kill left open
+        self.patch.setattr(
+            sys, "unraisablehook", lambda _fault: None
+        )  # what files say that a kill left open
 
     def close(self):
         self.disk.begin()
@@ -218,20 +224,34 @@ class Folder(RuleBasedStateMachine):
     @property
     def hashes(self):
         return {
-            str(file.relative_to(self.run)): file_sha256(file) for file in self.run.rglob("*.parquet") if file.is_file()
+            str(file.relative_to(self.run)): file_sha256(file)
+            for file in self.run.rglob("*.parquet")
+            if file.is_file()
         }
 
     @property
     def damaged(self):
         """Files that are not as the run wrote them."""
-        stand = {name: sha256 for name, sha256 in self.hashes.items() if not (self.run / name).is_symlink()}
-        return sorted(name for name, forms in self.forms.items() if stand.get(name) not in forms[-self.finished :])
+        stand = {
+            name: sha256
+            for name, sha256 in self.hashes.items()
+            if not (self.run / name).is_symlink()
+        }
+        return sorted(
+            name
+            for name, forms in self.forms.items()
+            if stand.get(name) not in forms[-self.finished :]
+        )
 
     @property
     def kept(self):
         """Parts that need not be made anew."""
         files, damaged, journal = self.task.of(self.study).files, {*self.damaged}, self.entries()
-        known = range(self.parts) if self.finished else {entry["part"] for entry in journal if "part" in entry}
+        known = (
+            range(self.parts)
+            if self.finished
+            else {entry["part"] for entry in journal if "part" in entry}
+        )
         return [index for index in known if damaged.isdisjoint(files(index).values())]
 
     def entries(self):
@@ -247,7 +267,9 @@ class Folder(RuleBasedStateMachine):
         """Nothing is written, made or deleted meanwhile but the lock."""
 
         def everything():
-            files = (file for file in self.home.rglob("*") if file.name != ".lock" and not file.is_dir())
+            files = (
+                file for file in self.home.rglob("*") if file.name != ".lock" and not file.is_dir()
+            )
             return {file: (file.lstat().st_mtime_ns, file.read_bytes()) for file in files}
 
         before = everything()
@@ -258,7 +280,11 @@ class Folder(RuleBasedStateMachine):
     def check(self):
         """What is so at any moment: what looks finished is, what stands is of this run, a stranger's is untouched."""
         hashes = self.hashes
-        assert [name for name in hashes if name not in self.harmed and hashes[name] not in self.forms[name]] == []
+        assert [
+            name
+            for name in hashes
+            if name not in self.harmed and hashes[name] not in self.forms[name]
+        ] == []
         assert not self.finished or self.harmed or hashes == self.whole
         assert {item.name for item in self.home.iterdir()} <= {"study.toml", "run", "stranger"}
         assert {file: file.read_bytes() for file in self.stranger.iterdir()} == self.strangers
@@ -300,7 +326,10 @@ class Folder(RuleBasedStateMachine):
         before = self.times(kept) if self.name == "sweep" or was_finished else {}
         record = self.carry_out(way, lock=lock).record
         self.assert_whole()
-        assert ((self.run / FIGURE).exists(), was_finished or not self.journal.exists()) == (True, True)
+        assert ((self.run / FIGURE).exists(), was_finished or not self.journal.exists()) == (
+            True,
+            True,
+        )
         if way == "resume":
             assert before == {file: file.stat().st_mtime_ns for file in before}
             assert not (was_finished and damaged) or sorted(record["repaired"]) == damaged
@@ -337,7 +366,12 @@ class Folder(RuleBasedStateMachine):
 
     # --- What happens to it
 
-    @rule(at=PLACE, error=st.sampled_from([None, None, *ERRORS]), lasting=st.booleans(), way=st.sampled_from(WAYS[1:]))
+    @rule(
+        at=PLACE,
+        error=st.sampled_from([None, None, *ERRORS]),
+        lasting=st.booleans(),
+        way=st.sampled_from(WAYS[1:]),
+    )
     def fail(self, at, error, *, lasting, way="resume"):
         """An operation of the disk fails: exit 5, or what is said to stand is whole; or the process is killed at it."""
         was_finished = self.finished
@@ -366,8 +400,13 @@ class Folder(RuleBasedStateMachine):
         if isinstance(ended, TendonError):
             assert (ended.exit, "--resume" in ended.hint) == (6, True)
             assert any(f"part {part} (" in ended.message for part in parts)
-            assert self.name == "design" or f"{len(lost)} of {self.parts} parts failed" in ended.message
-            assert self.finished or len(self.kept) == self.parts - len(lost) or self.name == "design"
+            assert (
+                self.name == "design"
+                or f"{len(lost)} of {self.parts} parts failed" in ended.message
+            )
+            assert (
+                self.finished or len(self.kept) == self.parts - len(lost) or self.name == "design"
+            )
         else:
             assert not lost or self.name == "design"
             self.assert_whole()
@@ -385,7 +424,9 @@ class Folder(RuleBasedStateMachine):
     @rule(at=PLACE)
     def link(self, at):
         """A part is moved to a stranger's folder, and a link put in its place."""
-        files = [file for file in sorted(self.run.glob("*.parquet/*.parquet")) if not file.is_symlink()]
+        files = [
+            file for file in sorted(self.run.glob("*.parquet/*.parquet")) if not file.is_symlink()
+        ]
         if files:
             file, elsewhere = files[at % len(files)], self.stranger / str(len(self.strangers))
             shutil.move(file, elsewhere)
@@ -399,7 +440,11 @@ class Folder(RuleBasedStateMachine):
         content = broken(before, chance)
         known = entries(content)
         is_known = len(known) > 0 or (has_header(self.entries()) and before.startswith(content))
-        if before and is_known and (has_header(known) or not (self.harmed or (self.run / FIGURE).exists())):
+        if (
+            before
+            and is_known
+            and (has_header(known) or not (self.harmed or (self.run / FIGURE).exists()))
+        ):
             self.journal.write_bytes(content)
 
     @rule(chance=CHANCE)
@@ -413,7 +458,9 @@ class Folder(RuleBasedStateMachine):
         forged = regrown(lines[at], chance)
         lines[at] = whose | forged if isinstance(forged, dict) else forged
         texts = (json.dumps(line).encode() for line in lines)
-        self.journal.write_bytes(b"".join(b"%08x %s\n" % (zlib.crc32(text), text) for text in texts))
+        self.journal.write_bytes(
+            b"".join(b"%08x %s\n" % (zlib.crc32(text), text) for text in texts)
+        )
         ended = self.ended()
         if isinstance(ended, TendonError):
             assert ended.exit in (5, 7)
@@ -427,7 +474,11 @@ class Folder(RuleBasedStateMachine):
     def refuse(self, why, way):
         """Another run writes here, nothing can be locked, no journal can be read: exit 7, and nothing is touched."""
         self.run.mkdir(exist_ok=True)
-        with pytest.MonkeyPatch.context() as patch, OBSTACLES[why](self, patch) as hint, self.untouched():
+        with (
+            pytest.MonkeyPatch.context() as patch,
+            OBSTACLES[why](self, patch) as hint,
+            self.untouched(),
+        ):
             error = self.ended(way)
             assert (error.exit, hint in error.hint, str(self.run) in error.where) == (7, True, True)
 
@@ -439,7 +490,9 @@ def forms_of(name):
 
     def noted(source, target):
         if Path(target).suffix == ".parquet":
-            forms.setdefault(str(Path(target).relative_to(folder.run)), []).append(file_sha256(source))
+            forms.setdefault(str(Path(target).relative_to(folder.run)), []).append(
+                file_sha256(source)
+            )
         return replace(source, target)
 
     with pytest.MonkeyPatch.context() as patch:

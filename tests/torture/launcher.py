@@ -32,7 +32,13 @@ def hold(owner, name, settings):
     setattr(owner, name, slow)
 
 
-NETWORK = ("socket.connect", "socket.bind", "socket.getaddrinfo", "socket.gethostbyname", "socket.sendto")
+NETWORK = (
+    "socket.connect",
+    "socket.bind",
+    "socket.getaddrinfo",
+    "socket.gethostbyname",
+    "socket.sendto",
+)
 
 
 def forbid_network(event, _arguments):

@@ -27,10 +27,14 @@ def test_a_journal_that_claims_absurd_parts_is_refused_at_once(parts):
 def histories(number, count, steps):
     machine = seed(number)(type("Runs", (Folder,), {}))
     how = settings(
-        max_examples=count, stateful_step_count=steps, database=None, deadline=None, report_multiple_bugs=False,
+        max_examples=count,
+        stateful_step_count=steps,
+        database=None,
+        deadline=None,
+        report_multiple_bugs=False,
         phases=[Phase.generate, Phase.shrink],
         suppress_health_check=list(HealthCheck),
-    )  # fmt: skip
+    )
     run_state_machine_as_test(machine, settings=how)
 
 
@@ -58,10 +62,22 @@ def operations(verb):
 @pytest.mark.parametrize("verb", VERBS)
 def test_every_kind_of_operation_goes_by_the_disk(verb):
     """What all of this rests on."""
-    assert {kind for kind, _ in operations(verb)} == {"open", "write", "fsync file", "fsync folder", "rename", "mkdir"}
+    assert {kind for kind, _ in operations(verb)} == {
+        "open",
+        "write",
+        "fsync file",
+        "fsync folder",
+        "rename",
+        "mkdir",
+    }
 
 
-EVERYWHERE = [("design", None), ("design", ERRORS[0]), ("sweep", None), *(("sweep", error) for error in ERRORS)]
+EVERYWHERE = [
+    ("design", None),
+    ("design", ERRORS[0]),
+    ("sweep", None),
+    *(("sweep", error) for error in ERRORS),
+]
 
 
 @pytest.mark.torture

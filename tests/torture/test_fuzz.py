@@ -22,10 +22,17 @@ def fuzzed(folder, *words, warn="error"):
     """What became of the cases, and what the process said."""
     ran = subprocess.run(
         [sys.executable, "-W", warn, "-m", "hostile.fuzz", *map(str, words)],
-        check=False, capture_output=True, text=True, errors="replace", timeout=3000, cwd=HERE,
-    )  # fmt: skip
+        check=False,
+        capture_output=True,
+        text=True,
+        errors="replace",
+        timeout=3000,
+        cwd=HERE,
+    )
     said = ran.stderr[-2000:]
-    assert ran.returncode == 0, f"the process itself ended or hung, on the file in its folder: {ran.returncode} {said}"
+    assert ran.returncode == 0, (
+        f"the process itself ended or hung, on the file in its folder: {ran.returncode} {said}"
+    )
     tally = json.loads((folder / "tally.json").read_text("utf-8"))
     assert tally["faults"] == {}
     assert tally["peak"] < MOST_MEGABYTES
@@ -38,10 +45,15 @@ def fuzzed(folder, *words, warn="error"):
 def test_files_bred_by_chance_end_in_one_message_or_are_taken(tmp_path, kind, cases):
     tally, _ = fuzzed(tmp_path, kind, cases, tmp_path)
     assert tally["cases"] == cases
-    assert tally["taken"] > cases // 50, "nearly nothing was valid: such cases go no deeper than the parser"
+    assert tally["taken"] > cases // 50, (
+        "nearly nothing was valid: such cases go no deeper than the parser"
+    )
 
 
-@pytest.mark.skipif(find_spec("atheris") is None, reason="atheris is not installed; it has no wheel for every system")
+@pytest.mark.skipif(
+    find_spec("atheris") is None,
+    reason="atheris is not installed; it has no wheel for every system",
+)
 @pytest.mark.parametrize("cases", some([200], [20_000]))
 @pytest.mark.parametrize("kind", ATTEMPTS)
 def test_files_bred_by_what_they_reach_end_in_one_message_or_are_taken(tmp_path, kind, cases):
@@ -50,7 +62,9 @@ def test_files_bred_by_what_they_reach_end_in_one_message_or_are_taken(tmp_path,
     assert int(REACHED.search(said)[1]) > 200, "the modules are not watched"
 
 
-def test_what_once_reached_something_new_or_ended_otherwise_ends_in_one_message_or_is_taken(tmp_path):
+def test_what_once_reached_something_new_or_ended_otherwise_ends_in_one_message_or_is_taken(
+    tmp_path,
+):
     tally, _ = fuzzed(tmp_path, "replay", CORPUS, tmp_path)
     assert tally["cases"] == sum(1 for kind in ATTEMPTS for _ in (CORPUS / kind).iterdir())
     assert tally["taken"] > 0

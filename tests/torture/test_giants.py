@@ -31,9 +31,13 @@ pq.write_table(table, sys.argv[1], compression="zstd", use_dictionary=False, row
 def measured(folder, *words):
     """Exit code, what was said, peak memory in MB."""
     ran = subprocess.run(
-        [sys.executable, "-c", MEASURED, *map(str, words)], check=False, capture_output=True, text=True,
-        timeout=60, cwd=folder,
-    )  # fmt: skip
+        [sys.executable, "-c", MEASURED, *map(str, words)],
+        check=False,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        cwd=folder,
+    )
     *said, peak = ran.stderr.splitlines()
     return ran.returncode, "\n".join(said), int(peak)
 
@@ -44,15 +48,21 @@ def write_wide(file, columns):
 
 
 def write_zeros(file, megabytes):
-    subprocess.run([sys.executable, "-c", ZEROS, str(file), str(megabytes * 125_000)], check=True, timeout=120)
+    subprocess.run(
+        [sys.executable, "-c", ZEROS, str(file), str(megabytes * 125_000)], check=True, timeout=120
+    )
     assert file.stat().st_size < megabytes * 1000
 
 
-GIANTS = some([(write_wide, 10_000), (write_zeros, 200)], [(write_wide, 100_000), (write_zeros, 2000)])
+GIANTS = some(
+    [(write_wide, 10_000), (write_zeros, 200)], [(write_wide, 100_000), (write_zeros, 2000)]
+)
 
 
 @pytest.mark.parametrize(("write", "size"), GIANTS)
-def test_a_table_of_a_hundred_thousand_columns_or_with_a_page_of_two_gigabytes_is_refused(tmp_path, write, size):
+def test_a_table_of_a_hundred_thousand_columns_or_with_a_page_of_two_gigabytes_is_refused(
+    tmp_path, write, size
+):
     write(tmp_path / "giant.parquet", size)
     code, said, peak = measured(tmp_path, "plot", tmp_path / "giant.parquet", "--out", "figure.png")
     assert code == 3, said
@@ -68,7 +78,8 @@ BOMBS = {
     "deep.yaml": b"a: " + b"[" * 20_000 + b"]" * 20_000,
     "blocks.yaml": b"\n".join(b" " * depth + b"a:" for depth in range(600)),
     "dotted.toml": b".".join([b"a"] * 50_000) + b" = 1",
-    "aliases.yaml": b"a: &a [x]\n" + b"\n".join(b"k%d: &k%d [*a, *a, *a]" % (n, n) for n in range(50)),
+    "aliases.yaml": b"a: &a [x]\n"
+    + b"\n".join(b"k%d: &k%d [*a, *a, *a]" % (n, n) for n in range(50)),
     "power.toml": b'[load]\nmass = "9**9**9 kg"',
     "digits.toml": b"[load]\nmass = " + b"9" * 200_000,
     "exponent.toml": b"[load]\nmass = 1e" + b"9" * 100_000,
@@ -79,10 +90,12 @@ BOMBS = {
     "long.toml": bytes(300_000),
     "key.yaml": b"? " * 50_000,
     "merge.yaml": b"a: &a {b: 1}\nc: {<<: *a}",
-}  # fmt: skip
+}
 CELLS = b"cell 1,cell 2\n"
 CSV_BOMBS = {
-    "columns.csv": lambda: b",".join(b"c%d" % number for number in range(100_000)) + b"\n" + b"1," * 100_000,
+    "columns.csv": lambda: (
+        b",".join(b"c%d" % number for number in range(100_000)) + b"\n" + b"1," * 100_000
+    ),
     "quotes.csv": lambda: CELLS + b'"' * 1_000_001,
     "line.csv": lambda: CELLS + b"9" * 20_000_000,
     "separators.csv": lambda: CELLS + b"," * 5_000_000,
@@ -100,7 +113,9 @@ ATTEMPTS = [
 SAMPLE = [*ATTEMPTS[:4], ("fit-friction", "columns.csv"), ("route", "columns.csv")]
 
 
-@pytest.mark.parametrize(("what", "name"), some(SAMPLE, [each for each in ATTEMPTS if each not in SAMPLE]))
+@pytest.mark.parametrize(
+    ("what", "name"), some(SAMPLE, [each for each in ATTEMPTS if each not in SAMPLE])
+)
 def test_a_bomb_ends_soon_and_in_little_memory(tmp_path, what, name):
     file = tmp_path / name
     file.write_bytes(BOMBS[name] if what == "state" else CSV_BOMBS[name]())
@@ -109,6 +124,8 @@ def test_a_bomb_ends_soon_and_in_little_memory(tmp_path, what, name):
         (tmp_path / "study.toml").write_text(f'[sheath]\npath = "{name}"\n', encoding="utf-8")
         words = ["state", tmp_path / "study.toml"]
     code, said, peak = measured(tmp_path, *words)
-    assert code in ({2, 3} | ({0} if name == "axes.toml" else set()) if what != "fit-friction" else {3}), said[-300:]
+    assert code in (
+        {2, 3} | ({0} if name == "axes.toml" else set()) if what != "fit-friction" else {3}
+    ), said[-300:]
     assert ("Traceback" in said, name in said or code == 0 or what == "route") == (False, True)
     assert peak < MOST_MEGABYTES

@@ -25,14 +25,18 @@ SWEEP = ("sweep", "study.toml", "--out", "run", "--no-figures", "--allow-no-equi
 
 
 def called(*words, **options):
-    return subprocess.run(list(map(str, words)), check=False, capture_output=True, text=True, timeout=300, **options)
+    return subprocess.run(
+        list(map(str, words)), check=False, capture_output=True, text=True, timeout=300, **options
+    )
 
 
 def installed(folder, compiler):
     """Install by a compiler; returns the environment's folders of programs and of packages."""
     venv.create(folder / "venv", with_pip=False)
     places = {"base": str(folder / "venv"), "platbase": str(folder / "venv")}
-    programs, packages = (Path(sysconfig.get_path(name, "venv", places)) for name in ("scripts", "platlib"))
+    programs, packages = (
+        Path(sysconfig.get_path(name, "venv", places)) for name in ("scripts", "platlib")
+    )
     left_out = shutil.ignore_patterns("*.so", "*.pyd", "__pycache__")
     shutil.copytree(ROOT / "tendon_cli", folder / "source/tendon_cli", ignore=left_out)
     for name in ("pyproject.toml", "setup.py", "README.md", "LICENSE"):
@@ -48,7 +52,9 @@ def installed(folder, compiler):
 
 @pytest.mark.torture
 @pytest.mark.parametrize("name", ["false", "cc"])
-def test_it_installs_whatever_the_compiler_and_writes_the_same_bytes(tmp_path, outside, workplace, hashes_in, name):
+def test_it_installs_whatever_the_compiler_and_writes_the_same_bytes(
+    tmp_path, outside, workplace, hashes_in, name
+):
     compiler = shutil.which(name)
     if compiler is None:
         pytest.skip(f"there is no {name} here")

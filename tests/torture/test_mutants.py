@@ -15,7 +15,19 @@ def f(x: "int | None" = 3) -> "bool | None":
         return not x
     return -x + 2 * x ** 2 >= max(x, 0.5) and x is not None
 '''
-FAULTS = ("not not x", "if not x:", "-x - 2", "2 / x", "x * 2", "< max", "min(x", "or x", "x is None", "0.45", "+x +")
+FAULTS = (
+    "not not x",
+    "if not x:",
+    "-x - 2",
+    "2 / x",
+    "x * 2",
+    "< max",
+    "min(x",
+    "or x",
+    "x is None",
+    "0.45",
+    "+x +",
+)
 KEPT = ("Real = float | int", "-> 'bool | None'", "assert x > 0", '"""Text."""')
 
 

@@ -36,7 +36,9 @@ KILL, TERM, INTERRUPT, HANG_UP = signal.SIGKILL, signal.SIGTERM, signal.SIGINT, 
 
 def assert_resumes(verb, place, expected, hashes_in, *words):
     run = place / "run"
-    code, out, said = launched(place, SMALL, verb, "study.toml", *(words or QUIET), "--resume", "--json")
+    code, out, said = launched(
+        place, SMALL, verb, "study.toml", *(words or QUIET), "--resume", "--json"
+    )
     assert code == 0, out + said
     assert hashes_in(run) == expected
     assert ((run / RECORDS[verb]).exists(), (run / "journal.jsonl").exists()) == (True, False)
@@ -60,7 +62,13 @@ def signalled(place, settings, words, numbers, chance, **options):
         if "hold" in settings:
             wait_for(lambda: (place / "held").exists() or process.poll() is not None)
         else:  # before there is a journal, a signal may meet Python while it starts
-            wait_for(lambda: numbers == [KILL] or (place / "run/journal.jsonl").exists() or process.poll() is not None)
+            wait_for(
+                lambda: (
+                    numbers == [KILL]
+                    or (place / "run/journal.jsonl").exists()
+                    or process.poll() is not None
+                )
+            )
             time.sleep(chance.uniform(0.0, 2.0 if numbers == [KILL] else 0.5))
         for number in numbers:
             process.send_signal(number)
@@ -78,11 +86,16 @@ CASES = [
     for seed in range(3 if point in ("any", "part") else 1)
 ]
 STOPS = [TERM, INTERRUPT, HANG_UP]
-SAMPLE = [("sweep", "part", [KILL, KILL, KILL], 0), ("design", "part", [KILL], 0), ("sweep", "figures", STOPS, 0)]
+SAMPLE = [
+    ("sweep", "part", [KILL, KILL, KILL], 0),
+    ("design", "part", [KILL], 0),
+    ("sweep", "figures", STOPS, 0),
+]
 
 
 @pytest.mark.parametrize(
-    ("verb", "point", "numbers", "seed"), some(SAMPLE, [case for case in CASES if case not in SAMPLE])
+    ("verb", "point", "numbers", "seed"),
+    some(SAMPLE, [case for case in CASES if case not in SAMPLE]),
 )
 def test_a_run_that_gets_a_signal_resumes_to_the_same_bytes(
     tmp_path, undisturbed, hashes_in, verb, point, numbers, seed
@@ -90,10 +103,16 @@ def test_a_run_that_gets_a_signal_resumes_to_the_same_bytes(
     """Several kills are of runs that are resumed one after the other."""
     chance = random.Random(seed)  # noqa: S311 - a repeatable sample
     place = study_in(tmp_path / "place", STUDIES[verb])
-    words = [word for word in (verb, "study.toml", *QUIET) if word != "--no-figures" or point != "figures"]
+    words = [
+        word
+        for word in (verb, "study.toml", *QUIET)
+        if word != "--no-figures" or point != "figures"
+    ]
     for number in numbers:
         code = signalled(place, moment(point, chance), [*words, "--resume"], [number], chance)
-        is_whole = (place / "run" / RECORDS[verb]).exists()  # if so, the signal may have met the exit
+        is_whole = (
+            place / "run" / RECORDS[verb]
+        ).exists()  # if so, the signal may have met the exit
         assert is_whole or code == (-number if number == KILL else 128 + number)
         assert number == KILL or not temporary_files(place / "run")
     assert_resumes(verb, place, undisturbed(verb), hashes_in, *words[2:])
@@ -102,7 +121,9 @@ def test_a_run_that_gets_a_signal_resumes_to_the_same_bytes(
 
 def test_a_second_interrupt_does_not_wait_for_the_part(place, undisturbed, hashes_in):
     settings = SMALL | {"hold": "part", "skip": 3, "seconds": 60.0}
-    assert signalled(place, settings, SWEEP, [INTERRUPT, INTERRUPT], None) == 130  # or `ended` runs out of time
+    assert (
+        signalled(place, settings, SWEEP, [INTERRUPT, INTERRUPT], None) == 130
+    )  # or `ended` runs out of time
     assert_resumes("sweep", place, undisturbed("sweep"), hashes_in)
 
 
@@ -119,7 +140,9 @@ RACES = [(verb, way) for verb in RECORDS for way in ("", "--resume", "--overwrit
 
 @pytest.mark.parametrize("seed", some([0], range(1, 8)))
 @pytest.mark.parametrize(("verb", "way"), some([("sweep", ""), ("design", "--resume")], RACES))
-def test_of_two_runs_on_one_folder_exactly_one_proceeds(tmp_path, undisturbed, hashes_in, verb, way, seed):
+def test_of_two_runs_on_one_folder_exactly_one_proceeds(
+    tmp_path, undisturbed, hashes_in, verb, way, seed
+):
     place = study_in(tmp_path / "place", STUDIES[verb])
     words, chance = (verb, "study.toml", *QUIET), random.Random(seed)  # noqa: S311 - a repeatable sample
     if way == "--resume":
@@ -128,7 +151,10 @@ def test_of_two_runs_on_one_folder_exactly_one_proceeds(tmp_path, undisturbed, h
         assert launched(place, SMALL, *words)[0] == 0
     slow = SMALL | {"hold": "part", "skip": 0, "seconds": 0.05}
     words = [*words, *filter(None, [way]), "--json"]
-    with running(place, slow | {"go": "a"}, *words) as one, running(place, slow | {"go": "b"}, *words) as other:
+    with (
+        running(place, slow | {"go": "a"}, *words) as one,
+        running(place, slow | {"go": "b"}, *words) as other,
+    ):
         wait_for(lambda: all((place / f"go-{runner}").exists() for runner in "ab"))
         (place / "go").touch()
         results = [ended(process) for process in (one, other)]
@@ -158,11 +184,16 @@ SIZES = some([300], [60, 80, 120, 200, 400, 600])
 
 
 @pytest.mark.parametrize("kilobytes", SIZES)
-def test_a_full_disk_is_exit_5_and_the_run_goes_on_with_more_room(undisturbed, hashes_in, tmp_path, kilobytes):
+def test_a_full_disk_is_exit_5_and_the_run_goes_on_with_more_room(
+    undisturbed, hashes_in, tmp_path, kilobytes
+):
     """In a name space of mounts of its own."""
     alone = ["unshare", "--mount", *([] if os.geteuid() == 0 else ["--map-root-user"])]
     probe = [*alone, "mount", "-t", "tmpfs", "tmpfs", "/mnt"]
-    if shutil.which("unshare") is None or subprocess.run(probe, check=False, capture_output=True).returncode:
+    if (
+        shutil.which("unshare") is None
+        or subprocess.run(probe, check=False, capture_output=True).returncode
+    ):
         pytest.skip("no file system can be mounted here")
     study_in(tmp_path), (tmp_path / "disk").mkdir()
     words = ("sweep", "study.toml", "--out", "disk/run", "--jobs", "2", "--resume", "--json")
@@ -179,7 +210,9 @@ def test_a_full_disk_is_exit_5_and_the_run_goes_on_with_more_room(undisturbed, h
         assert tables.items() <= whole.items()
     assert kept[0].items() <= kept[1].items()
     assert kept[2] == whole
-    assert json.loads((tmp_path / "second.out").read_text())["resumed_parts"] >= len(kept[0]) // 2 - 4
+    assert (
+        json.loads((tmp_path / "second.out").read_text())["resumed_parts"] >= len(kept[0]) // 2 - 4
+    )
 
 
 def test_a_disk_that_cannot_hold_the_run_is_told_beforehand(tendon, place, monkeypatch):

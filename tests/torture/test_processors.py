@@ -51,7 +51,9 @@ ARROW_LEVELS = ("none", "sse4_2", "avx", "avx2")
 
 def features(environment):
     """What NumPy and Arrow use of the processor, beyond what they cannot do without."""
-    ran = subprocess.run([sys.executable, "-c", ASKED], check=True, capture_output=True, text=True, env=environment)
+    ran = subprocess.run(
+        [sys.executable, "-c", ASKED], check=True, capture_output=True, text=True, env=environment
+    )
     return json.loads(ran.stdout)
 
 
@@ -60,7 +62,9 @@ def swept(place, environment):
     code, out, said = launched(study_in(place, STUDY), {}, *SWEEP, env=os.environ | environment)
     assert code == 0, out + said
     counts = {name: value for name, value in json.loads(out).items() if type(value) is int}
-    return counts, {name: pd.read_parquet(place / f"run/{name}.parquet") for name in ("designs", "states")}
+    return counts, {
+        name: pd.read_parquet(place / f"run/{name}.parquet") for name in ("designs", "states")
+    }
 
 
 @pytest.fixture(scope="module")
@@ -74,8 +78,12 @@ def full(tmp_path_factory, hashes_in):
 
 
 @pytest.mark.parametrize("kept", some([0], [1, 2, 3, 4]))
-@pytest.mark.parametrize("of_the_c_library", some([{}], [OF_THE_C_LIBRARY]), ids=["numpy", "numpy and c library"])
-def test_the_tables_agree_whatever_numpy_and_the_c_library_may_use(full, tmp_path, kept, of_the_c_library):
+@pytest.mark.parametrize(
+    "of_the_c_library", some([{}], [OF_THE_C_LIBRARY]), ids=["numpy", "numpy and c library"]
+)
+def test_the_tables_agree_whatever_numpy_and_the_c_library_may_use(
+    full, tmp_path, kept, of_the_c_library
+):
     there = features(os.environ)["numpy"]
     if kept > len(there) or (kept == len(there) and not of_the_c_library):
         pytest.skip(f"NumPy chooses among {len(there)} features of this processor: {there}")
@@ -86,11 +94,15 @@ def test_the_tables_agree_whatever_numpy_and_the_c_library_may_use(full, tmp_pat
     for name, expected in full[1].items():
         for column in expected:
             most = expected[column].abs().max() if expected[column].dtype == float else 0.0
-            pd.testing.assert_series_equal(tables[name][column], expected[column], rtol=0.0, atol=CLOSE * most)
+            pd.testing.assert_series_equal(
+                tables[name][column], expected[column], rtol=0.0, atol=CLOSE * most
+            )
 
 
 @pytest.mark.parametrize("level", some(ARROW_LEVELS[:1], ARROW_LEVELS[1:]))
-def test_the_bytes_do_not_know_what_arrow_may_use_of_the_processor(full, tmp_path, hashes_in, level):
+def test_the_bytes_do_not_know_what_arrow_may_use_of_the_processor(
+    full, tmp_path, hashes_in, level
+):
     withheld = {"ARROW_USER_SIMD_LEVEL": level.upper()}
     if features(os.environ | withheld)["arrow"] != level:
         pytest.skip(f"Arrow uses less than {level} here")

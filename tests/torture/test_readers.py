@@ -22,8 +22,13 @@ FIGURE = '\n[[figure]]\nname = "curves"\nquantity = "motor_torque"\n'
 
 def test_tables_are_opened_in_few_places_only():
     """Whoever opens one elsewhere goes round what verifies it: the reader and the writer's check."""
-    sources = {file: re.sub(r"import .*", "", file.read_text(encoding="utf-8")) for file in PACKAGE.rglob("*.py")}
-    openers = {str(file.relative_to(PACKAGE)) for file, source in sources.items() if OPENS.search(source)}
+    sources = {
+        file: re.sub(r"import .*", "", file.read_text(encoding="utf-8"))
+        for file in PACKAGE.rglob("*.py")
+    }
+    openers = {
+        str(file.relative_to(PACKAGE)) for file, source in sources.items() if OPENS.search(source)
+    }
     assert openers == {"tables/read.py", "tables/write.py"}
 
 
@@ -44,7 +49,10 @@ def test_a_harmed_part_is_refused_by_name(tendon, workplace, new_sweep, small_pa
         ran = tendon("plot", source, *words, "--out", "figure.png", "--json")
         assert (ran.exit, ran.json["error"]["kind"]) == (3, "input")
         assert f"{table}.parquet" in ran.json["error"]["where"]
-        assert "part-00002" in ran.json["error"]["where"] + ran.json["error"]["message"] or "part 2" in ran.out
+        assert (
+            "part-00002" in ran.json["error"]["where"] + ran.json["error"]["message"]
+            or "part 2" in ran.out
+        )
         assert not Path("figure.png").exists()
     with pytest.raises(InputError):
         open_table(file.parent)
@@ -57,7 +65,9 @@ def harmed_run(harm, table, patch):
 
     def then_harmed(folder, *how):
         worked = worked_out(folder, *how)
-        files = sorted(folder.path.glob(f"{table}.parquet/part-*.parquet")) or [folder.path / f"{table}.parquet"]
+        files = sorted(folder.path.glob(f"{table}.parquet/part-*.parquet")) or [
+            folder.path / f"{table}.parquet"
+        ]
         harm(files[min(1, len(files) - 1)], random.Random(5))  # noqa: S311 - a repeatable sample
         return worked
 
@@ -69,7 +79,9 @@ CASES = [(flip, "designs"), (flip, "states"), (truncate, "designs"), (truncate, 
 
 @pytest.mark.parametrize(("harm", "table"), some(CASES[:1], CASES[1:]))
 @pytest.mark.parametrize("verb", ["sweep", "paper"])
-def test_figures_are_not_drawn_from_a_harmed_table(tendon, place, monkeypatch, small_parts, verb, harm, table):
+def test_figures_are_not_drawn_from_a_harmed_table(
+    tendon, place, monkeypatch, small_parts, verb, harm, table
+):
     run, words = place / "run", (verb, "--out", place / "run", "--json")
     if verb == "sweep":
         small_parts(STATES)

@@ -9,15 +9,26 @@ from .tools import READINGS, SMALL, STATES, launched, some, study_in
 
 SWEEP = ("sweep", "study.toml", "--out", "run", "--jobs", "2", "--json")
 NAMES = [
-    "run.json", "design.json", "journal.jsonl", ".lock", "designs.parquet", "states.parquet", "slack_map.png",
-    ".tendon-run-0123456789ab.tmp", ".tendon-figures-0123456789ab", "states.parquet/part-00003.parquet",
-    "states.parquet/.tendon-run-0123456789ab.tmp", "designs.parquet/part-00000.parquet",
-]  # fmt: skip
+    "run.json",
+    "design.json",
+    "journal.jsonl",
+    ".lock",
+    "designs.parquet",
+    "states.parquet",
+    "slack_map.png",
+    ".tendon-run-0123456789ab.tmp",
+    ".tendon-figures-0123456789ab",
+    "states.parquet/part-00003.parquet",
+    "states.parquet/.tendon-run-0123456789ab.tmp",
+    "designs.parquet/part-00000.parquet",
+]
 
 
 @pytest.mark.parametrize("target", some(["file"], ["nothing", "folder"]))
 @pytest.mark.parametrize("name", NAMES)
-def test_a_link_in_the_run_folder_is_not_written_through(tendon, tmp_path, small_parts, name, target):
+def test_a_link_in_the_run_folder_is_not_written_through(
+    tendon, tmp_path, small_parts, name, target
+):
     place = study_in(tmp_path / "place")
     if "/" in name:
         small_parts(STATES)
@@ -45,11 +56,17 @@ def test_a_link_in_the_run_folder_is_not_written_through(tendon, tmp_path, small
 # --- No home, no network ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("home", some(["/nonexistent"], ["study.toml", "locked", "/proc/1/nothing"]))
+@pytest.mark.parametrize(
+    "home", some(["/nonexistent"], ["study.toml", "locked", "/proc/1/nothing"])
+)
 def test_without_a_home_figures_are_drawn_and_nothing_is_said(place, home):
     """None, a file, one without permission, one that the system keeps to itself."""
     (place / "locked").mkdir(mode=0o500)
-    environment = {"HOME": str(place / home), "PATH": "/usr/bin:/bin", "XDG_CACHE_HOME": "/proc/1/nothing"}
+    environment = {
+        "HOME": str(place / home),
+        "PATH": "/usr/bin:/bin",
+        "XDG_CACHE_HOME": "/proc/1/nothing",
+    }
     code, out, said = launched(place, {}, *SWEEP, env=environment)
     assert (code, said, json.loads(out)["figures"]) == (0, "", ["slack_map.png"])
     assert not list((place / "locked").iterdir())

@@ -47,17 +47,23 @@ def assert_fails(tendon, file, steps, errors):
                 ran = tendon(*WRITERS[file.name], file)
             assert [kind for kind, _ in disk.seen][: at + 1] == list(steps[: at + 1])
             assert (ran.exit, ran.out) == (5, "")
-            assert ran.err.startswith(f"tendon: error: {file}: cannot be written: {os.strerror(number)}\n")
+            assert ran.err.startswith(
+                f"tendon: error: {file}: cannot be written: {os.strerror(number)}\n"
+            )
             assert {item: item.read_bytes() for item in file.parent.iterdir()} == before
 
 
 @pytest.mark.parametrize("stands", [True, False], ids=["replaced", "new"])
 @pytest.mark.parametrize("name", some(["friction.toml"], ["fit.png", "arm.svg"]))
-def test_an_error_at_any_step_of_any_file_is_exit_5_and_changes_nothing(tendon, workplace, muttered, name, stands):
+def test_an_error_at_any_step_of_any_file_is_exit_5_and_changes_nothing(
+    tendon, workplace, muttered, name, stands
+):
     study_in(workplace, "")
     (workplace / "cells.csv").write_text(READINGS, encoding="utf-8")
     file = workplace / name
-    assert tendon(*WRITERS[name], file).exit == 0  # what is made at the first import only is made here
+    assert (
+        tendon(*WRITERS[name], file).exit == 0
+    )  # what is made at the first import only is made here
     whole = file.read_bytes()
     if not stands:
         file.unlink()
@@ -66,8 +72,12 @@ def test_an_error_at_any_step_of_any_file_is_exit_5_and_changes_nothing(tendon, 
     assert file.read_bytes() == whole
 
 
-@pytest.mark.parametrize(("number", "steps"), [(None, STARTER), *((number, WITHOUT_LINKS) for number in NO_LINKS)])
-def test_an_error_at_any_step_of_a_starter_leaves_nothing(tendon, workplace, monkeypatch, muttered, number, steps):
+@pytest.mark.parametrize(
+    ("number", "steps"), [(None, STARTER), *((number, WITHOUT_LINKS) for number in NO_LINKS)]
+)
+def test_an_error_at_any_step_of_a_starter_leaves_nothing(
+    tendon, workplace, monkeypatch, muttered, number, steps
+):
     linking(monkeypatch, number)
     assert_fails(tendon, workplace / "mine.toml", steps, ERRORS)
     assert tendon("init", "mine.toml").exit == 0
@@ -75,7 +85,9 @@ def test_an_error_at_any_step_of_a_starter_leaves_nothing(tendon, workplace, mon
 
 
 @pytest.mark.parametrize("number", [None, *NO_LINKS])
-def test_a_file_that_appears_while_a_starter_is_written_stays(tendon, workplace, monkeypatch, number):
+def test_a_file_that_appears_while_a_starter_is_written_stays(
+    tendon, workplace, monkeypatch, number
+):
     linking(monkeypatch, number, appears=b"what was there before")
     assert tendon("init", "mine.toml").exit == 2
     assert (workplace / "mine.toml").read_bytes() == b"what was there before"

@@ -61,7 +61,12 @@ def command(settings, *words):
 @contextmanager
 def running(folder, settings, *words, **options):
     """A run as the leader of a process group of its own, that is certainly over afterwards."""
-    options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "cwd": folder} | options
+    options = {
+        "stdout": subprocess.PIPE,
+        "stderr": subprocess.PIPE,
+        "text": True,
+        "cwd": folder,
+    } | options
     with subprocess.Popen(command(settings, *words), start_new_session=True, **options) as process:
         try:
             yield process

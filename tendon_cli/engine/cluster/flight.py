@@ -40,7 +40,14 @@ PATIENCE = 30.0
 """Seconds that a run waits for a scheduler that does not answer, or for the first worker after the last one died."""
 _LOOK, _COUNT, _RECALL, _CLOSE = 0.2, 2.0, 3.0, 2.0
 _ADDRESS = re.compile(r"(?:tcp|tls)://([\w.-]+|\[[0-9A-Fa-f:.]+\]):(\d{1,5})", re.ASCII)
-_TALKATIVE = ("distributed", "distributed.client", "distributed.gc", "tornado", "tornado.application", "asyncio")
+_TALKATIVE = (
+    "distributed",
+    "distributed.client",
+    "distributed.gc",
+    "tornado",
+    "tornado.application",
+    "asyncio",
+)
 
 
 @contextlib.contextmanager
@@ -56,7 +63,9 @@ def connected(address: str, jobs: int | None) -> Iterator[Runner]:
     _library()
     with asyncio.Runner() as loop:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # the library's, on other versions of what no table depends on
+            warnings.simplefilter(
+                "ignore"
+            )  # the library's, on other versions of what no table depends on
             client = loop.run(_connect(address, match[1].strip("[]"), int(match[2])))
         try:
             yield partial(_results, client, loop, jobs)
@@ -70,7 +79,9 @@ def _library() -> Any:
         import distributed  # an optional extra
     except ImportError:
         hint = install_hint("distributed")
-        raise UsageError("--scheduler needs the package distributed, which is not installed", hint=hint) from None
+        raise UsageError(
+            "--scheduler needs the package distributed, which is not installed", hint=hint
+        ) from None
     for name in _TALKATIVE:
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     return distributed
@@ -81,9 +92,13 @@ async def _connect(address: str, host: str, port: int) -> Any:
     client = None
     try:
         async with asyncio.timeout(CONNECT):
-            _, writer = await asyncio.open_connection(host, port)  # the library would not say what is wrong
+            _, writer = await asyncio.open_connection(
+                host, port
+            )  # the library would not say what is wrong
             writer.close()
-            client = _library().Client(address, asynchronous=True, set_as_default=False, timeout=CONNECT)
+            client = _library().Client(
+                address, asynchronous=True, set_as_default=False, timeout=CONNECT
+            )
             await client
             await client.wait_for_workers(1)
         await _ask_everywhere(client, unlike, all_versions())
@@ -96,7 +111,9 @@ async def _connect(address: str, host: str, port: int) -> Any:
 
 def _unreachable(address: str, error: Exception, client: Any) -> WorkersLostError:
     if isinstance(error, TimeoutError) and getattr(client, "status", None) == "running":
-        return WorkersLostError("the cluster has no workers", where=address, hint=f"`dask worker {address}` starts one")
+        return WorkersLostError(
+            "the cluster has no workers", where=address, hint=f"`dask worker {address}` starts one"
+        )
     if isinstance(error, TimeoutError):
         why = f" within {CONNECT:.0f} s"
     elif isinstance(error, OSError) and error.errno is not None:
@@ -107,7 +124,9 @@ def _unreachable(address: str, error: Exception, client: Any) -> WorkersLostErro
     return WorkersLostError(f"no Dask scheduler answers{why}", where=address, hint=hint)
 
 
-async def _ask_everywhere(client: Any, question: Callable[[Any], Refusal | None], about: Any) -> None:
+async def _ask_everywhere(
+    client: Any, question: Callable[[Any], Refusal | None], about: Any
+) -> None:
     """Raises WorkersLostError for the first worker that refuses; one that is gone is left to the scheduler."""
     try:
         async with asyncio.timeout(ANSWER):
@@ -133,10 +152,14 @@ async def _close(client: Any) -> None:
 
 def _lost(client: Any, what: str) -> WorkersLostError:
     hint = "the parts that were finished are kept; --resume goes on, with or without --scheduler"
-    return WorkersLostError(f"the scheduler {what}", where=getattr(client.scheduler, "address", None), hint=hint)
+    return WorkersLostError(
+        f"the scheduler {what}", where=getattr(client.scheduler, "address", None), hint=hint
+    )
 
 
-def _results(client: Any, loop: asyncio.Runner, jobs: int | None, maker: PartMaker, missing: Iterator[int]) -> Results:
+def _results(
+    client: Any, loop: asyncio.Runner, jobs: int | None, maker: PartMaker, missing: Iterator[int]
+) -> Results:
     """Parts as they are finished; raises WorkersLostError where the cluster is lost or unfit."""
     flight = _Flight(client, maker, jobs)
     try:
@@ -176,7 +199,11 @@ class _Flight:
 
     async def fill(self, missing: Iterator[int]) -> bool:
         """Send parts out as far as there is room; whether any are out."""
-        while not self.alone and len(self.parts) < self.at_once and (index := next(missing, None)) is not None:
+        while (
+            not self.alone
+            and len(self.parts) < self.at_once
+            and (index := next(missing, None)) is not None
+        ):
             self.parts[asyncio.create_task(self._made(index))] = index
         if not self.parts and self.suspects:
             self.alone, index = True, self.suspects.pop()
@@ -218,7 +245,10 @@ class _Flight:
                 self.suspects.append(index)
                 return None
             died, last = error.allowed_failures + 1, error.last_worker.address
-            return PartFailure(index, OnWorkerError(f"{died} workers died of it one after another, the last {last}"))
+            return PartFailure(
+                index,
+                OnWorkerError(f"{died} workers died of it one after another, the last {last}"),
+            )
         except Exception as error:  # noqa: BLE001 - its worker could not even answer for it
             if isinstance(error, CancelledError) or self.client.status != "running":
                 raise _lost(self.client, "went away, or gave up our parts") from None
@@ -230,7 +260,9 @@ class _Flight:
     def _watch(self) -> None:
         """Count the workers' threads now and then, and see by it that the scheduler lives."""
         waited = time.monotonic() - self.asked
-        if self.client.status != "running" or (self.count.done() and self.count.exception() is not None):
+        if self.client.status != "running" or (
+            self.count.done() and self.count.exception() is not None
+        ):
             raise _lost(self.client, "went away")
         if self.count.done() and waited > _COUNT:
             self._counted(self.count.result())

@@ -54,7 +54,15 @@ class Assignment:
         """The assignment that lets any worker make the same parts."""
         task, folder = maker.task, str(maker.folder.absolute())
         record = json.dumps(task.study.record)
-        return cls(uuid.uuid4().hex, folder, task.study.hash, record, type(task), task.parts, all_versions())
+        return cls(
+            uuid.uuid4().hex,
+            folder,
+            task.study.hash,
+            record,
+            type(task),
+            task.parts,
+            all_versions(),
+        )
 
     def task(self) -> Task:
         """The task, its study rebuilt without its files."""
@@ -107,7 +115,11 @@ def all_versions() -> dict[str, str]:
 def unlike(expected: dict[str, str]) -> Refusal | None:
     """Refuses where this worker's versions would give other bytes."""
     here = all_versions()
-    wrong = [f"{name} {here[name]} instead of {version}" for name, version in expected.items() if here[name] != version]
+    wrong = [
+        f"{name} {here[name]} instead of {version}"
+        for name, version in expected.items()
+        if here[name] != version
+    ]
     if not wrong:
         return None
     hint = "tables have the same bytes only from the same versions; install these on every worker"

@@ -13,13 +13,50 @@ from tendon_cli.units import UNITS, shorten
 
 STANDARD_GRAVITY = Fraction("9.80665")
 
-_FORCE = {"cell", "lc", "force", "forces", "tension", "f", "sensor", "reading", "weight",
-          "kraft", "zugkraft", "kraftsensor", "kraftmessdose"}  # fmt: skip
+_FORCE = {
+    "cell",
+    "lc",
+    "force",
+    "forces",
+    "tension",
+    "f",
+    "sensor",
+    "reading",
+    "weight",
+    "kraft",
+    "zugkraft",
+    "kraftsensor",
+    "kraftmessdose",
+}
 _FIRST, _SECOND = {"1", "i", "one", "a", "first"}, {"2", "ii", "two", "b", "second"}
-_MOTOR = {"motor", "proximal", "prox", "input", "in", "drive", "actuator", "spool",
-          "antrieb", "motorseite", "motorkraft", "eingang"}  # fmt: skip
-_LOAD = {"load", "distal", "dist", "output", "out", "elbow", "weight",
-         "last", "lastseite", "lastkraft", "abtrieb", "ausgang"}  # fmt: skip
+_MOTOR = {
+    "motor",
+    "proximal",
+    "prox",
+    "input",
+    "in",
+    "drive",
+    "actuator",
+    "spool",
+    "antrieb",
+    "motorseite",
+    "motorkraft",
+    "eingang",
+}
+_LOAD = {
+    "load",
+    "distal",
+    "dist",
+    "output",
+    "out",
+    "elbow",
+    "weight",
+    "last",
+    "lastseite",
+    "lastkraft",
+    "abtrieb",
+    "ausgang",
+}
 _TIME = {"time", "t", "timestamp", "date", "datetime", "elapsed", "clock", "zeit", "zeitstempel"}
 _UNCERTAINTY = {"uncertainty", "std", "sd", "sigma", "error", "unsicherheit"}
 _STROKE, _DIRECTION = {"stroke", "hub"}, {"direction", "dir", "richtung", "case"}
@@ -28,12 +65,44 @@ _SPEED = {"speed", "velocity", "rate", "rpm", "geschwindigkeit", "drehzahl"}
 _FILLERS = {"at", "the", "of", "side", "end", "on", "mean", "measured", "value"}
 _UNDERSTOOD = _FORCE | _FIRST | _SECOND | _MOTOR | _LOAD | _FILLERS
 _WRITTEN_UNITS = {
-    **{symbol.lower(): symbol for symbol in ("kg", "g", "N", "kN", "kgf", "gf", "lbf", "lb", "deg", "rad", "mrad", "s",
-                                             "ms", "mm", "cm", "V", "mV/V")},
-    "lbs": "lb", "gram": "g", "grams": "g", "kilogram": "kg", "kilograms": "kg", "newton": "N", "newtons": "N",
-    "degree": "deg", "degrees": "deg", "°": "deg", "radian": "rad", "radians": "rad", "sec": "s", "volt": "V",
+    **{
+        symbol.lower(): symbol
+        for symbol in (
+            "kg",
+            "g",
+            "N",
+            "kN",
+            "kgf",
+            "gf",
+            "lbf",
+            "lb",
+            "deg",
+            "rad",
+            "mrad",
+            "s",
+            "ms",
+            "mm",
+            "cm",
+            "V",
+            "mV/V",
+        )
+    },
+    "lbs": "lb",
+    "gram": "g",
+    "grams": "g",
+    "kilogram": "kg",
+    "kilograms": "kg",
+    "newton": "N",
+    "newtons": "N",
+    "degree": "deg",
+    "degrees": "deg",
+    "°": "deg",
+    "radian": "rad",
+    "radians": "rad",
+    "sec": "s",
+    "volt": "V",
     "volts": "V",
-}  # fmt: skip
+}
 _VOLTS = {"V", "mV", "mV/V"}
 
 
@@ -112,10 +181,14 @@ def _take_unit(text: str) -> tuple[str | None, str]:
 
 
 def _words(text: str) -> set[str]:
-    return set(re.findall(r"[^\W\d_]+|\d+", re.sub(r"load[\s_-]*cells?", " cell ", text.casefold())))
+    return set(
+        re.findall(r"[^\W\d_]+|\d+", re.sub(r"load[\s_-]*cells?", " cell ", text.casefold()))
+    )
 
 
-def find_cells(columns: list[Heading], names: tuple[str, str] | None, place: str) -> tuple[Heading, Heading] | None:
+def find_cells(
+    columns: list[Heading], names: tuple[str, str] | None, place: str
+) -> tuple[Heading, Heading] | None:
     """The columns of both cells, by name or by their headers; None if this is no header, refused if there are more."""
     if names:
         first, second = (named_column(columns, name) for name in names)
@@ -123,7 +196,11 @@ def find_cells(columns: list[Heading], names: tuple[str, str] | None, place: str
     cells = [column for column in columns if column.role == "cell"]
     if len(cells) > 2 and any(column.cell is not None for column in cells):
         cells = [column for column in cells if column.cell is not None]
-    firsts = [column for column in cells if column.cell == 1 or (column.cell is None and column.end == "motor")]
+    firsts = [
+        column
+        for column in cells
+        if column.cell == 1 or (column.cell is None and column.end == "motor")
+    ]
     seconds = [column for column in cells if column not in firsts]
     if not firsts or not seconds:
         return None
@@ -136,16 +213,22 @@ def find_cells(columns: list[Heading], names: tuple[str, str] | None, place: str
 def named_column(columns: list[Heading], name: str) -> Heading | None:
     """The one column of this header; None if there is none, or several."""
     exact = [column for column in columns if column.header == name.strip()]
-    alike = exact or [column for column in columns if column.header.casefold() == name.strip().casefold()]
+    alike = exact or [
+        column for column in columns if column.header.casefold() == name.strip().casefold()
+    ]
     return alike[0] if len(alike) == 1 else None
 
 
-def check_units(first: Heading, second: Heading, place: Callable[[Heading], str]) -> tuple[float, float]:
+def check_units(
+    first: Heading, second: Heading, place: Callable[[Heading], str]
+) -> tuple[float, float]:
     """Factors that bring both cells to one unit; only their ratio matters, so equal units need not be known."""
     one, two = first.unit, second.unit
     if one == two and one in _VOLTS:
         hint = "take off each cell's reading without load, multiply by its factor, and save forces in N"
-        raise InputError(f'the cells are in "{one}", before their calibration', where=place(first), hint=hint)
+        raise InputError(
+            f'the cells are in "{one}", before their calibration', where=place(first), hint=hint
+        )
     if one == two:
         return 1.0, 1.0
     if one is None or two is None:
@@ -154,5 +237,7 @@ def check_units(first: Heading, second: Heading, place: Callable[[Heading], str]
         raise InputError(problem, where=place(bare), hint="give both cells a unit, or neither")
     factors = force_factor(one), force_factor(two)
     if factors[0] is None or factors[1] is None:
-        raise InputError(f'the cells are in "{one}" and "{two}", which do not compare', where=place(first))
+        raise InputError(
+            f'the cells are in "{one}" and "{two}", which do not compare', where=place(first)
+        )
     return factors[0], factors[1]

@@ -13,7 +13,13 @@ import numpy.typing as npt
 import pandas as pd
 
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.friction.reading.header import Heading, check_units, find_cells, named_column, read_header
+from tendon_cli.friction.reading.header import (
+    Heading,
+    check_units,
+    find_cells,
+    named_column,
+    read_header,
+)
 from tendon_cli.friction.reading.table import MOST_ROWS, Table, read_table
 from tendon_cli.units import shorten
 
@@ -89,14 +95,22 @@ class Readings:
 
 
 def read_readings(
-    source: Any, *, cell_1: str | None = None, cell_2: str | None = None, position: str | None = None
+    source: Any,
+    *,
+    cell_1: str | None = None,
+    cell_2: str | None = None,
+    position: str | None = None,
 ) -> Readings:
     """A CSV of settled readings or a raw log, a DataFrame or a mapping of arrays, whose names are what headers are.
 
     Raises InputError with line and column, UsageError for names of columns that there are not.
     """
     if (cell_1 is None) != (cell_2 is None):
-        raise UsageError("one load cell is named and the other is not", where="--cell-1, --cell-2", hint="name both")
+        raise UsageError(
+            "one load cell is named and the other is not",
+            where="--cell-1, --cell-2",
+            hint="name both",
+        )
     names = (cell_1, cell_2) if cell_1 is not None and cell_2 is not None else None
     table = read_table(source, names) if isinstance(source, Path) else _of_frame(source, names)
     return _assembled(table, position)
@@ -138,7 +152,11 @@ def _assembled(table: Table, position: str | None) -> Readings:
         raise UsageError(f'there is no column "{shorten(position)}"', where="--position", hint=hint)
     reads = {"time": _times, "bend_angle": _radians, "bend_uncertainty": _radians}
     columns = {role: table.find(role) for role in (*reads, "direction", "stroke")}
-    rows |= {role: reads.get(role, Table.names)(table, column) for role, column in columns.items() if column}
+    rows |= {
+        role: reads.get(role, Table.names)(table, column)
+        for role, column in columns.items()
+        if column
+    }
     ends = [(first.end, "1", "2"), (second.end, "2", "1")]
     return Readings(
         rows=pd.DataFrame(rows, copy=False),
@@ -168,11 +186,15 @@ def _radians(table: Table, column: Heading) -> Floats:
     """A column of angles."""
     if column.unit not in _ANGLES:
         hint = "call the column bend_angle_deg or bend_angle_rad"
-        raise InputError(f"{column.shown} has no unit of angle", where=table.place(column), hint=hint)
+        raise InputError(
+            f"{column.shown} has no unit of angle", where=table.place(column), hint=hint
+        )
     values = table.numbers(column) * _ANGLES[column.unit]
     bad = np.flatnonzero(~(values >= 0.0))
     if len(bad):
-        raise InputError("the bend angle is missing or negative", where=table.place(column, int(bad[0])))
+        raise InputError(
+            "the bend angle is missing or negative", where=table.place(column, int(bad[0]))
+        )
     if column.role == "bend_angle" and not 0.0 < values.max() <= LARGEST_BEND:
         problem = f"bend angles reach {values.max():.4g} rad, expected above 0 and at most 100"
         raise InputError(problem, where=table.place(column))
@@ -189,7 +211,9 @@ def joined(parts: list[Readings]) -> Readings:
         if part.unit != first.unit:
             problem = f'{part.source} is in "{part.unit}", {first.source} in "{first.unit}"'
             raise InputError(problem, where=part.source, hint="save them in one unit")
-        only = set(part.rows) ^ set(first.rows) or ({"motor"} if part.motor != first.motor else set())
+        only = set(part.rows) ^ set(first.rows) or (
+            {"motor"} if part.motor != first.motor else set()
+        )
         if only:
             problem = f"only one of {first.source} and {part.source} says the {min(map(str, only)).replace('_', ' ')}"
             raise InputError(problem, where=part.source, hint="fit files of one kind together")
@@ -199,7 +223,9 @@ def joined(parts: list[Readings]) -> Readings:
         if "time" in frame:
             time = frame["time"].to_numpy()
             frame["time"] = time - time[0] + end
-            end = float(frame["time"].iloc[-1] + (np.median(np.diff(time)) if len(time) > 1 else 1.0))
+            end = float(
+                frame["time"].iloc[-1] + (np.median(np.diff(time)) if len(time) > 1 else 1.0)
+            )
         frames.append(frame)
     return replace(
         first,
@@ -217,7 +243,9 @@ def check_forces(readings: Readings) -> None:
     if largest >= _STRONGEST:
         problem = f"forces reach {largest:.3g}, which no load cell reads"
         raise InputError(problem, where=source, hint="is the unit right?")
-    fixed = all(np.nanmin(cell, initial=np.inf) == np.nanmax(cell, initial=-np.inf) for cell in cells)
+    fixed = all(
+        np.nanmin(cell, initial=np.inf) == np.nanmax(cell, initial=-np.inf) for cell in cells
+    )
     named = len(readings.codes("direction")[0]) if "direction" in readings.rows else 0
     if fixed and (len(readings.rows) >= _MANY or named > 1):
         hint = "are the right columns read, the cells alive?"
@@ -228,4 +256,8 @@ def check_forces(readings: Readings) -> None:
         ratio = float(np.exp(np.median(np.abs(np.log(one / two)))))
         if ratio > _LARGEST_RATIO:
             hint = "a decimal comma read as a separator? separate the columns by semicolons"
-            raise InputError(f"one cell reads {ratio:.0f} times the other, in whole numbers", where=source, hint=hint)
+            raise InputError(
+                f"one cell reads {ratio:.0f} times the other, in whole numbers",
+                where=source,
+                hint=hint,
+            )

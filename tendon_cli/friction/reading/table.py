@@ -66,13 +66,17 @@ class Table:
         if isinstance(data, np.ndarray):
             return pd.Categorical([str(value) for value in data.tolist()])
         coded = data.dictionary_encode()
-        return pd.Categorical.from_codes(coded.indices.to_numpy(), categories=coded.dictionary.to_pylist())
+        return pd.Categorical.from_codes(
+            coded.indices.to_numpy(), categories=coded.dictionary.to_pylist()
+        )
 
     def numbers(self, column: Heading) -> np.ndarray:
         """A column's numbers; NaN for an empty cell or one that says that there is no reading."""
         data = self.data[column.index]
         try:
-            values = data.astype(np.float64) if isinstance(data, np.ndarray) else self._parsed(column)
+            values = (
+                data.astype(np.float64) if isinstance(data, np.ndarray) else self._parsed(column)
+            )
         except (TypeError, ValueError):
             raise InputError("is not a column of numbers", where=self.place(column)) from None
         if np.isinf(values).any():
@@ -93,7 +97,9 @@ class Table:
             row = int(np.argmin(good.to_numpy(zero_copy_only=False)))
             hint = "numbers stand without unit and without a separator of thousands"
             raise InputError(
-                f'"{shorten(text[row].as_py())}" is not a number', where=self.place(column, row), hint=hint
+                f'"{shorten(text[row].as_py())}" is not a number',
+                where=self.place(column, row),
+                hint=hint,
             )
         self._check_signs(text, column)
         plain = pc.utf8_ltrim(pc.replace_substring(text, ",", "."), "+")
@@ -110,31 +116,54 @@ class Table:
 
         def check(row: int | None, problem: str, hint: str | None = None) -> None:
             if row is not None:
-                raise InputError(problem.format(text[row].as_py()), where=self.place(column, row), hint=hint)
+                raise InputError(
+                    problem.format(text[row].as_py()), where=self.place(column, row), hint=hint
+                )
 
-        signs = {sign: row for sign in ",." if (row := first(pc.match_substring(text, sign))) is not None}
+        signs = {
+            sign: row for sign in ",." if (row := first(pc.match_substring(text, sign))) is not None
+        }
         if self.separator == ",":
-            check(first(pc.match_substring_regex(text, r"^[+-]?0[0-9]+$")), '"{}" begins with a zero', _DECIMAL_COMMA)
+            check(
+                first(pc.match_substring_regex(text, r"^[+-]?0[0-9]+$")),
+                '"{}" begins with a zero',
+                _DECIMAL_COMMA,
+            )
             problem = '"{}" has a comma, which may be a decimal sign or separate thousands'
-            check(signs.get(","), problem, "in a file separated by commas the decimal sign is a point")
+            check(
+                signs.get(","), problem, "in a file separated by commas the decimal sign is a point"
+            )
         if not signs:
             return
         self.decimal = self.decimal or min(signs, key=signs.__getitem__)
         other = "," if self.decimal == "." else "."
-        check(signs.get(other), f'"{{}}" has the decimal sign "{other}", numbers above have "{self.decimal}"')
+        check(
+            signs.get(other),
+            f'"{{}}" has the decimal sign "{other}", numbers above have "{self.decimal}"',
+        )
         whole = first(pc.match_substring_regex(text, r"^[+-]?[0-9]{3,}$"))
-        fraction, three = (pc.match_substring_regex(text, sign) for sign in ("[.,]", "[.,][0-9]{3}$"))
+        fraction, three = (
+            pc.match_substring_regex(text, sign) for sign in ("[.,]", "[.,][0-9]{3}$")
+        )
         if whole is not None and not pc.any(pc.and_(fraction, pc.invert(three))).as_py():
             problem = (
                 f'"{self.decimal}" may be a decimal sign or separate thousands: every number that has it has three'
                 f" digits after it, and line {self.lines[whole]} has a whole number of 100 or more"
             )
-            check(min(signs.values()), problem, "write all numbers of the column with the same number of decimals")
+            check(
+                min(signs.values()),
+                problem,
+                "write all numbers of the column with the same number of decimals",
+            )
 
 
 def name_of(path: Path) -> str:
     """The file's name without its folder, as errors and provenance give it; a sign for what is no UTF-8."""
-    return "the file" if "\0" in str(path) else os.fsencode(path.name or str(path)).decode("utf-8", "replace")
+    return (
+        "the file"
+        if "\0" in str(path)
+        else os.fsencode(path.name or str(path)).decode("utf-8", "replace")
+    )
 
 
 def content_of(path: Path, most: int, hint: str | None = None) -> bytes:
@@ -142,7 +171,11 @@ def content_of(path: Path, most: int, hint: str | None = None) -> bytes:
     try:
         return read_file(path, most)
     except (OSError, ValueError) as error:
-        hint = "cut the log to the strokes of one rig" if getattr(error, "errno", 0) == errno.EFBIG else hint
+        hint = (
+            "cut the log to the strokes of one rig"
+            if getattr(error, "errno", 0) == errno.EFBIG
+            else hint
+        )
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(f"cannot be read: {reason}", where=name_of(path), hint=hint) from None
 
@@ -151,7 +184,11 @@ def read_table(path: Path, names: tuple[str, str] | None) -> Table:
     """The columns of a file; raises InputError with line and column."""
     source, content = name_of(path), content_of(path, MOST_BYTES)
     lines = lines_of(content, source)
-    kept = [at for at, line in enumerate(lines) if (line[:1] in _PLAIN_START and line) or not is_comment(line)]
+    kept = [
+        at
+        for at, line in enumerate(lines)
+        if (line[:1] in _PLAIN_START and line) or not is_comment(line)
+    ]
     if not kept:
         raise InputError("the file has comments only", where=source)
     separator = separator_of([lines[at] for at in kept[:100]], source)
@@ -162,7 +199,9 @@ def read_table(path: Path, names: tuple[str, str] | None) -> Table:
     if len(kept) > MOST_ROWS:
         where = f"{source}, line {kept[MOST_ROWS] + 1}"
         raise InputError(f"more than {MOST_ROWS:,} readings", where=where, hint="thin the log")
-    needed = 1 + max(column.index for column in (*cells, *columns) if column.role or column in cells)
+    needed = 1 + max(
+        column.index for column in (*cells, *columns) if column.role or column in cells
+    )
     data = texts_of(lines, kept, separator, source, len(columns), needed)
     numbered = np.array(kept, dtype=np.int64) + 1
     digest = hashlib.sha256(content).hexdigest()
@@ -183,7 +222,9 @@ def _find_header(
     shown = ", ".join(f'"{shorten(text, 30)}"' for text in widest[1][:12])
     if names:
         problem = f'no line of {source} has one column "{shorten(names[0])}" and one "{shorten(names[1])}"'
-        raise UsageError(problem, where="--cell-1, --cell-2", hint=f"line {widest[0] + 1} has {shown}")
+        raise UsageError(
+            problem, where="--cell-1, --cell-2", hint=f"line {widest[0] + 1} has {shown}"
+        )
     raise InputError(
         f"no header names the two load cells; this line has {shown}",
         where=f"{source}, line {widest[0] + 1}",
@@ -198,7 +239,10 @@ def separator_of(lines: list[str], source: str) -> str:
         counts = Counter(line.count(separator) for line in lines)
         counts.pop(0, None)
         shares[separator] = max(counts.values(), default=0) / len(lines)
-    best = next((separator for separator in shares if shares[separator] >= 0.5), max(shares, key=shares.__getitem__))
+    best = next(
+        (separator for separator in shares if shares[separator] >= 0.5),
+        max(shares, key=shares.__getitem__),
+    )
     if not shares[best]:
         hint = "columns are separated by comma, semicolon or tab"
         raise InputError("no line has more than one column", where=source, hint=hint)

@@ -54,14 +54,19 @@ class People(Part):
     The study's anchors and elbow radius are those of the survey's mean man, and are scaled to each person.
     """
 
-    source: Literal["ansur2"] = usual("ansur2", description="the survey that persons are drawn from")
+    source: Literal["ansur2"] = usual(
+        "ansur2", description="the survey that persons are drawn from"
+    )
     statistics: FileName | None = usual(
-        None, description="in the place of source: means, deviations and correlations in a TOML file of yours"
+        None,
+        description="in the place of source: means, deviations and correlations in a TOML file of yours",
     )
     statistics_content: Annotated[str, AfterValidator(_packed)] | None = usual(
         None, description="what that file held, as tendon keeps it"
     )
-    file: FileName | None = usual(None, description="a CSV of real persons, with units in its headers")
+    file: FileName | None = usual(
+        None, description="a CSV of real persons, with units in its headers"
+    )
     content: Annotated[str, AfterValidator(_packed)] | None = usual(
         None, description="what the file held, as tendon keeps it"
     )
@@ -74,7 +79,8 @@ class People(Part):
     count: Annotated[int, *whole(1, MAX_COUNT)] = usual(1000, description="how many are drawn")
     seed: Seed = usual(1, description="the same seed draws the same persons")
     completions: Annotated[int, *whole(1, MOST_COMPLETIONS)] | None = usual(
-        None, description="with a file: how many draws of what was not measured of a person, given what was"
+        None,
+        description="with a file: how many draws of what was not measured of a person, given what was",
     )
 
     @cached_property
@@ -85,7 +91,10 @@ class People(Part):
     @cached_property
     def survey(self) -> "Survey":
         """Whom persons are drawn from or completed by, and whose mean man the study's anchors fit; raises likewise."""
-        from tendon_cli.studies.people.survey import ansur2, read_survey  # a study without people does without these
+        from tendon_cli.studies.people.survey import (
+            ansur2,
+            read_survey,
+        )  # a study without people does without these
 
         if self.statistics_content is None:
             return ansur2()
@@ -94,7 +103,13 @@ class People(Part):
     @property
     def persons(self) -> int:
         """How many persons there are; 0 while their file is not read yet."""
-        return 0 if self.file is not None else len(self.population) if self.content is not None else self.count
+        return (
+            0
+            if self.file is not None
+            else len(self.population)
+            if self.content is not None
+            else self.count
+        )
 
     def read(self, where: str) -> "Population":
         """The persons; `where` is what an error calls the place that they come from."""
@@ -104,7 +119,9 @@ class People(Part):
         if self.content is None:
             return draw(self.survey, self.sex, self.count, self.seed, women)
         content = unpacked(self.content)
-        return read_population(content, where, self.survey, self.sex, women, self.completions, self.seed)
+        return read_population(
+            content, where, self.survey, self.sex, women, self.completions, self.seed
+        )
 
     @property
     def nominal(self) -> "Population":
@@ -124,7 +141,9 @@ class People(Part):
         if self.file is not None:
             for key in ("source", "count", "seed", "content"):
                 if key in given and not (key == "seed" and self.completions):
-                    yield Fault(f"people.{key}", "cannot be given with file", "leave one of them out")
+                    yield Fault(
+                        f"people.{key}", "cannot be given with file", "leave one of them out"
+                    )
         elif self.completions is not None and self.content is None:
             problem = "draws what a file does not say of its persons, and this study names no file"
             yield Fault("people.completions", problem, 'file = "people.csv"')
@@ -133,4 +152,8 @@ class People(Part):
                 problem = "cannot be given with statistics, which persons are drawn from"
                 yield Fault(f"people.{key}", problem, "leave one out")
         if self.women is not None and self.sex != "both":
-            yield Fault("people.women", f'is a share among both sexes, and sex is "{self.sex}"', 'sex = "both"')
+            yield Fault(
+                "people.women",
+                f'is a share among both sexes, and sex is "{self.sex}"',
+                'sex = "both"',
+            )

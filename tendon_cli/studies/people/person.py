@@ -58,18 +58,31 @@ def worn_by(study: Study, name: str) -> Worn:
         scaled = tuple((given.array * scales[f"arm.{anchor}"]).tolist())
         numbers[anchor] = Values(scaled, is_axis=given.is_axis, is_interval=given.is_interval)
         of_all: float = getattr(reference, dimension)
-        formula = f"{given.array[0]:.6g} x {QUANTITIES[dimension].symbol} / {of_all:.6g} of the mean man"
+        formula = (
+            f"{given.array[0]:.6g} x {QUANTITIES[dimension].symbol} / {of_all:.6g} of the mean man"
+        )
         steps.append(Step(anchor, formula, numbers[anchor].array[0]))
     for key, (share, dimension, source) in _FORMULAS.items():
         if f"arm.{key}" not in sets:
-            steps.append(Step(key, "as the study states it", float(study.numbers[f"arm.{key}"].array[0])))
+            steps.append(
+                Step(key, "as the study states it", float(study.numbers[f"arm.{key}"].array[0]))
+            )
             continue
         numbers[key] = Values.of(float(sets[f"arm.{key}"][0]))
         symbol = QUANTITIES[dimension].symbol
-        steps.append(Step(key, f"{share:g} x {symbol}" if share != 1.0 else symbol, numbers[key].single, source))
+        steps.append(
+            Step(
+                key,
+                f"{share:g} x {symbol}" if share != 1.0 else symbol,
+                numbers[key].single,
+                source,
+            )
+        )
     arm = study.arm.model_copy(update=numbers)
     measures = tuple(Step(name, QUANTITIES[name].long_name, value[name]) for name in DIMENSIONS)
-    return Worn(person.names[0], study.replaced({"arm": arm, "people": None}), measures, tuple(steps))
+    return Worn(
+        person.names[0], study.replaced({"arm": arm, "people": None}), measures, tuple(steps)
+    )
 
 
 def _person(study: Study, name: str) -> Population:

@@ -9,7 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.errors import InputError
-from tendon_cli.model.body import DIMENSIONS, Body, anchor_scales, forearm_com, forearm_mass, load_distance
+from tendon_cli.model.body import (
+    DIMENSIONS,
+    Body,
+    anchor_scales,
+    forearm_com,
+    forearm_mass,
+    load_distance,
+)
 from tendon_cli.model.kinematics import Array
 from tendon_cli.studies.people.reading import read_listed
 from tendon_cli.studies.people.survey import LEAST, SEXES, Survey, scattered
@@ -59,12 +66,19 @@ class Population:
     def persons(self) -> tuple[str, ...]:
         """The names of the persons themselves."""
         each = self.names[:: self.completions]
-        return tuple(name.rpartition(", body ")[0] for name in each) if self.completions > 1 else each
+        return (
+            tuple(name.rpartition(", body ")[0] for name in each) if self.completions > 1 else each
+        )
 
     def only(self, chosen: slice) -> Population:
         """Some of them."""
-        return replace(self, names=self.names[chosen], values=self.values[chosen], weighting=self.weighting[chosen],
-                       sexes=self.sexes[chosen])  # fmt: skip
+        return replace(
+            self,
+            names=self.names[chosen],
+            values=self.values[chosen],
+            weighting=self.weighting[chosen],
+            sexes=self.sexes[chosen],
+        )
 
 
 def draw(survey: Survey, sex: str, count: int, seed: int, women: float | None = None) -> Population:
@@ -78,20 +92,30 @@ def draw(survey: Survey, sex: str, count: int, seed: int, women: float | None = 
     for number, (word, persons) in enumerate((("man", count - females), ("woman", females))):
         kind, random = SEXES[number], np.random.default_rng([seed, number])
         statistics = survey.of(kind)
-        normal, mean = random.standard_normal((persons, len(DIMENSIONS))), np.tile(statistics.mean, (persons, 1))
+        normal, mean = (
+            random.standard_normal((persons, len(DIMENSIONS))),
+            np.tile(statistics.mean, (persons, 1)),
+        )
         values.append(np.maximum(scattered(mean, statistics.factor, normal), statistics.least))
         names += [f"{word} {at + 1}" for at in range(persons)]
         sexes += [kind] * persons
     note = "bodies are drawn as normal and correlated; real ones have longer tails, of weight above all; "
     note += f"no dimension is drawn below the mean less {LEAST:g} standard deviations"
     bodies = np.concatenate(values)
-    return Population(tuple(names), bodies, np.ones(count), survey.male.mean_body, (note,), tuple(sexes))
+    return Population(
+        tuple(names), bodies, np.ones(count), survey.male.mean_body, (note,), tuple(sexes)
+    )
 
 
 def read_population(
-    content: bytes, where: str, survey: Survey, sex: str, women: float | None = None,
-    completions: int | None = None, seed: int = 1,
-) -> Population:  # fmt: skip
+    content: bytes,
+    where: str,
+    survey: Survey,
+    sex: str,
+    women: float | None = None,
+    completions: int | None = None,
+    seed: int = 1,
+) -> Population:
     """Persons of a CSV file, what it does not say of their bodies as a survey leads to expect of people of that sex.
 
     With `completions` each is so many bodies, what was not measured drawn by the survey given what was. Raises
@@ -99,7 +123,11 @@ def read_population(
     """
     rows = read_listed(content, where)
     sexes = sex if rows.sexes is None else rows.sexes
-    one = [f"{where} has 1 person: a share of it is all or nothing"] if len(rows.names) == 1 and not completions else []
+    one = (
+        [f"{where} has 1 person: a share of it is all or nothing"]
+        if len(rows.names) == 1 and not completions
+        else []
+    )
     notes = [*one, *_notes(rows.values, sexes, women, completions), *rows.ignored]
     names, values, weighting, normal = rows.names, rows.values, rows.weighting, None
     each = completions or 1
@@ -112,8 +140,14 @@ def read_population(
         sexes = sexes if isinstance(sexes, str) else np.repeat(sexes, each)
         normal = np.random.default_rng([seed, len(SEXES)]).standard_normal(values.shape)
     completed = _completed(values, normal, sexes, survey, women)
-    known = () if isinstance(sexes, str) and sexes not in SEXES else np.broadcast_to(sexes, len(names)).tolist()
-    return Population(names, completed, weighting, survey.male.mean_body, tuple(notes), tuple(known), each)
+    known = (
+        ()
+        if isinstance(sexes, str) and sexes not in SEXES
+        else np.broadcast_to(sexes, len(names)).tolist()
+    )
+    return Population(
+        names, completed, weighting, survey.male.mean_body, tuple(notes), tuple(known), each
+    )
 
 
 def named(survey: Survey, name: str) -> Population:
@@ -122,7 +156,9 @@ def named(survey: Survey, name: str) -> Population:
     return Population((name,), body[np.newaxis], np.ones(1), survey.male.mean_body)
 
 
-def arms_of(people: Population, of_the_body: Iterable[str]) -> tuple[dict[str, Array], dict[str, Array]]:
+def arms_of(
+    people: Population, of_the_body: Iterable[str]
+) -> tuple[dict[str, Array], dict[str, Array]]:
     """The numbers of the persons' arms that their bodies set, and by what they scale others, by dotted key, (n,).
 
     `of_the_body` are those of `OF_THE_BODY` that a study does not state itself.
@@ -132,20 +168,30 @@ def arms_of(people: Population, of_the_body: Iterable[str]) -> tuple[dict[str, A
     return {name: OF_THE_BODY[name](body) for name in of_the_body}, scales
 
 
-def _completed(values: Array, normal: Array | None, sexes: Sexes, survey: Survey, women: float | None) -> Array:
+def _completed(
+    values: Array, normal: Array | None, sexes: Sexes, survey: Survey, women: float | None
+) -> Array:
     if isinstance(sexes, str):
-        return (survey.both(women) if sexes == "both" else survey.of(sexes)).completed(values, normal)
+        return (survey.both(women) if sexes == "both" else survey.of(sexes)).completed(
+            values, normal
+        )
     completed = values.copy()
     for sex in SEXES:
         some = sexes == sex
-        completed[some] = survey.of(sex).completed(values[some], None if normal is None else normal[some])
+        completed[some] = survey.of(sex).completed(
+            values[some], None if normal is None else normal[some]
+        )
     return completed
 
 
 def _notes(values: Array, sexes: Sexes, women: float | None, completions: int | None) -> list[str]:
     """What is not from the file but expected of such bodies."""
     missing = np.isnan(values)
-    lacking = [f"{name} of {count}" for name, count in zip(DIMENSIONS, missing.sum(axis=0), strict=True) if count]
+    lacking = [
+        f"{name} of {count}"
+        for name, count in zip(DIMENSIONS, missing.sum(axis=0), strict=True)
+        if count
+    ]
     if not lacking:
         return []
     kind = "their sex"
@@ -155,6 +201,10 @@ def _notes(values: Array, sexes: Sexes, women: float | None, completions: int | 
     lacking_text = f"not in the file: {', '.join(lacking)}; "
     if completions:
         drawn = f"{completions} bodies of each person are drawn from {kind} in the survey with the dimensions given"
-        return [f"{lacking_text}{drawn}, no dimension below the mean less {LEAST:g} standard deviations"]
+        return [
+            f"{lacking_text}{drawn}, no dimension below the mean less {LEAST:g} standard deviations"
+        ]
     expected = f"taken as expected of {kind} in the survey with the dimensions given"
-    return [f"{lacking_text}{expected}, without the scatter of real bodies (people.completions draws it)"]
+    return [
+        f"{lacking_text}{expected}, without the scatter of real bodies (people.completions draws it)"
+    ]

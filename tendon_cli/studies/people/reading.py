@@ -18,7 +18,14 @@ from tendon_cli.studies.columns import Sheet, name_and_unit, unit_factor
 from tendon_cli.studies.people.survey import PLAUSIBLE
 from tendon_cli.units import factor_of, known_units, shorten
 
-_SEX_WORDS = {"m": "male", "male": "male", "man": "male", "f": "female", "female": "female", "woman": "female"}
+_SEX_WORDS = {
+    "m": "male",
+    "male": "male",
+    "man": "male",
+    "f": "female",
+    "female": "female",
+    "woman": "female",
+}
 _MISSING = ("", "na", "n/a", "nan", "null", "-")
 _OTHERS = ("name", "sex", "weighting")
 _KNOWN = (*DIMENSIONS, *_OTHERS)
@@ -59,7 +66,10 @@ def read_listed(content: bytes, where: str) -> Listed:
     """
     sheet = Sheet.of(content, where, "person")
     units, ignored = _headers(sheet)
-    values, weighting = np.full((len(sheet.kept), len(DIMENSIONS)), np.nan), np.ones(len(sheet.kept))
+    values, weighting = (
+        np.full((len(sheet.kept), len(DIMENSIONS)), np.nan),
+        np.ones(len(sheet.kept)),
+    )
     for name, (at, unit) in units.items():
         if name in DIMENSIONS:
             values[:, DIMENSIONS.index(name)] = _dimension(sheet, at, name, unit)
@@ -86,7 +96,9 @@ def _headers(sheet: Sheet) -> tuple[dict[str, tuple[int, str]], list[str]]:
             _refuse_other_words(text, sheet.where)
             ignored.append(shorten(text, 30))
         elif named[0] in units:
-            both = " and ".join(f'"{shorten(sheet.header[each], 30)}"' for each in (units[named[0]][0], at))
+            both = " and ".join(
+                f'"{shorten(sheet.header[each], 30)}"' for each in (units[named[0]][0], at)
+            )
             problem = f"{named[0]} stands in two columns, {both}"
             raise InputError(problem, where=sheet.where, hint="leave one of them out")
         else:
@@ -96,18 +108,24 @@ def _headers(sheet: Sheet) -> tuple[dict[str, tuple[int, str]], list[str]]:
         problem = f"no column is a dimension of a body, the headers read: {shorten(', '.join(sheet.header))}"
         raise InputError(problem, where=sheet.where, hint=hint)
     more = f" and {len(ignored) - 5} more" if len(ignored) > 5 else ""
-    return units, [f"{sheet.where}: columns not read: {', '.join(ignored[:5])}{more}"] if ignored else []
+    return units, [
+        f"{sheet.where}: columns not read: {', '.join(ignored[:5])}{more}"
+    ] if ignored else []
 
 
 def _refuse_other_words(text: str, where: str) -> None:
     """Raises InputError for a header that is nearly known, or is in another language."""
     plain = unicodedata.normalize("NFKD", text.casefold().replace("ß", "ss"))
-    words = re.sub(r"[^a-z0-9]+", "_", "".join(sign for sign in plain if not unicodedata.combining(sign))).split("_")
+    words = re.sub(
+        r"[^a-z0-9]+", "_", "".join(sign for sign in plain if not unicodedata.combining(sign))
+    ).split("_")
     german = _GERMAN.get(re.sub("(?<=[aou])e", "", words[0]))  # ae, oe, ue stand for one with dots
     name = text.partition("(")[0].partition("[")[0].strip().casefold()
     if meant := german or "".join(difflib.get_close_matches(name, _KNOWN, n=1, cutoff=0.8)):
         quantity = QUANTITIES.get(meant)
-        unit = next((word for word in words if quantity and word in known_units(quantity.dimension)), None)
+        unit = next(
+            (word for word in words if quantity and word in known_units(quantity.dimension)), None
+        )
         given = f" ({unit or quantity.shown_in})" if quantity else ""
         hint = f'write "{meant}{given}"; known are: {", ".join(_KNOWN)}'
         raise InputError(f'the header "{shorten(text)}" is not known', where=where, hint=hint)
@@ -123,7 +141,11 @@ def _dimension(sheet: Sheet, at: int, name: str, unit: str) -> Array:
         return numbers
     row, shown = int(odd[0]), factor_of(quantity.shown_in)
     written = numbers[row] / factor
-    possible = [symbol for symbol in known_units(quantity.dimension) if low <= written * factor_of(symbol) <= high]
+    possible = [
+        symbol
+        for symbol in known_units(quantity.dimension)
+        if low <= written * factor_of(symbol) <= high
+    ]
     count = f" (and {odd.size - 1} persons more)" if odd.size > 1 else ""
     problem = f"{name} is {numbers[row] / shown:.6g} {quantity.shown_in}{count}"
     problem += f", expected {low / shown:g} to {high / shown:g} {quantity.shown_in}"
@@ -135,7 +157,9 @@ def _weighting(sheet: Sheet, at: int) -> Array:
     weighting = sheet.numbers(at, "weighting")
     if (weighting < 0.0).any():
         row = int(np.argmax(weighting < 0.0))
-        raise InputError(f"weighting is {weighting[row]:g}, expected 0 or more", where=sheet.place(row))
+        raise InputError(
+            f"weighting is {weighting[row]:g}, expected 0 or more", where=sheet.place(row)
+        )
     if not weighting.any():
         raise InputError("every weighting is 0, so that nobody counts", where=sheet.where)
     return weighting

@@ -21,7 +21,16 @@ SEXES = ("male", "female")
 PLAUSIBLE = dict(
     zip(
         DIMENSIONS,
-        ((0.8, 2.5), (15.0, 350.0), (0.12, 0.60), (0.10, 0.50), (0.12, 0.65), (0.10, 0.80), (0.10, 0.60), (0.07, 0.35)),
+        (
+            (0.8, 2.5),
+            (15.0, 350.0),
+            (0.12, 0.60),
+            (0.10, 0.50),
+            (0.12, 0.65),
+            (0.10, 0.80),
+            (0.10, 0.60),
+            (0.07, 0.35),
+        ),
         strict=True,
     )
 )
@@ -32,7 +41,9 @@ distribution has lighter bodies than anyone measured."""
 _MOST_SCATTER = 1.0 / 3.0
 """Deviation over mean, beyond which bodies drawn as normal would be below 0."""
 
-_SI = np.array([1.0 if name == "weight" else 1e-3 for name in DIMENSIONS])  # the survey has kg and mm
+_SI = np.array(
+    [1.0 if name == "weight" else 1e-3 for name in DIMENSIONS]
+)  # the survey has kg and mm
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +87,9 @@ class Statistics:
             bodies = self.mean[lacks] + (values[np.ix_(rows, given)] - self.mean[given]) @ solved
             if normal is not None:
                 rest = self.covariance[np.ix_(lacks, lacks)] - across.T @ solved
-                bodies = scattered(bodies, cholesky(0.5 * (rest + rest.T)), normal[np.ix_(rows, lacks)])
+                bodies = scattered(
+                    bodies, cholesky(0.5 * (rest + rest.T)), normal[np.ix_(rows, lacks)]
+                )
                 bodies = np.maximum(bodies, self.least[lacks])
             complete[np.ix_(rows, lacks)] = bodies
         return complete
@@ -114,7 +127,9 @@ class Survey:
 @cache
 def ansur2() -> Survey:
     """The survey that comes with tendon."""
-    return read_survey(resources.files(__package__).joinpath("ansur2_arm.toml").read_bytes(), "ansur2")
+    return read_survey(
+        resources.files(__package__).joinpath("ansur2_arm.toml").read_bytes(), "ansur2"
+    )
 
 
 def read_survey(given: bytes, where: str) -> Survey:
@@ -137,11 +152,21 @@ def _statistics(table: dict[str, Any], order: list[int], sex: str) -> Statistics
     """Those of one sex; raises ValueError for what cannot be."""
     size, persons = len(DIMENSIONS), int(table["persons"])
     mean, deviation, correlation = (
-        np.array(table[key], dtype=np.float64) for key in ("mean", "standard_deviation", "correlation")
+        np.array(table[key], dtype=np.float64)
+        for key in ("mean", "standard_deviation", "correlation")
     )
-    if mean.shape != (size,) or deviation.shape != (size,) or correlation.shape != (size, size) or persons < 1:
-        raise ValueError(f"[{sex}] has not {size} means, {size} deviations, {size} x {size} correlations of persons")
-    if not (np.all(mean > 0.0) and np.all(deviation > 0.0) and np.all(np.isfinite(mean + deviation))):
+    if (
+        mean.shape != (size,)
+        or deviation.shape != (size,)
+        or correlation.shape != (size, size)
+        or persons < 1
+    ):
+        raise ValueError(
+            f"[{sex}] has not {size} means, {size} deviations, {size} x {size} correlations of persons"
+        )
+    if not (
+        np.all(mean > 0.0) and np.all(deviation > 0.0) and np.all(np.isfinite(mean + deviation))
+    ):
         raise ValueError(f"a mean or standard deviation in [{sex}] is not above 0")
     if np.any(np.diag(correlation) != 1.0) or np.any(correlation != correlation.T):
         raise ValueError(f"the correlation in [{sex}] is not symmetric with ones on its diagonal")
@@ -150,19 +175,25 @@ def _statistics(table: dict[str, Any], order: list[int], sex: str) -> Statistics
         low, high = (end / per for end in PLAUSIBLE[name])
         unit = "kg" if per == 1.0 else "mm"
         if not low <= middle <= high:  # as in another unit
-            raise ValueError(f"the mean {name} is {middle:g} {unit}, expected {low:g} to {high:g} {unit}")
+            raise ValueError(
+                f"the mean {name} is {middle:g} {unit}, expected {low:g} to {high:g} {unit}"
+            )
         if scatter > _MOST_SCATTER * middle:
             spread = f"the deviation of {name} is {scatter:g} {unit} at a mean of {middle:g} {unit}"
             raise ValueError(f"{spread}, so that bodies would be below 0")
     cholesky(correlation)
     scale = deviation * _SI
-    return Statistics(persons, mean * _SI, correlation * np.outer(scale, scale), mean * _SI - LEAST * scale)
+    return Statistics(
+        persons, mean * _SI, correlation * np.outer(scale, scale), mean * _SI - LEAST * scale
+    )
 
 
 def scattered(middle: Array, factor: Array, normal: Array) -> Array:
     """Bodies around some middle ones, (n, m), by normal numbers, (n, m), and L with L Lᵀ = their covariance."""
     bodies = middle.copy()
-    for row, factors in enumerate(factor):  # added up in this order everywhere, unlike a matrix product
+    for row, factors in enumerate(
+        factor
+    ):  # added up in this order everywhere, unlike a matrix product
         for column in range(row + 1):
             bodies[:, row] += factors[column] * normal[:, column]
     return bodies
@@ -184,7 +215,9 @@ def cholesky(matrix: Array) -> Array:
                 factor[row, column] = rest / factor[column, column]
             elif rest <= 1e-12 * float(matrix[row, row]):
                 name = DIMENSIONS[row] if size == len(DIMENSIONS) else row
-                raise ValueError(f"correlations are not positive definite: {name} follows from the others")
+                raise ValueError(
+                    f"correlations are not positive definite: {name} follows from the others"
+                )
             else:
                 factor[row, row] = math.sqrt(rest)
     return factor

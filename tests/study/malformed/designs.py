@@ -5,9 +5,26 @@ from .row import toml
 MASSES = 'load.mass = ["3 kg", "5 kg"]\n'
 
 DESIGNS = (
-    toml("a limit of no column", "limits.max_tensoin = '3 N'\n", "limits.max_tensoin", '"max_tension"', line=1),
-    toml("a limit in a list", "limits.max_tension = ['3 N', '4 N']\n", "limits.max_tension", "one value", line=1),
-    toml("a room for a spring of no length", "limits.min_spring_room = '0 mm'\n", "spring_room", "free_length"),
+    toml(
+        "a limit of no column",
+        "limits.max_tensoin = '3 N'\n",
+        "limits.max_tensoin",
+        '"max_tension"',
+        line=1,
+    ),
+    toml(
+        "a limit in a list",
+        "limits.max_tension = ['3 N', '4 N']\n",
+        "limits.max_tension",
+        "one value",
+        line=1,
+    ),
+    toml(
+        "a room for a spring of no length",
+        "limits.min_spring_room = '0 mm'\n",
+        "spring_room",
+        "free_length",
+    ),
     toml(
         "a room for a spring at the motor",
         "limits.min_spring_room = '0 mm'\nspring = { free_length = '70 mm', at = 'motor' }\n",
@@ -20,7 +37,12 @@ DESIGNS = (
         "spring_room",
         "has none",
     ),
-    toml("a pressure on no width", "limits.max_contact_pressure = '30 kPa'\n", "contact_pressure", "contact_width"),
+    toml(
+        "a pressure on no width",
+        "limits.max_contact_pressure = '30 kPa'\n",
+        "contact_pressure",
+        "contact_width",
+    ),
     toml(
         "a pressure on a width of one case",
         "limits.max_contact_pressure = '30 kPa'\n[[cases]]\nname = 'a'\narm.contact_width = '40 mm'\n"
@@ -30,7 +52,13 @@ DESIGNS = (
         line=1,
     ),
     *(
-        toml(f"{name} without a speed", f"limits.{name} = '{value}'\n", f"limits.{name}", "motion.speed", line=1)
+        toml(
+            f"{name} without a speed",
+            f"limits.{name} = '{value}'\n",
+            f"limits.{name}",
+            "motion.speed",
+            line=1,
+        )
         for name, value in (
             ("max_spool_travel", "300 deg"),
             ("max_backlash", "5 deg"),
@@ -43,20 +71,95 @@ DESIGNS = (
         )
     ),
     toml("a speed of nothing", "motion.speed = '0 deg/s'\n", "motion.speed", "impossible", line=1),
-    toml("a speed in degrees", "motion.speed = '60 deg'\n", "motion.speed", "an angular speed", '"60 deg/s"', line=1),
-    toml("a condition that is a column", "design.conditions = 'load_mass'\n", "conditions", '"load.mass"', line=1),
-    toml("a condition that is no axis", "design.conditions = ['direction']\n", "conditions", "no axis", line=1),
-    toml("a condition of pretension", "design.conditions = ['tendon.pretension']\n", "conditions", "solves for"),
-    toml("a condition of nothing", "design.conditions = ['']\n", "design.conditions", "at least 1 character", line=1),
-    toml("a goal that is no column", "design.minimise = ['max_tensoin']\n", "design.minimise", '"max_tension"'),
-    toml("a goal that is a condition", MASSES + "design.maximise = 'load_mass'\n", "design.maximise", line=2),
-    toml("a goal both ways", "design = { minimise = 'tolerance', maximise = 'tolerance' }\n", "maximise", "minimised"),
-    toml("a place in no window", "design.pretension = 'most'\n", "design.pretension", '"least"', line=1),
+    toml(
+        "a speed in degrees",
+        "motion.speed = '60 deg'\n",
+        "motion.speed",
+        "an angular speed",
+        '"60 deg/s"',
+        line=1,
+    ),
+    toml(
+        "a condition that is a column",
+        "design.conditions = 'load_mass'\n",
+        "conditions",
+        '"load.mass"',
+        line=1,
+    ),
+    toml(
+        "a condition that is no axis",
+        "design.conditions = ['direction']\n",
+        "conditions",
+        "no axis",
+        line=1,
+    ),
+    toml(
+        "a condition of pretension",
+        "design.conditions = ['tendon.pretension']\n",
+        "conditions",
+        "solves for",
+    ),
+    toml(
+        "a condition of nothing",
+        "design.conditions = ['']\n",
+        "design.conditions",
+        "at least 1 character",
+        line=1,
+    ),
+    toml(
+        "a goal that is no column",
+        "design.minimise = ['max_tensoin']\n",
+        "design.minimise",
+        '"max_tension"',
+    ),
+    toml(
+        "a goal that is a condition",
+        MASSES + "design.maximise = 'load_mass'\n",
+        "design.maximise",
+        line=2,
+    ),
+    toml(
+        "a goal both ways",
+        "design = { minimise = 'tolerance', maximise = 'tolerance' }\n",
+        "maximise",
+        "minimised",
+    ),
+    toml(
+        "a place in no window",
+        "design.pretension = 'most'\n",
+        "design.pretension",
+        '"least"',
+        line=1,
+    ),
     toml("2^70 draws", f"uncertainty.draws = {2**62}\n", "uncertainty.draws", "1,048,576", line=1),
-    toml("a cross of words", "uncertainty.cross = 'yes'\n", "uncertainty.cross", "true or false", line=1),
-    toml("a state's column unknown", "output.states = ['statu']\n", "output.states", '"status"', line=1),
-    toml("a design's column of states", "output.states = ['margin']\n", "output.states", "of the states", line=1),
-    toml("a key as a column", "output.states = ['elbow_angle']\n", "output.states", "always kept", line=1),
+    toml(
+        "a cross of words",
+        "uncertainty.cross = 'yes'\n",
+        "uncertainty.cross",
+        "true or false",
+        line=1,
+    ),
+    toml(
+        "a state's column unknown",
+        "output.states = ['statu']\n",
+        "output.states",
+        '"status"',
+        line=1,
+    ),
+    toml(
+        "a design's column of states",
+        "output.states = ['margin']\n",
+        "output.states",
+        "of the states",
+        line=1,
+    ),
+    toml(
+        "a key as a column",
+        "output.states = ['elbow_angle']\n",
+        "output.states",
+        "always kept",
+        line=1,
+    ),
     toml(
         "columns of no table",
         "output = { tables = 'designs', states = ['status'] }\n",

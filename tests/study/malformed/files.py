@@ -5,7 +5,9 @@ from tendon_cli.errors import InputError
 from .row import toml
 
 FILES = (
-    toml("not UTF-8", b"name = 'a'\ntitle = '\xe9'\n", "not UTF-8", "save the file as UTF-8", line=2),
+    toml(
+        "not UTF-8", b"name = 'a'\ntitle = '\xe9'\n", "not UTF-8", "save the file as UTF-8", line=2
+    ),
     toml("UTF-16", "title = 'x'\n".encode("utf-16"), "not UTF-8", "save the file as UTF-8"),
     toml("a NUL byte", b"name = 'a'\0\n", "not TOML", line=1),
     toml("a picture", b"\x89PNG\r\n\x1a\n", "not UTF-8"),
@@ -18,21 +20,38 @@ FRICTION = "[friction]\ncoefficient = 0.07\nstandard_error = 0.001\n"
 
 def route(label, content, *says, **more):
     return toml(
-        f"route {label}", '[sheath]\npath = "r.csv"\n', *says, kind=InputError, files={"r.csv": content}, **more
+        f"route {label}",
+        '[sheath]\npath = "r.csv"\n',
+        *says,
+        kind=InputError,
+        files={"r.csv": content},
+        **more,
     )
 
 
 def fragment(label, content, *says, **more):
     text = '[sheath]\nfriction_from = "f.toml"\n'
-    return toml(f"fragment {label}", text, *says, kind=InputError, files={"f.toml": content}, **more)
+    return toml(
+        f"fragment {label}", text, *says, kind=InputError, files={"f.toml": content}, **more
+    )
 
 
 ATTACHMENTS = (
     toml("a missing route", '[sheath]\npath = "r.csv"\n', "sheath.path", "r.csv", "no file"),
-    toml("a missing route of one side", 'sheath.flexor.path = "r.csv"\n', "sheath.flexor.path", "no file"),
+    toml(
+        "a missing route of one side",
+        'sheath.flexor.path = "r.csv"\n',
+        "sheath.flexor.path",
+        "no file",
+    ),
     toml("a folder for a route", '[sheath]\npath = "."\n', "sheath.path", "it is a folder"),
     toml("a route with an escape", '[sheath]\npath = "\\u001b[31m"\n', "sheath.path"),
-    toml("a route of 4000 letters", f'[sheath]\npath = "{"a" * 4000}"\n', "sheath.path", "cannot be read"),
+    toml(
+        "a route of 4000 letters",
+        f'[sheath]\npath = "{"a" * 4000}"\n',
+        "sheath.path",
+        "cannot be read",
+    ),
     toml(
         "a bend beside a route",
         '[sheath]\nbend_angle = "90 deg"\npath = "r.csv"\n',
@@ -50,7 +69,11 @@ ATTACHMENTS = (
         files={"f.toml": FRICTION},
     ),
     toml(
-        "a smoothing without a route", "sheath.path_smoothing = '1 mm'\n", "sheath.path_smoothing", "names none", line=1
+        "a smoothing without a route",
+        "sheath.path_smoothing = '1 mm'\n",
+        "sheath.path_smoothing",
+        "names none",
+        line=1,
     ),
     toml(
         "a friction of a fragment beyond any sheath",
@@ -63,20 +86,41 @@ ATTACHMENTS = (
     route("of a header", "x,y,z\n", "no way-points"),
     route("of one point", "x,y,z\n0,0,0\n0,0,0\n", "fewer than two"),
     route("without z", "x,y\n0,0\n1,1\n", "no column z", "x, y"),
-    route("of an unknown unit", "x_furlong,y,z\n0,0,0\n1,1,1\n", "the column x has the unit", "furlong"),
-    route("with a word after comments", "# a\n\nx,y,z\n0,0,0\n# b\n1,zz,0\n", 'y is "zz"', "line 6"),
+    route(
+        "of an unknown unit",
+        "x_furlong,y,z\n0,0,0\n1,1,1\n",
+        "the column x has the unit",
+        "furlong",
+    ),
+    route(
+        "with a word after comments", "# a\n\nx,y,z\n0,0,0\n# b\n1,zz,0\n", 'y is "zz"', "line 6"
+    ),
     route("with a short row", "x,y,z\n0,0,0\n1,2\n", "2 cells where the header has 3", "line 3"),
     route("with 1e300", "x,y,z\n0,0,0\n1e300,0,0\n", "x is 1e+300", "line 3"),
-    route("with decimal commas", "x,y,z\n0;0;0\n1,5;0;0\n", "1 cell where the header has 3", "line 2"),
+    route(
+        "with decimal commas", "x,y,z\n0;0;0\n1,5;0;0\n", "1 cell where the header has 3", "line 2"
+    ),
     route("of an open quote", 'x,y,z\n0,0,0\n"1,0,0\n2,0,0\n', "not a row of CSV", "line 3"),
     route("over 16 MB", b"x,y,z\n" + b"0,0,0\n" * 2_700_000, "larger than 16 MB"),
     route("of steps of 1e-320", "x,y,z\n0,0,0\n1e-320,0,0\n2e-320,1e-320,0\n", "way-points"),
     fragment("without content", "", "not a friction fragment"),
     fragment("that is no TOML", "[friction\n", "not a friction fragment"),
     fragment("without an error", "[friction]\ncoefficient = 0.1\n", "not a friction fragment"),
-    fragment("with a huge error", "[friction]\ncoefficient = 0.1\nstandard_error = 1e9\n", "not between 0 and 10"),
-    fragment("of nan", "[friction]\ncoefficient = nan\nstandard_error = 0\n", "not a friction fragment"),
-    fragment("of a truth value", "[friction]\ncoefficient = true\nstandard_error = 0\n", "friction"),
-    fragment("of a hexadecimal", f"[friction]\ncoefficient = 0x{'f' * 1000}\nstandard_error = 0\n", "friction"),
+    fragment(
+        "with a huge error",
+        "[friction]\ncoefficient = 0.1\nstandard_error = 1e9\n",
+        "not between 0 and 10",
+    ),
+    fragment(
+        "of nan", "[friction]\ncoefficient = nan\nstandard_error = 0\n", "not a friction fragment"
+    ),
+    fragment(
+        "of a truth value", "[friction]\ncoefficient = true\nstandard_error = 0\n", "friction"
+    ),
+    fragment(
+        "of a hexadecimal",
+        f"[friction]\ncoefficient = 0x{'f' * 1000}\nstandard_error = 0\n",
+        "friction",
+    ),
     fragment("over 256 kB", FRICTION + "#" * 300_000, "larger"),
 )

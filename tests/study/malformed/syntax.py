@@ -3,7 +3,13 @@
 from .row import toml, yaml
 
 TOML_SYNTAX = (
-    toml("a quantity without quotes", "[arm]\na1 = 0.1\nb1 = 160 mm\n", "not TOML", '"160 mm"', line=3),
+    toml(
+        "a quantity without quotes",
+        "[arm]\na1 = 0.1\nb1 = 160 mm\n",
+        "not TOML",
+        '"160 mm"',
+        line=3,
+    ),
     toml("a key twice", "[arm]\nb1 = 1\nb1 = 2\n", "b1", "not TOML", line=3),
     toml("a table opened twice", "[arm]\nb1 = 1\n[arm]\nb2 = 1\n", "[arm]", "twice"),
     toml("an open table", "[arm\nb1 = 1\n", "not TOML", "[arm", line=1),
@@ -25,9 +31,16 @@ YAML_SYNTAX = (
     yaml("a tab", "arm:\n\tb1: 1\n", "not YAML", line=2),
     yaml("two colons", "name: a: b\n", "not YAML", line=1),
     yaml("an anchor", "arm: &base\n  b1: 0.1\n", "anchors and aliases", line=1),
-    yaml("a billion laughs", "a: &a [x, x]\nb: &b [*a, *a]\nc: &c [*b, *b]\n", "anchors and aliases", line=1),
+    yaml(
+        "a billion laughs",
+        "a: &a [x, x]\nb: &b [*a, *a]\nc: &c [*b, *b]\n",
+        "anchors and aliases",
+        line=1,
+    ),
     yaml("a merge key", "arm:\n  <<: {b1: 0.1}\n", "arm.<<", "merge keys are not read", line=2),
-    yaml("an object of Python", "load: !!python/object:os.system {a: 1}\n", "tag", "not read", line=1),
+    yaml(
+        "an object of Python", "load: !!python/object:os.system {a: 1}\n", "tag", "not read", line=1
+    ),
     yaml("a tag of ours", "load:\n  mass: !kg 5\n", "!kg", "leave it out", line=2),
     yaml("two documents", "name: a\n---\nname: b\n", "document", line=2),
     yaml("a list at the top", "- a\n- b\n", "no keys", line=1),
@@ -41,11 +54,20 @@ LIMITS = (
     toml("a list of 100000 lists", f"x = {'[' * 100_000}\n", "deeper than 32 levels", line=1),
     toml("33 inline tables", f"x = {'{ a = ' * 33}1{' }' * 33}\n", "deeper than 32 levels", line=1),
     toml("a key of 100000 parts", f"{'.'.join('a' * 100_000)} = 1\n", "more than 16 parts", line=1),
-    toml("17 parts with spaces", f"name = 'a'\n{' . '.join('a' * 17)} = 1\n", "more than 16 parts", line=2),
+    toml(
+        "17 parts with spaces",
+        f"name = 'a'\n{' . '.join('a' * 17)} = 1\n",
+        "more than 16 parts",
+        line=2,
+    ),
     toml("a long key that ends in quotes", f'{"a" * 100_000}"b" = 1\n', "not TOML"),
     toml("a brace and 250000 lines", "a {\n" + "\n" * 250_000, "not TOML"),
     yaml("over 256 kB", "#" * 300_000, "larger than 256 kB"),
     yaml("100000 flow lists", f"x: {'[' * 100_000}\n", "deeper than 32 levels", line=1),
-    yaml("33 block tables", "".join(f"{' ' * i}a:\n" for i in range(33)) + " " * 33 + "b: 1\n", "32 levels"),
+    yaml(
+        "33 block tables",
+        "".join(f"{' ' * i}a:\n" for i in range(33)) + " " * 33 + "b: 1\n",
+        "32 levels",
+    ),
     yaml("100000 question marks", "? " * 100_000, "deeper than 32 levels", line=1),
 )

@@ -11,15 +11,60 @@ import pyarrow.parquet as pq
 
 from .seeds import PLAIN_TOML, TOKENS
 
-NUMBERS = [None, 0.0, -0.0, 1.0, -1.0, 5e-324, 1e308, -1e308, float("inf"), float("-inf"), float("nan")]
+NUMBERS = [
+    None,
+    0.0,
+    -0.0,
+    1.0,
+    -1.0,
+    5e-324,
+    1e308,
+    -1e308,
+    float("inf"),
+    float("-inf"),
+    float("nan"),
+]
 WORDS = ["", "a", "_b", "$x$", "a\nb", "taut", None]
 VALUES = [
-    None, True, 0, 1, -1, 2**31, 2**63, 10**400, 1e308, float("nan"), float("inf"), "", "case", "designs", "states",
-    "load.mass", "motion.elbow_angle", "3 kg", "1 kN/m", "9**9 mm", "1e999 N", "45 deg", "µm", "flexion", "bilateral",
-    "initial", "log", "\0", "a" * 200, [], {}, [[]], [0.0, 3.0], ["load.mass", "case"], {"from": 0, "to": 1, "num": 3},
-    {"from": "1 N", "to": "9 N", "num": 2, "spacing": "log"}, {"from": "0 deg", "to": "90 deg", "num": -1},
+    None,
+    True,
+    0,
+    1,
+    -1,
+    2**31,
+    2**63,
+    10**400,
+    1e308,
+    float("nan"),
+    float("inf"),
+    "",
+    "case",
+    "designs",
+    "states",
+    "load.mass",
+    "motion.elbow_angle",
+    "3 kg",
+    "1 kN/m",
+    "9**9 mm",
+    "1e999 N",
+    "45 deg",
+    "µm",
+    "flexion",
+    "bilateral",
+    "initial",
+    "log",
+    "\0",
+    "a" * 200,
+    [],
+    {},
+    [[]],
+    [0.0, 3.0],
+    ["load.mass", "case"],
+    {"from": 0, "to": 1, "num": 3},
+    {"from": "1 N", "to": "9 N", "num": 2, "spacing": "log"},
+    {"from": "0 deg", "to": "90 deg", "num": -1},
     {"index": 0, "of": 2},
-]  # fmt: skip
+]
 
 
 def breeder(kind, good, mutate=None):
@@ -45,7 +90,11 @@ def edited(content, chance, tokens):
     """Flips, cuts, copies, and pieces of what such files are made of."""
     content = bytearray(content)
     for _ in range(chance.choice((1, 1, 2, 4))):
-        at, length, token = chance.randrange(len(content) + 1), chance.randrange(41), chance.choice(tokens)
+        at, length, token = (
+            chance.randrange(len(content) + 1),
+            chance.randrange(41),
+            chance.choice(tokens),
+        )
         lines = bytes(content).split(b"\n")
         line = chance.randrange(len(lines))
         match chance.randrange(8):
@@ -78,7 +127,9 @@ def study_keys():
     """Words that stand in studies as keys."""
     from tendon_cli.studies.study import keys
 
-    return sorted({part for key in keys() for part in key.split(".")} | {"cases", "name", "from", "to", "num"})
+    return sorted(
+        {part for key in keys() for part in key.split(".")} | {"cases", "name", "from", "to", "num"}
+    )
 
 
 def regrown(value, chance, keys=()):
@@ -159,7 +210,9 @@ def in_place(content, chance, change):
 def retold(content, chance, change):
     """A sound file that holds other things, or says other things of itself."""
     table = pq.read_table(io.BytesIO(content))
-    way = chance.choice((with_facts, with_facts, with_facts, with_units, with_column, with_column, with_rows))
+    way = chance.choice(
+        (with_facts, with_facts, with_facts, with_units, with_column, with_column, with_rows)
+    )
     table = way(table, chance, change)
     blank = {**(table.schema.metadata or {}), b"tendon.digest": b"sha256:" + b"0" * 64}
     sink = io.BytesIO()
@@ -177,7 +230,9 @@ def with_facts(table, chance, change):
     elif dice < 0.3:
         metadata[name] = change(metadata[name])
     else:
-        metadata[name] = json.dumps(regrown(json.loads(metadata[name]), chance)).encode("utf-8", "replace")
+        metadata[name] = json.dumps(regrown(json.loads(metadata[name]), chance)).encode(
+            "utf-8", "replace"
+        )
     return table.replace_schema_metadata(metadata)
 
 
@@ -188,13 +243,18 @@ def with_units(table, chance, change):
     known = dict(field.metadata or {b"unit": b"N"})
     key = chance.choice(sorted(known))
     known[key] = chance.choice([b"", b"N", b"kg", b"parsec", b"\xff", change(known[key])])
-    return table.cast(pa.schema(table.schema.set(at, field.with_metadata(known)), metadata=table.schema.metadata))
+    return table.cast(
+        pa.schema(table.schema.set(at, field.with_metadata(known)), metadata=table.schema.metadata)
+    )
 
 
 def with_column(table, chance, _change):
     """A column of other values, of another type, twice or not at all."""
     at, rows = chance.randrange(table.num_columns), table.num_rows
-    field, kinds = table.schema.field(at), (pa.string(), pa.int32(), pa.float32(), pa.bool_(), pa.list_(pa.float64()))
+    field, kinds = (
+        table.schema.field(at),
+        (pa.string(), pa.int32(), pa.float32(), pa.bool_(), pa.list_(pa.float64())),
+    )
     match chance.randrange(5):
         case 0 if table.num_columns > 1:
             return table.drop_columns([field.name])
@@ -203,12 +263,20 @@ def with_column(table, chance, _change):
         case 2:
             return table.set_column(at, field.name, pa.nulls(rows, chance.choice(kinds)))
     if pa.types.is_dictionary(field.type):
-        values = pa.array([chance.choice(WORDS) for _ in range(rows)], pa.string()).dictionary_encode()
+        values = pa.array(
+            [chance.choice(WORDS) for _ in range(rows)], pa.string()
+        ).dictionary_encode()
         return table.set_column(at, field, values.cast(field.type))
-    other = [chance.choice(NUMBERS) for _ in range(rows)] if pa.types.is_floating(field.type) else [None] * rows
+    other = (
+        [chance.choice(NUMBERS) for _ in range(rows)]
+        if pa.types.is_floating(field.type)
+        else [None] * rows
+    )
     return table.set_column(at, field, pa.array(other, field.type))
 
 
 def with_rows(table, chance, _change):
     """Rows left out, or twice."""
-    return chance.choice([table.slice(0, chance.randrange(table.num_rows)), pa.concat_tables([table, table])])
+    return chance.choice(
+        [table.slice(0, chance.randrange(table.num_rows)), pa.concat_tables([table, table])]
+    )

@@ -54,7 +54,9 @@ def guided(kind, cases, folder, words):
         (folder / name).mkdir()
     with atheris.instrument_imports(include=["tendon_cli", "tomllib", "ruamel.yaml"]):
         good = seeds(kind)
-        for number, content in enumerate(good):  # good files come to all modules that are to be watched
+        for number, content in enumerate(
+            good
+        ):  # good files come to all modules that are to be watched
             file = good_files / f"{number}.{kind}"
             file.write_bytes(content)
             with contextlib.suppress(Exception):  # a fault is a matter for the tally
@@ -68,16 +70,27 @@ def guided(kind, cases, folder, words):
             os._exit(0)  # libFuzzer would print and leave with a code of its own
 
     def custom(content, most, seed):
-        breed = breeder(kind, good, lambda piece: atheris.Mutate(bytes(piece), min(most, len(piece) + 64)))
+        breed = breeder(
+            kind, good, lambda piece: atheris.Mutate(bytes(piece), min(most, len(piece) + 64))
+        )
         bred = breed(content, random.Random(seed))  # noqa: S311 - a repeatable sample
         return bred if len(bred) <= most else content
 
     resource.setrlimit(resource.RLIMIT_AS, (16 << 30, resource.getrlimit(resource.RLIMIT_AS)[1]))
     options = [
-        "-seed=1", f"-max_len={MOST_BYTES[kind]}", f"-timeout={SECONDS}", "-rss_limit_mb=0", "-len_control=0",
-        "-mutate_depth=2", f"-artifact_prefix={folder}/",
-    ]  # fmt: skip
-    atheris.Setup([sys.argv[0], *options, str(folder / "found"), str(good_files), *words], one, custom_mutator=custom)
+        "-seed=1",
+        f"-max_len={MOST_BYTES[kind]}",
+        f"-timeout={SECONDS}",
+        "-rss_limit_mb=0",
+        "-len_control=0",
+        "-mutate_depth=2",
+        f"-artifact_prefix={folder}/",
+    ]
+    atheris.Setup(
+        [sys.argv[0], *options, str(folder / "found"), str(good_files), *words],
+        one,
+        custom_mutator=custom,
+    )
     atheris.Fuzz()
 
 

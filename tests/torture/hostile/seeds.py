@@ -5,27 +5,140 @@ from math import exp, pi, sin
 from pathlib import Path
 
 STUDY_TOKENS = [
-    b"nan", b"-inf", b"1e400", b"9**9**9 m", b'"9**9**9 m"', b'"1e-400 N"', b"[[cases]]", b"[[[", b"]]", b"{", b"}",
-    b"{{", b'"""', b"'''", b"\0", b"\xff\xfe", b"\xef\xbb\xbf", b"\t", b"\r", b"# ", b"&a ", b"*a", b"<<: *a",
-    b"!!python/object:os.system ", b"--- ", b"...", b"? ", b"- ", b"|", b">", b"true", b"null", b"~", b"2020-01-01",
-    b"0x10", b"1_0", b'"1 parsec"', b'"-1 N"', b'"0 kg"', b"[]", b'["1 N", "2 N"]',
-    b'{ from = "0 N", to = "1 N", num = 3 }', b"{ from = 0, to = 1, num = 99999999 }",
-    b'{ from = 1, to = 1e300, num = 5, spacing = "log" }', b"a.b.c.d.e.f.g = 1", b"model.slack",
-    b"sheath.flexor.friction", b"path = '/dev/zero'", b'friction_from = "study"', b"\xc2\xb5", b"\xe2\x80\xae",
-    b"9" * 400, b"1" * 4301, b"[" * 40, b"a." * 20, b"num", b"direction", b"elbow_angle", b'"180 deg"', b"1e308",
-    b"-0.0", b'"case"', b"name", b"\\u0000", b'"\\ud800"',
-]  # fmt: skip
+    b"nan",
+    b"-inf",
+    b"1e400",
+    b"9**9**9 m",
+    b'"9**9**9 m"',
+    b'"1e-400 N"',
+    b"[[cases]]",
+    b"[[[",
+    b"]]",
+    b"{",
+    b"}",
+    b"{{",
+    b'"""',
+    b"'''",
+    b"\0",
+    b"\xff\xfe",
+    b"\xef\xbb\xbf",
+    b"\t",
+    b"\r",
+    b"# ",
+    b"&a ",
+    b"*a",
+    b"<<: *a",
+    b"!!python/object:os.system ",
+    b"--- ",
+    b"...",
+    b"? ",
+    b"- ",
+    b"|",
+    b">",
+    b"true",
+    b"null",
+    b"~",
+    b"2020-01-01",
+    b"0x10",
+    b"1_0",
+    b'"1 parsec"',
+    b'"-1 N"',
+    b'"0 kg"',
+    b"[]",
+    b'["1 N", "2 N"]',
+    b'{ from = "0 N", to = "1 N", num = 3 }',
+    b"{ from = 0, to = 1, num = 99999999 }",
+    b'{ from = 1, to = 1e300, num = 5, spacing = "log" }',
+    b"a.b.c.d.e.f.g = 1",
+    b"model.slack",
+    b"sheath.flexor.friction",
+    b"path = '/dev/zero'",
+    b'friction_from = "study"',
+    b"\xc2\xb5",
+    b"\xe2\x80\xae",
+    b"9" * 400,
+    b"1" * 4301,
+    b"[" * 40,
+    b"a." * 20,
+    b"num",
+    b"direction",
+    b"elbow_angle",
+    b'"180 deg"',
+    b"1e308",
+    b"-0.0",
+    b'"case"',
+    b"name",
+    b"\\u0000",
+    b'"\\ud800"',
+]
 CSV_TOKENS = [
-    b",", b";", b"\t", b'"', b'""', b"'", b"nan", b"inf", b"-inf", b"1e400", b"1e-320", b"-1", b"0", b"1,5", b"1.5",
-    b"\r", b"\r\n", b"\n\n", b"\0", b"\xff\xfe", b"\xef\xbb\xbf", b"\xff", b"time", b"direction", b"bend_angle_deg",
-    b"bend_angle_rad", b"cell 1", b"cell_2", b"flexion", b"9" * 400, b"," * 300, b"=1+1", b"\xe2\x88\x92", b"1_0",
-    b"0x10", b"N", b"[N]", b"1e308", b"-1e308", b"#", b"\xa0", b"TRUE", b"case",
-]  # fmt: skip
+    b",",
+    b";",
+    b"\t",
+    b'"',
+    b'""',
+    b"'",
+    b"nan",
+    b"inf",
+    b"-inf",
+    b"1e400",
+    b"1e-320",
+    b"-1",
+    b"0",
+    b"1,5",
+    b"1.5",
+    b"\r",
+    b"\r\n",
+    b"\n\n",
+    b"\0",
+    b"\xff\xfe",
+    b"\xef\xbb\xbf",
+    b"\xff",
+    b"time",
+    b"direction",
+    b"bend_angle_deg",
+    b"bend_angle_rad",
+    b"cell 1",
+    b"cell_2",
+    b"flexion",
+    b"9" * 400,
+    b"," * 300,
+    b"=1+1",
+    b"\xe2\x88\x92",
+    b"1_0",
+    b"0x10",
+    b"N",
+    b"[N]",
+    b"1e308",
+    b"-1e308",
+    b"#",
+    b"\xa0",
+    b"TRUE",
+    b"case",
+]
 PARQUET_TOKENS = [
-    b"PAR1", b"\0" * 8, b"\xff" * 8, b"\x80\x80\x80\x80\x08", b"\xff\xff\xff\xff\x07", b"{}", b"[]", b"null", b'"',
-    b"part", b"index", b"states", b"-1", b"\x15\x00", b"\x15\x02", b"\x18\x00", b"tendon.", b"unit", b"1e9",
-    b"9" * 30, b"\x19\xfc",
-]  # fmt: skip
+    b"PAR1",
+    b"\0" * 8,
+    b"\xff" * 8,
+    b"\x80\x80\x80\x80\x08",
+    b"\xff\xff\xff\xff\x07",
+    b"{}",
+    b"[]",
+    b"null",
+    b'"',
+    b"part",
+    b"index",
+    b"states",
+    b"-1",
+    b"\x15\x00",
+    b"\x15\x02",
+    b"\x18\x00",
+    b"tendon.",
+    b"unit",
+    b"1e9",
+    b"9" * 30,
+    b"\x19\xfc",
+]
 TOKENS = {"toml": STUDY_TOKENS, "yaml": STUDY_TOKENS, "csv": CSV_TOKENS, "parquet": PARQUET_TOKENS}
 
 PLAIN_TOML = b"""name = "a"
@@ -78,7 +191,10 @@ def good_studies(kind):
     from tendon_cli.studies.starter import starter
 
     text, plain = starter(Path(f"a.{kind}")).encode(), PLAIN_TOML if kind == "toml" else PLAIN_YAML
-    lines = [line.removeprefix(b"# ") if b"=" in line or b": " in line else line for line in text.split(b"\n")]
+    lines = [
+        line.removeprefix(b"# ") if b"=" in line or b": " in line else line
+        for line in text.split(b"\n")
+    ]
     return [text, plain, plain, b"\n".join(lines)]
 
 
@@ -86,7 +202,9 @@ def good_readings():
     """A table of readings, one in UTF-16, a log, readings at several angles, and readings that name no case."""
     strokes = [("pull", 1.2), ("release", 0.8)]
     table = "case,cell 1,cell 2\n"
-    table += "".join(f"{case},{force * ratio:.3f},{force}\n" for case, ratio in strokes for force in (20, 40, 60))
+    table += "".join(
+        f"{case},{force * ratio:.3f},{force}\n" for case, ratio in strokes for force in (20, 40, 60)
+    )
     angles = "bend_angle_deg;cell 1;cell 2\n"
     for angle, sign in [(angle, sign) for angle in (45, 90, 180) for sign in (1, -1)]:
         angles += f"{angle};{50 * exp(sign * 0.1 * angle * pi / 180):.3f};50,0\n".replace(".", ",")
@@ -95,7 +213,9 @@ def good_readings():
         force, (case, ratio) = 40 + 20 * sin(step / 6.4), strokes[step // 20 % 2]
         log += f"{step / 10},{case},{force * ratio:.4f},{force:.4f}\n"
     plain = "cell 1\tcell 2\n1.2\t1\n2.4\t2\n1\t1.2\n2\t2.4\n"
-    return [text.encode() for text in (table, table, angles, plain, plain, log)] + [table.encode("utf-16")]
+    return [text.encode() for text in (table, table, angles, plain, plain, log)] + [
+        table.encode("utf-16")
+    ]
 
 
 def good_tables():
@@ -108,5 +228,7 @@ def good_tables():
             study = Path(place, "study.toml")
             study.write_text(text, "utf-8")
             sweep(study, Path(place, "run"), 1)
-            tables += [Path(place, f"run/{table}.parquet").read_bytes() for table in ("designs", "states")]
+            tables += [
+                Path(place, f"run/{table}.parquet").read_bytes() for table in ("designs", "states")
+            ]
     return tables

@@ -21,7 +21,9 @@ def too_slow(_number, _frame):
 
 def peak():
     """Most memory that was ever in use, in MB; of this process alone, where getrusage counts its parent's."""
-    status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text("utf-8").splitlines())
+    status = dict(
+        line.split(":", 1) for line in Path("/proc/self/status").read_text("utf-8").splitlines()
+    )
     return int(status["VmHWM"].split()[0]) / 1024
 
 
@@ -56,11 +58,17 @@ class Tally:
         self.slowest = max(self.slowest, time.perf_counter() - began)
         before, self.peak = self.peak, peak()
         if before < MOST_MEGABYTES <= self.peak:
-            self.fault(MemoryError(f"{self.peak:.0f} MB, {before:.0f} MB before it"), suffix, content)
+            self.fault(
+                MemoryError(f"{self.peak:.0f} MB, {before:.0f} MB before it"), suffix, content
+            )
 
     def fault(self, error, suffix, content):
         """Keep the first file of each kind of fault."""
-        ours = [frame for frame in traceback.extract_tb(error.__traceback__) if "tendon_cli" in frame.filename]
+        ours = [
+            frame
+            for frame in traceback.extract_tb(error.__traceback__)
+            if "tendon_cli" in frame.filename
+        ]
         where = f"{Path(ours[-1].filename).name}:{ours[-1].name}" if ours else "?"
         name = f"{type(error).__name__} in {where}"
         if name not in self.faults:
@@ -71,4 +79,6 @@ class Tally:
     def save(self):
         """Leave it in the folder."""
         counts = ("cases", "taken", "refused", "slowest", "peak", "faults")
-        (self.folder / "tally.json").write_text(json.dumps({name: getattr(self, name) for name in counts}), "utf-8")
+        (self.folder / "tally.json").write_text(
+            json.dumps({name: getattr(self, name) for name in counts}), "utf-8"
+        )

@@ -46,7 +46,9 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=60)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--room", help="only this room or file of the package")
-    parser.add_argument("--no-rest", action="store_true", help="run only the tests of the mutant's room")
+    parser.add_argument(
+        "--no-rest", action="store_true", help="run only the tests of the mutant's room"
+    )
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
         missed = try_all(copied(Path(folder) / "tree"), options)
@@ -58,7 +60,9 @@ def try_all(copy: Path, options: argparse.Namespace) -> list[str]:
     """Those that users would meet and no test does."""
     truth = {compiled: probed(copy, compiled=compiled) for compiled in (True, False)}
     if None in truth.values() or truth[True] != probed(copy, compiled=True):
-        raise SystemExit("the answers of the package itself differ from run to run: nothing can be compared")
+        raise SystemExit(
+            "the answers of the package itself differ from run to run: nothing can be compared"
+        )
     missed = []
     for number, (file, made) in enumerate(sample(copy / "tendon_cli", options), start=1):
         original = file.read_text(encoding="utf-8")
@@ -66,9 +70,13 @@ def try_all(copy: Path, options: argparse.Namespace) -> list[str]:
         room = file.relative_to(copy).parts[1]
         line = f"{file.relative_to(copy)}:{made.line}: {made.before!r} -> {made.after!r}"
         changed = any(probed(copy, compiled=way) != truth[way] for way in (True, False))
-        survives = changed and passes(copy, *(f"tests/{name}" for name in (*ROOMS.get(room, (room,)), "cli")))
+        survives = changed and passes(
+            copy, *(f"tests/{name}" for name in (*ROOMS.get(room, (room,)), "cli"))
+        )
         survives = survives and (options.no_rest or passes(copy, "tests"))
-        verdict = "SURVIVES" if survives else "caught" if changed else "changes nothing that users get"
+        verdict = (
+            "SURVIVES" if survives else "caught" if changed else "changes nothing that users get"
+        )
         tell(f"{number:3} {verdict}: {line}")
         missed += [line] if survives else []
         file.write_text(original, encoding="utf-8")
@@ -77,8 +85,13 @@ def try_all(copy: Path, options: argparse.Namespace) -> list[str]:
 
 def copied(copy: Path) -> Path:
     """What git knows of and the compiled code, so that nothing of the working tree is ever touched."""
-    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, check=True, capture_output=True, text=True).stdout
-    for name in [*filter(None, listed.split("\0")), *(file.relative_to(ROOT) for file in compiled_code(ROOT))]:
+    listed = subprocess.run(
+        ["git", "ls-files", "-z"], cwd=ROOT, check=True, capture_output=True, text=True
+    ).stdout
+    for name in [
+        *filter(None, listed.split("\0")),
+        *(file.relative_to(ROOT) for file in compiled_code(ROOT)),
+    ]:
         if (ROOT / name).is_file():
             (copy / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(ROOT / name, copy / name)
@@ -116,14 +129,22 @@ def passes(copy: Path, *tests: str) -> bool:
     return ran(copy, [*words, "--ignore", "tests/test_bench.py"], copy, 1800, {}) is not None
 
 
-def ran(copy: Path, words: list[str], place: Path | str, seconds: int, more: dict[str, str]) -> str | None:
+def ran(
+    copy: Path, words: list[str], place: Path | str, seconds: int, more: dict[str, str]
+) -> str | None:
     """What Python prints; None where it fails or takes too long. It imports the package of the copy."""
     environment = os.environ | {"PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"} | more
     try:
         done = subprocess.run(
-            [sys.executable, *words], cwd=place, env=environment, check=False, capture_output=True, text=True,
-            timeout=seconds, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY)),
-        )  # fmt: skip
+            [sys.executable, *words],
+            cwd=place,
+            env=environment,
+            check=False,
+            capture_output=True,
+            text=True,
+            timeout=seconds,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY)),
+        )
     except subprocess.TimeoutExpired:
         return None
     return done.stdout if done.returncode == 0 else None

@@ -8,13 +8,40 @@ from dataclasses import dataclass
 from typing import Any
 
 OPERATORS = {
-    ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.FloorDiv: ast.Mult, ast.Pow: ast.Mult,
-    ast.Mod: ast.FloorDiv, ast.BitAnd: ast.BitOr, ast.BitOr: ast.BitAnd, ast.And: ast.Or, ast.Or: ast.And,
-    ast.Lt: ast.LtE, ast.LtE: ast.Gt, ast.Gt: ast.GtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq,
-    ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In,
-}  # fmt: skip
-NAMES = {"max": "min", "min": "max", "maximum": "minimum", "minimum": "maximum", "any": "all", "all": "any",
-         "sin": "cos", "cos": "sin", "argmax": "argmin", "argmin": "argmax"}  # fmt: skip
+    ast.Add: ast.Sub,
+    ast.Sub: ast.Add,
+    ast.Mult: ast.Div,
+    ast.Div: ast.Mult,
+    ast.FloorDiv: ast.Mult,
+    ast.Pow: ast.Mult,
+    ast.Mod: ast.FloorDiv,
+    ast.BitAnd: ast.BitOr,
+    ast.BitOr: ast.BitAnd,
+    ast.And: ast.Or,
+    ast.Or: ast.And,
+    ast.Lt: ast.LtE,
+    ast.LtE: ast.Gt,
+    ast.Gt: ast.GtE,
+    ast.GtE: ast.Lt,
+    ast.Eq: ast.NotEq,
+    ast.NotEq: ast.Eq,
+    ast.Is: ast.IsNot,
+    ast.IsNot: ast.Is,
+    ast.In: ast.NotIn,
+    ast.NotIn: ast.In,
+}
+NAMES = {
+    "max": "min",
+    "min": "max",
+    "maximum": "minimum",
+    "minimum": "maximum",
+    "any": "all",
+    "all": "any",
+    "sin": "cos",
+    "cos": "sin",
+    "argmax": "argmin",
+    "argmin": "argmax",
+}
 
 
 @dataclass(frozen=True)
@@ -38,7 +65,9 @@ def mutant(source: str, place: int, seed: int) -> Mutant:
     node = _places(tree)[place]
     before, line = ast.unparse(node), getattr(node, "lineno", 0)
     vars(node).update(_fault(node, random.Random(seed)) or {})  # noqa: S311 - nothing is guarded
-    return Mutant(line, before, ast.unparse(node), ast.unparse(ast.fix_missing_locations(tree)) + "\n")
+    return Mutant(
+        line, before, ast.unparse(node), ast.unparse(ast.fix_missing_locations(tree)) + "\n"
+    )
 
 
 def _places(tree: ast.Module) -> list[ast.AST]:

@@ -67,20 +67,27 @@ draws = 16
 """,
     "people.csv": "name,sex,weight (kg),stature (cm),biceps_circumference_mm,weighting\n"
     "Ada,female,62.5,168,281,1\nBo,male,90,181.5,,2\nCleo,female,,171,,1\n",
-    "route.csv": "x [mm],y [mm],z [mm]\n" + "".join(f"{100 - n},{n * n / 16},{n}\n" for n in range(40)),
+    "route.csv": "x [mm],y [mm],z [mm]\n"
+    + "".join(f"{100 - n},{n * n / 16},{n}\n" for n in range(40)),
     "made.csv": "cell_1,cell_2\n"  # made up: two directions in turn, unequal gains, a zero offset
-    + "".join(f"{(0.8 + n / 20) * (1.31 if n % 2 else 0.79) + 0.03:.4f},{0.8 + n / 20:.4f}\n" for n in range(24)),
+    + "".join(
+        f"{(0.8 + n / 20) * (1.31 if n % 2 else 0.79) + 0.03:.4f},{0.8 + n / 20:.4f}\n"
+        for n in range(24)
+    ),
 }
 STATES = [
     f"state rich.toml {form} --set load.mass='{load} kg' --set motion.elbow_angle='{angle} deg' "
     f"--set motion.direction={way} --set sheath.friction=0.1 --set spring.stiffness='5 kN/m' "
     f"--set tendon.pretension='{force} N' --case {case}"
     for load, angle, way, force, case in (
-        (0, 75, "flexion", 90, "short"), (5, 75, "flexion", 90, "long"), (10, 90, "extension", 140, "short"),
-        (0, 0, "extension", 60, "short"), (3, 170, "flexion", 90, "long"),
+        (0, 75, "flexion", 90, "short"),
+        (5, 75, "flexion", 90, "long"),
+        (10, 90, "extension", 140, "short"),
+        (0, 0, "extension", 60, "short"),
+        (3, 170, "flexion", 90, "long"),
     )
     for form in ("", "--json")
-]  # fmt: skip
+]
 FEWER = """--no-figures --set 'tendon.pretension={ from = "20 N", to = "260 N", num = 7 }'"""
 COMMANDS = [
     *STATES,
@@ -141,7 +148,9 @@ def answers() -> dict[str, str]:
         except BaseException as error:  # noqa: BLE001 - a mutant may do anything
             printed = repr(error)
         given[f"{number} {line}"] = TIMES.sub("TIME", printed)
-    for file in sorted(path for path in Path().rglob("*") if path.is_file() and "configs" not in path.parts):
+    for file in sorted(
+        path for path in Path().rglob("*") if path.is_file() and "configs" not in path.parts
+    ):
         content = b"" if file.suffix == ".png" else file.read_bytes()
         if file.suffix in (".json", ".html") and file.name != "ledger.json":
             content = TIMES.sub("TIME", content.decode()).encode()
