@@ -17,7 +17,8 @@ import messages  # beside this file
 project = "tendon"
 author = "The tendon developers"
 copyright = "the tendon developers, MIT licence"  # noqa: A001 - the name Sphinx asks for
-release = version = __version__
+release = __version__
+version = __version__
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 exclude_patterns = ["_build"]
@@ -44,9 +45,8 @@ html_title = f"tendon {__version__}"
 html_static_path = []
 html_show_sphinx = False
 html_show_search_summary = False  # a browser does not let a page of a folder read its neighbours
-smartquotes = (
-    False  # else --reversal and quotes in a command that is copied become typographic ones
-)
+# Otherwise "--reversal" and quotes in a copied command would become typographic signs.
+smartquotes = False
 pygments_style = "friendly"
 pygments_dark_style = "native"
 

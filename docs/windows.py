@@ -6,7 +6,7 @@ import re
 import sys
 from pathlib import Path
 
-from tendon_cli.figures.engine import Line2D, Patch
+from tendon_cli.figures.backend import Line2D, Patch
 from tendon_cli.figures.frame import framed
 from tendon_cli.figures.style import FAINT, OKABE_ITO, house_style
 

@@ -52,7 +52,7 @@ _PLACES = {
     "picture": "face.picture",
     "run_text": "summary.run_text",
     "study_text": "summary.study_text",
-    "fit_text": "friction.report.summary_lines",
+    "fit_text": "friction.fit_report.summary_lines",
 }
 """By its name, where something of the face stands."""
 __all__ = [

@@ -11,7 +11,7 @@ import typer.core
 
 from tendon_cli.commands.completion import completion
 from tendon_cli.commands.fit_friction import fit_friction
-from tendon_cli.commands.results import check, export, plot, report, show
+from tendon_cli.commands.read_results import check, export, plot, report, show
 from tendon_cli.commands.studies import design, init, paper, schema, state, sweep
 from tendon_cli.errors import (
     MemoryShortError,

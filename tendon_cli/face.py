@@ -10,7 +10,7 @@ from threading import Event
 from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict, Unpack
 
 from tendon_cli.engine.results import Run, verified_record
-from tendon_cli.engine.run import Draw, How, carried_out
+from tendon_cli.engine.run import Draw, How, run_task
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.errors import UsageError
 from tendon_cli.files import result_path
@@ -22,9 +22,9 @@ from tendon_cli.tables.read import TableInMemory
 from tendon_cli.units import described
 
 if TYPE_CHECKING:
-    from tendon_cli.answers.result import Answer
-    from tendon_cli.engine.estimate import Estimate
-    from tendon_cli.figures.engine import Figure
+    from tendon_cli.answers.answer import Answer
+    from tendon_cli.engine.cost import Estimate
+    from tendon_cli.figures.backend import Figure
     from tendon_cli.figures.frame import Page
 
 Name: TypeAlias = str | PathLike[str]
@@ -69,7 +69,7 @@ def sweep(
     'N'
     """
     asked = _swept(study, figures=figures)
-    return carried_out(
+    return run_task(
         Sweep, Run, asked, *_how("sweep", out, jobs, _draw_run if figures else None, options)
     )
 
@@ -94,11 +94,11 @@ def design(
        pretension_from  pretension_to         from_by                to_by
     0            122.1          173.9  extensor slack  min_elbow_stiffness
     """
+    from tendon_cli.answers.answer import Answer
     from tendon_cli.answers.choices import Choices
-    from tendon_cli.answers.result import Answer
 
     how = _how("design", out, jobs, _draw_answer if figures else None, options)
-    return carried_out(Choices, Answer, any_study(study), *how)
+    return run_task(Choices, Answer, any_study(study), *how)
 
 
 def estimate(study: AnyStudy, jobs: int | None = None, figures: bool = False) -> Estimate:
@@ -108,7 +108,7 @@ def estimate(study: AnyStudy, jobs: int | None = None, figures: bool = False) ->
     >>> tendon.estimate(tendon.study({})).rows
     {'designs': 1, 'states': 182}
     """
-    from tendon_cli.engine.estimate import estimate as estimated
+    from tendon_cli.engine.cost import estimate as estimated
     from tendon_cli.engine.plan import Plan
     from tendon_cli.engine.threads import available_cores
 
@@ -126,7 +126,7 @@ def open(path: Name) -> Run | Answer:  # noqa: A001 - as netCDF4, zarr and xarra
     >>> tendon.open("results/mine").feasible == done.feasible
     True
     """
-    from tendon_cli.answers.result import Answer
+    from tendon_cli.answers.answer import Answer
 
     folder = result_path(path)
     record = verified_record(folder)
@@ -206,7 +206,7 @@ def _draw_run(
 def _draw_answer(
     _: Study, folder: Path, out: Path, record: dict[str, Any]
 ) -> tuple[list[str], list[str], None]:
-    from tendon_cli.figures.answer import draw_answer
+    from tendon_cli.figures.answer_figures import draw_answer
 
     return *draw_answer(folder, record, out), None
 
@@ -219,7 +219,7 @@ def _png(page: Page) -> bytes:
 
 
 def _page(result: Any, what: tuple[str, ...], how: dict[str, Any]) -> Page:
-    from tendon_cli.answers.result import Answer  # only who draws pays for these
+    from tendon_cli.answers.answer import Answer  # only who draws pays for these
     from tendon_cli.state_page.page import StatePage
 
     if isinstance(result, Run):
@@ -262,7 +262,7 @@ def _of_run(run: Run, what: tuple[str, ...], how: dict[str, Any]) -> Page:
 def _of_answer(answer: Answer, what: tuple[str, ...], how: dict[str, Any]) -> Page:
     """The map of tolerance, the front or the windows, by name; the first that there is."""
     from tendon_cli.cube.cube import choices_of
-    from tendon_cli.figures.answer import FIGURES, answer_figure
+    from tendon_cli.figures.answer_figures import FIGURES, answer_figure
 
     for name in (*what, *how):
         if name not in FIGURES:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
     from tendon_cli.cube.rows import TableRows
-    from tendon_cli.engine.estimate import Estimate
+    from tendon_cli.engine.cost import Estimate
     from tendon_cli.engine.results import Run
     from tendon_cli.studies.study import Study
     from tendon_cli.studies.values import Values

@@ -11,7 +11,7 @@ import typer
 import tendon_cli
 from tendon_cli import cli
 from tendon_cli.studies.load import study_from
-from tendon_cli.studies.reading import read_toml
+from tendon_cli.studies.study_file import read_toml
 
 ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "tendon_cli"

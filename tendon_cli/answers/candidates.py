@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.answers.asked import SERVED, USUAL, Columns, Goal, goals_of, of_some
-from tendon_cli.answers.question import Problem
+from tendon_cli.answers.problem import Problem
+from tendon_cli.answers.question import SERVED, USUAL, Columns, Goal, goals_of, select_numbers
 from tendon_cli.answers.solve import (
     WORST,
     Solutions,
@@ -63,7 +63,7 @@ def nearest(solutions: Solutions) -> Solutions:
     with np.errstate(invalid="ignore"):
         gap = (low - high) / (np.abs(low) + np.abs(high))
     order = np.lexsort((solutions.row, np.where(np.isnan(gap), np.inf, gap), -solutions["served"]))
-    return solutions.taken(order[:1])
+    return solutions.select(order[:1])
 
 
 def best_of(solutions: Solutions, scores: Array) -> int:
@@ -78,12 +78,12 @@ def relevant(solutions: Solutions, goals: tuple[Goal, ...]) -> Rows:
     keep = [np.array([np.argmax(solutions["served"])])]
     if solutions["feasible"].any():
         feasible = np.flatnonzero(solutions["feasible"])
-        some = solutions.taken(feasible)
+        some = solutions.select(feasible)
         scores = some.scores(goals or (SERVED, *USUAL))
         keep += [feasible[[best_of(some, column)]] for column in scores.T]
         keep += [feasible[front(scores)]] if len(goals) > 1 else []
     for rows in conflicts_of(solutions).values():
-        keep.append(rows[solutions.row[rows] == nearest(solutions.taken(rows)).row])
+        keep.append(rows[solutions.row[rows] == nearest(solutions.select(rows)).row])
     return np.unique(np.concatenate(keep))
 
 
@@ -108,7 +108,7 @@ def solved_part(problem: Problem, rows: Rows) -> Solutions:
     solved = Solutions(solved.results, rows, problem.choices.columns(rows))
 
     def given(chosen: Rows) -> tuple[Numbers, Array]:
-        return of_some(numbers, chosen), solved["pretension"][chosen]
+        return select_numbers(numbers, chosen), solved["pretension"][chosen]
 
     first = np.array([np.argmax(solved["served"])])
     few = severest(problem, *given(first), served[first], _SEVEREST)

@@ -13,11 +13,11 @@ import pyarrow as pa
 
 from tendon_cli import say
 from tendon_cli.answers import tables as answered
-from tendon_cli.answers.answer import findings, named_rows
-from tendon_cli.answers.asked import goals_of
 from tendon_cli.answers.candidates import solved_part, summarised
-from tendon_cli.answers.population import GroupWindows, people_of, population
-from tendon_cli.answers.question import Problem, question, rows_to_prove
+from tendon_cli.answers.people import GroupWindows, people_of, population
+from tendon_cli.answers.problem import Problem, question, rows_to_prove
+from tendon_cli.answers.question import goals_of
+from tendon_cli.answers.record import findings, named_rows
 from tendon_cli.answers.text import blocks_of
 from tendon_cli.engine.plan import part_of
 from tendon_cli.engine.task import LastFile, Note, Task

@@ -165,17 +165,21 @@ class Sizes(NamedTuple):
 
 
 def best_sizes(
-    low: Array, high: Array, weighting: Array, most: int, heed: Callable[[], None] = lambda: None
+    low: Array,
+    high: Array,
+    weighting: Array,
+    most: int,
+    check_stopped: Callable[[], None] = lambda: None,
 ) -> tuple[Sizes, ...]:
     """With one suit, two and so on to `most` those that serve the largest share; further ones only if they serve more.
 
     `low` and `high` are the ends of the windows, N, of shape (choices, persons), empty where low > high or NaN.
-    `heed` is called before each search, and may raise to end it.
+    `check_stopped` is called before each search, and may raise to end it.
     """
     choice, pretension, serves = _largest_sets(low, high)
     weights, best = normalised(weighting), [Sizes((), (), 0.0)]
     for count in range(1, most + 1):
-        heed()
+        check_stopped()
         chosen = _needed(serves, weights, _covering(serves, weights, count) if len(choice) else [])
         chosen.sort(key=lambda at: (choice[at], pretension[at]))
         served = serves[chosen].any(axis=0)

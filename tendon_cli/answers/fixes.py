@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.question import Problem
+from tendon_cli.answers.phrases import COSTS, Row, costs, parameter
+from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.solve import WORST, Solutions, solve
-from tendon_cli.answers.words import COSTS, Row, costs, parameter
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import Quantity
 from tendon_cli.space.axis import Numbers

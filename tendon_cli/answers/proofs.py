@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.asked import LEAN, LOADS, Flags
-from tendon_cli.answers.between import estimated, worst_between
+from tendon_cli.answers.between_samples import estimated, worst_between
 from tendon_cli.answers.coverage import grouped
-from tendon_cli.answers.question import Problem
+from tendon_cli.answers.problem import Problem
+from tendon_cli.answers.question import LEAN, LOADS, Flags
 from tendon_cli.answers.solve import Solutions, without_worst
-from tendon_cli.model.between import refined
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.proof import MOST_CELLS, Cells, Proof, cells_of, prove
 from tendon_cli.model.setting import pretension_of
+from tendon_cli.model.whole_motion import refined
 from tendon_cli.model.window import Ends, Positions
 from tendon_cli.space.axis import Numbers, Rows, scale_of
 
@@ -85,13 +85,13 @@ class _Held:
     def __len__(self) -> int:
         return len(self.row)
 
-    def taken(self, which: Any) -> _Held:
+    def select(self, which: Any) -> _Held:
         """Some of them."""
         return replace(self, row=self.row[which], low=self.low[which], high=self.high[which])
 
     def halved(self, which: Flags) -> _Held:
         """All, some of them in two."""
-        some, middle = self.taken(which), 0.5 * (self.low + self.high)[which]
+        some, middle = self.select(which), 0.5 * (self.low + self.high)[which]
         return replace(
             self,
             row=np.concatenate([self.row[~which], some.row, some.row]),
@@ -151,12 +151,12 @@ class Proofs:
     def of(self, some: Solutions) -> Solutions:
         """Choices with their windows proved, or tightened."""
         ones = []
-        for one in (some.taken([at]) for at in range(len(some))):
+        for one in (some.select([at]) for at in range(len(some))):
             place = tuple(float(values[0]) for values in one.columns.values())
             if place not in self.done:
                 self.done[place] = certified(self.problem, one)
             ones.append(self.done[place][0])
-        return Solutions.joined(ones)
+        return Solutions.concatenate(ones)
 
 
 def certified(problem: Problem, one: Solutions) -> tuple[Solutions, Certificate, Ends]:
@@ -170,7 +170,7 @@ def certified(problem: Problem, one: Solutions) -> tuple[Solutions, Certificate,
     for _ in range(_ROUNDS if provable else 0):
         low, high = _served(exactly, exactly.finished(ends, numbers), one)
         margin = min(_MARGIN, 0.25 * float(np.max(high - low)))
-        asked = held.taken((high - low)[held.row] >= 2.0 * margin)
+        asked = held.select((high - low)[held.row] >= 2.0 * margin)
         proof = asked.proved(low + margin, high - margin)
         status, cells, broken = say.OPEN, cells + proof.cells, proof.broken
         failing = np.unique(np.concatenate([broken.row, proof.left.row]))
@@ -181,7 +181,7 @@ def certified(problem: Problem, one: Solutions) -> tuple[Solutions, Certificate,
             break
         points, arcs = asked, asked.high[failing] > asked.low[failing]
         if arcs.any():
-            points = asked.taken(failing).middles
+            points = asked.select(failing).middles
             broken = points.proved(low + margin, high - margin).broken
         if len(broken):
             ends = _tightened(exactly, ends, broken, points)
@@ -225,7 +225,7 @@ def _tightened(problem: Problem, ends: Ends, broken: Cells, held: _Held) -> Ends
         ]
         if not len(which):
             continue
-        some = held.taken(broken.row[which])
+        some = held.select(broken.row[which])
         tightest = _tightest(some, middle[which], state[which], upper=upper)
         value, of_state, of_angle = (
             getattr(ends, f"{name}{of}") for of in ("", "_state", "_angle")
@@ -258,7 +258,7 @@ def _tightest(
         return held.row, best
     first = np.argsort(-sign * best[0])[:_MOST_CLIMBED]
     held, shares, best, step = (
-        held.taken(first),
+        held.select(first),
         shares[first],
         [each[first] for each in best],
         _FIRST_STEP,
@@ -267,7 +267,7 @@ def _tightest(
     each = np.repeat(np.arange(len(held)), len(ways))
     for _ in range(_CLIMBS):
         points = np.clip(shares[each] + step * np.tile(ways, (len(held), 1)), -1.0, 1.0)
-        tightest = ends_at(held.taken(each), points, best[1][each])
+        tightest = ends_at(held.select(each), points, best[1][each])
         top = (sign * tightest[0]).reshape(len(held), -1).argmax(axis=1) + np.arange(
             len(held)
         ) * len(ways)

@@ -13,9 +13,9 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answers.fixes import edge
-from tendon_cli.answers.question import Problem
+from tendon_cli.answers.phrases import Row, row_words
+from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.solve import Solutions, solve
-from tendon_cli.answers.words import Row, row_words
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import QUANTITIES, Quantity
@@ -141,7 +141,7 @@ def _least(problem: Problem, ask: Ask) -> dict[str, Any]:
     )
     after = parse_measure(printed.replace(",", ""), ask.quantity.dimension).si
     solved = tried(after, rows)
-    best = solved.taken([int(np.lexsort((-solved["tolerance"], -solved["served_at"]))[0])])
+    best = solved.select([int(np.lexsort((-solved["tolerance"], -solved["served_at"]))[0])])
     columns = {
         axis.column: axis.names[best[axis.column][0]] if axis.names else best.one(axis.column)
         for axis in problem.choices.axes

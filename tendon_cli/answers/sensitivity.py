@@ -13,7 +13,7 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answers.coverage import grouped, normalised
-from tendon_cli.answers.question import Problem
+from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.solve import Solutions, solve
 from tendon_cli.model.bounds import Bounds, limit_end
 from tendon_cli.model.design import Design

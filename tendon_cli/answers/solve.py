@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import kernel
-from tendon_cli.answers.asked import Columns, Flags, Goal, of_some
 from tendon_cli.answers.coverage import ROUNDING, grouped, normalised, serves, share_served
-from tendon_cli.answers.question import Problem
+from tendon_cli.answers.problem import Problem
+from tendon_cli.answers.question import Columns, Flags, Goal, select_numbers
 from tendon_cli.model import extremes, window
 from tendon_cli.model.actuator import State
 from tendon_cli.model.kinematics import Array
@@ -78,7 +78,7 @@ class Solutions:
             whole[name][rows] = column
         return replace(self, results=self.results | whole)
 
-    def taken(self, rows: Rows | Flags | list[int]) -> Solutions:
+    def select(self, rows: Rows | Flags | list[int]) -> Solutions:
         """Some of them."""
         results, columns = (
             {name: each[rows] for name, each in of.items()} for of in (self.results, self.columns)
@@ -86,7 +86,7 @@ class Solutions:
         return Solutions(results, self.row[rows], columns)
 
     @classmethod
-    def joined(cls, parts: list[Solutions]) -> Solutions:
+    def concatenate(cls, parts: list[Solutions]) -> Solutions:
         """Those of several, one after the other."""
         first = parts[0]
         results = {
@@ -116,11 +116,11 @@ def solve(problem: Problem, numbers: Numbers, count: int, *, with_worst: bool = 
     """Solve `count` choices, whose numbers have the shape (count,). Without the worst it takes a third of the time."""
     parts = []
     for rows in problem.cut(count, max(1, _WINDOWS_AT_ONCE // len(problem.conditions))):
-        some = of_some(numbers, rows)
+        some = select_numbers(numbers, rows)
         solved, held = without_worst(problem, some, rows.stop - rows.start)
         worsts = worst(problem, some, solved["pretension"], held) if with_worst else {}
         parts.append(solved.with_worst(slice(None), worsts, has_worst=with_worst))
-    return parts[0] if len(parts) == 1 else Solutions.joined(parts)
+    return parts[0] if len(parts) == 1 else Solutions.concatenate(parts)
 
 
 def without_worst(

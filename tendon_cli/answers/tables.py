@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.asked import Columns, Flags
-from tendon_cli.answers.bench import SET, setting_columns, settings, study_arm
 from tendon_cli.answers.coverage import share_served
-from tendon_cli.answers.population import GroupWindows, people_of
-from tendon_cli.answers.question import Problem
+from tendon_cli.answers.people import GroupWindows, people_of
+from tendon_cli.answers.problem import Problem
+from tendon_cli.answers.question import Columns, Flags
+from tendon_cli.answers.setup import SET, setting_columns, settings, study_arm
 from tendon_cli.answers.solve import WORST, Solutions
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.design import F0

@@ -7,13 +7,13 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers import words
-from tendon_cli.answers.asked import Goal
-from tendon_cli.answers.bench import drift_in_words, on_whom, posture, to_set
+from tendon_cli.answers import phrases
 from tendon_cli.answers.fixes import fixes_table
-from tendon_cli.answers.question import Problem
+from tendon_cli.answers.phrases import COSTS, Row, costs, ends_of, parameter, row_words
+from tendon_cli.answers.problem import Problem
+from tendon_cli.answers.question import Goal
 from tendon_cli.answers.relax import relaxations_in_words
-from tendon_cli.answers.words import COSTS, Row, costs, ends_of, parameter, row_words
+from tendon_cli.answers.setup import drift_in_words, on_whom, posture, to_set
 from tendon_cli.studies.study import keys
 
 _MOST_ALTERNATIVES, _MOST_MOVES = 8, 5
@@ -30,7 +30,7 @@ def blocks_of(problem: Problem, record: Row) -> Iterator[say.Block]:
     """The whole answer, what it is to persons or draws, and notes."""
     yield from _no_window(problem, record) if record["best"] is None else _answer(problem, record)
     if record["population"] is not None:
-        yield from words.population_blocks(problem, record["population"])
+        yield from phrases.population_blocks(problem, record["population"])
     yield from ({"note": note} for note in record["notes"])
 
 
@@ -57,7 +57,7 @@ def _answer(problem: Problem, record: Row) -> Iterator[say.Block]:
     )
     yield from _list("What moves the window most, per 1 %", _moves(record["sensitivities"]))
     yield from _alternatives(problem, record)
-    yield from _list("Asked to be proved", (_proved(problem, row) for row in record["proved"]))
+    yield from _list("Question to be proved", (_proved(problem, row) for row in record["proved"]))
     if record["choices"] > 1:
         have = "has" if record["feasible"] == 1 else "have"
         yield say.sentence(
@@ -74,7 +74,7 @@ def _first_sentence(problem: Problem, record: Row) -> str:
     served = best["served_at"]
     whom = _all_of(problem) if served >= 1.0 else f"{say.percent(served)} of {_everyone(problem)}"
     if problem.given is not None:
-        return f"{start} of {say.number(problem.given)} N{at} suits {whom}; {words.margins(problem, best)}."
+        return f"{start} of {say.number(problem.given)} N{at} suits {whom}; {phrases.margins(problem, best)}."
     either_way = f", {_tolerance(best)} % either way" if np.isfinite(high) else ""
     if problem.enough >= 1.0 or len(problem.weighting) == 1:
         then = f"suits {whom}; anything {_span(low, high)} does{either_way}"
@@ -102,7 +102,7 @@ def _tolerance(row: Row) -> str:
 
 
 def _everyone(problem: Problem) -> str:
-    return words.everyone(problem.counts, len(problem.weighting), problem.counted)
+    return phrases.everyone(problem.counts, len(problem.weighting), problem.counted)
 
 
 def _all_of(problem: Problem) -> str:
@@ -136,8 +136,8 @@ def _name(column: str) -> str:
 def _why(problem: Problem, record: Row) -> Iterator[str]:
     """What binds at both ends, the worst in between, and ranges at whose ends the best is."""
     best = record["best"]
-    yield words.end_words(problem, best, "from")
-    yield f"{words.end_words(problem, best, 'to')}{drift_in_words(record['drift'])}"
+    yield phrases.end_words(problem, best, "from")
+    yield f"{phrases.end_words(problem, best, 'to')}{drift_in_words(record['drift'])}"
     worst = [
         f"{word} {say.quantity(name, best[name])}" for name, word in _WORST.items() if best[name]
     ]
@@ -255,7 +255,7 @@ def _in_choices(problem: Problem, conflict: Row) -> str:
         and conflict["nearest"]["pretension_from"] is not None
         and len(limits) == 1
     ):
-        return f"in {choices} {say.number(problem.given)} N does not do: {words.broken(problem, limits[0])}"
+        return f"in {choices} {say.number(problem.given)} N does not do: {phrases.broken(problem, limits[0])}"
     return f"in {choices} {say.conflict(limits, problem.study.limits)}"
 
 
@@ -266,13 +266,13 @@ def _conflict(problem: Problem, record: Row, conflict: Row) -> Iterator[str]:
     if record["choices"] > 1:
         yield f"{_in_choices(problem, conflict)}; nearest to a window: {row_words(problem.choices, row)}"
     if low is None:
-        yield f"at any pretension {words.broken(problem, row['from_by'])}{words.where(problem, row, 'from')}"
+        yield f"at any pretension {phrases.broken(problem, row['from_by'])}{phrases.where(problem, row, 'from')}"
     elif problem.given is not None and low <= high:
         end = "from" if problem.given < low else "to"
-        yield f"{words.end_words(problem, row, end)}; {words.margins(problem, row)}"
+        yield f"{phrases.end_words(problem, row, end)}; {phrases.margins(problem, row)}"
     else:
-        yield f"{words.end_words(problem, row, 'from')},"
-        yield f"{words.end_words(problem, row, 'to')}: {say.number(conflict['gap'], 3)} N apart"
+        yield f"{phrases.end_words(problem, row, 'from')},"
+        yield f"{phrases.end_words(problem, row, 'to')}: {say.number(conflict['gap'], 3)} N apart"
         if row["served"] > 0.0 and problem.enough >= 1.0 and len(problem.conditions) > 1:
             served = f"{say.percent(row['served'])} of the {problem.counted}"
             yield f"one pretension, {say.number(row['pretension'], 3)} N, suits {served}"

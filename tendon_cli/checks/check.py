@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli.checks.check_text import NO_EQUILIBRIUM, SLACK, WORST, Checked, finite, verdict_text
 from tendon_cli.checks.compare import TOLERANCE, compare
-from tendon_cli.checks.text import NO_EQUILIBRIUM, SLACK, WORST, Checked, finite, verdict_text
 from tendon_cli.cube.cube import cube_of
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.results import AnyResult, Run, folder_of, verified_record

@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.checks.text import WORST, Checked, comparison_text, finite
+from tendon_cli.checks.check_text import WORST, Checked, comparison_text, finite
 from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube, cube_of
-from tendon_cli.engine.columns import JUDGEMENTS
 from tendon_cli.engine.records import differences
 from tendon_cli.engine.results import open_run
+from tendon_cli.engine.table_columns import JUDGEMENTS
 from tendon_cli.errors import UsageError
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.fields import nearest
+from tendon_cli.studies.json_schema import key_words
 from tendon_cli.studies.load import recorded_study
-from tendon_cli.studies.schema import key_words
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import TableFiles
 from tendon_cli.units import counted, shorten

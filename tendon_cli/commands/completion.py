@@ -144,7 +144,7 @@ def candidates(app: Any, words: list[str], begun: str) -> list[tuple[str, str]]:
 
 def settings() -> list[Any]:
     """Every key of a study with `=`, and with each of its values if these are few words."""
-    from tendon_cli.studies.schema import key_words
+    from tendon_cli.studies.json_schema import key_words
 
     return [
         (f"{key}={value}", meaning)

@@ -15,7 +15,7 @@ from tendon_cli.startup import keep_freed_memory, stopped_by_signals
 from tendon_cli.terminal import print_note, print_result, progress
 
 if TYPE_CHECKING:
-    from tendon_cli.answers.result import Answer
+    from tendon_cli.answers.answer import Answer
     from tendon_cli.studies.study import Study
 
 StarterFile = Annotated[
@@ -78,7 +78,7 @@ def init(
 
 def schema() -> None:
     """Print the JSON Schema of the study file, for editors."""
-    from tendon_cli.studies.schema import schema_text
+    from tendon_cli.studies.json_schema import schema_text
 
     print_result(schema_text())
 
@@ -220,7 +220,7 @@ def _cost(
 
 def _question(study: "Study") -> tuple[dict[str, Any], str]:
     """What a study asks, and how much work that is, as a record and as text."""
-    from tendon_cli.answers.question import question
+    from tendon_cli.answers.problem import question
 
     asked = question(study)
     record: dict[str, Any] = {"name": study.name}

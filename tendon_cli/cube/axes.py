@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.space.axis import Axis
-from tendon_cli.studies.axes import space_of
+from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import Study
 
 Ints = npt.NDArray[np.int64]

@@ -19,9 +19,9 @@ from tendon_cli.engine.states import WorkedOut
 from tendon_cli.errors import InputError, TendonError, UsageError
 from tendon_cli.quantities import Quantity
 from tendon_cli.space.axis import SIDES, SLACK, Axis
-from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.filters import Condition
 from tendon_cli.studies.load import recorded_study
+from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import AnyTable
 from tendon_cli.tables.schema import as_numpy

@@ -16,8 +16,8 @@ from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.figures import OF_STATES
-from tendon_cli.studies.people.asked import MAX_BYTES as MAX_PEOPLE_BYTES
-from tendon_cli.studies.people.reading import read_listed
+from tendon_cli.studies.people.people_section import MAX_BYTES as MAX_PEOPLE_BYTES
+from tendon_cli.studies.people.persons_csv import read_listed
 from tendon_cli.tables.read import AnyTable, TableInMemory, open_table
 from tendon_cli.tables.schema import Column
 from tendon_cli.units import shorten

@@ -24,8 +24,8 @@ from tendon_cli.model.limits import ADDED
 from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES
 from tendon_cli.space.axis import Axis
 from tendon_cli.space.space import Space
-from tendon_cli.studies.axes import lengths_of, space_of
 from tendon_cli.studies.checks import is_stated
+from tendon_cli.studies.spaces import lengths_of, space_of
 from tendon_cli.studies.study import Study
 
 STATES_PER_FILE = 2**21

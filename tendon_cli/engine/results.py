@@ -16,11 +16,11 @@ import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.display import Displayed, face
-from tendon_cli.engine.columns import Tables
 from tendon_cli.engine.journal import Journal
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.records import lost, read_record
 from tendon_cli.engine.states import WorkedOut
+from tendon_cli.engine.table_columns import Tables
 from tendon_cli.errors import FolderError, InputError, UsageError, install_hint
 from tendon_cli.files import result_path
 from tendon_cli.quantities import QUANTITIES

@@ -54,7 +54,7 @@ class How:
     """Ends the run with Stopped; without it Ctrl-C does, which is then raised as KeyboardInterrupt."""
 
 
-def carried_out(
+def run_task(
     task: type[Task],
     kind: type[Kind],
     study: Study,
@@ -81,7 +81,7 @@ def carried_out(
         )  # before the lock: a refused one stays as it was
         folder.check_space()
         with _runner(how, folder.task.parts) as runner, locked(out, use_lock=how.lock):
-            record, stands = worked_out(folder, how, runner)
+            record, stands = compute_parts(folder, how, runner)
             note = None
             if not stands or (how.draw is not None and _wants_figures(folder, record)):
                 note = _with_figures(folder, record, how.draw, up_to_date=stands)
@@ -111,7 +111,7 @@ def _runner(how: How, parts: int) -> Iterator[Runner]:
         yield runner
 
 
-def worked_out(folder: RunFolder, how: How, runner: Runner) -> tuple[dict[str, Any], bool]:
+def compute_parts(folder: RunFolder, how: How, runner: Runner) -> tuple[dict[str, Any], bool]:
     """The record of a task whose tables stand in its locked folder, to be written there, and whether it stands already.
 
     Raises FolderError if something else stands there, SizeError, OutputError, WorkersLostError for parts that failed,

@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import kernel
-from tendon_cli.engine.columns import Tables
 from tendon_cli.engine.folds import COUNTED, Folds, choices, feasible_choices, flags, noted
 from tendon_cli.engine.plan import DESIGNS_AT_ONCE, Block, Plan
+from tendon_cli.engine.table_columns import Tables
 from tendon_cli.engine.task import Note, Task
 from tendon_cli.say import share
 from tendon_cli.studies.study import Study

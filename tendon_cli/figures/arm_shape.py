@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from tendon_cli.model.kinematics import Anchors, flexor_path
 from tendon_cli.space.space import Space
-from tendon_cli.studies.axes import axis_of, case_axis, case_place, single_numbers
+from tendon_cli.studies.spaces import axis_of, case_axis, case_place, single_numbers
 from tendon_cli.studies.study import Study
 
 Points = npt.NDArray[np.float64]

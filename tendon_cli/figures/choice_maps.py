@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.cube.choices import conflicts_of, position, value_text
+from tendon_cli.cube.choice_grid import conflicts_of, position, value_text
 from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube
-from tendon_cli.figures.engine import Axes, Line2D, ListedColormap, Patch, mpl
+from tendon_cli.figures.backend import Axes, Line2D, ListedColormap, Patch, mpl
 from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.scales import Scale, axis_scale, off_default
 from tendon_cli.figures.style import INK, SEQUENTIAL

@@ -13,8 +13,8 @@ from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import Shown
 from tendon_cli.errors import UsageError
+from tendon_cli.figures.layout import CurvePlan
 from tendon_cli.figures.map_data import MARGIN, margin_shown, meaning_of_margin
-from tendon_cli.figures.plan import CurvePlan
 from tendon_cli.figures.scales import Scale, axis_scale, caption, value_texts
 from tendon_cli.figures.style import OKABE_ITO, Colour, load_colours, sequence
 from tendon_cli.studies.figures import FigureSpec

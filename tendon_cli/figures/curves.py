@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.cube.labels import Shown
+from tendon_cli.figures.backend import Axes, Line2D
 from tendon_cli.figures.curve_data import CurveData, Floats
-from tendon_cli.figures.engine import Axes, Line2D
 from tendon_cli.figures.frame import Page, empty_panels, framed, grid_shape, lowest, settle
 from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import (

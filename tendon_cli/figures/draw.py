@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING
 from tendon_cli.cube.cube import Cube, cube_of, cube_to_come
 from tendon_cli.cube.source import table_of_study
 from tendon_cli.errors import Fault, InputError, OutputError, StudyError, TendonError, UsageError
-from tendon_cli.figures.plan import CurvePlan, MapPlan, long_axes, plan_curves, plan_maps
+from tendon_cli.figures.layout import CurvePlan, MapPlan, long_axes, plan_curves, plan_maps
 from tendon_cli.studies.figures import FigureSpec, read_size
 from tendon_cli.studies.filters import Condition
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import AnyTable, open_table
 
 if TYPE_CHECKING:
-    from tendon_cli.figures.engine import Figure
+    from tendon_cli.figures.backend import Figure
     from tendon_cli.figures.frame import Page
 
 Finish = Callable[[FigureSpec, "Figure"], None]

@@ -18,7 +18,7 @@ import numpy as np
 from tendon_cli import say
 from tendon_cli.cube.labels import plain, without_formulas
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.engine import Axes, ConstrainedLayoutEngine, Figure, FigureCanvasAgg, Text
+from tendon_cli.figures.backend import Axes, ConstrainedLayoutEngine, Figure, FigureCanvasAgg, Text
 from tendon_cli.figures.style import MM, PAGE_WIDTH, format_of, render
 from tendon_cli.files import write_whole
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.cube.labels import plain
-from tendon_cli.figures.engine import Axes, Figure, Line2D
+from tendon_cli.figures.backend import Axes, Figure, Line2D
 from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.style import format_of, house_style
 

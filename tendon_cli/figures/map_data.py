@@ -12,7 +12,7 @@ import numpy.typing as npt
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import Shown, as_read, reading, symbol
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.plan import MapPlan
+from tendon_cli.figures.layout import MapPlan
 from tendon_cli.figures.scales import Scale, axis_scale, caption, value_texts
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.figures import FigureSpec

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.figures.engine import (
+from tendon_cli.figures.backend import (
     Axes,
     Line2D,
     Patch,
@@ -17,8 +17,8 @@ from tendon_cli.figures.engine import (
     withStroke,
 )
 from tendon_cli.figures.frame import Page, empty_panels, framed, grid_shape, lowest, settle
+from tendon_cli.figures.layout import PANELS_PER_PAGE
 from tendon_cli.figures.map_data import STIFFNESS, Floats, MapData
-from tendon_cli.figures.plan import PANELS_PER_PAGE
 from tendon_cli.figures.scales import Scale
 from tendon_cli.figures.style import (
     DIVERGING,

@@ -15,7 +15,7 @@ from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import Shown, as_read, number, plain
-from tendon_cli.figures.engine import Axes, ticker
+from tendon_cli.figures.backend import Axes, ticker
 from tendon_cli.space.axis import SIDES, Axis
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.load import study_from

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.engine import Figure, FigureCanvasAgg, LinearSegmentedColormap, Patch, mpl
+from tendon_cli.figures.backend import Figure, FigureCanvasAgg, LinearSegmentedColormap, Patch, mpl
 from tendon_cli.studies.figures import WIDTHS
 
 MM = 1.0 / 25.4

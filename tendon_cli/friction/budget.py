@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_cli.friction.estimate import Estimated
-from tendon_cli.friction.rows import Log, noise_of
+from tendon_cli.friction.usable_rows import Log, noise_of
 
 FEW, FEW_SHARE = 4, 0.03
 """Strokes below which their scatter says little: 3 % of μ from stroke to stroke is added, as rigs have it."""

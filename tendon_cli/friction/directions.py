@@ -8,7 +8,7 @@ import numpy as np
 
 from tendon_cli.errors import InputError
 from tendon_cli.friction.reading.readings import Floats, Integers, Mask, Readings
-from tendon_cli.friction.rows import noise_of
+from tendon_cli.friction.usable_rows import noise_of
 from tendon_cli.units import shorten
 
 _PULLED = re.compile(

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_cli.friction.reading.readings import Floats
-from tendon_cli.friction.rows import Log, bend_groups
+from tendon_cli.friction.usable_rows import Log, bend_groups
 
 OFFSETS, DELAY, FORCE, ENTRY = ("offset_motor", "offset_load"), "delay", "force_dependence", "entry"
 PRIOR = {OFFSETS[0]: 0.05, OFFSETS[1]: 0.05, DELAY: 0.05, FORCE: 0.2, ENTRY: 0.3}

@@ -16,7 +16,7 @@ import numpy as np
 from tendon_cli.friction.effects import DELAY, priors_of
 from tendon_cli.friction.models import Average, average_of
 from tendon_cli.friction.reading.readings import Floats, Integers, Mask
-from tendon_cli.friction.rows import Log, bend_groups, rates_of
+from tendon_cli.friction.usable_rows import Log, bend_groups, rates_of
 
 _BLOCK_NOISE = 0.006
 """Noise of a block over the half distance; a block is no longer than it need be, or corners blur."""
@@ -105,7 +105,7 @@ def _settle(log: Log, zero: float | None) -> Estimated | None:
             return None
         if result is not None and np.array_equal(used, result.used):
             break
-        points = _points(log.taken(used))
+        points = _points(log.select(used))
         average = average_of(points, priors_of(points, log.duration, zero))
         shape = average.best.shape(log)
         result = Estimated(average, points, used, reached, shape)

@@ -13,16 +13,16 @@ import pandas as pd
 
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import path_of
-from tendon_cli.friction.bench import BendAngle, bend_angle_of, bend_angles, cells_of, force_of
 from tendon_cli.friction.budget import FrictionUncertainty, uncertainty_of
 from tendon_cli.friction.estimate import Estimated, estimate, never_rests
+from tendon_cli.friction.fit_result import DirectionFit, Fit, Plain
 from tendon_cli.friction.models import fit_model
 from tendon_cli.friction.prepare import Prepared, prepare
-from tendon_cli.friction.reading.readings import Floats, Readings, joined, read_readings
+from tendon_cli.friction.reading.readings import Floats, Readings, concatenate, read_readings
 from tendon_cli.friction.remarks import Remarks
-from tendon_cli.friction.result import DirectionFit, Fit, Plain
-from tendon_cli.friction.rows import INSIDE, PARTIAL, USED, Log
+from tendon_cli.friction.rig import BendAngle, bend_angle_of, bend_angles, cells_of, force_of
 from tendon_cli.friction.strokes import by_file, presliding_of, speed_of, strokes_of
+from tendon_cli.friction.usable_rows import INSIDE, PARTIAL, USED, Log
 
 Name: TypeAlias = str | PathLike[str]
 _PLAUSIBLE_GAIN = math.log(1.1)
@@ -62,7 +62,7 @@ def fit_friction(
     bend = bend_angle_of(bend_angle, None if route is None else path_of(route), path_smoothing)
     sources: list[Any] = list(path) if isinstance(path, list | tuple) else [path]
     sources = [path_of(each) if isinstance(each, str | PathLike) else each for each in sources]
-    readings = joined(
+    readings = concatenate(
         [read_readings(each, cell_1=cell_1, cell_2=cell_2, position=position) for each in sources]
     )
     zeros = (
@@ -187,7 +187,7 @@ def _direction(log: Log, result: Estimated, way: int) -> DirectionFit | None:
     mine = (result.points.way == way) & (result.points.bend > 0.0)
     if not mine.any():
         return None
-    part = result.points.taken(mine)
+    part = result.points.select(mine)
     model = fit_model(part, (), {}, 1.0)
     beyond = (log.bend > 0.0) & ((log.log_ratio > log.middle) == (way > 0))
     beyond &= log.way == way if not beyond.any() or log.settled else True

@@ -13,7 +13,7 @@ import numpy as np
 
 from tendon_cli.friction.effects import OFFSETS, STRICT, EffectModel, columns_of, sets_of
 from tendon_cli.friction.reading.readings import Floats
-from tendon_cli.friction.rows import Log
+from tendon_cli.friction.usable_rows import Log
 
 _GAIN = 0.1
 """Standard deviation of the log gain before anything is read: cells are calibrated to a few per cent."""

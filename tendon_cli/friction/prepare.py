@@ -18,7 +18,7 @@ from tendon_cli.friction.directions import (
     usual_run,
 )
 from tendon_cli.friction.reading.readings import Floats, Integers, Mask, Readings, check_forces
-from tendon_cli.friction.rows import (
+from tendon_cli.friction.usable_rows import (
     SATURATED,
     USED,
     Log,

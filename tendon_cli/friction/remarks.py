@@ -9,10 +9,10 @@ import numpy as np
 from tendon_cli.friction.budget import FEW, FEW_SHARE, RESOLUTION
 from tendon_cli.friction.effects import DELAY, ENTRY, FORCE, OFFSETS
 from tendon_cli.friction.estimate import Estimated, climbing
+from tendon_cli.friction.fit_result import Check, Fit
 from tendon_cli.friction.reading.header import force_factor
-from tendon_cli.friction.result import Check, Fit
-from tendon_cli.friction.rows import NOT_POSITIVE, SATURATED, SPIKE, Log
 from tendon_cli.friction.strokes import disagreement
+from tendon_cli.friction.usable_rows import NOT_POSITIVE, SATURATED, SPIKE, Log
 from tendon_cli.units import counted
 
 _SHOWN, _OPEN = 0.5, 0.05

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from tendon_cli.friction.rows import REASONS
+from tendon_cli.friction.usable_rows import REASONS
 
 _SPEEDS = 0.2
 """Largest speed over the least, less 1, from which strokes say anything about it."""

@@ -159,7 +159,7 @@ def _works(design: Design, angles: Array, flexion: Flags) -> tuple[Array, Array]
     kinked = kinds[..., :-1] != kinds[..., 1:]
     smooth = [np.where(kinked, 0.0, each) for each in _integrals(design, low, high, flexion)]
     at = np.nonzero(kinked)
-    some, ways = taken(design, kinked.shape, at), np.broadcast_to(flexion, kinked.shape)[at]
+    some, ways = select_points(design, kinked.shape, at), np.broadcast_to(flexion, kinked.shape)[at]
     start, stop = low[at[-1]], high[at[-1]]
     while np.any(start < stop):
         kink = _next_kink(some, start, stop, ways)
@@ -227,7 +227,9 @@ def _next_kink(design: Design, start: Array, stop: Array, flexion: Flags) -> Arr
     return np.where(alike, stop, high)
 
 
-def taken(design: Design, shape: tuple[int, ...], at: tuple[npt.NDArray[np.int64], ...]) -> Design:
+def select_points(
+    design: Design, shape: tuple[int, ...], at: tuple[npt.NDArray[np.int64], ...]
+) -> Design:
     """Some states' designs of all, one after the other."""
     some: Design = changed(
         design, lambda values: np.broadcast_to(values, shape)[at] if values.ndim else values

@@ -21,7 +21,7 @@ from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags, Real
 from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
-from tendon_cli.model.motor import gauss, motor_rates, taken
+from tendon_cli.model.motor import gauss, motor_rates, select_points
 from tendon_cli.model.statics import SLACK_TOLERANCE
 from tendon_cli.model.window import Positions, Window
 
@@ -63,7 +63,7 @@ def narrowed(
     if not open_[0].size or not bounds.of_motion:
         return windows
     some = Window(**{name: values[open_] for name, values in whole.items()})
-    of_some = taken(design, (*shape, 1, 1), open_)
+    of_some = select_points(design, (*shape, 1, 1), open_)
     motor = Motor(of_some, np.asarray(elbow_angle), flexion, some.low.shape, bounds.speed, loads)
     measures = {}
     for limit in bounds.of_motion:

@@ -25,7 +25,7 @@ from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design, changed
 from tendon_cli.model.enclosure import COMPUTED, ORDER, Series
 from tendon_cli.model.kinematics import AnyJoint, Array, Excursion, Flags, Spline
-from tendon_cli.model.motor import taken
+from tendon_cli.model.motor import select_points
 from tendon_cli.model.sheath import sheaths_of
 
 Rows = npt.NDArray[np.int64]
@@ -58,7 +58,7 @@ class Cells:
         """Of each."""
         return np.asarray(0.5 * (self.low + self.high))
 
-    def taken(self, which: Any) -> Cells:
+    def select(self, which: Any) -> Cells:
         """Some of them."""
         return Cells(**{name: values[which] for name, values in vars(self).items()})
 
@@ -117,24 +117,23 @@ def prove(
 
     `ends` has, of a box about them, for each number the designs in which this one is at its upper end.
     """
-    none, todo, count = cells.taken(slice(0)), cells, 0
+    none, todo, count = cells.select(slice(0)), cells, 0
     broken, left = [none], [none]
     at_once, most = (_AT_ONCE // (1 + len(ends)), MOST_CELLS // (1 + 7 * bool(ends)))
     while len(todo) and count + len(todo) <= most:
         count += len(todo)
         rest = [none]
-        for part in (todo.taken(slice(at, at + at_once)) for at in range(0, len(todo), at_once)):
-            some, *of_ends = (
-                taken(each, (len(low), 1, 1), (part.row, 0, 0)) for each in (design, *ends)
-            )  # type: ignore[arg-type]
+        for part in (todo.select(slice(at, at + at_once)) for at in range(0, len(todo), at_once)):
+            at = (part.row, np.zeros_like(part.row), np.zeros_like(part.row))
+            some, *of_ends = (select_points(each, (len(low), 1, 1), at) for each in (design, *ends))
             with np.errstate(all="ignore"):
                 pretension = np.where(part.upper, high[part.row], low[part.row])
                 kept, fails, along = _kept(some, of_ends, part, pretension, bounds)
             narrow = (part.high - part.low < _NARROWEST).all(axis=1)
-            broken.append(part.taken(fails))
-            left.append(part.taken(~kept & ~fails & narrow))
+            broken.append(part.select(fails))
+            left.append(part.select(~kept & ~fails & narrow))
             halve = ~kept & ~fails & ~narrow
-            rest.append(part.taken(halve).halved(along[halve]))
+            rest.append(part.select(halve).halved(along[halve]))
         todo = _joined(rest)
     return Proof(count, _joined(broken), _joined([*left, todo]))
 

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli.figures.backend import Axes, Figure
 from tendon_cli.figures.draw import Finish, draw_declared
-from tendon_cli.figures.engine import Axes, Figure
 from tendon_cli.figures.friction import draw as draw_fit
 from tendon_cli.figures.style import FAINT, INK
 from tendon_cli.files import output_errors, write_whole

@@ -13,12 +13,12 @@ import numpy.typing as npt
 import pandas as pd
 
 from tendon_cli.answers.coverage import grouped, share_served
-from tendon_cli.answers.question import question
+from tendon_cli.answers.problem import question
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.results import Run
-from tendon_cli.engine.run import How, carried_out
+from tendon_cli.engine.run import How, run_task
 from tendon_cli.engine.sweep import Sweep
-from tendon_cli.friction.result import Fit
+from tendon_cli.friction.fit_result import Fit
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
 from tendon_cli.model.window import window as window_of
@@ -219,5 +219,5 @@ def swept(
     """Sweep studies into folders of `area`, one after the other, and read their tables back, every byte verified."""
     for name in names:
         study = load(name)
-        done = carried_out(Sweep, Run, study, area / name, How(jobs=jobs, stop=stop, lock=lock))
+        done = run_task(Sweep, Run, study, area / name, How(jobs=jobs, stop=stop, lock=lock))
         yield name, PaperTables(study, area / name, done.states, done.designs)

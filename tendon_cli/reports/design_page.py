@@ -11,7 +11,7 @@ import pyarrow as pa
 
 from tendon_cli import say
 from tendon_cli.cube.axes import Ints, evenly
-from tendon_cli.cube.choices import conflicts_of, over_angle, position, pretension_name
+from tendon_cli.cube.choice_grid import conflicts_of, over_angle, position, pretension_name
 from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube, choices_of
 from tendon_cli.cube.labels import Shown
@@ -35,8 +35,8 @@ from tendon_cli.reports.data import (
 )
 from tendon_cli.space.axis import PRETENSION
 from tendon_cli.space.space import Space
-from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.load import recorded_study
+from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import keys
 from tendon_cli.tables.read import open_table
 from tendon_cli.tables.schema import as_numpy

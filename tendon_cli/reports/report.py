@@ -36,7 +36,7 @@ from tendon_cli.reports.data import (
 )
 from tendon_cli.reports.design_page import design_page
 from tendon_cli.reports.html import MARK
-from tendon_cli.studies.axes import space_of
+from tendon_cli.studies.spaces import space_of
 from tendon_cli.summary import run_facts, run_head
 from tendon_cli.tables.read import open_table
 

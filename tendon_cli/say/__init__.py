@@ -2,7 +2,7 @@
 
 from tendon_cli.model.forms import LimitWords
 from tendon_cli.say.blocks import Block, as_text, heading, items, sentence, table
-from tendon_cli.say.limits import (
+from tendon_cli.say.limit_phrases import (
     OPEN,
     PROVEN,
     SAMPLED,

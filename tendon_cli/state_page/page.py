@@ -27,9 +27,9 @@ from tendon_cli.state_page.lines import (
     reversal_lines,
     state_lines,
 )
-from tendon_cli.studies.axes import case_place
 from tendon_cli.studies.load import AnyStudy, any_study
 from tendon_cli.studies.people.person import Worn, worn_by
+from tendon_cli.studies.spaces import case_place
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import drawn, in_si
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from tendon_cli.engine.plan import Plan
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.engine import Axes, Line2D
+from tendon_cli.figures.backend import Axes, Line2D
 from tendon_cli.figures.frame import framed
 from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, format_of, house_style

@@ -11,10 +11,10 @@ from typing import Any
 from tendon_cli.errors import Fault, InputError, StudyError
 from tendon_cli.files import read_file
 from tendon_cli.space.axis import SIDES
-from tendon_cli.studies import curves
+from tendon_cli.studies import angle_curves
 from tendon_cli.studies.parts import Part
-from tendon_cli.studies.people.asked import MAX_BYTES as MAX_PEOPLE_BYTES
-from tendon_cli.studies.people.asked import People
+from tendon_cli.studies.people.people_section import MAX_BYTES as MAX_PEOPLE_BYTES
+from tendon_cli.studies.people.people_section import People
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.toml_reading import MAX_BYTES, read_toml
 from tendon_cli.studies.values import Values
@@ -52,18 +52,18 @@ class Attachments:
     def _trajectory(self, study: Study) -> Study:
         """The study with the rows of its motion in time; raises InputError."""
         file, key = study.motion.trajectory, "motion.trajectory"
-        content = self._read(file, key, curves.MAX_BYTES) if isinstance(file, str) else None
+        content = self._read(file, key, angle_curves.MAX_BYTES) if isinstance(file, str) else None
         if content is None:
             return study
-        from tendon_cli.studies import trajectory  # only a trajectory pays for its import
+        from tendon_cli.studies import measured_motion  # only a trajectory pays for its import
 
         where = shorten(str(file), 200)
-        rows = curves.read_curve(content, where, curves.TRAJECTORY)
+        rows = angle_curves.read_curve(content, where, angle_curves.TRAJECTORY)
         motion = study.motion.model_copy(update={"trajectory": rows})
-        if (wrong := trajectory.trajectory_fault(motion)) is not None:
+        if (wrong := measured_motion.trajectory_fault(motion)) is not None:
             self.faults.append(wrong)
             motion = motion.model_copy(update={"trajectory": None})
-        self._note(key, str(file), content, **trajectory.facts_of(motion, where))
+        self._note(key, str(file), content, **measured_motion.facts_of(motion, where))
         return study.replaced({"motion": motion})
 
     def _curves(self, study: Study) -> dict[str, Any]:
@@ -73,21 +73,21 @@ class Attachments:
             part = update.get(table) or getattr(study, table)
             file, is_travel = getattr(part, name), name == "excursion"
             content = (
-                self._read(file, f"{table}.{name}", curves.MAX_BYTES)
+                self._read(file, f"{table}.{name}", angle_curves.MAX_BYTES)
                 if isinstance(file, str)
                 else None
             )
             if content is None:
                 continue
             where = shorten(file, 200)
-            curve = curves.read_curve(
-                content, where, curves.EXCURSION if is_travel else curves.TORQUE
+            curve = angle_curves.read_curve(
+                content, where, angle_curves.EXCURSION if is_travel else angle_curves.TORQUE
             )
-            if (beyond := curves.not_covered(study, curve, is_travel=is_travel)) is not None:
+            if (beyond := angle_curves.not_covered(study, curve, is_travel=is_travel)) is not None:
                 raise InputError(
                     beyond, where=where, hint="extend the table, or ask for fewer angles"
                 )
-            warnings = curves.warnings_of(study, curve, where) if is_travel else []
+            warnings = angle_curves.warnings_of(study, curve, where) if is_travel else []
             self._note(f"{table}.{name}", file, content, rows=len(curve.angles), warnings=warnings)
             update[table] = part.model_copy(update={name: curve})
         return update
@@ -139,13 +139,13 @@ class Attachments:
         return update
 
     def _bend_angle(self, name: str, smoothing: float, key: str) -> Values | None:
-        from tendon_cli.studies import route  # only a routed sheath pays for its import
+        from tendon_cli.studies import way_points  # only a routed sheath pays for its import
 
-        content = self._read(name, key, route.MAX_BYTES)
+        content = self._read(name, key, way_points.MAX_BYTES)
         if content is None:
             return None
         where = shorten(name, 200)
-        measured, warnings = route.measure_route(content, where, smoothing)
+        measured, warnings = way_points.measure_route(content, where, smoothing)
         self._note(
             key,
             name,
@@ -156,7 +156,7 @@ class Attachments:
             noise=measured.noise,
             path_smoothing=smoothing,
             warnings=warnings,
-            note=route.route_note(measured, where),
+            note=way_points.route_note(measured, where),
         )
         return _estimate(
             "sheath.bend_angle",

@@ -12,14 +12,14 @@ from tendon_cli.model.forms import Need
 from tendon_cli.model.limits import LIMITS, SPEED
 from tendon_cli.space.axis import NAMED_AXES, PRETENSION, SIDES, of_side, split_side
 from tendon_cli.space.space import ANCHORS
-from tendon_cli.studies.axes import word_of
+from tendon_cli.studies.angle_curves import CurveTable, bends_of, not_covered
 from tendon_cli.studies.contents import case_numbers
-from tendon_cli.studies.curves import CurveTable, bends_of, not_covered
-from tendon_cli.studies.design import CHOICE_RESULTS
+from tendon_cli.studies.design_section import CHOICE_RESULTS
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.figures import figure_faults
+from tendon_cli.studies.measured_motion import trajectory_fault
+from tendon_cli.studies.spaces import word_of
 from tendon_cli.studies.study import Study, keys
-from tendon_cli.studies.trajectory import trajectory_fault
 from tendon_cli.studies.values import Grid
 from tendon_cli.units import shorten
 

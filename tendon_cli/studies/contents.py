@@ -13,7 +13,7 @@ from pydantic.fields import FieldInfo
 
 from tendon_cli.quantities import PLAUSIBLE
 from tendon_cli.space.axis import split_side
-from tendon_cli.studies.curves import CurveColumns, CurveTable
+from tendon_cli.studies.angle_curves import CurveColumns, CurveTable
 from tendon_cli.studies.fields import OneOf, Single, fault
 from tendon_cli.studies.number import Number
 from tendon_cli.studies.parts import (

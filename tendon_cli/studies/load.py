@@ -16,11 +16,11 @@ from tendon_cli.errors import Fault, InputError, StudyError, TendonError, UsageE
 from tendon_cli.files import path_of
 from tendon_cli.space.axis import SPRING_AT, split_side
 from tendon_cli.studies.attachments import Attachments
-from tendon_cli.studies.axes import impossibilities
 from tendon_cli.studies.checks import contradictions, curve_faults
-from tendon_cli.studies.reading import STDIN, read_document
-from tendon_cli.studies.schema import faults_of
+from tendon_cli.studies.json_schema import faults_of
+from tendon_cli.studies.spaces import impossibilities
 from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.study_file import STDIN, read_document
 from tendon_cli.studies.toml_reading import (
     MAX_DEPTH,
     MAX_KEY_PARTS,

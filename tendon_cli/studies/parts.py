@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
 
 from tendon_cli.quantities import OF_STATES
-from tendon_cli.studies.curves import EXCURSION, TORQUE, TRAJECTORY, BendNumber, CurveTable
+from tendon_cli.studies.angle_curves import EXCURSION, TORQUE, TRAJECTORY, BendNumber, CurveTable
 from tendon_cli.studies.fields import OneOf, Single, fault, nearest, one_or_many
 from tendon_cli.studies.number import Number
 from tendon_cli.studies.values import RIGID, Values

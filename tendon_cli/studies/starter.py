@@ -9,7 +9,7 @@ from pathlib import Path
 from tendon_cli.errors import UsageError
 from tendon_cli.files import write_new
 from tendon_cli.studies.fields import nearest
-from tendon_cli.studies.reading import YAML_SUFFIXES
+from tendon_cli.studies.study_file import YAML_SUFFIXES
 from tendon_cli.units import shorten
 
 TEMPLATES = {

@@ -26,11 +26,11 @@ from tendon_cli.studies.contents import (
     marked,
     remarks,
 )
-from tendon_cli.studies.design import Goals, Limits, Uncertainty
+from tendon_cli.studies.design_section import Goals, Limits, Uncertainty
 from tendon_cli.studies.fields import Later
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.parts import Part, usual
-from tendon_cli.studies.people.asked import People
+from tendon_cli.studies.people.people_section import People
 from tendon_cli.studies.values import Uncertain, Values
 
 __all__ = ["Key", "Study", "keys"]
@@ -113,7 +113,7 @@ class Study(Displayed, Part):
         """The motion in time, smoothed, if the study has one."""
         if self.motion.trajectory is None:
             return None
-        from tendon_cli.studies.trajectory import (
+        from tendon_cli.studies.measured_motion import (
             trajectory_of,
         )  # only such studies pay for its import
 

@@ -5,7 +5,7 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.checks.check import check
-from tendon_cli.checks.text import as_markdown
+from tendon_cli.checks.check_text import as_markdown
 from tendon_cli.errors import UsageError
 from tests.check.conftest import swept
 

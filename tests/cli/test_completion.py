@@ -16,8 +16,8 @@ import tendon_cli
 from tendon_cli import cli
 from tendon_cli.commands.completion import candidates, split_line
 from tendon_cli.quantities import OF_DESIGNS, OF_STATES
+from tendon_cli.studies.json_schema import key_words
 from tendon_cli.studies.load import study_from
-from tendon_cli.studies.schema import key_words
 from tendon_cli.studies.study import keys
 
 APP = typer.main.get_command(cli.app)

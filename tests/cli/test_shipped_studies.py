@@ -8,8 +8,8 @@ import jsonschema
 import pytest
 
 from tendon_cli.engine.plan import Plan
+from tendon_cli.studies.json_schema import schema_text
 from tendon_cli.studies.load import load_study
-from tendon_cli.studies.schema import schema_text
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 STUDIES = sorted(str(file.relative_to(CONFIGS)) for file in CONFIGS.rglob("*.toml"))

@@ -46,9 +46,7 @@ def test_a_small_sweep_without_figures_imports_only_what_it_needs(outside, workp
     loaded = loaded_after(outside, "sweep", "study.toml", "--no-figures")
     assert [name for name in HEAVY if name in loaded] == ["numpy", "pyarrow"]
     assert [
-        name
-        for name in ("tendon_cli.engine.estimate", "tendon_cli.figures", "rich")
-        if name in loaded
+        name for name in ("tendon_cli.engine.cost", "tendon_cli.figures", "rich") if name in loaded
     ] == []
     assert (workplace / "results/study/run.json").exists()
 

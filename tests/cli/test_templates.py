@@ -7,10 +7,10 @@ from pathlib import Path
 import jsonschema
 import pytest
 
+from tendon_cli.studies.json_schema import schema_text
 from tendon_cli.studies.load import load_study
-from tendon_cli.studies.reading import read_yaml
-from tendon_cli.studies.schema import schema_text
 from tendon_cli.studies.starter import TEMPLATES, starter
+from tendon_cli.studies.study_file import read_yaml
 
 STUDY = b'[load]\nmass = ["0 kg", "5 kg"]\n'
 SMALLER = {

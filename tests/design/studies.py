@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tendon_cli.answers.question import question
+from tendon_cli.answers.problem import question
 from tendon_cli.answers.solve import solve
 from tendon_cli.studies.load import load_study
 

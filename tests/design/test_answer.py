@@ -7,8 +7,8 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.answers import choices as choices_module
-from tendon_cli.answers.asked import goals_of
-from tendon_cli.answers.question import question
+from tendon_cli.answers.problem import question
+from tendon_cli.answers.question import goals_of
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.answers.solve import of_columns, of_rows
 

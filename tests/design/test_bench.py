@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.answers.bench import setting_columns, settings, study_arm
-from tendon_cli.answers.question import question
+from tendon_cli.answers.problem import question
+from tendon_cli.answers.setup import setting_columns, settings, study_arm
 from tendon_cli.model.setting import per_length
 
 SUIT = {

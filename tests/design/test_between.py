@@ -8,9 +8,9 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 import tendon_cli as tendon
-from tendon_cli.answers import question as questions
-from tendon_cli.answers.between import estimated
-from tendon_cli.answers.question import question
+from tendon_cli.answers import problem as problems
+from tendon_cli.answers.between_samples import estimated
+from tendon_cli.answers.problem import question
 from tendon_cli.answers.solve import solve
 from tendon_cli.model import proof
 from tendon_cli.model.actuator import State
@@ -120,7 +120,7 @@ def test_an_end_that_the_grid_misses_is_caught_by_the_proof(monkeypatch):
     """As if a peak between two of the grid's angles had not been climbed."""
     content, load, last, limits, low, high, _ = FIVE["tension"]
     monkeypatch.setattr(
-        questions.Problem, "_may_bind", lambda _, ends: (np.zeros(ends.low.shape, bool),) * 2
+        problems.Problem, "_may_bind", lambda _, ends: (np.zeros(ends.low.shape, bool),) * 2
     )
     motion = {"elbow_angle": {"from": "0 deg", "to": f"{last} deg", "num": 5}}
     found = answered(content, load={"mass": [0.0, load]}, limits=limits, motion=motion)

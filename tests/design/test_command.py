@@ -7,9 +7,9 @@ import pytest
 
 import tendon_cli
 from tendon_cli import kernel
-from tendon_cli.answers import answer as answer_module
 from tendon_cli.answers import candidates
 from tendon_cli.answers import choices as choices_module
+from tendon_cli.answers import record as record_module
 from tendon_cli.answers.choices import Choices
 from tendon_cli.errors import Stopped
 
@@ -60,7 +60,7 @@ def test_a_signal_while_an_answer_is_worked_out_ends_with_its_code(
     file = study(RANGES + '[design]\nmaximise = ["tolerance", "served"]\n')
     with monkeypatch.context() as patch:
         patch.setattr(candidates, "compromise", lambda _: signal.raise_signal(signal.SIGINT) or 0)
-        patch.setattr(answer_module, "sensitivities", lambda *_: pytest.fail("it went on"))
+        patch.setattr(record_module, "sensitivities", lambda *_: pytest.fail("it went on"))
         done = tendon("design", file, "--no-figures", "--json")
     assert (done.exit, done.json["error"]["exit"], done.json["error"]["kind"]) == (
         130,

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from tendon_cli.answers.asked import Goal
 from tendon_cli.answers.candidates import compromise, front, losses
 from tendon_cli.answers.coverage import grouped, share_at, share_served
+from tendon_cli.answers.question import Goal
 
 
 def sets_of_windows(seed, count=50):

@@ -5,7 +5,7 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.cube.cube import choices_of
-from tendon_cli.figures.answer import draw_answer
+from tendon_cli.figures.answer_figures import draw_answer
 from tendon_cli.figures.choice_maps import Slice
 from tendon_cli.tables.read import open_table
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tendon_cli.answers.question import question
+from tendon_cli.answers.problem import question
 from tendon_cli.answers.solve import solve
 from tendon_cli.studies.load import study_from
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tendon_cli import design
-from tendon_cli.answers.question import question
+from tendon_cli.answers.problem import question
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.answers.solve import of_columns, solve
 from tendon_cli.model.limits import LIMIT_NAMES

@@ -8,7 +8,7 @@ import pytest
 import tendon_cli as tendon
 from tendon_cli.model.design import READINGS
 from tendon_cli.model.setting import Reading, all_readings
-from tendon_cli.studies.axes import space_of
+from tendon_cli.studies.spaces import space_of
 
 SUITS = {"K 5": ("5 kN/m", 0.6), "K 8": ("8 kN/m", 0.5)}
 

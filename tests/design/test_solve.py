@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.answers import question as problem_module
+from tendon_cli.answers import problem as problem_module
 from tendon_cli.answers import solve as solve_module
 from tendon_cli.model import actuator
 from tendon_cli.model.limits import LIMIT_NAMES

@@ -11,7 +11,7 @@ import pytest
 
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.draw import plot
-from tendon_cli.figures.plan import STATE_PAIRS
+from tendon_cli.figures.layout import STATE_PAIRS
 from tendon_cli.figures.style import render
 from tendon_cli.studies.figures import FigureSpec, figure_spec
 from tendon_cli.tables.read import open_table

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tendon_cli.figures.population import for_whom, how_sure
+from tendon_cli.figures.served import for_whom, how_sure
 from tendon_cli.figures.style import house_style
 
 

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.text import Text
 
 from tendon_cli.errors import InputError
-from tendon_cli.figures.route import route_curve, route_page
+from tendon_cli.figures.geometry import route_curve, route_page
 
 
 def helix(points: int) -> np.ndarray:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tendon_cli.cube.labels import plain
-from tendon_cli.figures.engine import Figure, mpl
+from tendon_cli.figures.backend import Figure, mpl
 from tendon_cli.figures.style import house_style, render, wrapped
 from tests.figures.runs import designs, grid
 

@@ -10,7 +10,7 @@ from unittest.mock import patch
 
 import pandas as pd
 
-from tendon_cli.friction import budget, directions, effects, estimate, models, prepare, rows
+from tendon_cli.friction import budget, directions, effects, estimate, models, prepare, usable_rows
 
 from .cases import CASES, Case
 from .chain import KINDS, judged, logs, shares
@@ -19,10 +19,10 @@ from .torture import Count, covers, run
 NEVER = 1e9
 WITHOUT: dict[str, tuple[tuple[Any, str, Any], ...]] = {
     "everything": (),
-    "rows: the test for no load": ((rows, "_UNLOADED", 0.0),),
-    "rows: saturation": ((rows, "_TOP_ROWS", NEVER),),
-    "rows: those near the rail": ((rows, "_NEAR_RAIL", 0.0),),
-    "rows: spikes": ((rows, "_SPIKE_MEDIANS", NEVER),),
+    "rows: the test for no load": ((usable_rows, "_UNLOADED", 0.0),),
+    "rows: saturation": ((usable_rows, "_TOP_ROWS", NEVER),),
+    "rows: those near the rail": ((usable_rows, "_NEAR_RAIL", 0.0),),
+    "rows: spikes": ((usable_rows, "_SPIKE_MEDIANS", NEVER),),
     "strokes: the trigger (turns at the middle)": ((directions, "_TRIGGER", 0.0),),
     "strokes: the two limits' test": ((prepare, "_TWO_LIMITS", 0.0),),
     "strokes: refusal of a load's cell that does not follow": ((prepare, "_FOLLOWS", 0.0),),
@@ -81,8 +81,8 @@ def main() -> None:
     of_cases = {name: case for name, case in CASES.items() if not case.hides}
     print(
         "| without | silent, % | false alarms, % | refused, % | intervals that hold, % | half-width, % |"
-    )  # noqa: T201
-    print("|---" * 6 + "|")  # noqa: T201
+    )
+    print("|---" * 6 + "|")
     for name in (name for name in WITHOUT if options.only in name):
         with contextlib.ExitStack() as stack:
             for module, constant, value in WITHOUT[name]:
@@ -91,7 +91,7 @@ def main() -> None:
             for each, case in of_cases.items():
                 verdicts += verdicts_of(case, run(each, options.seeds, first_seed=1))
         columns = " | ".join(f"{share:.2f}" for share in shares(pd.DataFrame(verdicts)))
-        print(f"| {name} | {columns} |", flush=True)  # noqa: T201
+        print(f"| {name} | {columns} |", flush=True)
 
 
 if __name__ == "__main__":

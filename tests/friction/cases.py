@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from tendon_cli.friction import fit_friction
-from tendon_cli.friction.result import Fit
+from tendon_cli.friction.fit_result import Fit
 
 from .rig import Floats, Logs, Rig, simulate
 

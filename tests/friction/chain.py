@@ -382,13 +382,13 @@ def main() -> int:
             every[-1].outcome.value_counts().to_dict(),
             every[-1].get("error", pd.Series(dtype=float)),
         )
-        print(f"{kind.name:26} {outcomes} median error {100 * errors.median():.2f} %", flush=True)  # noqa: T201
+        print(f"{kind.name:26} {outcomes} median error {100 * errors.median():.2f} %", flush=True)
     silent, alarms, refused, held, half = shares(pd.concat(every))
     print(
         f"silent {silent:.1f} %; false alarms {alarms:.1f} %; wrongly refused {refused:.1f} %; ",
         end="",
-    )  # noqa: T201
-    print(f"intervals hold in {held:.1f} %; median half-width {half:.2f} %")  # noqa: T201
+    )
+    print(f"intervals hold in {held:.1f} %; median half-width {half:.2f} %")
     return int(silent > 2.0)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from tendon_cli.errors import InputError
 from tendon_cli.friction import fit_friction
-from tendon_cli.friction.result import Fit
+from tendon_cli.friction.fit_result import Fit
 
 from .cases import CASES, FRICTION, Case, log_of
 from .rig import simulate
@@ -140,9 +140,9 @@ def main() -> None:
     counts = {}
     for name in (name for name in CASES if options.case in name):
         counts[name] = run(name, options.seeds)
-        print(row_of(name, counts[name]), flush=True)  # noqa: T201
+        print(row_of(name, counts[name]), flush=True)
     text = table(counts)
-    print(text.rpartition("\n")[2])  # noqa: T201
+    print(text.rpartition("\n")[2])
     if options.write:
         before, begin, rest = options.write.read_text(encoding="utf-8").partition(BEGIN)
         _, end, after = rest.partition(END)

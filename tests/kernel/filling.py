@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from tendon_cli import kernel
-from tendon_cli.engine.columns import Tables
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.sweep import Sweep
+from tendon_cli.engine.table_columns import Tables
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.values import Values
 from tests.si import with_units

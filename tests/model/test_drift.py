@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from tendon_cli.answers.question import question
+from tendon_cli.answers.problem import question
 from tendon_cli.model.actuator import evaluate
 from tendon_cli.model.reversal import drift
 from tendon_cli.studies.load import study_from

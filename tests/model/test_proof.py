@@ -88,7 +88,7 @@ def test_states_over_cells_hold_the_models_own(kind):
     rng, count = np.random.default_rng(5), 60
     made = design(random_numbers(rng, count))
     made = bending(made, rng) if kind == "bending" else made
-    flat = proof.taken(made, (count, 1, 1), (np.arange(count), 0, 0))
+    flat = proof.select_points(made, (count, 1, 1), (np.arange(count), 0, 0))
     middle, half, flexion = (
         rng.uniform(0.1, 2.0, count),
         10.0 ** rng.uniform(-4.0, -1.5, count),

@@ -6,8 +6,8 @@ from scipy import stats
 
 from tendon_cli.engine.plan import Plan
 from tendon_cli.errors import StudyError
-from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.load import study_from
+from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.values import drawn, quantile
 
 STIFF = {"spring": {"stiffness": {"value": "3 kN/m", "tolerance": "10 %"}}}

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from tendon_cli.answers.population import GroupWindows, not_served
-from tendon_cli.answers.question import question
-from tendon_cli.answers.words import LESS, MORE, NEITHER
+from tendon_cli.answers.people import GroupWindows, not_served
+from tendon_cli.answers.phrases import LESS, MORE, NEITHER
+from tendon_cli.answers.problem import question
 from tendon_cli.studies.load import study_from
 
 STUDY = {

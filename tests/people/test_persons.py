@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.figures.population import members
+from tendon_cli.figures.served import members
 from tendon_cli.tables.schema import as_numpy
 
 COARSE = {

@@ -8,8 +8,8 @@ import pytest
 import tendon_cli as tendon
 from tendon_cli import say
 from tendon_cli.answers import fixes, sensitivity
-from tendon_cli.answers import population as population_module
-from tendon_cli.answers.question import question
+from tendon_cli.answers import people as people_module
+from tendon_cli.answers.problem import question
 from tendon_cli.answers.solve import solve
 from tendon_cli.studies.load import study_from
 
@@ -123,7 +123,7 @@ def test_the_probability_of_a_pretension_is_that_of_a_sweep_over_the_draws(monke
 
 
 def test_sizes_of_many_persons_are_found_by_the_first(monkeypatch):
-    monkeypatch.setattr(population_module, "_MOST_PERSONS", 50)
+    monkeypatch.setattr(people_module, "_MOST_PERSONS", 50)
     found = tendon.design(tendon.study(PEOPLE)).record["population"]["sizes"]["spool_ratio"]
     assert [each["persons"] for each in found] == [50, 50, 50]
     assert np.all(np.diff([each["served"] for each in found]) >= 0.0)

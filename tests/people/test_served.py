@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from tendon_cli.answers.population import person_of
-from tendon_cli.answers.question import question
+from tendon_cli.answers.people import person_of
+from tendon_cli.answers.problem import question
 from tendon_cli.answers.solve import solve
 from tendon_cli.errors import StudyError
 from tendon_cli.model import limits, window
 from tendon_cli.space.axis import scale_of
-from tendon_cli.studies.axes import named_axes
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.people.person import worn_by
+from tendon_cli.studies.spaces import named_axes
 from tests.model import designs
 
 LOADS = {"load": {"mass": [0.0, 3.0, 5.0, 10.0]}}

@@ -64,12 +64,12 @@ def test_nobody_is_served_or_everybody_by_one():
 def test_a_search_that_is_to_end_ends_before_its_next_step(after):
     asked = []
 
-    def heed():
+    def check_stopped():
         asked.append(True)
         if len(asked) == after:
             raise Stopped
 
     low = 100.0 + 10.0 * np.random.default_rng(5).normal(size=(4, 60))
     with pytest.raises(Stopped):
-        best_sizes(low, low + 3.0, np.ones(60), 3, heed)
+        best_sizes(low, low + 3.0, np.ones(60), 3, check_stopped)
     assert len(asked) == after

@@ -10,12 +10,12 @@ import pytest
 from tendon_cli.engine.plan import Plan
 from tendon_cli.errors import StudyError
 from tendon_cli.model import actuator, body
-from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.load import study_from
-from tendon_cli.studies.people.asked import packed, unpacked
+from tendon_cli.studies.people.people_section import packed, unpacked
 from tendon_cli.studies.people.person import worn_by
 from tendon_cli.studies.people.population import draw
 from tendon_cli.studies.people.survey import ansur2
+from tendon_cli.studies.spaces import space_of
 from tests.model import designs
 
 FILE = "name,weight (kg),stature (cm),weighting\nAda,62.5,168,1\nBo,90,181.5,3\n"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tendon_cli.answers import sensitivity
-from tendon_cli.answers.question import question
+from tendon_cli.answers.problem import question
 from tendon_cli.answers.sensitivity import BODY, indices, sobol
 from tendon_cli.studies.load import study_from
 

@@ -4,7 +4,7 @@ import pytest
 
 from tendon_cli.errors import StudyError
 from tendon_cli.quantities import OF_STATES
-from tendon_cli.studies.design import Limits
+from tendon_cli.studies.design_section import Limits
 from tendon_cli.studies.load import load_study, study_from
 
 CASES = [{"name": "a"}, {"name": "b"}]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.load import study_from
+from tendon_cli.studies.spaces import space_of
 
 BOXES = {
     "load.mass": ("0 kg", "10 kg"),

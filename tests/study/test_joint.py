@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.studies.curves import EXCURSION, read_curve
+from tendon_cli.studies.angle_curves import EXCURSION, read_curve
 from tendon_cli.studies.load import load_study, recorded_study
 
 

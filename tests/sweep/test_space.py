@@ -8,8 +8,8 @@ import pytest
 from tendon_cli.engine.plan import Plan
 from tendon_cli.space.axis import Axis, over
 from tendon_cli.space.space import Space
-from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.load import study_from
+from tendon_cli.studies.spaces import space_of
 
 SIDES = {
     "tendon": {"pretension": [50.0, 90.0], "flexor": {"length": [1.0, 2.0, 3.0]}, "length": 2.5},

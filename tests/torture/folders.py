@@ -22,7 +22,7 @@ from tendon_cli.answers import choices
 from tendon_cli.answers.choices import Choices
 from tendon_cli.engine import journal as journal_module
 from tendon_cli.engine import plan
-from tendon_cli.engine.run import How, carried_out
+from tendon_cli.engine.run import How, run_task
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.errors import Stopped, TendonError
 from tendon_cli.studies.load import load_study
@@ -302,7 +302,7 @@ class Folder(RuleBasedStateMachine):
         ways = {"resume": way == "resume", "overwrite": way == "overwrite"}
         how = How(jobs=1, lock=lock, draw=draw, progress=progress, stop=stop, **ways)
         try:
-            return carried_out(self.task, outcome, self.study, self.run, how)
+            return run_task(self.task, outcome, self.study, self.run, how)
         finally:
             self.seen = self.disk.seen
             self.disk.begin()

@@ -8,7 +8,7 @@ import pytest
 
 import tendon_cli
 from tendon_cli.engine import run as verb
-from tendon_cli.engine.run import worked_out
+from tendon_cli.engine.run import compute_parts
 from tendon_cli.errors import InputError
 from tendon_cli.tables.read import open_table
 
@@ -64,14 +64,14 @@ def harmed_run(harm, table, patch):
     """Let a table be harmed right after it was written, before anybody reads it back."""
 
     def then_harmed(folder, *how):
-        worked = worked_out(folder, *how)
+        worked = compute_parts(folder, *how)
         files = sorted(folder.path.glob(f"{table}.parquet/part-*.parquet")) or [
             folder.path / f"{table}.parquet"
         ]
         harm(files[min(1, len(files) - 1)], random.Random(5))  # noqa: S311 - a repeatable sample
         return worked
 
-    patch.setattr(verb, "worked_out", then_harmed)
+    patch.setattr(verb, "compute_parts", then_harmed)
 
 
 CASES = [(flip, "designs"), (flip, "states"), (truncate, "designs"), (truncate, "states")]

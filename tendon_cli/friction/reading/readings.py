@@ -201,7 +201,7 @@ def _radians(table: Table, column: Heading) -> Floats:
     return values
 
 
-def joined(parts: list[Readings]) -> Readings:
+def concatenate(parts: list[Readings]) -> Readings:
     """Several files as one, in this order; strokes of different files are different, time goes on after the last."""
     if len(parts) == 1:
         return parts[0]

@@ -18,7 +18,7 @@ from tendon_cli.model.body import (
     load_distance,
 )
 from tendon_cli.model.kinematics import Array
-from tendon_cli.studies.people.reading import read_listed
+from tendon_cli.studies.people.persons_csv import read_listed
 from tendon_cli.studies.people.survey import LEAST, SEXES, Survey, scattered
 
 MOST_BODIES = 10**6

@@ -40,8 +40,8 @@ def try_plot(file):
     from tendon_cli.cube.cube import cube_of
     from tendon_cli.figures.curve_data import curve_data
     from tendon_cli.figures.draw import plot
+    from tendon_cli.figures.layout import long_axes, plan_curves, plan_maps
     from tendon_cli.figures.map_data import map_data
-    from tendon_cli.figures.plan import long_axes, plan_curves, plan_maps
     from tendon_cli.studies.figures import figure_spec
     from tendon_cli.tables.read import open_table
 

@@ -13,7 +13,7 @@ from pydantic_core import CoreSchema
 
 from tendon_cli.errors import InputError
 from tendon_cli.model.kinematics import Array, Spline
-from tendon_cli.studies.columns import read_columns
+from tendon_cli.studies.csv_columns import read_columns
 from tendon_cli.studies.fields import Mark, Single, fault
 from tendon_cli.studies.number import Number, schema_table
 from tendon_cli.units import described

@@ -10,7 +10,7 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answers.coverage import ROUNDING
-from tendon_cli.answers.question import Problem
+from tendon_cli.answers.problem import Problem
 from tendon_cli.space.axis import Axis
 from tendon_cli.space.space import Space
 from tendon_cli.studies.study import keys

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.files import write_whole
-from tendon_cli.friction.result import Fit
+from tendon_cli.friction.fit_result import Fit
 from tendon_cli.units import counted, shorten
 from tendon_cli.version import __version__
 

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.question import Problem
+from tendon_cli.answers.phrases import Row
+from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.solve import Solutions, severest, worst
-from tendon_cli.answers.words import Row
 from tendon_cli.model.actuator import evaluate
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import AfterValidator
 
 from tendon_cli.errors import Fault
-from tendon_cli.studies.design import Seed
+from tendon_cli.studies.design_section import Seed
 from tendon_cli.studies.fields import Single, fault, whole
 from tendon_cli.studies.parts import FileName, Part, usual
 from tendon_cli.studies.values import Values

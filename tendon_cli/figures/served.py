@@ -14,9 +14,9 @@ import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.cube.axes import evenly
-from tendon_cli.cube.choices import pretension_name
+from tendon_cli.cube.choice_grid import pretension_name
 from tendon_cli.cube.labels import plain
-from tendon_cli.figures.engine import Axes, Line2D, Patch
+from tendon_cli.figures.backend import Axes, Line2D, Patch
 from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO, house_style
 from tendon_cli.quantities import QUANTITIES

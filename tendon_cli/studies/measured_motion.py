@@ -10,7 +10,7 @@ import numpy as np
 from tendon_cli.errors import Fault
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.trajectory import Trajectory
-from tendon_cli.studies.curves import CurveTable
+from tendon_cli.studies.angle_curves import CurveTable
 from tendon_cli.units import shorten
 
 CUTOFF, REVERSAL = 6.0, math.radians(1.0)

@@ -102,7 +102,7 @@ class Log:
         """Whether gain and friction can be separated."""
         return len(np.unique(self.way[self.bend > 0.0])) == 2
 
-    def taken(self, rows: Mask) -> Log:
+    def select(self, rows: Mask) -> Log:
         """Some of the rows, their strokes counted anew."""
         columns = {name: column[rows] for name, column in self._columns().items()}
         columns["stroke"] = np.unique(columns["stroke"], return_inverse=True)[1]

@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 
 from tendon_cli.display import Displayed, face
-from tendon_cli.friction.bench import BendAngle
 from tendon_cli.friction.budget import BEND, FrictionUncertainty
-from tendon_cli.friction.rows import REASONS, USED
+from tendon_cli.friction.rig import BendAngle
 from tendon_cli.friction.strokes import Presliding, Speed
+from tendon_cli.friction.usable_rows import REASONS, USED
 
 _MOST_RESIDUALS = 20
 _MOST_STRETCHES = 20

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from tendon_cli.errors import InputError
 from tendon_cli.model.route import MeasuredRoute, measured_route
-from tendon_cli.studies.columns import read_columns
+from tendon_cli.studies.csv_columns import read_columns
 
 MAX_BYTES = 16_000_000
 MAX_BEND = 100.0

@@ -14,7 +14,7 @@ from tendon_cli.errors import InputError
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.studies.columns import Sheet, name_and_unit, unit_factor
+from tendon_cli.studies.csv_columns import Sheet, name_and_unit, unit_factor
 from tendon_cli.studies.people.survey import PLAUSIBLE
 from tendon_cli.units import factor_of, known_units, shorten
 

@@ -10,8 +10,6 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answers import coverage
-from tendon_cli.answers.asked import Columns, Flags
-from tendon_cli.answers.bench import FEW, settings, study_arm
 from tendon_cli.answers.coverage import (
     Sizes,
     best_sizes,
@@ -20,10 +18,12 @@ from tendon_cli.answers.coverage import (
     normalised,
     serves,
 )
-from tendon_cli.answers.question import Problem
+from tendon_cli.answers.phrases import LESS, MORE, NEITHER, population_share, row_words, why_not
+from tendon_cli.answers.problem import Problem
+from tendon_cli.answers.question import Columns, Flags
 from tendon_cli.answers.sensitivity import indices
+from tendon_cli.answers.setup import FEW, settings, study_arm
 from tendon_cli.answers.solve import Solutions
-from tendon_cli.answers.words import LESS, MORE, NEITHER, population_share, row_words, why_not
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES, Codes
@@ -254,7 +254,11 @@ def _sizes(problem: Problem, chosen: Solutions) -> Iterator[tuple[str, list[dict
             covered = coverage.share_served(*pairs, np.ones(draws), enough=problem.enough)
             low, high = covered.low.reshape(len(low), -1), covered.high.reshape(len(low), -1)
         best = best_sizes(
-            low, high, problem.weighting[: persons * draws : draws], MOST_SIZES, problem.heed
+            low,
+            high,
+            problem.weighting[: persons * draws : draws],
+            MOST_SIZES,
+            problem.check_stopped,
         )
         yield axis.column, [_size(axis, along, sizes, persons) for sizes in best]
 

@@ -9,20 +9,20 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.asked import LOADS, Flags
-from tendon_cli.answers.question import Problem
+from tendon_cli.answers.problem import Problem
+from tendon_cli.answers.question import LOADS, Flags
 from tendon_cli.answers.solve import Solutions, under_each, worst_columns
 from tendon_cli.model.actuator import State
-from tendon_cli.model.between import end_curves
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import contact_pressure
 from tendon_cli.model.motor_window import narrowed
 from tendon_cli.model.trajectory import Trajectory
+from tendon_cli.model.whole_motion import end_curves
 from tendon_cli.model.window import Ends, Window, as_read, named, window
 from tendon_cli.space.axis import PRETENSION, Numbers
+from tendon_cli.studies.measured_motion import at_times
 from tendon_cli.studies.study import keys
-from tendon_cli.studies.trajectory import at_times
 
 _DENSER, _MOST_NEAR = (
     16,

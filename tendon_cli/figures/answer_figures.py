@@ -11,10 +11,10 @@ import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.cube.axes import evenly
-from tendon_cli.cube.choices import pretension_name
+from tendon_cli.cube.choice_grid import pretension_name
 from tendon_cli.cube.cube import Cube, choices_of
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.between import draw_between
+from tendon_cli.figures.backend import Axes, FigureCanvasAgg, Line2D, Patch
 from tendon_cli.figures.choice_maps import (
     Slice,
     answer_page,
@@ -25,10 +25,10 @@ from tendon_cli.figures.choice_maps import (
     place_of,
     star,
 )
-from tendon_cli.figures.engine import Axes, FigureCanvasAgg, Line2D, Patch
 from tendon_cli.figures.frame import Page, grid_shape
-from tendon_cli.figures.population import draw_population
+from tendon_cli.figures.served import draw_population
 from tendon_cli.figures.style import INK, OKABE_ITO, broken, hatch_key, house_style, unknown_hatch
+from tendon_cli.figures.window_over_angle import draw_between
 from tendon_cli.tables.read import open_table
 
 _WINDOW, _CHOICE = "#b4d4ea", "#b8c4cc"

@@ -30,8 +30,8 @@ from tendon_cli.space.axis import (
     split_side,
 )
 from tendon_cli.space.space import EXCURSION, INERTIA, TRAJECTORY, Space
+from tendon_cli.studies.angle_curves import curves_of
 from tendon_cli.studies.contents import case_numbers, column_of
-from tendon_cli.studies.curves import curves_of
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import Grid, drawn

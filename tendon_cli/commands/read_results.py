@@ -48,8 +48,8 @@ def check(
 
     An answer of `tendon design` passes if at least one choice has a window of pretension.
     """
+    from tendon_cli.checks.check_text import as_markdown
     from tendon_cli.checks.compare import TOLERANCE
-    from tendon_cli.checks.text import as_markdown
 
     if tolerance is not None and not 0.0 <= tolerance < float("inf"):
         raise UsageError(
@@ -153,14 +153,14 @@ def plot(
             hint="tendon plot --arm study.toml",
         )
     if arm:
-        from tendon_cli.figures.route import draw_geometry
+        from tendon_cli.figures.geometry import draw_geometry
 
         drawn = draw_geometry(
             source, tuple(settings or ()), [_angle(text) for text in angle or ()], out, case
         )
     elif between:
         from tendon_cli.engine.results import verified_record
-        from tendon_cli.figures.answer import draw_between_samples
+        from tendon_cli.figures.answer_figures import draw_between_samples
 
         record = verified_record(source)
         if record["verb"] != "design":

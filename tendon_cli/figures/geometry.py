@@ -14,15 +14,15 @@ import numpy.typing as npt
 from tendon_cli.cube.labels import number
 from tendon_cli.errors import InputError
 from tendon_cli.figures.arm import arm_page
-from tendon_cli.figures.engine import Axes, mpl
+from tendon_cli.figures.backend import Axes, mpl
 from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, SEQUENTIAL, house_style
 from tendon_cli.space.axis import SIDES
-from tendon_cli.studies.axes import case_place
 from tendon_cli.studies.load import load_study
-from tendon_cli.studies.reading import read_document
-from tendon_cli.studies.route import MAX_BYTES, read_route, smooth
+from tendon_cli.studies.spaces import case_place
 from tendon_cli.studies.study import Study
+from tendon_cli.studies.study_file import read_document
+from tendon_cli.studies.way_points import MAX_BYTES, read_route, smooth
 
 Floats = npt.NDArray[np.float64]
 

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.cube.choices import over_angle, pretension_name
+from tendon_cli.cube.choice_grid import over_angle, pretension_name
 from tendon_cli.cube.cube import Cube
+from tendon_cli.figures.backend import Axes, Line2D, Patch
 from tendon_cli.figures.choice_maps import answer_page, choice_text
-from tendon_cli.figures.engine import Axes, Line2D, Patch
 from tendon_cli.figures.frame import Page
 from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO

@@ -84,7 +84,7 @@ def _parsed(text: str) -> BendAngle:
 
 
 def _bend_of_route(route: Path, smoothing: str | float | None) -> BendAngle:
-    from tendon_cli.studies.route import MAX_BYTES, measure_route, route_note
+    from tendon_cli.studies.way_points import MAX_BYTES, measure_route, route_note
 
     name = name_of(route)
     content = content_of(route, MAX_BYTES, "--route names a CSV of x, y and z")
