@@ -1,7 +1,8 @@
-"""tendon: parameter studies of tendon-driven exosuits that move the elbow with one motor and two tendons.
+"""tendon: parameter studies of exosuits that move the elbow with one motor and two tendons.
 
-The library's face, usually imported as `import tendon_cli as tendon`; the commands call it, too. Whatever is wrong is
-raised as a `TendonError`, whose `exit` is the exit code of the commands. Importing it loads no other module.
+The public functions of the library, usually imported as `import tendon_cli as tendon`; the commands
+call them, too. Whatever is wrong is raised as a `TendonError`, whose `exit` is the exit code of the
+commands. Importing the package loads no other module.
 """
 
 # No import from elsewhere: `python -m tendon_cli` would take it from the working directory.
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from tendon_cli.studies.load import any_study as study
     from tendon_cli.studies.load import load_study
 
-_PLACES = {
+_MODULE_OF = {
     "load_study": "studies.load.load_study",
     "study": "studies.load.any_study",
     "varied": "studies.load.varied_study",
@@ -54,7 +55,7 @@ _PLACES = {
     "study_text": "summary.study_text",
     "fit_text": "friction.fit_report.summary_lines",
 }
-"""By its name, where something of the face stands."""
+"""Module and attribute behind each public name, loaded when the name is first used."""
 __all__ = [
     "FolderError",
     "InputError",
@@ -85,15 +86,16 @@ __all__ = [
 
 
 def __getattr__(name: str) -> "Any":
-    """Whatever the face has, read when it is wanted."""
-    if name not in _PLACES and name not in __all__:
+    """Load a public name when it is first used."""
+    if name not in _MODULE_OF and name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
     if name == "arms":
         return import_module(f"{__name__}.arms")
-    module, _, attribute = _PLACES.get(name, f"errors.{name}").rpartition(".")
-    return globals().setdefault(name, getattr(import_module(f"{__name__}.{module}"), attribute))
+    module_name, _, attribute = _MODULE_OF.get(name, f"errors.{name}").rpartition(".")
+    module = import_module(f"{__name__}.{module_name}")
+    return globals().setdefault(name, getattr(module, attribute))
 
 
 def __dir__() -> list[str]:

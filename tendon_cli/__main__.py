@@ -1,6 +1,7 @@
 """`python -m tendon_cli` is `tendon`: nothing in the working directory is executed.
 
-Beyond reach are what Python itself has imported by now, and a `tendon_cli` that stands there; `python -P` spares both.
+Two things are out of its reach: what Python itself has imported by now, and a `tendon_cli` in the
+working directory. `python -P` avoids both.
 """
 
 import os  # Python has both already; any other import would look into the working directory
@@ -8,7 +9,7 @@ import sys
 
 
 def main() -> None:
-    """`tendon`, which a signal ends quietly from here on."""
+    """Run `tendon`, which a signal ends quietly from here on."""
     from tendon_cli.startup import quit_on_signals, spare_time
 
     quit_on_signals()
@@ -23,6 +24,6 @@ if __name__ == "__main__":
         is_first = sys.path[0] == os.getcwd()  # noqa: PTH109 - pathlib is not imported yet
     except OSError:  # there is none any more
         is_first = False
-    if is_first and not sys.flags.safe_path:  # with -P it is first only where PYTHONPATH says so
+    if is_first and not sys.flags.safe_path:  # with -P it is first only if PYTHONPATH says so
         del sys.path[0]
     main()

@@ -13,10 +13,14 @@ from typing import Any
 
 _NAMES = ("mean_man", "mean_woman", "paper")
 
-_PAPER = "Yadav et al., Modeling and parametric optimization of 3D tendon-sheath actuator system for upper limb soft exosuit"
+_PAPER = (
+    "Yadav et al., Modeling and parametric optimization of 3D tendon-sheath actuator system "
+    "for upper limb soft exosuit"
+)
 _SURVEY = (
-    "ANSUR II, the 2012 survey of US Army personnel (Gordon et al., NATICK/TR-15/007); forearm mass and its centre by "
-    "Winter 2009, Table 4.1; anchors and elbow radius those of the paper, scaled to this body"
+    "ANSUR II, the 2012 survey of US Army personnel (Gordon et al., NATICK/TR-15/007); "
+    "forearm mass and its centre by Winter 2009, Table 4.1; anchors and elbow radius those of "
+    "the paper, scaled to this body"
 )
 
 
@@ -25,36 +29,34 @@ class NamedArm(dict[str, Any]):
 
     def __init__(self, name: str, numbers: dict[str, Any], source: str) -> None:
         super().__init__(numbers)
-        self.name, self.source = name, source
+        self.name = name
+        self.source = source
 
     def __repr__(self) -> str:
-        numbers = ", ".join(
-            f"{key} = {value:.4g}" if isinstance(value, float) else f"{key} = {value}"
-            for key, value in self.items()
-        )
-        return f"{self.name}: {numbers}\n  source: {self.source}"
+        texts = []
+        for key, value in self.items():
+            number = f"{value:.4g}" if isinstance(value, float) else str(value)
+            texts.append(f"{key} = {number}")
+        return f"{self.name}: {', '.join(texts)}\n  source: {self.source}"
 
 
 def __getattr__(name: str) -> NamedArm:
-    """The arms, worked out when they are wanted; numbers without unit are SI."""
+    """Return the arm of this name, computed when it is first used; numbers without unit are SI."""
     if name not in _NAMES:
         raise AttributeError(f"there is no arm {name!r}, expected one of {', '.join(_NAMES)}")
     if name == "paper":
         from tendon_cli.studies.parts import Arm
 
-        given = {
-            key: field.default
-            for key, field in Arm.model_fields.items()
-            if field.default is not None
-        }
-        return NamedArm("the paper's arm", given, _PAPER)
+        fields = Arm.model_fields.items()
+        stated = {key: field.default for key, field in fields if field.default is not None}
+        return NamedArm("the paper's arm", stated, _PAPER)
     from tendon_cli.studies.people.person import worn_by
     from tendon_cli.studies.study import Study
 
     arm = worn_by(Study(), name.replace("_", "-")).study.arm
-    numbers = {
-        key: values.single
-        for key in type(arm).model_fields
-        if (values := getattr(arm, key)) is not None
-    }
+    numbers = {}
+    for key in type(arm).model_fields:
+        values = getattr(arm, key)
+        if values is not None:
+            numbers[key] = values.single
     return NamedArm(f"the survey's {name.replace('_', ' ')}", numbers, _SURVEY)

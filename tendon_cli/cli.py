@@ -1,6 +1,6 @@
 """The commands by their names, and the only place that catches a `TendonError`."""
 
-# No `from __future__ import annotations` here: typer would compile each annotation anew, at every start.
+# No `from __future__ import annotations`: typer would compile each annotation at every start.
 
 import sys
 import traceback
@@ -34,8 +34,9 @@ from tendon_cli.version import __version__
 app = typer.Typer(
     name="tendon",
     help="Parameter studies of tendon-driven exosuits: one motor, two tendons, one elbow.",
-    epilog="Exit codes: 0 done, 1 bug in tendon, 2 usage or study, 3 input file, 4 negative result, 5 output, "
-    "6 workers lost, 7 folder in use, unfinished, or holding something else; 130, 143, 129 stopped by a signal.",
+    epilog="Exit codes: 0 done, 1 bug in tendon, 2 usage or study, 3 input file, "
+    "4 negative result, 5 output, 6 workers lost, 7 folder in use, unfinished, or holding "
+    "something else; 130, 143, 129 stopped by a signal.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -45,9 +46,9 @@ app = typer.Typer(
 
 
 class _Command(typer.core.TyperCommand):
-    """A command whose usage names values as its help does, without braces, and whose first sentence is shown whole."""
+    """Command whose usage names values without braces and whose first sentence is never cut."""
 
-    def get_short_help_str(self, limit: int = 45) -> str:  # noqa: ARG002 - a sentence is cut nowhere
+    def get_short_help_str(self, limit: int = 45) -> str:  # noqa: ARG002 - never cut
         return " ".join((self.help or "").split("\n\n")[0].split())
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
@@ -74,7 +75,7 @@ def _options(
     """Options of every command."""
 
 
-for _command in (
+_COMMANDS = (
     init,
     schema,
     state,
@@ -87,7 +88,8 @@ for _command in (
     paper,
     report,
     completion,
-):
+)
+for _command in _COMMANDS:
     app.command(cls=_Command)(_command)
 app.command("fit-friction", cls=_Command)(fit_friction)
 
@@ -102,7 +104,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
 
 
 def _run(words: list[str], debug: bool) -> int:
-    """The exit code of a command; every error becomes one message here."""
+    """Run a command and return its exit code; every error becomes one message here."""
     try:
         end_on_signals()
         code = app(words, prog_name="tendon", standalone_mode=False)
@@ -122,25 +124,22 @@ def _run(words: list[str], debug: bool) -> int:
 
 
 def _as_fault(error: Exception) -> TendonError:
-    """Any exception as an error with an exit code and a message."""
+    """Return any exception as an error with an exit code and a message."""
     if isinstance(error, TendonError):
         return error
     if is_memory_short(error):
         hint = "fewer --jobs need less; what was finished of a sweep is kept, --resume goes on"
-        return MemoryShortError(
-            f"there is not enough memory: {error or type(error).__name__}", hint=hint
-        )
-    if callable(
-        message := getattr(error, "format_message", None)
-    ):  # typer's errors of a wrong call
-        option, near = getattr(error, "option_name", None), getattr(error, "possibilities", None)
-        if option and near:
-            return UsageError(
-                f"no such option: {option}", hint=f"did you mean {' or '.join(near)}?"
-            )
+        problem = f"there is not enough memory: {error or type(error).__name__}"
+        return MemoryShortError(problem, hint=hint)
+    message = getattr(error, "format_message", None)
+    if callable(message):  # typer's errors of a wrong call
+        option = getattr(error, "option_name", None)
+        similar = getattr(error, "possibilities", None)
+        if option and similar:
+            hint = f"did you mean {' or '.join(similar)}?"
+            return UsageError(f"no such option: {option}", hint=hint)
         return UsageError(str(message()), hint="tendon --help lists the commands")
     if isinstance(error, OSError):
         return as_output_error(error)
-    return TendonError(
-        f"{type(error).__name__}: {error}", hint="this is a bug in tendon; --debug shows where"
-    )
+    hint = "this is a bug in tendon; --debug shows where"
+    return TendonError(f"{type(error).__name__}: {error}", hint=hint)

@@ -1,4 +1,4 @@
-"""What every result shows of itself in Python: a text, a picture, and both in a notebook."""
+"""Text and picture that every result shows in a Python session or a notebook."""
 
 from __future__ import annotations
 
@@ -9,17 +9,23 @@ _MOST_LINES = 15
 
 
 class Displayed:
-    """A result with `text` and `record`, whose picture is drawn when it is asked for."""
+    """Result with a `text`, whose picture is drawn when it is asked for."""
 
     @property
     def text(self) -> str:
-        """The result in words."""
+        """Result in words."""
         raise NotImplementedError
 
     def plot(self, *what: str, out: Any = None, **how: Any) -> Any:
-        """The picture of it, a matplotlib figure; written to the file `out`, too, if that is given.
+        """Return the picture of the result, a matplotlib figure.
 
-        What can be chosen stands in `tendon.plot`. Raises UsageError for what cannot be drawn.
+        Args:
+            what: What to draw; `tendon.plot` lists the choices.
+            out: File to write the picture to, too.
+            how: Options of `tendon.plot`.
+
+        Raises:
+            UsageError: This cannot be drawn.
         """
         return face().plot(self, *what, out=out, **how)
 
@@ -30,28 +36,27 @@ class Displayed:
         return self.text
 
     def _repr_html_(self) -> str:
-        """The text with the main picture, for a notebook."""
+        """Return the text with the main picture, for a notebook."""
         from html import escape
 
         picture = face().picture(self)
-        image = (
-            f'<img alt="" src="data:image/png;base64,{picture}" style="max-width: 100%"/>'
-            if picture
-            else ""
-        )
+        image = ""
+        if picture:
+            source = f"data:image/png;base64,{picture}"
+            image = f'<img alt="" src="{source}" style="max-width: 100%"/>'
         return f'<pre style="font-size: 80%">{escape(repr(self))}</pre>{image}'
 
 
 def shortened(text: str) -> str:
-    """The first lines of a text, as a session prints them."""
+    """Return the first lines of a text, as a session prints them."""
     lines = text.splitlines()
     if len(lines) <= _MOST_LINES:
         return text
-    return "\n".join(
-        [*lines[: _MOST_LINES - 1], f"... {len(lines) - _MOST_LINES + 1} more lines in .text"]
-    )
+    first = lines[: _MOST_LINES - 1]
+    left_out = len(lines) - len(first)
+    return "\n".join([*first, f"... {left_out} more lines in .text"])
 
 
 def face() -> Any:
-    """The package itself, which Python has loaded before any of its modules: what draws lies above what is drawn."""
+    """Return the package, loaded before its modules: what draws lies above what is drawn."""
     return sys.modules["tendon_cli"]

@@ -1,7 +1,7 @@
-"""Every way in which tendon stops on purpose, one kind per exit code.
+"""Errors that tendon raises on purpose, one class for each exit code.
 
-Anything that a user or the machine got wrong is raised as a `TendonError` and printed once, by `cli`. Any other
-exception that reaches `cli` is a bug in tendon (exit 1).
+Anything that a user or the machine got wrong is raised as a `TendonError` and printed once, by
+`tendon_cli.cli`. Any other exception that reaches it is a bug in tendon (exit 1).
 """
 
 from __future__ import annotations
@@ -17,7 +17,15 @@ EXIT_NEGATIVE = 4
 
 
 class TendonError(Exception):
-    """A fault with its place and a way out of it; `exit` and `kind` say of which sort it is."""
+    """Error with its place and a way out of it.
+
+    Attributes:
+        exit: Exit code of the commands.
+        kind: Name of the sort of error in JSON.
+        message: What is wrong.
+        where: File, option or key at which it is wrong, if known.
+        hint: What would help, if known.
+    """
 
     exit: int = EXIT_BUG
     kind: str = "bug"
@@ -30,7 +38,11 @@ class TendonError(Exception):
 
 
 def install_hint(package: str) -> str:
-    """How to install a package where this tendon is installed; tendon's own name on an index may be a stranger's."""
+    """Return the command that installs a package where this tendon is installed.
+
+    It names the package itself, not an extra of tendon: tendon's own name on an index may be a
+    stranger's.
+    """
     import importlib.util  # only who lacks a package pays for its import
 
     if importlib.util.find_spec("pip") is None:
@@ -47,7 +59,7 @@ class UsageError(TendonError):
 
 @dataclass(frozen=True)
 class Fault:
-    """One thing wrong in a study file: its key, what is wrong, what helps, and its line where that is known."""
+    """One thing wrong in a study: its key, what is wrong, what helps, and its line if known."""
 
     key: str
     problem: str
@@ -57,11 +69,8 @@ class Fault:
     def __str__(self) -> str:
         place = f"line {self.line}: " if self.line is not None else ""
         advice = f" ({self.hint})" if self.hint else ""
-        return (
-            f"{place}{self.key}: {self.problem}{advice}"
-            if self.key
-            else f"{place}{self.problem}{advice}"
-        )
+        key = f"{self.key}: " if self.key else ""
+        return f"{place}{key}{self.problem}{advice}"
 
 
 class StudyError(TendonError):
@@ -74,15 +83,15 @@ class StudyError(TendonError):
         self.faults = faults
         count = "1 fault" if len(faults) == 1 else f"{len(faults)} faults"
         lines = "\n".join(f"  {fault}" for fault in faults)
-        super().__init__(
-            f"the study has {count}:\n{lines}",
-            where=where,
-            hint="`tendon schema` lists every key with its unit; `tendon init` writes a commented example",
+        hint = (
+            "`tendon schema` lists every key with its unit; "
+            "`tendon init` writes a commented example"
         )
+        super().__init__(f"the study has {count}:\n{lines}", where=where, hint=hint)
 
 
 class SizeError(TendonError):
-    """A study too large to exist: too many states, too long an axis, or more bytes than the disk has free."""
+    """A study too large to run: too many states, too long an axis, or too many bytes."""
 
     exit = 2
     kind = "size"
@@ -116,33 +125,32 @@ class MemoryShortError(TendonError):
     kind = "memory"
 
 
+_TEXTS_OF_SHORT_MEMORY = (
+    "Cannot allocate memory",
+    "failed to map segment",
+    "can't start new thread",
+    "malloc of size",
+    "realloc of size",
+)
+
+
 def is_memory_short(error: BaseException) -> bool:
-    """Whether an error is the system's way of saying that there is no memory left."""
-    if isinstance(error, MemoryError) or (
-        isinstance(error, OSError) and error.errno == errno.ENOMEM
-    ):
+    """Return True if an error is the system's way of saying that there is no memory left."""
+    if isinstance(error, MemoryError):
         return True
-    said = (
-        "Cannot allocate memory",
-        "failed to map segment",
-        "can't start new thread",
-        "malloc of size",
-        "realloc of size",
-    )
-    if isinstance(error, (OSError, ImportError, RuntimeError)) and any(
-        words in str(error) for words in said
-    ):
+    if isinstance(error, OSError) and error.errno == errno.ENOMEM:
         return True
-    # A pool of threads that could not be started stumbles over its own tidying up.
-    return (
-        isinstance(error, AttributeError)
-        and error.__context__ is not None
-        and is_memory_short(error.__context__)
-    )
+    if isinstance(error, (OSError, ImportError, RuntimeError)):
+        message = str(error)
+        return any(text in message for text in _TEXTS_OF_SHORT_MEMORY)
+    # A pool of threads that could not be started fails again while it tidies up.
+    if isinstance(error, AttributeError) and error.__context__ is not None:
+        return is_memory_short(error.__context__)
+    return False
 
 
 class InterruptError(TendonError):
-    """A signal asked the run to end, and it did, cleanly; the exit code is the one that shells expect of the signal."""
+    """A signal ended the run cleanly; the exit code is the one that shells expect of it."""
 
     kind = "stopped"
 

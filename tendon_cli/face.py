@@ -1,4 +1,4 @@
-"""The verbs that compute, what they have written, opened again, and the picture of any result."""
+"""Public functions that compute, open what was written, and draw any result."""
 
 from __future__ import annotations
 
@@ -27,37 +27,50 @@ if TYPE_CHECKING:
     from tendon_cli.figures.backend import Figure
     from tendon_cli.figures.frame import Page
 
-Name: TypeAlias = str | PathLike[str]
-_MOST_DESIGNS = 10**5
-"""A run of more is not drawn unasked."""
+FileName: TypeAlias = str | PathLike[str]
+_MAX_PICTURED_DESIGNS = 10**5
+"""Designs of the largest run that a notebook draws without being asked."""
 
 
 class Options(TypedDict, total=False):
-    """What else `sweep` and `design` take, by name."""
+    """Further keyword arguments of `sweep` and `design`."""
 
     resume: bool
+    """True to finish an unfinished run."""
     overwrite: bool
+    """True to replace the run in the folder."""
     lock: bool
+    """False for a file system that cannot lock."""
     scheduler: str | None
+    """Address of a Dask cluster."""
     progress: Callable[[int, int], None]
+    """Function that is called with the numbers of finished and of all parts."""
     stop: Event | None
+    """Event that ends the run cleanly when it is set."""
 
 
 def sweep(
     study: AnyStudy,
-    out: Name | None = None,
+    out: FileName | None = None,
     jobs: int | None = None,
     figures: bool = False,
     **options: Unpack[Options],
 ) -> Run:
-    """Run a study into the folder `out`, or without one in memory.
+    """Run a study into a folder, or in memory.
 
-    The folder is locked until its tables stand written, recorded and verified. At most `jobs` parts are computed at
-    once, by default one for each core. `resume=True` finishes an unfinished run, `overwrite=True` replaces the one that
-    stands there, `lock=False` is for file systems that cannot lock. `scheduler` is the address of a Dask cluster,
-    `progress` is called with the number of finished parts and of all parts. Ctrl-C, or an event `stop` that is set,
-    ends it cleanly; what was finished is kept. A declared figure that can have nothing to draw is a fault before
-    anything is computed, any other that cannot be drawn a warning. Raises TendonError.
+    The folder is locked until its tables are written, recorded and verified. Ctrl-C, or an event
+    `stop` that is set, ends the run cleanly; finished parts are kept.
+
+    Args:
+        study: Study, a dictionary as a study file has it, or the path of a study file.
+        out: Folder of the run; without one the run is kept in memory.
+        jobs: Parts that are computed at once, by default one for each core.
+        figures: True to draw the figures, too. A declared figure that can have nothing to draw is
+            an error before anything is computed; any other that cannot be drawn is a warning.
+        options: See `Options`.
+
+    Raises:
+        TendonError: The study cannot be run, or its tables cannot be written.
 
     >>> import tendon_cli as tendon
     >>> run = tendon.sweep(tendon.study({"load": {"mass": ["0 kg", "5 kg"]}}))
@@ -68,24 +81,25 @@ def sweep(
     >>> run.designs.attrs["units"]["required_pretension"]
     'N'
     """
-    asked = _swept(study, figures=figures)
-    return run_task(
-        Sweep, Run, asked, *_how("sweep", out, jobs, _draw_run if figures else None, options)
-    )
+    draw = _draw_run if figures else None
+    folder, how = _settings_of_run("sweep", out, jobs, draw, options)
+    return run_task(Sweep, Run, _study_to_sweep(study, figures=figures), folder, how)
 
 
 def design(
     study: AnyStudy,
-    out: Name | None = None,
+    out: FileName | None = None,
     jobs: int | None = None,
     figures: bool = False,
     **options: Unpack[Options],
 ) -> Answer:
-    """Answer the design question of a study into the folder `out`, or without one in memory.
+    """Answer the design question of a study into a folder, or in memory.
 
-    All is as with `sweep`: the folder is locked until the answer stands written, recorded and verified, `resume`
-    finishes an unfinished one, `overwrite` replaces the one that stands there, and the same question asked again is not
-    worked out again. Raises TendonError.
+    Arguments are those of `sweep`. The folder is locked until the answer is written, recorded and
+    verified; the same question asked again is not computed again.
+
+    Raises:
+        TendonError: The study cannot be answered, or the answer cannot be written.
 
     >>> import tendon_cli as tendon
     >>> arm = {"spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}}
@@ -97,32 +111,39 @@ def design(
     from tendon_cli.answers.answer import Answer
     from tendon_cli.answers.choices import Choices
 
-    how = _how("design", out, jobs, _draw_answer if figures else None, options)
-    return run_task(Choices, Answer, any_study(study), *how)
+    draw = _draw_answer if figures else None
+    folder, how = _settings_of_run("design", out, jobs, draw, options)
+    return run_task(Choices, Answer, any_study(study), folder, how)
 
 
 def estimate(study: AnyStudy, jobs: int | None = None, figures: bool = False) -> Estimate:
-    """What a sweep would cost, rows exactly, the rest from one part computed in memory; raises SizeError.
+    """Estimate the cost of a sweep: rows exactly, the rest from one part computed in memory.
+
+    Raises:
+        SizeError: The study is too large to run.
 
     >>> import tendon_cli as tendon
     >>> tendon.estimate(tendon.study({})).rows
     {'designs': 1, 'states': 182}
     """
-    from tendon_cli.engine.cost import estimate as estimated
+    from tendon_cli.engine.cost import estimate as estimate_cost
     from tendon_cli.engine.plan import Plan
     from tendon_cli.engine.threads import available_cores
 
-    plan = Plan(_swept(study, figures=figures))
-    return estimated(plan, _count_of(jobs) or available_cores(), figures=figures)
+    plan = Plan(_study_to_sweep(study, figures=figures))
+    return estimate_cost(plan, _checked_jobs(jobs) or available_cores(), figures=figures)
 
 
-def open(path: Name) -> Run | Answer:  # noqa: A001 - as netCDF4, zarr and xarray have it
-    """The run of `sweep` or the answer of `design` that stands in a folder, every byte of its tables verified.
+def open(path: FileName) -> Run | Answer:  # noqa: A001 - as netCDF4, zarr and xarray have it
+    """Open the run of `sweep` or the answer of `design` in a folder and verify all its tables.
 
-    Raises InputError if there is none or a file of it is damaged, FolderError if it is unfinished.
+    Raises:
+        InputError: There is none, or a file of it is damaged.
+        FolderError: It is unfinished.
 
     >>> import tendon_cli as tendon
-    >>> done = tendon.design({"load": {"mass": [0, 2]}, "spring": {"stiffness": [3000, 5000]}}, "results/mine")
+    >>> study = {"load": {"mass": [0, 2]}, "spring": {"stiffness": [3000, 5000]}}
+    >>> done = tendon.design(study, "results/mine")
     >>> tendon.open("results/mine").feasible == done.feasible
     True
     """
@@ -130,15 +151,25 @@ def open(path: Name) -> Run | Answer:  # noqa: A001 - as netCDF4, zarr and xarra
 
     folder = result_path(path)
     record = verified_record(folder)
-    return (Answer if record["verb"] == "design" else Run)(record, folder, up_to_date=True)
+    result = Answer if record["verb"] == "design" else Run
+    return result(record, folder, up_to_date=True)
 
 
 def plot(result: Any, *what: str, out: str | PathLike[str] | None = None, **how: Any) -> Figure:
-    """The picture of a study, a state, a run, an answer or a fit, as a matplotlib figure; also `result.plot(...)`.
+    """Draw a study, a state, a run, an answer or a fit as a matplotlib figure.
 
-    A run takes the columns to draw and the keys of `[[figure]]`, such as `x`, `colour`, `where`, `unit`, `size`; an
-    answer "tolerance_map", "window", "front" or "between"; a study its `angles` in rad and a `case`. `out` is a file
-    that it is written to, too. Raises UsageError for what cannot be drawn.
+    The same as `result.plot(...)`.
+
+    Args:
+        result: Anything that the library gives.
+        what: Of a run the columns to draw; of an answer "tolerance_map", "window", "front" or
+            "between".
+        out: File to write the picture to, too.
+        how: Of a run the keys of `[[figure]]`, such as `x`, `colour`, `where`, `unit`, `size`; of
+            a study its `angles` in rad and a `case`.
+
+    Raises:
+        UsageError: This cannot be drawn.
 
     >>> import tendon_cli as tendon
     >>> run = tendon.sweep({"load": {"mass": [0, 5]}})
@@ -154,17 +185,21 @@ def plot(result: Any, *what: str, out: str | PathLike[str] | None = None, **how:
 
 
 def picture(result: Any) -> str:
-    """The main picture of a result for a notebook, a PNG in base64; empty for what has none."""
-    if isinstance(result, Run) and result.record["designs"] > _MOST_DESIGNS:
+    """Return the main picture of a result for a notebook, a PNG in base64; empty if it has none."""
+    if isinstance(result, Run) and result.record["designs"] > _MAX_PICTURED_DESIGNS:
         return ""
     try:
         return base64.b64encode(_png(_page(result, (), {}))).decode()
-    except Exception:  # noqa: BLE001 - a session shows the text of a result whatever its picture does
+    except Exception:  # noqa: BLE001 - the text is shown whatever happens to the picture
         return ""
 
 
-def _swept(given: AnyStudy, *, figures: bool) -> Study:
-    """A study to be swept; raises StudyError for a declared figure that is known beforehand to have nothing to draw."""
+def _study_to_sweep(given: AnyStudy, *, figures: bool) -> Study:
+    """Return the validated study of a sweep.
+
+    Raises:
+        StudyError: A declared figure is known beforehand to have nothing to draw.
+    """
     study = without_intervals(any_study(given))
     if figures and study.figure:
         from tendon_cli.figures.draw import check_figures_of
@@ -173,45 +208,54 @@ def _swept(given: AnyStudy, *, figures: bool) -> Study:
     return study
 
 
-def _how(
-    verb: str, out: Name | None, jobs: int | None, draw: Draw | None, options: Options
+def _settings_of_run(
+    verb: str, out: FileName | None, jobs: int | None, draw: Draw | None, options: Options
 ) -> tuple[Path | None, How]:
-    """Where and how a verb is carried out; raises UsageError if figures would have no place."""
+    """Return the folder of a run and the settings by which the engine runs it.
+
+    Raises:
+        UsageError: Figures are asked for without a folder, or `jobs` is no count.
+    """
     if out is None and draw is not None:
-        raise UsageError(
-            "figures are drawn into a folder", hint=f"name one: {verb}(study, out, figures=True)"
-        )
-    return None if out is None else result_path(out), How(
-        jobs=_count_of(jobs), draw=draw, **options
-    )
+        hint = f"name one: {verb}(study, out, figures=True)"
+        raise UsageError("figures are drawn into a folder", hint=hint)
+    folder = None if out is None else result_path(out)
+    return folder, How(jobs=_checked_jobs(jobs), draw=draw, **options)
 
 
-def _count_of(jobs: object) -> int | None:
-    if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1):
-        raise UsageError(
-            f"jobs = {jobs!r} is not possible, expected 1 or more, or None for every core"
-        )
+def _checked_jobs(jobs: object) -> int | None:
+    """Return the number of jobs. Raise UsageError if it is neither None nor 1 or more."""
+    if jobs is None:
+        return None
+    if isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1:
+        problem = f"jobs = {jobs!r} is not possible, expected 1 or more, or None for every core"
+        raise UsageError(problem)
     return jobs
 
 
 def _draw_run(
     study: Study, folder: Path, out: Path, record: dict[str, Any]
 ) -> tuple[list[str], list[str], str | None]:
+    """Draw the figures of a run. Return their names, warnings, and why it has no slack map."""
     from tendon_cli.figures.draw import draw_run  # only who draws pays for its import
 
-    files, warnings, no_map = draw_run(study, folder, out)
-    return files, warnings, None if study.figure or record["designs"] == 1 else no_map
+    files, warnings, why_no_map = draw_run(study, folder, out)
+    expects_map = not study.figure and record["designs"] > 1
+    return files, warnings, why_no_map if expects_map else None
 
 
 def _draw_answer(
     _: Study, folder: Path, out: Path, record: dict[str, Any]
 ) -> tuple[list[str], list[str], None]:
+    """Draw the figures of an answer. Return their names and warnings."""
     from tendon_cli.figures.answer_figures import draw_answer
 
-    return *draw_answer(folder, record, out), None
+    files, warnings = draw_answer(folder, record, out)
+    return files, warnings, None
 
 
 def _png(page: Page) -> bytes:
+    """Return a figure as a PNG."""
     from tendon_cli.figures.style import house_style, render
 
     with house_style():
@@ -219,18 +263,18 @@ def _png(page: Page) -> bytes:
 
 
 def _page(result: Any, what: tuple[str, ...], how: dict[str, Any]) -> Page:
+    """Draw any result. Raise UsageError if it cannot be drawn so."""
     from tendon_cli.answers.answer import Answer  # only who draws pays for these
     from tendon_cli.state_page.page import StatePage
 
     if isinstance(result, Run):
-        return _of_run(result, what, how)
+        return _page_of_run(result, what, how)
     if isinstance(result, Answer):
-        return _of_answer(result, what, how)
-    if (how and set(how) - {"angles", "case"}) or what:
-        given = [*what, *how][0]
-        raise UsageError(
-            f"{described(given)} cannot be chosen here", hint="plot() of a study takes angles, case"
-        )
+        return _page_of_answer(result, what, how)
+    if what or set(how) - {"angles", "case"}:
+        first = [*what, *how][0]
+        hint = "plot() of a study takes angles, case"
+        raise UsageError(f"{described(first)} cannot be chosen here", hint=hint)
     if isinstance(result, (Study, StatePage)):
         from tendon_cli.figures.arm import arm_page
 
@@ -241,26 +285,32 @@ def _page(result: Any, what: tuple[str, ...], how: dict[str, Any]) -> Page:
     return fit_page(result)
 
 
-def _of_run(run: Run, what: tuple[str, ...], how: dict[str, Any]) -> Page:
-    """Designs as slack maps, states as curves, as `tendon plot` draws them."""
+def _page_of_run(run: Run, what: tuple[str, ...], how: dict[str, Any]) -> Page:
+    """Draw designs as slack maps and states as curves, as `tendon plot` does."""
     from tendon_cli.cube.columns import Columns
     from tendon_cli.figures.draw import pages_of, table_of
     from tendon_cli.studies.figures import figure_spec
 
-    spec = figure_spec(**how | ({"quantity": list(what)} if what else {}))
-    wanted = None if spec.asked else "states" if run.record["designs"] == 1 else "designs"
+    if what:
+        how = {**how, "quantity": list(what)}
+    spec = figure_spec(**how)
+    wanted = None  # the first table that has the quantities
+    if not spec.asked:
+        wanted = "states" if run.record["designs"] == 1 else "designs"
     if run.folder is not None:
         return pages_of(table_of(run.folder, spec, wanted), spec)[0]
-    names = (
-        [wanted] if wanted and wanted in run.tables else sorted(run.tables, reverse=True)
-    )  # states before designs
+    names = sorted(run.tables, reverse=True)  # states before designs
+    if wanted is not None and wanted in run.tables:
+        names = [wanted]
     tables = [TableInMemory(run.tables[name]) for name in names]
-    fitting = (table for table in tables if set(spec.asked) <= set(Columns.of(table.schema).held))
-    return pages_of(next(fitting, tables[0]), spec)[0]
+    for table in tables:
+        if set(spec.asked) <= set(Columns.of(table.schema).held):
+            return pages_of(table, spec)[0]
+    return pages_of(tables[0], spec)[0]
 
 
-def _of_answer(answer: Answer, what: tuple[str, ...], how: dict[str, Any]) -> Page:
-    """The map of tolerance, the front or the windows, by name; the first that there is."""
+def _page_of_answer(answer: Answer, what: tuple[str, ...], how: dict[str, Any]) -> Page:
+    """Draw the named figure of an answer, or the first that it has."""
     from tendon_cli.cube.cube import choices_of
     from tendon_cli.figures.answer_figures import FIGURES, answer_figure
 
@@ -270,8 +320,11 @@ def _of_answer(answer: Answer, what: tuple[str, ...], how: dict[str, Any]) -> Pa
             raise UsageError(f"an answer has no figure {described(name)}", hint=hint)
     choices = choices_of(TableInMemory(answer.table("choices")))
     for name in what or FIGURES:
-        if (page := answer_figure(name, choices, answer.record)) is not None:
+        page = answer_figure(name, choices, answer.record)
+        if page is not None:
             return page
-    raise UsageError(
-        "this answer has no such figure: a map needs two axes, a front two goals, the rest a window"
+    problem = (
+        "this answer has no such figure: "
+        "a map needs two axes, a front two goals, the others a window"
     )
+    raise UsageError(problem)

@@ -1,4 +1,4 @@
-"""Files: opened only where they are files, and written so that they appear whole or not at all."""
+"""Files: read only if they are regular, and written so that they appear whole or not at all."""
 
 from __future__ import annotations
 
@@ -22,21 +22,27 @@ _KINDS = {
     stat.S_IFBLK: "a device",
     stat.S_IFSOCK: "a socket",
 }
-_MOST_BYTES_OF_A_NAME, _MOST_BYTES_OF_A_PATH = 255, 4095
+_MAX_NAME = 255  # bytes in the name of a file, on every usual file system
+_MAX_PATH = 4095  # bytes in a path, on Linux
+_MAX_MARKED_FILE = 64 * 10**6  # bytes that are searched for the mark of tendon
 
 
 def path_of(given: object, *, in_utf8: bool = False) -> Path:
-    """The name of a file or folder that somebody gives, as a path; raises UsageError for what cannot be one.
+    """Return the name of a file or folder that a user gives as a path.
 
-    Tables and what stands beside them need a name `in_utf8`.
+    Args:
+        given: Name of a file or folder.
+        in_utf8: True if the name must be UTF-8, as those of tables and their folders must.
+
+    Raises:
+        UsageError: This cannot be a path.
     """
     text = os.fspath(given) if isinstance(given, (str, os.PathLike)) else None
     if not isinstance(text, str):
         raise UsageError(f"{described(given)} is no path, expected the name of a file or folder")
     if not text.strip():
-        raise UsageError(
-            "the name is empty, expected one of a file or folder", hint=". is the current folder"
-        )
+        problem = "the name is empty, expected the name of a file or folder"
+        raise UsageError(problem, hint=". is the current folder")
     where = shorten(text)
     try:
         longest = max(len(os.fsencode(part)) for part in text.split("/"))
@@ -47,8 +53,8 @@ def path_of(given: object, *, in_utf8: bool = False) -> Path:
         raise UsageError("the working directory does not exist any more", hint=hint) from None
     except UnicodeEncodeError:
         raise UsageError("the name is not UTF-8, which tables cannot have", where=where) from None
-    if longest > _MOST_BYTES_OF_A_NAME or len(os.fsencode(text)) > _MOST_BYTES_OF_A_PATH:
-        problem = f"the name is too long, expected {_MOST_BYTES_OF_A_NAME} bytes at most"
+    if longest > _MAX_NAME or len(os.fsencode(text)) > _MAX_PATH:
+        problem = f"the name is too long, expected {_MAX_NAME} bytes at most"
         raise UsageError(problem, where=where)
     if "\0" in text:
         raise UsageError("the name holds a NUL, which no file can have", where=where)
@@ -56,14 +62,18 @@ def path_of(given: object, *, in_utf8: bool = False) -> Path:
 
 
 def result_path(given: object) -> Path:
-    """The name of a file or folder of results, as `path_of` takes it."""
+    """Return the name of a file or folder of results as a path, as `path_of` does."""
     return path_of(given, in_utf8=True)
 
 
 def open_file(path: Path) -> BinaryIO:
-    """A regular file, open for reading; raises OSError, at once, for a pipe, a device or whatever else is none.
+    """Open a regular file for reading.
 
-    What bears the name is asked before it is opened, since opening a device may do something, and again afterwards.
+    Its kind is checked before it is opened, since opening a device may do something, and again
+    afterwards.
+
+    Raises:
+        OSError: It is a pipe, a device or anything else but a regular file; it does not wait.
     """
     _check_regular(path.stat(), path)
     handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
@@ -76,7 +86,11 @@ def open_file(path: Path) -> BinaryIO:
 
 
 def read_file(path: Path, most: int) -> bytes:
-    """The bytes of a regular file; raises OSError, with EFBIG before it is read for one of more than `most`."""
+    """Return the bytes of a regular file.
+
+    Raises:
+        OSError: It cannot be read. With EFBIG, before it is read, if it has more than `most` bytes.
+    """
     with open_file(path) as file:
         is_small = os.fstat(file.fileno()).st_size <= most
         content = file.read(most + 1) if is_small else b""
@@ -87,6 +101,7 @@ def read_file(path: Path, most: int) -> bytes:
 
 
 def _check_regular(status: os.stat_result, path: Path) -> None:
+    """Raise OSError unless this is the status of a regular file."""
     if not stat.S_ISREG(status.st_mode):
         kind = _KINDS.get(stat.S_IFMT(status.st_mode), "no file")
         number = errno.EISDIR if stat.S_ISDIR(status.st_mode) else errno.EINVAL
@@ -95,9 +110,17 @@ def _check_regular(status: os.stat_result, path: Path) -> None:
 
 @contextlib.contextmanager
 def whole_file(path: Path, *, of_a_run: bool = False) -> Iterator[Path]:
-    """The name under which to write a file that appears whole or not at all; whatever stops it, nothing is left.
+    """Yield a temporary name to write a file under, which then appears whole or not at all.
 
-    What stood there before stays until then; if several write at once, the last one wins. Raises OutputError.
+    The file of that name stays until then, and if the work is stopped nothing new is left. If
+    several processes write at once, the last one wins.
+
+    Args:
+        path: Final name of the file.
+        of_a_run: True to give a temporary name that the holder of a run's lock may remove.
+
+    Raises:
+        OutputError: The file cannot be renamed.
     """
     temporary = temporary_of(path, of_a_run=of_a_run)
     try:
@@ -117,23 +140,36 @@ def write_whole(path: Path, content: bytes, *, of_a_run: bool = False) -> None:
 
 
 def check_ours(path: Path, mark: str, option: str) -> None:
-    """Refuse to write over a file that does not hold the mark that tendon writes into its own; raises UsageError."""
+    """Refuse to write over a file without the mark that tendon writes into its own files.
+
+    Args:
+        path: File to be written.
+        mark: Text that files of tendon hold.
+        option: Option that names the file, for the message.
+
+    Raises:
+        UsageError: The file exists and tendon did not write it.
+    """
     if not os.path.lexists(path):
         return
     try:
-        ours = mark.encode() in read_file(path, 64 * 10**6)
+        has_mark = mark.encode() in read_file(path, _MAX_MARKED_FILE)
     except OSError:
-        ours = False
-    if not ours:
-        raise UsageError(
-            f"{path.name!r} already exists, and tendon did not write it",
-            where=option,
-            hint="choose another name, or move it away",
-        )
+        has_mark = False
+    if not has_mark:
+        problem = f"{path.name!r} already exists, and tendon did not write it"
+        raise UsageError(problem, where=option, hint="choose another name, or move it away")
 
 
 def write_new(path: Path, content: bytes) -> bool:
-    """Write a small file whole or not at all, and over nothing; whether its name was free. Raises OutputError."""
+    """Write a small file whole or not at all, unless its name is taken.
+
+    Returns:
+        True if the name was free and the file is written.
+
+    Raises:
+        OutputError: The file cannot be written.
+    """
     if os.path.lexists(path):
         return False
     with output_errors(path):
@@ -149,6 +185,7 @@ def write_new(path: Path, content: bytes) -> bool:
 
 
 def _write(temporary: Path, content: bytes) -> None:
+    """Write and flush a new file."""
     # Exclusive, so that nothing that stands in the way is followed or written through.
     with temporary.open("xb") as file:
         file.write(content)
@@ -157,12 +194,13 @@ def _write(temporary: Path, content: bytes) -> None:
 
 
 def _name(temporary: Path, path: Path) -> bool:
-    """Give a finished file its name, unless something bears it, even since a moment ago."""
+    """Give a finished file its name. Return False if the name is taken, even since a moment ago."""
     try:
         path.hardlink_to(temporary)
     except FileExistsError:
         return False
-    except OSError:  # perhaps a file system without links: the name is claimed first, then only the claim is replaced
+    except OSError:
+        # Perhaps a file system without links: claim the name first, then replace only the claim.
         try:
             path.open("xb").close()
         except FileExistsError:
@@ -176,16 +214,17 @@ def _name(temporary: Path, path: Path) -> bool:
 
 
 OF_A_RUN = re.compile(r"\.tendon-run-[0-9a-f]{12}\.tmp", re.ASCII)
-"""Temporary names in a run folder: whoever holds its lock removes those that a kill left."""
+"""Temporary names in a run folder; the holder of its lock removes those that a kill left."""
 
 
 def temporary_of(path: Path, *, of_a_run: bool = False) -> Path:
-    """A name in the same folder, and so the same file system, that nobody else has."""
-    return path.with_name(f".tendon-{'run-' if of_a_run else ''}{os.urandom(6).hex()}.tmp")
+    """Return a name that nobody else has, in the same folder and so the same file system."""
+    prefix = ".tendon-run-" if of_a_run else ".tendon-"
+    return path.with_name(f"{prefix}{os.urandom(6).hex()}.tmp")
 
 
 def sync_folder(folder: Path) -> None:
-    """Make a rename in a folder last through a power cut, where the system can."""
+    """Make a rename in a folder last through a power cut, if the system can."""
     with contextlib.suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
         try:
@@ -196,7 +235,7 @@ def sync_folder(folder: Path) -> None:
 
 @contextlib.contextmanager
 def output_errors(path: Path) -> Iterator[None]:
-    """An OSError while writing a file, as an OutputError that names it."""
+    """Turn an OSError while a file is written into an OutputError that names the file."""
     try:
         yield
     except (OSError, ValueError) as error:
@@ -206,20 +245,27 @@ def output_errors(path: Path) -> Iterator[None]:
 
 
 LOCK = ".lock"
-"""A file in the folder of a run that whoever writes there holds."""
+"""File in the folder of a run that the process which writes there locks."""
 
 
 @contextlib.contextmanager
 def locked(folder: Path, *, use_lock: bool = True) -> Iterator[None]:
-    """Make a folder of a run and hold it; raises FolderError if another run does, OutputError if it cannot be made.
+    """Make the folder of a run and hold its lock.
 
-    The system gives the lock up when its holder dies, however it dies.
+    The system releases the lock when its holder dies, however it dies.
+
+    Args:
+        folder: Folder of the run.
+        use_lock: False for a file system that cannot lock.
+
+    Raises:
+        FolderError: Another run holds the lock.
+        OutputError: The folder cannot be made.
     """
+    flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        handle = os.open(
-            folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666
-        )
+        handle = os.open(folder / LOCK, flags, 0o666)
     except FileExistsError:
         raise FolderError("is a file, expected a folder for the run", where=str(folder)) from None
     except OSError as error:
@@ -233,8 +279,8 @@ def locked(folder: Path, *, use_lock: bool = True) -> Iterator[None]:
 
 
 def check_unlocked(folder: Path) -> None:
-    """Raises FolderError if another run writes there just now; leaves no trace."""
-    with contextlib.suppress(OSError):  # where no run ever was there is none
+    """Raise FolderError if another run writes there just now; leave no trace."""
+    with contextlib.suppress(OSError):  # a folder in which no run ever was has no lock
         handle = os.open(folder / LOCK, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
         try:
             _lock(handle, folder, fcntl.LOCK_SH)
@@ -243,13 +289,13 @@ def check_unlocked(folder: Path) -> None:
 
 
 def _lock(handle: int, folder: Path, kind: int = fcntl.LOCK_EX) -> None:
+    """Lock an open file without waiting. Raise FolderError if that is not possible."""
     try:
         fcntl.flock(handle, kind | fcntl.LOCK_NB)
     except OSError as error:
         if error.errno in (errno.EWOULDBLOCK, errno.EACCES):
             hint = "wait for it, or choose another folder with --out"
             raise FolderError("another run is writing here", where=str(folder), hint=hint) from None
+        problem = f"the file system cannot lock: {error.strerror}"
         hint = "--no-lock runs without; make sure yourself that no other run writes here"
-        raise FolderError(
-            f"the file system cannot lock: {error.strerror}", where=str(folder), hint=hint
-        ) from None
+        raise FolderError(problem, where=str(folder), hint=hint) from None

@@ -1,8 +1,8 @@
-"""Every quantity once: its name, symbol, unit and meaning.
+"""Quantities: name, symbol, unit and meaning, each written down once.
 
-Study fields, table columns, axis labels and the printed page of `tendon state` all take them from here, so that a
-name, a unit or a symbol is written down in exactly one place. Symbols and equation numbers are those of Yadav et al.,
-"Modeling and parametric optimization of 3D tendon-sheath actuator system for upper limb soft exosuit".
+Study fields, table columns, axis labels and the printed page of `tendon state` all take them from
+here. Symbols and equation numbers are those of Yadav et al., "Modeling and parametric optimization
+of 3D tendon-sheath actuator system for upper limb soft exosuit".
 """
 
 from __future__ import annotations
@@ -17,20 +17,29 @@ from tendon_cli.units import SI_UNIT
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """What a number is. `unit` is the SI unit it is computed and stored in, `shown_in` the one people read it in."""
+    """Meaning, symbol and units of a number."""
 
     name: str
+    """Name of the column or the last part of the key."""
     symbol: str
+    """Symbol in the equations."""
     dimension: str
+    """Dimension, such as "length"."""
     unit: str
+    """SI unit in which it is computed and stored."""
     shown_in: str
+    """Unit in which people read it."""
     long_name: str
+    """Meaning in words."""
     null: str = "no equilibrium"
-    """When a result of a state or a design may be null: "never", with "no equilibrium", if "slack", or "often"."""
+    """When a result of a state or a design may be null.
+
+    "never", "no equilibrium", "slack" (also without equilibrium), or "often".
+    """
     value: Callable[[Any], Any] | None = None
-    """Of a column that follows from states alone: its values in a `model.actuator.State`."""
+    """For a column that follows from states alone: its values in a `model.actuator.State`."""
     over: Callable[[Any], Any] | None = None
-    """If it is a column of designs: what it makes of such values, with all states of a design along their last axis."""
+    """For a column of designs: reduces these values, a design's states along their last axis."""
 
 
 _SHOWN_IN = {
@@ -40,7 +49,7 @@ _SHOWN_IN = {
     "angle": "deg",
     "angular speed": "deg/s",
 }
-"""Units that people read, where these are not those of SI."""
+"""Units in which people read dimensions, if they are not those of SI."""
 
 
 def _quantity(
@@ -51,10 +60,10 @@ def _quantity(
     null: str = "no equilibrium",
     shown_in: str | None = None,
 ) -> Quantity:
+    """Return a quantity in the SI unit of its dimension."""
     unit = SI_UNIT[dimension]
-    return Quantity(
-        name, symbol, dimension, unit, shown_in or _SHOWN_IN.get(dimension, unit), long_name, null
-    )
+    shown = shown_in or _SHOWN_IN.get(dimension, unit)
+    return Quantity(name, symbol, dimension, unit, shown, long_name, null)
 
 
 def _result(
@@ -62,96 +71,41 @@ def _result(
     value: Callable[[Any], Any] | None = None,
     over: Callable[[Any], Any] | None = None,
 ) -> Quantity:
-    """A column of states, or of designs if `over` their states; its value is by default what `State` has so named."""
+    """Return a column of states, or of designs if it is reduced `over` their states.
+
+    Its value is by default the property of `State` of the same name.
+    """
     return replace(_quantity(*meaning), value=value or attrgetter(meaning[0]), over=over)
 
 
 _OF_STUDIES = (
     # The arm (Figs. 1 and 2).
-    _quantity(
-        "a1",
-        "a₁",
-        "length",
-        "distance of the proximal flexor anchor r in front of the upper arm's line",
-    ),
-    _quantity(
-        "b1",
-        "b₁",
-        "length",
-        "distance of the proximal flexor anchor r from the elbow, along the upper arm",
-    ),
-    _quantity(
-        "a2",
-        "a₂",
-        "length",
-        "distance of the distal flexor anchor q in front of the forearm's line",
-    ),
-    _quantity(
-        "b2",
-        "b₂",
-        "length",
-        "distance of the distal flexor anchor q from the elbow, along the forearm",
-    ),
-    _quantity(
-        "elbow_radius",
-        "R_elb",
-        "length",
-        "radius of the virtual pulley that the extensor tendon wraps",
-    ),
+    _quantity("a1", "a₁", "length", "distance of the proximal flexor anchor r in front of the upper arm's line"),
+    _quantity("b1", "b₁", "length", "distance of the proximal flexor anchor r from the elbow, along the upper arm"),
+    _quantity("a2", "a₂", "length", "distance of the distal flexor anchor q in front of the forearm's line"),
+    _quantity("b2", "b₂", "length", "distance of the distal flexor anchor q from the elbow, along the forearm"),
+    _quantity("elbow_radius", "R_elb", "length", "radius of the virtual pulley that the extensor tendon wraps"),
     _quantity("forearm_mass", "m_f", "mass", "mass of forearm and hand"),
-    _quantity(
-        "forearm_com",
-        "d_com",
-        "length",
-        "distance of the centre of mass of forearm and hand from the elbow",
-    ),
+    _quantity("forearm_com", "d_com", "length", "distance of the centre of mass of forearm and hand from the elbow"),
     _quantity("load_distance", "d_load", "length", "distance of the load from the elbow"),
-    _quantity(
-        "upper_arm_angle",
-        "ψ",
-        "angle",
-        "inclination of the upper arm, forward positive, 0 = hanging",
-    ),
+    _quantity("upper_arm_angle", "ψ", "angle", "inclination of the upper arm, forward positive, 0 = hanging"),
     _quantity("contact_width", "w", "length", "width of the extensor's strap around the elbow"),
-    _quantity(
-        "contact_radius",
-        "R_s",
-        "length",
-        "radius of curvature of the extensor's strap on the joint",
-    ),
-    _quantity(
-        "excursion_noise", "σ_H", "length", "standard deviation of the noise of measured excursions"
-    ),
+    _quantity("contact_radius", "R_s", "length", "radius of curvature of the extensor's strap on the joint"),
+    _quantity("excursion_noise", "σ_H", "length", "standard deviation of the noise of measured excursions"),
     _quantity("load_scale", "s", "number", "times the torque of a task"),
     _quantity("joint_stiffness", "k_j", "rotational stiffness", "stiffness of the joint itself"),
-    _quantity(
-        "rest_angle", "θ_r", "angle", "angle at which the joint's own stiffness asks for no torque"
-    ),
+    _quantity("rest_angle", "θ_r", "angle", "angle at which the joint's own stiffness asks for no torque"),
     # Sheath, tendon, spring, spool, load.
     _quantity("friction", "μ", "number", "Coulomb friction coefficient between tendon and sheath"),
     _quantity("bend_angle", "φ", "angle", "total curvature of the sheath, ∫κ ds"),
-    _quantity(
-        "path_smoothing",
-        "σ_path",
-        "length",
-        "standard deviation of the digitisation noise of a route",
-    ),
-    _quantity(
-        "tendon_length", "L", "length", "length of the tendon inside the sheath", shown_in="m"
-    ),
+    _quantity("path_smoothing", "σ_path", "length", "standard deviation of the digitisation noise of a route"),
+    _quantity("tendon_length", "L", "length", "length of the tendon inside the sheath", shown_in="m"),
     _quantity("tendon_diameter", "d", "length", "diameter of the tendon"),
     _quantity("youngs_modulus", "E", "pressure", "Young's modulus of the tendon"),
     _quantity("pretension", "F₀", "force", "distal tension of both tendons before motion"),
     _quantity("spring_stiffness", "K", "stiffness", "stiffness of the series spring"),
-    _quantity(
-        "spring_free_length", "L_free", "length", "length of the flexor's spring without load"
-    ),
-    _quantity(
-        "anchor_stiffness",
-        "K_t",
-        "stiffness",
-        "stiffness of tissue and cuff behind the tendon's anchor",
-    ),
+    _quantity("spring_free_length", "L_free", "length", "length of the flexor's spring without load"),
+    _quantity("anchor_stiffness", "K_t", "stiffness", "stiffness of tissue and cuff behind the tendon's anchor"),
     _quantity("setting_angle", "θ_0", "angle", "angle of the joint at which the pretension is set"),
     _quantity("model_pretension", "F₀", "force", "pretension of the model for what is read"),
     _quantity("flexor_radius", "R_f", "length", "radius of the flexor part of the spool"),
@@ -177,23 +131,12 @@ _OF_STUDIES = (
     _quantity("elbow_speed", "θ̇", "angular speed", "speed of the elbow along the trajectory"),
     # Limits of a design that have no column yet, and what is asked of one.
     _quantity("max_pretension", "max F₀", "force", "largest pretension"),
-    _quantity(
-        "max_spool_travel", "max Δα", "angle", "largest rotation of the spool over the motion"
-    ),
-    _quantity(
-        "max_motor_work_in", "max W_m", "energy", "largest work of the motor over both strokes"
-    ),
-    _quantity(
-        "max_friction_loss", "max W_μ", "energy", "largest loss to friction over both strokes"
-    ),
-    _quantity(
-        "min_efficiency",
-        "min ε",
-        "number",
-        "smallest share of the motor's work that friction leaves",
-    ),
+    _quantity("max_spool_travel", "max Δα", "angle", "largest rotation of the spool over the motion"),
+    _quantity("max_motor_work_in", "max W_m", "energy", "largest work of the motor over both strokes"),
+    _quantity("max_friction_loss", "max W_μ", "energy", "largest loss to friction over both strokes"),
+    _quantity("min_efficiency", "min ε", "number", "smallest share of the motor's work that friction leaves"),
     _quantity("serve", "share", "number", "share of people, draws or conditions that is enough"),
-)
+)  # fmt: skip
 
 _OF_STATES = (  # columns in their order
     _result("flexor_tension_proximal", "F_I^f", "force", "flexor tension at the motor"),
@@ -224,210 +167,78 @@ _OF_STATES = (  # columns in their order
             value=lambda at: at.motion.extensor_travel),
 )  # fmt: skip
 
-_OF_DESIGNS = (  # over all states of one
-    _quantity(
-        "min_flexor_tension",
-        "min F^f",
-        "force",
-        "smallest flexor tension, of both ends, over all states",
-    ),
-    _quantity(
-        "min_extensor_tension",
-        "min F^e",
-        "force",
-        "smallest extensor tension, of both ends, over all states",
-    ),
-    _quantity(
-        "max_tension",
-        "max F",
-        "force",
-        "largest tension of either tendon, of both ends, over all states",
-    ),
-    _quantity(
-        "max_spring_extension",
-        "max x_SE",
-        "length",
-        "largest extension of a spring from its free length",
-    ),
-    _quantity(
-        "peak_elbow_torque",
-        "peak τ_a",
-        "torque",
-        "elbow torque of largest magnitude, with its sign",
-    ),
-    _quantity(
-        "peak_motor_torque",
-        "peak τ_m",
-        "torque",
-        "motor torque of largest magnitude, with its sign",
-    ),
-    _quantity(
-        "min_elbow_stiffness",
-        "min k",
-        "rotational stiffness",
-        "smallest elbow stiffness over all states",
-    ),
+_OF_DESIGNS = (  # over all states of a design
+    _quantity("min_flexor_tension", "min F^f", "force", "smallest flexor tension, of both ends, over all states"),
+    _quantity("min_extensor_tension", "min F^e", "force", "smallest extensor tension, of both ends, over all states"),
+    _quantity("max_tension", "max F", "force", "largest tension of either tendon, of both ends, over all states"),
+    _quantity("max_spring_extension", "max x_SE", "length", "largest extension of a spring from its free length"),
+    _quantity("peak_elbow_torque", "peak τ_a", "torque", "elbow torque of largest magnitude, with its sign"),
+    _quantity("peak_motor_torque", "peak τ_m", "torque", "motor torque of largest magnitude, with its sign"),
+    _quantity("min_elbow_stiffness", "min k", "rotational stiffness", "smallest elbow stiffness over all states"),
     _quantity("max_slack", "max s", "length", "longest slack length of either tendon", "often"),
-    _quantity(
-        "slack_fraction",
-        "slack share",
-        "number",
-        "share of states that are slack or without equilibrium",
-        "never",
-    ),
-    _quantity(
-        "unstable_fraction",
-        "unstable share",
-        "number",
-        "share of states with negative elbow stiffness",
-        "never",
-    ),
-    _quantity(
-        "first_slack_angle", "θ_slack", "angle", "smallest elbow angle with a slack tendon", "often"
-    ),
-    _quantity(
-        "required_pretension",
-        "F₀*",
-        "force",
-        "smallest pretension of both tendons that leaves no slack",
-    ),
-    _quantity(
-        "margin", "F₀ − F₀*", "force", "pretension in hand above the smallest that leaves no slack"
-    ),
-    _quantity(
-        "max_contact_pressure",
-        "max p",
-        "pressure",
-        "largest pressure of the extensor's strap",
-        "often",
-        "kPa",
-    ),
-    _quantity(
-        "min_spool_to_tendon",
-        "min D/d",
-        "number",
-        "smaller spool's diameter over that of the tendon",
-        "never",
-    ),
-    _quantity(
-        "pretension_from",
-        "F₀ from",
-        "force",
-        "smallest pretension of both tendons that keeps every limit",
-        "often",
-    ),
-    _quantity(
-        "pretension_to",
-        "F₀ to",
-        "force",
-        "largest pretension of both tendons that keeps every limit",
-        "often",
-    ),
-)
+    _quantity("slack_fraction", "slack share", "number", "share of states that are slack or without equilibrium", "never"),
+    _quantity("unstable_fraction", "unstable share", "number", "share of states with negative elbow stiffness", "never"),
+    _quantity("first_slack_angle", "θ_slack", "angle", "smallest elbow angle with a slack tendon", "often"),
+    _quantity("required_pretension", "F₀*", "force", "smallest pretension of both tendons that leaves no slack"),
+    _quantity("margin", "F₀ − F₀*", "force", "pretension in hand above the smallest that leaves no slack"),
+    _quantity("max_contact_pressure", "max p", "pressure", "largest pressure of the extensor's strap", "often", "kPa"),
+    _quantity("min_spool_to_tendon", "min D/d", "number", "smaller spool's diameter over that of the tendon", "never"),
+    _quantity("pretension_from", "F₀ from", "force", "smallest pretension of both tendons that keeps every limit", "often"),
+    _quantity("pretension_to", "F₀ to", "force", "largest pretension of both tendons that keeps every limit", "often"),
+)  # fmt: skip
 
 _OF_LIMITS = (  # over all states of a design, if the study states what the limit needs
-    _quantity(
-        "min_spring_room",
-        "min room",
-        "length",
-        "smallest room left between the anchors for the flexor's spring",
-    ),
-)
+    _quantity("min_spring_room", "min room", "length", "smallest room left between the anchors for the flexor's spring"),
+)  # fmt: skip
 
 _OF_WINDOWS = (
     _quantity("tolerance", "±F₀", "number", "share by which the pretension may be off"),
-    _quantity(
-        "served",
-        "served",
-        "number",
-        "largest share of people, draws or conditions that one pretension serves",
-    ),
-    _quantity(
-        "set_flexor_tension", "set F_o^f", "force", "tension to set in the flexor at the joint"
-    ),
-    _quantity(
-        "set_extensor_tension", "set F_o^e", "force", "tension to set in the extensor at the joint"
-    ),
-    _quantity(
-        "set_flexor_tension_motor",
-        "set F_I^f",
-        "force",
-        "tension to set in the flexor at the motor",
-    ),
-    _quantity(
-        "set_extensor_tension_motor",
-        "set F_I^e",
-        "force",
-        "tension to set in the extensor at the motor",
-    ),
-    _quantity(
-        "tolerance_length", "±l", "length", "half the window as a length taken from both tendons"
-    ),
-    _quantity(
-        "served_at",
-        "served at",
-        "number",
-        "share of people, draws or conditions that the pretension serves",
-    ),
-)
+    _quantity("served", "served", "number", "largest share of people, draws or conditions that one pretension serves"),
+    _quantity("set_flexor_tension", "set F_o^f", "force", "tension to set in the flexor at the joint"),
+    _quantity("set_extensor_tension", "set F_o^e", "force", "tension to set in the extensor at the joint"),
+    _quantity("set_flexor_tension_motor", "set F_I^f", "force", "tension to set in the flexor at the motor"),
+    _quantity("set_extensor_tension_motor", "set F_I^e", "force", "tension to set in the extensor at the motor"),
+    _quantity("tolerance_length", "±l", "length", "half the window as a length taken from both tendons"),
+    _quantity("served_at", "served at", "number", "share of people, draws or conditions that the pretension serves"),
+)  # fmt: skip
 
 _OF_CYCLES = (  # both strokes of a design at a speed of the elbow
     _quantity("peak_motor_speed", "peak α̇", "angular speed", "motor speed of largest magnitude"),
     _quantity("peak_motor_power", "peak P_m", "power", "largest power of the motor"),
     _quantity("peak_braking_power", "peak P_b", "power", "largest power that the motor takes up"),
-    _quantity(
-        "motor_work_in", "W_m", "energy", "work of the motor over both strokes, where it drives"
-    ),
-    _quantity(
-        "friction_loss", "W_μ", "energy", "what friction in the sheaths takes over both strokes"
-    ),
+    _quantity("motor_work_in", "W_m", "energy", "work of the motor over both strokes, where it drives"),
+    _quantity("friction_loss", "W_μ", "energy", "what friction in the sheaths takes over both strokes"),
     _quantity("efficiency", "ε", "number", "share of the motor's work that friction leaves"),
     _quantity("spool_travel", "Δα", "angle", "rotation of the spool over the motion"),
-    _quantity(
-        "max_backlash",
-        "max δα",
-        "angle",
-        "largest difference of spool angle between the directions",
-    ),
-    _quantity(
-        "max_torque_band",
-        "max δτ_m",
-        "torque",
-        "largest difference of motor torque between the directions",
-    ),
-)
+    _quantity("max_backlash", "max δα", "angle", "largest difference of spool angle between the directions"),
+    _quantity("max_torque_band", "max δτ_m", "torque", "largest difference of motor torque between the directions"),
+)  # fmt: skip
 
 _OF_TRAJECTORIES = (  # along a motion in time
-    _quantity(
-        "rms_motor_torque", "rms τ_m", "torque", "root mean square of the motor torque over time"
-    ),
+    _quantity("rms_motor_torque", "rms τ_m", "torque", "root mean square of the motor torque over time"),
     _quantity("braking_work", "W_b", "energy", "work that the motor takes up, where it brakes"),
-)
+)  # fmt: skip
 
-_OF_FIGURES = (  # what no table has, and a figure may show
-    _quantity("radius_ratio", "H_f / H_e", "number", "flexor over extensor travel, Eq. 3"),
-    *(
-        _quantity(f"{side}_{name}", f"{symbol}^{side[0]}", "length", f"{side} {meaning}")
-        for side in ("flexor", "extensor")
-        for name, symbol, meaning in (
-            (
-                "length_change",
-                "ΔL",
-                "tendon and spring, change of length from the pretensioned state",
-            ),
-            (
-                "elongation",
-                "δ",
-                "tendon and spring elongation from the unloaded state, negative where slack",
-            ),
-            (
-                "spring_elongation",
-                "δ_SE",
-                "spring elongation from its free length, negative where slack",
-            ),
-        )
-    ),
-)
+_LENGTHS_OF_A_SIDE = (  # name, symbol, meaning
+    ("length_change", "ΔL", "tendon and spring, change of length from the pretensioned state"),
+    ("elongation", "δ", "tendon and spring elongation from the unloaded state, negative where slack"),
+    ("spring_elongation", "δ_SE", "spring elongation from its free length, negative where slack"),
+)  # fmt: skip
+
+
+def _of_figures() -> list[Quantity]:
+    """Return the quantities that no table has, and a figure may show."""
+    quantities = [
+        _quantity("radius_ratio", "H_f / H_e", "number", "flexor over extensor travel, Eq. 3")
+    ]
+    for side in ("flexor", "extensor"):
+        for name, symbol, meaning in _LENGTHS_OF_A_SIDE:
+            side_symbol = f"{symbol}^{side[0]}"
+            quantities.append(
+                _quantity(f"{side}_{name}", side_symbol, "length", f"{side} {meaning}")
+            )
+    return quantities
+
 
 _ALL = (
     *_OF_STUDIES,
@@ -439,15 +250,15 @@ _ALL = (
     *_OF_TRAJECTORIES,
 )
 QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
-OF_FIGURES: dict[str, Quantity] = {quantity.name: quantity for quantity in _OF_FIGURES}
+OF_FIGURES: dict[str, Quantity] = {quantity.name: quantity for quantity in _of_figures()}
 OF_STATES = tuple(quantity.name for quantity in _OF_STATES)
 """Results that each state has."""
 OF_DESIGNS = tuple(quantity.name for quantity in _OF_DESIGNS)
 """Results that each design has, over all its states."""
 OF_CYCLES = tuple(quantity.name for quantity in _OF_CYCLES)
-"""Results that each design has besides where the study has a speed."""
+"""Further results of each design if the study has a speed."""
 OF_TRAJECTORIES = tuple(quantity.name for quantity in _OF_TRAJECTORIES)
-"""Results that each design has besides where the study has a trajectory."""
+"""Further results of each design if the study has a trajectory."""
 
 PLAUSIBLE: dict[str, tuple[float, float]] = {
     "a1": (0.0, 0.3), "a2": (0.0, 0.3), "b1": (0.01, 0.6), "b2": (0.01, 0.6), "elbow_radius": (0.005, 0.2),
@@ -464,7 +275,10 @@ PLAUSIBLE: dict[str, tuple[float, float]] = {
     "max_spool_travel": (0.1, 200.0), "max_backlash": (0.0001, 20.0), "peak_motor_speed": (0.01, 1000.0),
     "peak_motor_power": (0.01, 10000.0), "max_motor_work_in": (0.001, 10000.0), "max_friction_loss": (0.001, 10000.0),
 }  # fmt: skip
-"""Range, in SI, of each quantity on any arm: wide, so that what lies outside of it is most likely a slip."""
+"""Range of each quantity on any arm, in SI units.
+
+The ranges are wide, so that a value outside of one is most likely a slip.
+"""
 
 AS_READ = ("pretension", "pretension_from", "pretension_to", "required_pretension", "margin")
-"""What is a pretension, or a tension if the study reads one in its place (`setting.read`)."""
+"""Columns of pretensions, or of tensions if the study reads one in its place (`setting.read`)."""

@@ -1,4 +1,7 @@
-"""What lets a process of tendon start soon and end cleanly; a program that imports the package is left as it is."""
+"""Settings that let a process of tendon start soon and end cleanly.
+
+Only the command line calls them: a program that imports the package is left as it is.
+"""
 
 from __future__ import annotations
 
@@ -14,9 +17,9 @@ from typing import Any
 
 Handler = Callable[[int, FrameType | None], None]
 
-_TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # mallopt(3) of the GNU C library
-_MOST_MMAP_THRESHOLD = 32 * 1024 * 1024
-
+_TRIM_THRESHOLD = -1  # names of parameters in mallopt(3) of the GNU C library
+_MMAP_THRESHOLD = -3
+_MAX_MMAP_THRESHOLD = 32 * 1024 * 1024  # bytes, the largest value that mallopt takes
 
 _SIGNALS = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
@@ -29,7 +32,7 @@ def _quit(number: int, _frame: FrameType | None) -> None:
 
 
 def _interrupt(number: int, _frame: FrameType | None) -> None:
-    """End what is being done as Ctrl-C does, so that nothing half-written stays; a second Ctrl-C ends it at once."""
+    """Raise KeyboardInterrupt, so that nothing half-written stays; a second Ctrl-C ends at once."""
     if _received and number == signal.SIGINT:
         _quit(number, None)
     _received.append(number)
@@ -38,83 +41,93 @@ def _interrupt(number: int, _frame: FrameType | None) -> None:
 
 
 def quit_on_signals() -> None:
-    """End at once if a signal asks for it while modules are read: nothing has begun that could be left half done."""
+    """End at once if a signal arrives while modules are read.
+
+    Nothing has begun by then that could be left half done.
+    """
     _listen(_quit, {signal.default_int_handler, signal.SIG_DFL})
 
 
 def end_on_signals() -> None:
-    """Have a signal raise KeyboardInterrupt from here on."""
+    """Make a signal raise KeyboardInterrupt from here on."""
     _received.clear()
     _listen(_interrupt, {_quit})
 
 
-def _listen(handler: Handler, instead: set[Any]) -> None:
-    """Handle every signal that is handled by one of those now; what nohup has the process ignore stays ignored."""
-    if threading.current_thread() is threading.main_thread():
-        for number in _SIGNALS:
-            if signal.getsignal(number) in instead:
-                signal.signal(number, handler)
+def _listen(handler: Handler, replaced: set[Any]) -> None:
+    """Replace handlers of signals; a signal that nohup has the process ignore stays ignored."""
+    if threading.current_thread() is not threading.main_thread():
+        return
+    for number in _SIGNALS:
+        if signal.getsignal(number) in replaced:
+            signal.signal(number, handler)
 
 
 def exit_code(code: int = 128 + signal.SIGINT) -> int:
-    """The exit code of a command that a signal has ended, as shells have it, else `code`."""
-    return 128 + _received[0] if _received else code
+    """Return the exit code that shells expect of a signal if one has arrived, else `code`."""
+    if _received:
+        return 128 + _received[0]
+    return code
 
 
 @contextlib.contextmanager
 def stopped_by_signals(where: str) -> Iterator[threading.Event]:
-    """An event that SIGINT, SIGTERM and SIGHUP set; the work that heeds it ends in InterruptError.
+    """Yield an event that SIGINT, SIGTERM and SIGHUP set.
 
-    A second SIGINT ends the process at once.
+    Work that sees the event set raises `Stopped`, which ends in InterruptError here. A second
+    SIGINT ends the process at once.
+
+    Args:
+        where: Folder that the error names.
+
+    Raises:
+        InterruptError: A signal arrived and the work stopped.
     """
     from tendon_cli.errors import InterruptError, Stopped
 
-    event, first = threading.Event(), 0
+    event = threading.Event()
+    first_signal = 0
 
-    def ask(number: int, _frame: FrameType | None) -> None:
-        nonlocal first
-        if first and number == signal.SIGINT:
+    def stop(number: int, _frame: FrameType | None) -> None:
+        nonlocal first_signal
+        if first_signal and number == signal.SIGINT:
             os._exit(128 + number)
-        first = first or number
+        first_signal = first_signal or number
         event.set()
 
-    on_main = threading.current_thread() is threading.main_thread()
-    heard = [
-        number for number in _SIGNALS if on_main and signal.getsignal(number) is not signal.SIG_IGN
-    ]
-    before = [signal.signal(number, ask) for number in heard]
+    previous_handlers: dict[int, Any] = {}
+    if threading.current_thread() is threading.main_thread():
+        for number in _SIGNALS:
+            if signal.getsignal(number) is not signal.SIG_IGN:
+                previous_handlers[number] = signal.signal(number, stop)
     try:
         yield event
     except Stopped:
-        raise InterruptError(first, where=where) from None
+        raise InterruptError(first_signal, where=where) from None
     finally:
-        for number, handler in zip(heard, before, strict=True):
+        for number, handler in previous_handlers.items():
             signal.signal(number, handler)
 
 
 def spare_time() -> None:
-    """Leave out what the libraries do at the start and the end of a process that no command needs."""
-    os.environ.setdefault(
-        "OPENBLAS_NUM_THREADS", "1"
-    )  # else numpy starts a thread per core, for matrices nobody has
-    gc.set_threshold(
-        100_000
-    )  # else Python looks for garbage a hundred times while it reads modules, which leave none
-    atexit.register(
-        gc.freeze
-    )  # and once more, at the end, in all that the process is about to give back
-    os.environ.setdefault(
-        "PYDANTIC_DISABLE_PLUGINS", "__all__"
-    )  # else pydantic looks into every installed package
-    os.environ.setdefault(
-        "ARROW_DEFAULT_MEMORY_POOL", "system"
-    )  # as fast as Arrow's, and gives back what it frees
+    """Leave out what libraries do at the start and the end of a process that no command needs."""
+    # NumPy would start a thread per core for large matrices, and there are none.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # Python would look for garbage a hundred times while it reads modules, which leave none,
+    gc.set_threshold(100_000)
+    # and once more at the end, in all that the process is about to give back.
+    atexit.register(gc.freeze)
+    # Pydantic would look into every installed package.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    # The system's memory is as fast as Arrow's own pool, and gives back what is freed.
+    os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")
 
 
 def keep_freed_memory() -> None:
-    """Have the C library keep what is freed: a sweep frees and asks for the same arrays again, many times a second.
+    """Make the C library keep freed memory for the next array.
 
-    Otherwise the system takes each back and clears it anew, which took as long as the arithmetic.
+    A sweep frees and asks for the same arrays many times a second. Otherwise the system takes each
+    back and clears it anew, which took as long as the arithmetic.
     """
     import ctypes  # not for every command
 
@@ -122,5 +135,5 @@ def keep_freed_memory() -> None:
         mallopt = ctypes.CDLL(None).mallopt
     except (AttributeError, OSError, TypeError):  # another C library
         return
-    mallopt(_MMAP_THRESHOLD, _MOST_MMAP_THRESHOLD)
-    mallopt(_TRIM_THRESHOLD, 16 * _MOST_MMAP_THRESHOLD)
+    mallopt(_MMAP_THRESHOLD, _MAX_MMAP_THRESHOLD)
+    mallopt(_TRIM_THRESHOLD, 16 * _MAX_MMAP_THRESHOLD)

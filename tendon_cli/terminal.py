@@ -1,4 +1,4 @@
-"""Everything that is printed: results on stdout, everything else on stderr."""
+"""Output of the commands: results on stdout, everything else on stderr."""
 
 from __future__ import annotations
 
@@ -15,19 +15,30 @@ from tendon_cli.errors import OutputError, TendonError
 
 
 def harmless(text: str) -> str:
-    """Text whose unprintable characters, but ends of lines, are written out as in JSON: none reaches a terminal raw.
+    """Return a text whose unprintable characters, but ends of lines, are written as in JSON.
 
-    Names of files, keys, cases and values of records are other people's; an escape among them could rewrite a screen.
+    Names of files, keys, cases and values of records are other people's; an escape sequence among
+    them could rewrite a screen.
     """
     if text.replace("\n", "").isprintable():
         return text
-    return "".join(
-        sign if sign.isprintable() or sign == "\n" else json.dumps(sign)[1:-1] for sign in text
-    )
+    signs = []
+    for sign in text:
+        is_harmless = sign.isprintable() or sign == "\n"
+        signs.append(sign if is_harmless else json.dumps(sign)[1:-1])
+    return "".join(signs)
 
 
 def print_result(result: str | dict[str, Any], *, unless: bool = False) -> None:
-    """Write a text, or a record as one JSON object, to stdout, unless it is not wanted; raises OutputError."""
+    """Write a text, or a record as one JSON object, to stdout.
+
+    Args:
+        result: Text or record.
+        unless: True to write nothing.
+
+    Raises:
+        OutputError: Standard output cannot be written.
+    """
     if unless:
         return
     text = result if isinstance(result, str) else json.dumps(result, indent=2, ensure_ascii=False)
@@ -35,7 +46,11 @@ def print_result(result: str | dict[str, Any], *, unless: bool = False) -> None:
 
 
 def flush_results(text: str = "") -> None:
-    """See a text leave, and what others have written to stdout, such as a help page; raises OutputError."""
+    """Write a text to stdout and flush it, with what others wrote there, such as a help page.
+
+    Raises:
+        OutputError: Standard output cannot be written.
+    """
     try:
         if text:
             sys.stdout.write(text)
@@ -47,9 +62,12 @@ def flush_results(text: str = "") -> None:
 
 
 def as_output_error(error: OSError) -> OutputError:
-    """An OSError that nobody expected: of standard output, where that cannot be flushed, else of the file it names."""
+    """Return an unexpected OSError as an OutputError.
+
+    It is an error of standard output if that cannot be flushed, else of the file that it names.
+    """
     try:
-        flush_results()  # a help page that nobody could take is still in there
+        flush_results()  # a help page that nobody could take may still be in there
     except OutputError as fault:
         return fault
     file = error.filename
@@ -58,14 +76,14 @@ def as_output_error(error: OSError) -> OutputError:
 
 
 class _Closed(io.TextIOBase):
-    """Stands for a standard output that cannot be written."""
+    """Standard output that cannot be written."""
 
     def write(self, _text: str) -> int:
         raise OSError(errno.EBADF, "it is closed")
 
 
 def prepare_streams() -> None:
-    """Print what a narrow terminal cannot show as question marks, and notice a closed standard output."""
+    """Make the streams print unknown signs as question marks, and notice a closed stdout."""
     if sys.stdout is None:
         sys.stdout = _Closed()
     for stream in (sys.stdout, sys.stderr):
@@ -74,14 +92,14 @@ def prepare_streams() -> None:
 
 
 def print_note(text: str) -> None:
-    """Write a line to stderr; where that is impossible nobody is listening, and nothing is lost."""
+    """Write a line to stderr; if that is impossible nobody is listening, and nothing is lost."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
         sys.stderr.write(harmless(text) + "\n")
         sys.stderr.flush()
 
 
 def print_error(fault: TendonError, *, as_json: bool) -> None:
-    """Tell of an error: one message on stderr, or with `as_json` one object on stdout."""
+    """Print an error: one message on stderr, or with `as_json` one object on stdout."""
     if as_json:
         names = ("exit", "kind", "message", "where", "hint")
         try:
@@ -91,14 +109,16 @@ def print_error(fault: TendonError, *, as_json: bool) -> None:
         else:
             return
     place = f"{fault.where}: " if fault.where else ""
-    print_note(
-        f"tendon: error: {place}{fault.message}" + (f"\n  hint: {fault.hint}" if fault.hint else "")
-    )
+    hint = f"\n  hint: {fault.hint}" if fault.hint else ""
+    print_note(f"tendon: error: {place}{fault.message}{hint}")
 
 
 @contextlib.contextmanager
 def progress(title: str, *, quiet: bool) -> Iterator[Callable[[int, int], None]]:
-    """A function to call with finished and all parts: a bar on a terminal, else a plain line per 10 %."""
+    """Yield a function to call with the numbers of finished and of all parts.
+
+    It shows a bar on a terminal, else a line for every 10 %.
+    """
     if quiet:
         yield lambda _done, _total: None
     elif sys.stderr is not None and sys.stderr.isatty() and os.environ.get("TERM") != "dumb":
@@ -110,6 +130,7 @@ def progress(title: str, *, quiet: bool) -> Iterator[Callable[[int, int], None]]
 
 @contextlib.contextmanager
 def _bar(title: str) -> Iterator[Callable[[int, int], None]]:
+    """Yield a function that moves a bar on the terminal."""
     from rich import progress as rich  # only a terminal pays for its import
     from rich.console import Console
 
@@ -128,19 +149,21 @@ def _bar(title: str) -> Iterator[Callable[[int, int], None]]:
 
 
 def _plain(title: str) -> Callable[[int, int], None]:
-    last = 0
+    """Return a function that writes a line for every tenth of the parts."""
+    last_tenth = 0
 
     def update(done: int, total: int) -> None:
-        nonlocal last
-        if total > 1 and 10 * done // total > last:
-            last = 10 * done // total
-            print_note(f"{title}: {10 * last} % ({done} of {total} parts)")
+        nonlocal last_tenth
+        tenth = 10 * done // total
+        if total > 1 and tenth > last_tenth:
+            last_tenth = tenth
+            print_note(f"{title}: {10 * tenth} % ({done} of {total} parts)")
 
     return update
 
 
 def give_up_stdout() -> None:
-    """Try it never again, nor have the interpreter try, and complain, when it ends."""
+    """Never write to stdout again, so that the interpreter does not complain when it ends."""
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     sys.stdout = _Closed()

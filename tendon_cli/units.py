@@ -1,8 +1,8 @@
 """Units: a strict grammar of one number and one unit, converted to SI exactly.
 
-"9 mm" is 0.009 and not 0.009000000000000001, because the text is read as a rational number and rounded to a float64
-only once, at the end. Anything else that looks like a quantity ("1,5 mm", "3 kn/m", "2 * 4 m") is refused: a unit that
-is guessed is a number that nobody can trust.
+"9 mm" is 0.009 and not 0.009000000000000001, because the text is read as a rational number and
+rounded to a float64 only once, at the end. Anything else that looks like a quantity ("1,5 mm",
+"3 kn/m", "2 * 4 m") is refused: a unit that is guessed is a number that nobody can trust.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ _PI = Fraction("3.14159265358979323846264338327950288419716939937511")
 
 # Mantissas and exponents are bounded, so that reading "1e999999999 m" costs no memory.
 _NUMBER = r"[+-]?(?:\d{1,80}(?:\.\d{0,80})?|\.\d{1,80})(?:[eE][+-]?\d{1,3})?"
-_PLAIN_DIGITS = 16  # numbers of more places than that are written with an exponent
+_PLAIN_DIGITS = 16  # numbers of more decimal places are written with an exponent
+_MAX_TEXT = 200  # signs of a text that is read as a quantity
 _QUANTITY = re.compile(rf"({_NUMBER})(?:[ \t]*([^\s\d].*))?")
 
 
@@ -70,22 +71,33 @@ UNITS: dict[str, Unit] = (
 )
 
 SI_UNIT = {unit.dimension: unit.symbol for unit in reversed(UNITS.values()) if unit.factor == 1}
-"""The unit of each dimension in which numbers are computed and stored; of several of its size the first."""
+"""Unit of each dimension in which numbers are computed and stored."""
 
-# Pi does not terminate, so that degrees stay degrees where a text has to be exact.
+# Pi does not terminate, so that degrees stay degrees if a text has to be exact.
 _UNIT_WITH_PI = {"angle": "deg", "rotational stiffness": "N m/deg", "angular speed": "deg/s"}
 
 EXAMPLES = {
-    "number": "0.07", "length": '"40 mm"', "force": '"100 N"', "stiffness": '"3 kN/m"', "pressure": '"145 GPa"',
-    "mass": '"5 kg"', "angle": '"90 deg"', "torque": '"2 N m"', "rotational stiffness": '"2 N m/rad"',
-    "time": '"1 s"', "angular speed": '"60 deg/s"', "inertia": '"0.08 kg m2"', "frequency": '"6 Hz"',
-    "power": '"20 W"', "energy": '"5 J"',
-}  # fmt: skip
-"""How a value of each dimension is written in a study."""
+    "number": "0.07",
+    "length": '"40 mm"',
+    "force": '"100 N"',
+    "stiffness": '"3 kN/m"',
+    "pressure": '"145 GPa"',
+    "mass": '"5 kg"',
+    "angle": '"90 deg"',
+    "torque": '"2 N m"',
+    "rotational stiffness": '"2 N m/rad"',
+    "time": '"1 s"',
+    "angular speed": '"60 deg/s"',
+    "inertia": '"0.08 kg m2"',
+    "frequency": '"6 Hz"',
+    "power": '"20 W"',
+    "energy": '"5 J"',
+}
+"""Value of each dimension as a study has it."""
 
 
 class UnitError(ValueError):
-    """Text that is not one number and one unit of the dimension asked for; `hint` says what would be."""
+    """Text is not one number and one unit of the expected dimension; `hint` says what would be."""
 
     def __init__(self, problem: str, hint: str | None = None) -> None:
         super().__init__(problem)
@@ -112,32 +124,38 @@ class Measure:
 
     @property
     def quoted(self) -> str:
-        """As a study file has it, with its unit."""
+        """Measure as a study file has it, with its unit."""
         return self.text if self.unit.symbol == "1" else f'"{self.text} {self.unit.symbol}"'
 
     def document(self) -> float | str:
-        """How a study file says exactly this measure, the same for "1000 g" and "1.0 kg"; without unit, a float."""
+        """Return the shortest exact form of this measure in a study file.
+
+        It is the same for "1000 g" and "1.0 kg". A number without unit is a float.
+        """
         dimension = self.unit.dimension
-        if (
-            dimension == "number"
-            and math.isfinite(self.si)
-            and Fraction(repr(self.si)) == self.exact
-        ):
-            return self.si
-        said: list[str] = []
-        for symbol in filter(None, (SI_UNIT[dimension], _UNIT_WITH_PI.get(dimension))):
+        value = self.si
+        if dimension == "number" and math.isfinite(value) and Fraction(repr(value)) == self.exact:
+            return value
+        symbols = [SI_UNIT[dimension]]
+        if dimension in _UNIT_WITH_PI:
+            symbols.append(_UNIT_WITH_PI[dimension])
+        texts = []
+        for symbol in symbols:
             digits = terminating(self.exact / UNITS[symbol].factor)
-            said += [] if digits is None else [f"{digits} {symbol}".removesuffix(" 1")]
-        return min(said, key=len) if said else f"{self.text} {self.unit.symbol}"
+            if digits is not None:
+                texts.append(f"{digits} {symbol}".removesuffix(" 1"))
+        if not texts:
+            return f"{self.text} {self.unit.symbol}"
+        return min(texts, key=len)
 
 
 def factor_of(symbol: str) -> float:
-    """SI values per value in a unit: what both are divided by to be shown; 1 for what is no unit."""
+    """Return the SI value of one unit, by which SI values are divided to be shown; else 1."""
     return float(UNITS[symbol].factor) if symbol in UNITS else 1.0
 
 
 def terminating(value: Fraction) -> str | None:
-    """A rational number in decimal digits, where these come to an end and can be read back."""
+    """Return the decimal digits of a rational number, or None if they do not end."""
     with localcontext(prec=200) as context:
         context.clear_flags()
         number = (Decimal(value.numerator) / Decimal(value.denominator)).normalize()
@@ -148,7 +166,7 @@ def terminating(value: Fraction) -> str | None:
 
 
 def to_float(value: Fraction) -> float:
-    """The float64 nearest to a rational number, or infinity where it is too large for one."""
+    """Return the float64 nearest to a rational number, or infinity if it is too large for one."""
     try:
         return value.numerator / value.denominator
     except OverflowError:
@@ -156,74 +174,85 @@ def to_float(value: Fraction) -> float:
 
 
 def known_units(dimension: str) -> list[str]:
-    """The symbols that may follow a number of this dimension, the common ones first."""
+    """Return the symbols that may follow a number of this dimension, common ones first."""
     return [unit.symbol for unit in UNITS.values() if unit.dimension == dimension]
 
 
 def parse_measure(text: str, dimension: str) -> Measure:
-    """Read one number and one unit of `dimension`; raises UnitError saying what was expected."""
+    """Read one number and one unit of a dimension.
+
+    Args:
+        text: Text such as "9 mm".
+        dimension: Dimension of the quantity, such as "length".
+
+    Raises:
+        UnitError: The text is anything else; the error says what was expected.
+    """
     expected = wanted(dimension)
-    match = _QUANTITY.fullmatch(text.strip()) if len(text) <= 200 else None
-    number, symbol = (match.group(1), (match.group(2) or "").strip()) if match else ("", "")
+    match = _QUANTITY.fullmatch(text.strip()) if len(text) <= _MAX_TEXT else None
+    symbol = (match.group(2) or "").strip() if match is not None else ""
     if match is None or symbol.startswith(","):
         problem = f'"{shorten(text)}" is not one number and one unit, expected {expected}'
-        raise UnitError(problem, _advice(text[:200]))
+        raise UnitError(problem, _advice(text[:_MAX_TEXT]))
+    number = match.group(1)
     if not symbol:
         if dimension == "number":
             return Measure(number, UNITS["1"])
-        raise UnitError(
-            f'"{number}" has no unit, expected {expected}', f"write {with_unit(number, dimension)}"
-        )
+        problem = f'"{number}" has no unit, expected {expected}'
+        raise UnitError(problem, f"write {with_unit(number, dimension)}")
     return Measure(number, _find_unit(symbol, dimension, expected))
 
 
 def with_unit(number: str, dimension: str) -> str:
-    """What a number without its unit may have been meant to be: angles come in degrees and in radians."""
-    both = {"angle": ("deg", "rad"), "angular speed": ("deg/s", "rad/s")}
-    symbols = both.get(dimension, (SI_UNIT[dimension],))
+    """Return the readings of a number without its unit: angles come in degrees and in radians."""
+    usual_units = {"angle": ("deg", "rad"), "angular speed": ("deg/s", "rad/s")}
+    symbols = usual_units.get(dimension, (SI_UNIT[dimension],))
     return " or ".join(f'"{number} {symbol}"' for symbol in symbols)
 
 
 def _advice(text: str) -> str | None:
-    """What to mend where text is no number and unit for a common reason."""
+    """Return the usual remedy for a text that is no number and unit, if there is one."""
     if not text.isprintable():
         return "a sign that cannot be printed is shown as ?"
     if re.search(r"\d,\d", text):
         return "the decimal sign is a point"
-    return "digits stand together, without spaces" if re.search(r"\d +\d", text) else None
+    if re.search(r"\d +\d", text):
+        return "digits stand together, without spaces"
+    return None
 
 
 def measure_of_number(value: float, dimension: str) -> Measure:
-    """A bare number, which is in SI; its shortest decimal text counts, so that 0.1 means one tenth."""
+    """Return a bare number, which is in SI; by its shortest decimal text 0.1 means one tenth."""
     return Measure(repr(value), UNITS[SI_UNIT[dimension]])
 
 
 def _find_unit(symbol: str, dimension: str, expected: str) -> Unit:
+    """Return the unit with this symbol. Raise UnitError if it is none of the dimension."""
     unit = UNITS.get(symbol)
     if unit is None:
-        same_but_case = [known for known in UNITS if known.lower() == symbol.lower()]
-        near = same_but_case or difflib.get_close_matches(symbol, known_units(dimension), n=1)
-        hint = (
-            f'did you mean "{near[0]}"?'
-            if near
-            else f"known units: {', '.join(known_units(dimension))}"
-        )
-        if not same_but_case and any(sign.isdigit() for sign in symbol):
-            hint = "only one number may stand in the text; several stand in a list, a range as { from, to, num }"
+        hint = _hint_of_unknown_unit(symbol, dimension)
         raise UnitError(f'unknown unit "{shorten(symbol)}", expected {expected}', hint)
     if unit.dimension != dimension:
-        known = ", ".join(known_units(dimension))
-        hint = (
-            "a number without unit, or %"
-            if dimension == "number"
-            else f"units of {dimension}: {known}"
-        )
+        hint = f"units of {dimension}: {', '.join(known_units(dimension))}"
+        if dimension == "number":
+            hint = "a number without unit, or %"
         raise UnitError(f'"{symbol}" is {_with_article(unit.dimension)}, expected {expected}', hint)
     return unit
 
 
+def _hint_of_unknown_unit(symbol: str, dimension: str) -> str:
+    """Return the nearest unit, or a list of units, for a symbol that is none."""
+    same_but_case = [known for known in UNITS if known.lower() == symbol.lower()]
+    if not same_but_case and any(sign.isdigit() for sign in symbol):
+        return "only one number fits here; several form a list, a range is { from, to, num }"
+    similar = same_but_case or difflib.get_close_matches(symbol, known_units(dimension), n=1)
+    if similar:
+        return f'did you mean "{similar[0]}"?'
+    return f"known units: {', '.join(known_units(dimension))}"
+
+
 def wanted(dimension: str) -> str:
-    """What an error says was expected: "a length such as ..."."""
+    """Return the value that an error says was expected: "a length such as ..."."""
     return f"{_with_article(dimension)} such as {EXAMPLES[dimension]}"
 
 
@@ -232,7 +261,7 @@ def _with_article(word: str) -> str:
 
 
 def described(value: object) -> str:
-    """A value as the author of a study would name it, short and fit to print."""
+    """Return a value as the author of a study would name it, short and fit to print."""
     if isinstance(value, str):
         return f'"{shorten(value)}"'
     if value is None:
@@ -251,11 +280,11 @@ def described(value: object) -> str:
 
 
 def counted(count: int, noun: str) -> str:
-    """A count with its noun."""
+    """Return a count with its noun."""
     return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
 
 
 def shorten(text: str, width: int = 60) -> str:
-    """Hostile or long text made fit for one line of an error message."""
+    """Return hostile or long text in a form fit for one line of an error message."""
     clean = "".join(sign if sign.isprintable() else "?" for sign in text)
     return clean if len(clean) <= width else f"{clean[: width - 1]}…"
