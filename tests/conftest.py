@@ -1,4 +1,4 @@
-"""What the tests of sweeps, tables and commands share: a study as text, run in a folder of its own."""
+"""Fixtures of all tests: studies as text, run in a folder of their own, and commands."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from tendon_cli.tables.read import open_table
 
 CONFIGS = Path(__file__).parents[1] / "configs"
 
-# Commands that the tests start hear signals, though the tests themselves may run in the background or under nohup.
+# Commands that the tests start hear signals, though the tests themselves may run under nohup.
 if threading.current_thread() is threading.main_thread():
     for number in (signal.SIGINT, signal.SIGHUP):
         if signal.getsignal(number) is signal.SIG_IGN:
@@ -36,7 +36,7 @@ if threading.current_thread() is threading.main_thread():
 
 @dataclass(frozen=True)
 class Ran:
-    """A command that has ended: its exit code and what it said."""
+    """Exit code and output of a command that has ended."""
 
     exit: int
     out: str
@@ -44,7 +44,7 @@ class Ran:
 
     @property
     def json(self):
-        """The one JSON object on stdout."""
+        """Return the one JSON object on stdout."""
         return json.loads(self.out, parse_constant=pytest.fail)
 
 
@@ -73,7 +73,7 @@ class Swept:
 
 
 def table_hashes(folder):
-    """SHA-256 of every table file of a run, by its name in the folder."""
+    """Return the SHA-256 of every table file of a run, by its name in the folder."""
     return {
         str(file.relative_to(folder)): file_sha256(file)
         for file in sorted(folder.rglob("*.parquet"))
@@ -82,7 +82,7 @@ def table_hashes(folder):
 
 
 def sweep_text(text, folder, *, jobs=1, block_states=STATES_PER_BLOCK, out="run"):
-    """Run a study given as TOML text in a folder; the tables come to stand in its subfolder `out`."""
+    """Run a study given as TOML text; its tables are written into the subfolder `out`."""
     file = folder / "study.toml"
     file.write_text(text, encoding="utf-8")
     plan = Plan(load_study(file), block_states=block_states)
@@ -95,46 +95,49 @@ def sweep_text(text, folder, *, jobs=1, block_states=STATES_PER_BLOCK, out="run"
 
 @pytest.fixture(scope="session")
 def new_sweep():
-    """`sweep_text`, for tests in any folder."""
+    """Return `sweep_text`, for tests in any folder."""
     return sweep_text
 
 
 @pytest.fixture(scope="session")
 def hashes_in():
-    """`table_hashes`, for tests in any folder."""
+    """Return `table_hashes`, for tests in any folder."""
     return table_hashes
 
 
 @pytest.fixture(scope="session")
 def configs():
-    """The folder of the shipped studies."""
+    """Return the folder of the shipped studies."""
     return CONFIGS
 
 
 @pytest.fixture
 def workplace(tmp_path, monkeypatch):
-    """An empty folder that is the current one."""
+    """Change into an empty folder and return it."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
 @pytest.fixture
 def tendon(workplace, capsys):
-    """Run a command in this process and an empty folder."""
+    """Return a function that runs a command in this process and an empty folder."""
 
     def call(*words):
         capsys.readouterr()
         with pytest.raises(SystemExit) as end:
             cli.main([str(word) for word in words])
-        said = capsys.readouterr()
-        return Ran(end.value.code, said.out, said.err)
+        printed = capsys.readouterr()
+        return Ran(end.value.code, printed.out, printed.err)
 
     return call
 
 
 @pytest.fixture
 def outside(workplace):
-    """Run a command as a process of its own, in an empty folder: the console script, or Python with arguments."""
+    """Return a function that runs a command as a process of its own, in an empty folder.
+
+    It runs the console script, or Python with arguments if `python=True`.
+    """
 
     def call(*words, python=False, **options):
         program = Path(sys.executable) if python else Path(sys.executable).with_name("tendon")
@@ -149,7 +152,7 @@ def outside(workplace):
 
 @pytest.fixture
 def small_parts(monkeypatch):
-    """Make parts so small that small studies have several; returns a function that does."""
+    """Return a function that makes parts so small that small studies have several."""
 
     def shrink(states, designs=None):
         monkeypatch.setattr(plan_module, "STATES_PER_PART", states)
@@ -161,12 +164,12 @@ def small_parts(monkeypatch):
 
 @pytest.fixture
 def muttered(monkeypatch):
-    """What Python would print of exceptions that nobody can catch, such as those of finalizers."""
-    said = []
-    monkeypatch.setattr(
-        sys,
-        "unraisablehook",
-        lambda fault: said.append(f"{fault.exc_type.__name__}: {fault.exc_value}"),
-    )
-    yield said
+    """Yield a list of exceptions that nobody can catch, such as those of finalizers."""
+    messages = []
+
+    def note(fault):
+        messages.append(f"{fault.exc_type.__name__}: {fault.exc_value}")
+
+    monkeypatch.setattr(sys, "unraisablehook", note)
+    yield messages
     gc.collect()

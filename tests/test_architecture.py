@@ -69,8 +69,8 @@ def nodes(path):
 
 
 def imported(path):
-    """Every module that a file imports, at its top or inside a function, by its full dotted name."""
-    here = ["tendon_cli", *name_of(path).split(".")] if name_of(path) else ["tendon_cli"]
+    """Yield the full dotted name of every module that a file imports, inside functions, too."""
+    here = ["tendon_cli", *filter(None, name_of(path).split("."))]
     package = here if path.name == "__init__.py" else here[:-1]
     for node in nodes(path):
         if isinstance(node, ast.Import):
@@ -82,12 +82,13 @@ def imported(path):
 
 
 def _module(whole, source):
-    """`from a import b` imports the module a.b where there is one, else something of the module a."""
+    """Return the module that `from a import b` imports: a.b if that is a module, else a."""
     path = PACKAGE.parent.joinpath(*whole.split("."))
     return whole if path.is_dir() or path.with_suffix(".py").is_file() else source
 
 
 def ours(path):
+    """Return the modules of the package that a file imports."""
     names = {name for name in imported(path) if name.partition(".")[0] == "tendon_cli"}
     return sorted(name.removeprefix("tendon_cli").removeprefix(".") for name in names)
 
@@ -97,8 +98,9 @@ def files_of(*rooms):
 
 
 def wrong(files, imports_of):
-    """By file, what it imports but should not."""
-    return {name_of(path): found for path in files if (found := sorted(imports_of(path)))}
+    """Return the imports that a file should not have, by its name."""
+    imports = {name_of(path): sorted(imports_of(path)) for path in files}
+    return {name: found for name, found in imports.items() if found}
 
 
 def test_every_room_and_every_file_at_the_root_has_its_place():
@@ -115,20 +117,17 @@ def test_a_room_imports_only_what_lies_below_it():
 
 def test_the_model_knows_numpy_and_the_standard_library_only():
     known = {"numpy", "tendon_cli", *sys.stdlib_module_names}
-    assert (
-        wrong(
-            files_of("model"),
-            lambda path: {name.partition(".")[0] for name in imported(path)} - known,
-        )
-        == {}
-    )
+
+    def unknown(path):
+        return {name.partition(".")[0] for name in imported(path)} - known
+
+    assert wrong(files_of("model"), unknown) == {}
 
 
 def test_figures_take_only_the_kinematics_of_the_model():
     def model(path):
-        return [
-            name for name in ours(path) if room_of(name) == "model" and name != "model.kinematics"
-        ]
+        modules = [name for name in ours(path) if room_of(name) == "model"]
+        return [name for name in modules if name != "model.kinematics"]
 
     assert wrong(files_of("figures"), model) == {}
 
@@ -136,7 +135,11 @@ def test_figures_take_only_the_kinematics_of_the_model():
 @pytest.mark.parametrize("room", ROOMS)
 def test_rooms_of_one_level_do_not_know_each_other(room):
     others = {*ROOMS} - {room}
-    assert wrong(files_of(room), lambda path: {room_of(name) for name in ours(path)} & others) == {}
+
+    def neighbours(path):
+        return {room_of(name) for name in ours(path)} & others
+
+    assert wrong(files_of(room), neighbours) == {}
 
 
 def test_nobody_imports_the_command_line():
@@ -146,27 +149,30 @@ def test_nobody_imports_the_command_line():
 
 def test_no_file_imports_itself_over_others():
     imports = {name_of(path): set(ours(path)) for path in FILES}
-    reached, todo = {}, list(imports)
-    for name in todo:
-        seen, front = set(), set(imports[name])
-        while front:
-            seen |= front
-            front = {deeper for inner in front for deeper in imports.get(inner, ())} - seen
-        reached[name] = seen
-    assert [name for name in imports if name in reached[name]] == []
+
+    def reached_from(name):
+        reached = set()
+        new = set(imports[name])
+        while new:
+            reached |= new
+            new = {further for module in new for further in imports.get(module, ())} - reached
+        return reached
+
+    assert [name for name in imports if name in reached_from(name)] == []
 
 
-# --- Printing --------------------------------------------------------------------------------------------------------
+# --- Printing -------------------------------------------------------------------------------------
 
 
 OUTLETS = ("stdout", "stderr", "__stdout__", "__stderr__", "echo", "secho")
 
 
 def prints(path):
-    """Lines that print, or touch a standard stream."""
+    """Yield the lines that print, or touch a standard stream."""
     for node in nodes(path):
-        called = isinstance(node, ast.Name) and node.id == "print"
-        if called or (isinstance(node, ast.Attribute) and node.attr in OUTLETS):
+        is_print = isinstance(node, ast.Name) and node.id == "print"
+        is_stream = isinstance(node, ast.Attribute) and node.attr in OUTLETS
+        if is_print or is_stream:
             yield node.lineno
 
 
@@ -178,7 +184,7 @@ def test_the_terminal_imports_nothing_but_errors():
     assert ours(PACKAGE / "terminal.py") == ["errors"]
 
 
-# --- Starting soon ---------------------------------------------------------------------------------------------------
+# --- Starting soon --------------------------------------------------------------------------------
 
 HEAVY = ("pandas", "scipy", "matplotlib", "pyarrow", "joblib", "ruamel", "rich", "distributed")
 
@@ -207,7 +213,7 @@ def test_what_draws_nothing_loads_no_matplotlib(module):
     )
 
 
-# --- Names --------------------------------------------------------------------------------------------------
+# --- Names ----------------------------------------------------------------------------------------
 
 
 def test_no_two_classes_of_the_package_share_a_name():

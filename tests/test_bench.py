@@ -1,4 +1,4 @@
-"""What tendon is measured against computes the same, and writes the same."""
+"""Rivals of the benchmark: they compute and write the same as tendon."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from benchmarks import expert, fused, kernel, measure, report, rivals, studies
 
 
 def assert_close(found, expected):
-    """Within 1e-9, and null in the same rows; text and truth exactly."""
+    """Compare within 1e-9, and null in the same rows; text and truth exactly."""
     if expected.dtype.kind != "f":
         np.testing.assert_array_equal(np.asarray(found), np.asarray(expected))
     else:
@@ -35,7 +35,8 @@ def both_tables(new_sweep, tmp_path_factory):
 
 
 def test_the_script_of_the_expert_writes_the_states_table(both_tables):
-    ours, theirs = both_tables.states, expert.table(4, 3, 3).to_pandas()
+    ours = both_tables.states
+    theirs = expert.table(4, 3, 3).to_pandas()
     assert list(theirs) == list(ours)
     for name in ours:
         assert_close(theirs[name], ours[name])
@@ -50,14 +51,13 @@ DESIGNS = studies.designs_study(5, 3, 4, 3).replace('"20 N"', '"0 N"')
 )
 @pytest.mark.parametrize(("lowest", "highest"), [("-15 deg", "90 deg"), ("-110 deg", "60 deg")])
 def test_the_loop_in_c_computes_the_designs_table(new_sweep, tmp_path, study, lowest, highest):
-    """On both sides of the hanging arm, so that either tendon goes slack; and where states have no equilibrium."""
+    """Either side of the hanging arm, so that each tendon goes slack; also without equilibrium."""
     study += f'[motion]\nelbow_angle = {{ from = "{lowest}", to = "{highest}", num = 53 }}\n'
     ours = new_sweep(study, tmp_path).designs
     loop = fused.Fused(Plan(load_study(tmp_path / "study.toml")), tmp_path)
     loop.run(2)
-    assert [name for name in (*OF_DESIGNS, "taut") if name not in fused.LEFT_OUT] == list(
-        fused.RESULTS
-    )
+    results = [name for name in (*OF_DESIGNS, "taut") if name not in fused.LEFT_OUT]
+    assert results == list(fused.RESULTS)
     assert ours["slack_fraction"].max() > 0
     assert ours["pretension_from"].isna().all() == (lowest == "-110 deg")
     for name, column in loop.columns().items():
@@ -71,17 +71,16 @@ def test_the_loop_in_c_refuses_other_axes(configs, tmp_path):
 
 def test_the_kernel_is_measured_over_all_parts(tmp_path, small_parts):
     small_parts(2000, 7)
-    plan = Plan(
-        load_study(studies.written(studies.designs_study(3, 2, 2, 2), tmp_path / "study.toml"))
-    )
+    file = studies.written(studies.designs_study(3, 2, 2, 2), tmp_path / "study.toml")
+    plan = Plan(load_study(file))
     seen = []
 
-    class Seen(kernel.Sweep):
+    class Watched(kernel.Sweep):
         def fill_designs(self, tables, designs):
             seen.append(designs)
             return super().fill_designs(tables, designs)
 
-    assert kernel.tendon(Seen(plan), 2).processor > 0
+    assert kernel.tendon(Watched(plan), 2).processor > 0
     assert sorted(design for part in seen for design in part) == list(range(plan.designs))
 
 
@@ -94,16 +93,13 @@ def test_a_bare_write_has_the_rows_and_the_encoding_of_a_run(
     assert ready.write().seconds > 0
     files = sorted(tmp_path.glob("bare-*.parquet"))
     [original] = rivals.table_files(both_tables.folder, table)
-    assert (
-        sum(pq.read_metadata(file).num_rows for file in files)
-        == pq.read_metadata(original).num_rows
-    )
-    ours, theirs = (pq.read_metadata(file).row_group(0) for file in (original, files[0]))
-    for one, other in (
-        (ours.column(index), theirs.column(index)) for index in range(ours.num_columns)
-    ):
+    rows = [pq.read_metadata(file).num_rows for file in files]
+    assert sum(rows) == pq.read_metadata(original).num_rows
+    ours = pq.read_metadata(original).row_group(0)
+    theirs = pq.read_metadata(files[0]).row_group(0)
+    for index in range(ours.num_columns):
         for name in ("encodings", "compression", "is_stats_set"):
-            assert getattr(one, name) == getattr(other, name)
+            assert getattr(ours.column(index), name) == getattr(theirs.column(index), name)
     ready.flush()
     assert not list(tmp_path.glob("bare-*"))
 
@@ -119,13 +115,18 @@ def test_parts_of_a_table_are_put_together_in_order(new_sweep, tmp_path, small_p
 
 
 def test_memory_and_processor_time_are_those_of_the_process():
-    """Measured from a small process, since the peak of a process begins with that of the one which starts it."""
-    works = "import time; held = b'x' * 60_000_000; time.sleep(0.3)\nwhile time.process_time() < 0.3: pass"
-    asks = f"import sys; from benchmarks.measure import run; c = run([sys.executable, '-c', {works!r}])"
-    asks += "; print(c.memory, c.processor, c.seconds)"
-    done = subprocess.run(
-        [sys.executable, "-c", asks], capture_output=True, text=True, check=True, cwd=measure.ROOT
+    """Measure from a small process: the peak of a process begins with that of its parent."""
+    measured = (
+        "import time; held = b'x' * 60_000_000; time.sleep(0.3)\n"
+        "while time.process_time() < 0.3: pass"
     )
+    measuring = (
+        "import sys; from benchmarks.measure import run; "
+        f"c = run([sys.executable, '-c', {measured!r}]); "
+        "print(c.memory, c.processor, c.seconds)"
+    )
+    command = [sys.executable, "-c", measuring]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=measure.ROOT)
     memory, processor, seconds = map(float, done.stdout.split())
     assert (60e6 < memory < 90e6, processor > 0.3, seconds > 0.3) == (True, True, True)
 
@@ -140,10 +141,8 @@ def times(*runs):
 
 
 def test_the_ratio_of_pairs_is_their_median():
-    ours, theirs = (
-        times((2.0, 1.0), (30.0, 8.0), (4.0, 1.0)),
-        times((1.0, 1.0), (10.0, 1.0), (1.0, 1.0)),
-    )
+    ours = times((2.0, 1.0), (30.0, 8.0), (4.0, 1.0))
+    theirs = times((1.0, 1.0), (10.0, 1.0), (1.0, 1.0))
     ratio = report.Ratio.of("name", ours, theirs, 1.25)
     assert (ratio.value, ratio.spread, ratio.processor) == (3.0, (2.0, 4.0), 1.0)
 

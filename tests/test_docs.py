@@ -20,14 +20,15 @@ PAGES = {page.name: page.read_text() for page in (ROOT / "docs").glob("*.md")}
 
 
 def script(name):
-    """A script of the documentation, which is no package."""
+    """Import a script of the documentation, which is no package."""
     source = spec_from_file_location(name, ROOT / "docs" / f"{name}.py")
     module = module_from_spec(source)
     source.loader.exec_module(module)
     return module
 
 
-FIGURES, REFERENCE = script("figures"), script("reference")
+FIGURES = script("figures")
+REFERENCE = script("reference")
 COMMANDS = typer.main.get_command(cli.app).commands
 
 
@@ -118,9 +119,8 @@ def test_no_image_is_kept_but_that_of_the_readme():
 def test_a_figure_is_made_the_same_each_time(tmp_path):
     study = '```toml\n# file: study.toml\n[load]\nmass = "3 kg"\n```\n'
     page = tmp_path / "page.md"
-    page.write_text(
-        f"{study}<!-- made by: tendon plot --arm study.toml --out a.png -> a.png -->\n![An arm](made/arm.png)\n"
-    )
+    comment = "<!-- made by: tendon plot --arm study.toml --out a.png -> a.png -->"
+    page.write_text(f"{study}{comment}\n![An arm](made/arm.png)\n")
     (made,) = FIGURES.make_figures(page)
     first = made.read_bytes()
     assert first.startswith(b"\x89PNG")
@@ -133,33 +133,29 @@ def test_a_figure_is_made_the_same_each_time(tmp_path):
 
 def test_the_page_about_python_names_every_function():
     page = PAGES["python.md"]
-    plain = {name for name in tendon_cli.__all__ if name.endswith("Error")} | {
-        "__version__",
-        "arms",
-    }
-    assert [
-        name for name in tendon_cli.__all__ if name not in plain and f"`{name}(" not in page
-    ] == []
-    assert [name for name in plain - {"__version__"} if name not in page] == []
+    errors = {name for name in tendon_cli.__all__ if name.endswith("Error")}
+    functions = {*tendon_cli.__all__} - errors - {"__version__", "arms"}
+    assert [name for name in functions if f"`{name}(" not in page] == []
+    assert [name for name in (*errors, "arms") if name not in page] == []
 
 
 def test_what_is_to_be_typed_keeps_its_signs():
-    """Two dashes and quotes of a command would be turned into typographic ones, and a copied command would fail."""
+    """Typographic dashes and quotes in a copied command would make it fail."""
     assert "smartquotes = False" in (ROOT / "docs/conf.py").read_text()
 
 
 def test_the_page_of_questions_has_every_message():
-    """What is printed in a few known cases stands in the list that the page is built with."""
+    """Messages of a few known cases are in the list that the page is built with."""
     found = script("messages").messages()
     assert len(found) > 250
-    said = [re.escape(message).replace(re.escape("..."), ".+") for message, _, _ in found]
+    patterns = [re.escape(message).replace(re.escape("..."), ".+") for message, _, _ in found]
     for known in (
         '"9" has no unit, expected a length such as "9 mm"',
         "--resume and --overwrite exclude each other",
         "144 may be degrees or radians, expected an angle",
         "holds an unfinished run",
     ):
-        assert any(re.match(each, known) for each in said), known
+        assert any(re.match(pattern, known) for pattern in patterns), known
     sources = [
         *(message for message, _, _ in found),
         *(path.read_text() for path in PACKAGE.rglob("*.py")),

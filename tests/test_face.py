@@ -1,4 +1,4 @@
-"""The library's face: its examples run, it costs nothing to import, and what it gives is what stands in the tables."""
+"""Public functions: their examples run, they import quickly, and give what the tables hold."""
 
 import doctest
 import json
@@ -35,7 +35,7 @@ def study():
     return tendon.study(CONTENT)
 
 
-# --- Examples and cost ------------------------------------------------------------------------------------------------
+# --- Examples and cost ----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -51,7 +51,10 @@ def test_every_function_has_an_example_that_runs(name, workplace):
 
 
 def test_importing_it_loads_nothing_else(outside):
-    code = "import sys; before = set(sys.modules); import tendon_cli; print(*sorted(set(sys.modules) - before))"
+    code = (
+        "import sys; before = set(sys.modules); "
+        "import tendon_cli; print(*sorted(set(sys.modules) - before))"
+    )
     loaded = outside("-c", code, python=True).out.split()
     assert loaded == ["tendon_cli", "tendon_cli.version"]
 
@@ -63,13 +66,14 @@ import tendon_cli as tendon
 for module in pkgutil.walk_packages(tendon.__path__, "tendon_cli."):
     if not module.name.endswith(("__main__", "_native")):
         importlib.import_module(module.name)
-print([name for name in tendon.__all__ if name != "arms" and isinstance(getattr(tendon, name), types.ModuleType)])
+functions = [name for name in tendon.__all__ if name != "arms"]
+print([name for name in functions if isinstance(getattr(tendon, name), types.ModuleType)])
 """
     ran = outside("-c", code, python=True)
     assert (ran.out, ran.err) == ("[]\n", "")
 
 
-# --- Runs -------------------------------------------------------------------------------------------------------------
+# --- Runs -----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
@@ -139,7 +143,7 @@ def test_designs_that_the_study_leaves_out_are_told_and_states_are_worked_out(wo
         pd.testing.assert_frame_equal(one.states, run.states)
 
 
-# --- Interrupts -------------------------------------------------------------------------------------------------------
+# --- Interrupts -----------------------------------------------------------------------------------
 
 
 def held(monkeypatch):
@@ -200,7 +204,7 @@ def test_an_interrupt_leaves_nothing_broken(study, workplace, monkeypatch, jobs,
 
 
 def test_an_interrupt_within_the_pool_leaves_nothing_at_work(study, workplace, monkeypatch):
-    """As a second Ctrl-C does, and a notebook whose own handler raises wherever the program is."""
+    """A second Ctrl-C does this, and a notebook whose handler raises wherever the program is."""
     busy = held(monkeypatch)
     main = threading.main_thread().ident
 
@@ -231,7 +235,7 @@ def test_a_stop_of_the_callers_own_is_told(study, workplace, monkeypatch):
         tendon.sweep(study, "run", stop=stop)
 
 
-# --- xarray -----------------------------------------------------------------------------------------------------------
+# --- xarray ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("content", [CONTENT, {}, {**CONTENT, "output": {"tables": ["designs"]}}])

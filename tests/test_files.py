@@ -3,6 +3,7 @@
 import errno
 import os
 import socket
+from pathlib import Path
 
 import pytest
 
@@ -40,13 +41,14 @@ def not_files(folder):
 
 def test_what_is_no_file_is_refused_at_once_and_left_open_nowhere(tmp_path):
     listening, found = not_files(tmp_path)
-    before = len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0  # noqa: PTH112, PTH208
+    descriptors = Path("/proc/self/fd")
+    before = len(list(descriptors.iterdir())) if descriptors.is_dir() else 0
     for name, path in found.items():
         kind = {"zero": "device"}.get(name, name.partition(" ")[0])
         with at_most(1), pytest.raises(OSError, match=f"it is a {kind}, expected a file"):
             open_file(path)
     if before:
-        assert len(os.listdir("/proc/self/fd")) == before  # noqa: PTH208
+        assert len(list(descriptors.iterdir())) == before
     listening.close()
 
 

@@ -1,4 +1,4 @@
-"""What a session or a notebook shows and takes: numbers of NumPy and pandas, short reprs, pictures, errors by kind."""
+"""Sessions and notebooks: numbers of NumPy and pandas, short reprs, pictures, errors by kind."""
 
 import base64
 import re
@@ -29,7 +29,7 @@ def results():
     }
 
 
-# --- What is taken ----------------------------------------------------------------------------------------------------
+# --- What is taken --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -131,7 +131,7 @@ def test_a_count_of_jobs_is_one(jobs):
             verb({}, jobs=jobs)
 
 
-# --- What is shown ----------------------------------------------------------------------------------------------------
+# --- What is shown --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", ["study", "run", "answer", "fit", "state"])
@@ -153,7 +153,8 @@ def test_every_result_has_a_short_repr_a_text_a_record_and_a_picture(results, na
 def test_a_run_and_an_answer_are_opened_and_drawn_from_their_folders(workplace):
     tendon.sweep(ASKED, "run")
     tendon.design(ASKED, "answer")
-    run, answer = tendon.open("run"), tendon.open("answer")
+    run = tendon.open("run")
+    answer = tendon.open("answer")
     assert run.record["designs"] == 4
     assert answer.record["choices"] == 2
     assert run.plot("motor_torque", "elbow_stiffness", where="load_mass = 5 kg").axes

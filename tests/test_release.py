@@ -1,4 +1,4 @@
-"""A release holds all that the package needs; its wheel is installed and tried on every Python that it is for."""
+"""A release holds all that the package needs; its wheel works on every Python it is for."""
 
 import os
 import re
@@ -46,10 +46,9 @@ def test_the_conda_recipe_asks_for_what_the_package_asks_for():
 
 
 def test_the_image_is_built_of_what_a_release_is_built_of():
-    """What the Dockerfile copies is what .dockerignore lets through, and is all that the build needs."""
-    dockerfile, ignored = (
-        (ROOT / name).read_text().splitlines() for name in ("Dockerfile", ".dockerignore")
-    )
+    """The Dockerfile copies all that .dockerignore lets through, and that is all of the build."""
+    dockerfile = (ROOT / "Dockerfile").read_text().splitlines()
+    ignored = (ROOT / ".dockerignore").read_text().splitlines()
     copies = [
         line.split()[1:-1]
         for line in dockerfile
@@ -108,11 +107,13 @@ def python_of(version):
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
-    """The wheel that `make release` would build, of a copy of the sources."""
-    for name in ("build", "auditwheel") if sys.platform == "linux" else ("build",):
-        pytest.importorskip(
-            name, reason=f"`{name}` is not installed: pip install -c constraints.txt '.[release]'"
-        )
+    """Build the wheel of `make release` from a copy of the sources."""
+    needed = ["build"]
+    if sys.platform == "linux":
+        needed.append("auditwheel")
+    for name in needed:
+        reason = f"`{name}` is not installed: pip install -c constraints.txt '.[release]'"
+        pytest.importorskip(name, reason=reason)
     source, out = (tmp_path_factory.mktemp("release") / name for name in ("source", "dist"))
     left_out = shutil.ignore_patterns("*.so", "*.pyd", "__pycache__")
     for name in ("tendon_cli", "configs"):

@@ -1,4 +1,4 @@
-"""What texts are made of: numbers that can be read back, shares that claim no more than a sample shows, limits."""
+"""Words: numbers that can be read back, shares that claim no more than a sample shows, limits."""
 
 import math
 import re

@@ -135,20 +135,19 @@ def test_a_plain_number_needs_no_unit(text, si):
     assert parse_measure(text, "number").si == si
 
 
-# --- Rounding and round trips ----------------------------------------------------------------------------------------
+# --- Rounding and round trips ---------------------------------------------------------------------
 
 SAFE = st.floats(allow_nan=False, allow_infinity=False)
 SYMBOLS = st.sampled_from([unit for unit in UNITS.values() if unit.symbol != "1"])
 
 
 def again(measure):
-    """A measure read back from what it says of itself."""
-    said, dimension = measure.document(), measure.unit.dimension
-    return (
-        parse_measure(said, dimension)
-        if isinstance(said, str)
-        else measure_of_number(said, dimension)
-    )
+    """Read a measure back from its form in a study file."""
+    written = measure.document()
+    dimension = measure.unit.dimension
+    if isinstance(written, str):
+        return parse_measure(written, dimension)
+    return measure_of_number(written, dimension)
 
 
 @given(SAFE)
@@ -224,7 +223,7 @@ def test_numbers_beyond_a_float_are_infinite_or_zero(power, expected):
     assert to_float(-(Fraction(10) ** power)) == -expected
 
 
-# --- Hostile text ----------------------------------------------------------------------------------------------------
+# --- Hostile text ---------------------------------------------------------------------------------
 
 
 @given(st.text(max_size=60))

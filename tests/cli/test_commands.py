@@ -31,7 +31,7 @@ def test_both_ways_to_start_give_the_same(outside, tendon, python):
     assert outside(*words, "sweep", "none.toml", "--json", python=python).exit == 2
 
 
-# --- init ------------------------------------------------------------------------------------------------------------
+# --- init -----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", [None, "mine.yml"])
@@ -58,7 +58,7 @@ def test_of_many_inits_at_once_one_writes_the_starter(outside, workplace):
     assert load_study(workplace / "mine.toml").name == "mine"
 
 
-# --- state -----------------------------------------------------------------------------------------------------------
+# --- state ----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,7 @@ def study(workplace):
     return workplace / "study.toml"
 
 
-# --- Signals ----------------------------------------------------------------------------------------------------------
+# --- Signals --------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -55,7 +55,7 @@ def test_a_signal_while_modules_are_read_ends_quietly(outside, study, module, nu
     assert not (study.parent / "results").exists()
 
 
-# --- Memory -----------------------------------------------------------------------------------------------------------
+# --- Memory ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
@@ -95,7 +95,7 @@ def test_what_the_system_says_of_memory_is_known():
     assert not is_memory_short(ValueError("malloc of size 5 failed"))
 
 
-# --- What reaches a terminal ------------------------------------------------------------------------------------------
+# --- What reaches a terminal ----------------------------------------------------------------------
 
 RAW = "\x1b]0;owned\x07\x1b[2J\x9b31m\u202e"
 
@@ -132,7 +132,7 @@ def test_harmless_text_says_the_same_as_json_would(text):
     assert shown.encode("utf-16", "surrogatepass") == text.encode("utf-16", "surrogatepass")
 
 
-# --- No equilibrium ---------------------------------------------------------------------------------------------------
+# --- No equilibrium -------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

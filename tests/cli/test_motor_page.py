@@ -116,7 +116,7 @@ def test_a_page_without_speed_and_reversal_is_as_before(tendon, workplace):
     assert sections == {"Geometry", "Sheath,", "Load", "Balance", "Results", "Setting"}
 
 
-# --- The figure ------------------------------------------------------------------------------------------------------
+# --- The figure -----------------------------------------------------------------------------------
 
 
 SPEED = np.radians(60.0)

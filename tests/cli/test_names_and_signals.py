@@ -42,7 +42,7 @@ def study(workplace):
     return workplace / "study.toml"
 
 
-# --- Names ------------------------------------------------------------------------------------------------------------
+# --- Names ----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("words", PLACES, ids=" ".join)
@@ -85,7 +85,7 @@ def test_from_python_it_is_a_tendon_error_too(workplace, given, take):
     assert fault.value.exit == 2
 
 
-# --- Writers ----------------------------------------------------------------------------------------------------------
+# --- Writers --------------------------------------------------------------------------------------
 
 
 def test_a_file_that_is_called_as_a_temporary_one_is_not_touched(tendon, study):
@@ -116,7 +116,7 @@ def test_a_table_is_not_exported_over_itself(tendon, workplace):
     assert people.read_text(encoding="utf-8").startswith("name,weight")
 
 
-# --- Signals ----------------------------------------------------------------------------------------------------------
+# --- Signals --------------------------------------------------------------------------------------
 
 HELD = """
 import sys, time

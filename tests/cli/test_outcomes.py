@@ -81,7 +81,7 @@ def test_a_bug_is_exit_1_and_says_so(tendon, study, monkeypatch):
     assert "--debug" in ran.json["error"]["hint"]
 
 
-# --- Output that cannot be written ------------------------------------------------------------------------------------
+# --- Output that cannot be written ----------------------------------------------------------------
 
 
 def one_line(said):
@@ -159,7 +159,7 @@ def test_a_folder_without_permission_is_exit_5(tendon, study):
     assert tendon("sweep", study, "--no-figures", "--out", "closed/run").exit == 5
 
 
-# --- What is said ----------------------------------------------------------------------------------------------------
+# --- What is said ---------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("words", [(), ("--quiet",), ("--dry-run",)])

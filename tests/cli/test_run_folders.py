@@ -55,7 +55,7 @@ def refused(ran):
     return (ran.exit, ran.json["error"]["kind"]) == (7, "folder")
 
 
-# --- Finished runs ---------------------------------------------------------------------------------------------------
+# --- Finished runs --------------------------------------------------------------------------------
 
 
 def interrupted(*_):
@@ -94,7 +94,7 @@ def test_another_order_of_axes_or_other_results_are_refused(run, workplace, monk
     assert (ran.exit, "order of the axes" in ran.json["error"]["message"]) == (7, True)
 
 
-# --- Overwriting ------------------------------------------------------------------------------------------------------
+# --- Overwriting ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("before", "after"), [(SEVERAL, ONE), (ONE, SEVERAL), (SEVERAL, SEVERAL)])
@@ -167,7 +167,7 @@ def test_overwrite_never_reaches_outside_its_folder(run, workplace, path):
         assert (workplace / "precious.txt").read_text(encoding="utf-8") == "mine"
 
 
-# --- Folders that never were a run ------------------------------------------------------------------------------------
+# --- Folders that never were a run ----------------------------------------------------------------
 
 FOREIGN = {
     "a file": ("chapter.txt", "x"),
@@ -268,7 +268,7 @@ def test_a_study_whose_name_is_not_utf_8_is_swept(outside, workplace):
     assert outside("sweep", odd, "--json", "--no-figures").exit == 0
 
 
-# --- Unfinished runs -------------------------------------------------------------------------------------------------
+# --- Unfinished runs ------------------------------------------------------------------------------
 
 
 def test_a_late_part_of_an_older_run_does_not_stay(run, monkeypatch):
@@ -285,7 +285,7 @@ def test_a_late_part_of_an_older_run_does_not_stay(run, monkeypatch):
     assert run().exit == 0
 
 
-# --- Figures ----------------------------------------------------------------------------------------------------------
+# --- Figures --------------------------------------------------------------------------------------
 
 
 def test_no_figure_of_an_older_run_stays_after_a_kill_between_picture_and_record(
@@ -333,7 +333,7 @@ def test_a_figure_never_costs_a_run(sweep, monkeypatch, error):
     assert sweep("--json").json["figures"] == ["slack_map.png"]
 
 
-# --- Signals ---------------------------------------------------------------------------------------------------------
+# --- Signals --------------------------------------------------------------------------------------
 
 
 def test_the_handlers_of_before_are_back_after_a_sweep(run):

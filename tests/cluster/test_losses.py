@@ -25,7 +25,7 @@ def in_background(act):
     return thread
 
 
-# --- Workers that die ------------------------------------------------------------------------------------------------
+# --- Workers that die -----------------------------------------------------------------------------
 
 
 def test_the_parts_of_a_worker_that_is_killed_are_made_by_another(
@@ -106,7 +106,7 @@ def test_a_scheduler_that_is_killed_ends_the_run(tendon, study, start_cluster, l
     assert hashes_in(Path("run")) == local.hashes
 
 
-# --- Workers that are not fit ----------------------------------------------------------------------------------------
+# --- Workers that are not fit ---------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -140,7 +140,7 @@ def test_a_worker_that_comes_later_and_is_not_fit_ends_the_run(tendon, study, st
     assert leftovers("run") == []
 
 
-# --- Addresses -------------------------------------------------------------------------------------------------------
+# --- Addresses ------------------------------------------------------------------------------------
 
 MALFORMED = [
     "localhost:8786",

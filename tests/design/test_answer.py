@@ -43,7 +43,7 @@ def paper():
     return tendon.design(PAPER)
 
 
-# --- The paper's arm -------------------------------------------------------------------------------------------------
+# --- The paper's arm ------------------------------------------------------------------------------
 
 
 def test_no_pretension_suits_the_papers_arm(paper):
@@ -179,7 +179,7 @@ def test_the_least_change_of_what_is_asked_for_gives_a_window_and_less_gives_non
         )
 
 
-# --- Best ------------------------------------------------------------------------------------------------------------
+# --- Best -----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("column", ["pretension", "max_tension", "peak_motor_torque", "tolerance"])
@@ -236,7 +236,7 @@ def test_rows_named_best_stand_in_the_table_and_an_edge_is_said_to_be_one(tmp_pa
     assert "K is at its upper end, K 6 kN/m: widen the range" in answer.text
 
 
-# --- Sensitivities ---------------------------------------------------------------------------------------------------
+# --- Sensitivities --------------------------------------------------------------------------------
 
 
 def test_sensitivities_are_the_slopes_of_the_ends(tmp_path):
@@ -263,7 +263,7 @@ def test_sensitivities_are_the_slopes_of_the_ends(tmp_path):
         assert each["per_percent"] * 100 == pytest.approx(slope, rel=1e-6, abs=1e-6), each["key"]
 
 
-# --- What cannot be asked, and what is told --------------------------------------------------------------------------
+# --- What cannot be asked, and what is told -------------------------------------------------------
 
 
 @pytest.mark.parametrize("text", [CATALOGUE, LOADS])

@@ -180,7 +180,7 @@ def evaluate_all(study, pretension):
     )
 
 
-# --- Two nearly equal peaks ------------------------------------------------------------------------------------------
+# --- Two nearly equal peaks -----------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("apart", [-0.004, 0.002, 0.004, 0.007])
@@ -231,7 +231,7 @@ def test_of_two_nearly_equal_peaks_the_higher_one_is_the_worst():
     )
 
 
-# --- Intervals -------------------------------------------------------------------------------------------------------
+# --- Intervals ------------------------------------------------------------------------------------
 
 
 INTERVALS = {
@@ -261,7 +261,7 @@ def test_an_interval_of_postures_is_proved_and_that_of_very_many(worst):
     assert answer.choices.pretension_to[0] == pytest.approx(many.high.min(), abs=2e-6)
 
 
-# --- Limits on the whole motion -------------------------------------------------------------------------------------
+# --- Limits on the whole motion -------------------------------------------------------------------
 
 
 def test_the_power_of_a_load_between_two_is_found():
@@ -444,7 +444,7 @@ def test_two_thousand_estimates_along_trajectories_are_not_too_small():
     assert check_estimates(along_trajectories(7, 2000)) > 300
 
 
-# --- Random designs --------------------------------------------------------------------------------------------------
+# --- Random designs -------------------------------------------------------------------------------
 
 
 def random_study(rng, number):

@@ -143,7 +143,7 @@ def test_a_rigid_spring_is_infinite_in_tables_and_a_word_in_what_is_read():
     assert tendon.study(study.document()).hash == study.hash
 
 
-# --- Setting and reading ---------------------------------------------------------------------------------------------
+# --- Setting and reading --------------------------------------------------------------------------
 
 K5 = {"spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}}
 MIDDLE = 0.5 * (122.121369120 + 173.934155491)

@@ -63,7 +63,7 @@ def states(folder: Path, content: dict[str, Any]) -> TableFiles:
     return table(sweep(folder, {**angles, **content}), "states")
 
 
-# --- What stands in a figure -----------------------------------------------------------------------------------------
+# --- What stands in a figure ----------------------------------------------------------------------
 
 
 def figures_of(of: TableFiles, **spec: Any) -> list[Any]:

@@ -21,7 +21,7 @@ MOTION = {"elbow_angle": grid("0 deg", "90 deg", 7)}
 SMALL = {"load": {"mass": ["0 kg", "5 kg"]}, "motion": MOTION}
 
 
-# --- Derived quantities ----------------------------------------------------------------------------------------------
+# --- Derived quantities ---------------------------------------------------------------------------
 
 
 def test_an_elongation_is_what_the_tension_of_its_side_makes_of_the_compliance(tmp_path):
@@ -60,7 +60,7 @@ def test_what_a_figure_may_show_is_what_the_tables_have():
     assert set(OF_DESIGNS) == {*quantities.OF_DESIGNS, *quantities.OF_CYCLES}
 
 
-# --- Declaring -------------------------------------------------------------------------------------------------------
+# --- Declaring ------------------------------------------------------------------------------------
 
 
 def figure(name="a", quantity="motor_torque", **more):

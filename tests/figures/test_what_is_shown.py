@@ -53,7 +53,7 @@ def rows_of(folder: Path, **equal: Any) -> Any:
     return read
 
 
-# --- Captions and metadata -------------------------------------------------------------------------------------------
+# --- Captions and metadata ------------------------------------------------------------------------
 
 
 def test_filters_and_what_is_common_stand_in_the_caption(run: Path) -> None:
@@ -128,7 +128,7 @@ def test_a_key_too_long_for_a_small_figure_is_broken(tmp_path: Path) -> None:
     assert notes.get_window_extent().y1 <= box.y0 + 1.0
 
 
-# --- Slack and instability in curves ---------------------------------------------------------------------------------
+# --- Slack and instability in curves --------------------------------------------------------------
 
 
 def test_unstable_stretches_are_marked_where_the_stiffness_is_negative(run: Path) -> None:
@@ -239,7 +239,7 @@ def test_panels_that_repeat_are_drawn_once(run: Path, tmp_path: Path) -> None:
     assert "The same picture for $R_{f}$ = 30 mm, $R_{f}$ = 40 mm." in words(maps)
 
 
-# --- Maps ------------------------------------------------------------------------------------------------------------
+# --- Maps -----------------------------------------------------------------------------------------
 
 
 def test_a_map_hatches_just_the_unstable_designs(tmp_path: Path) -> None:
@@ -300,7 +300,7 @@ def test_truths_are_filtered_by_their_word(tmp_path: Path) -> None:
         figure_of(of, quantity="margin", where="stable > 0")
 
 
-# --- Asking ----------------------------------------------------------------------------------------------------------
+# --- Asking ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", ["study.toml", "study.yaml", "study.YML"])

@@ -112,7 +112,7 @@ def test_the_papers_arm_as_a_table_of_its_own_excursions():
         )
 
 
-# --- Random joints against the rig -----------------------------------------------------------------------------------
+# --- Random joints against the rig ----------------------------------------------------------------
 
 
 def suit(seed, *, at_motor):

@@ -39,7 +39,7 @@ def degrees(low, high, count):
     return np.radians(np.linspace(low, high, count)).reshape(1, -1)
 
 
-# --- States ----------------------------------------------------------------------------------------------------------
+# --- States ---------------------------------------------------------------------------------------
 
 
 def test_what_the_motor_gives_is_held_stored_or_lost_in_every_state():
@@ -119,7 +119,7 @@ def test_frictions_loss_is_that_of_its_elements(name):
     assert float(found["friction_loss"]) == pytest.approx(expected, rel=2e-5, abs=1e-9)
 
 
-# --- Cycles ----------------------------------------------------------------------------------------------------------
+# --- Cycles ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -49,7 +49,7 @@ def test_what_may_be_divided_by_zero_has_no_bound():
     assert not np.isfinite(terms[0][1]).any()
 
 
-# --- States ----------------------------------------------------------------------------------------------------------
+# --- States ---------------------------------------------------------------------------------------
 
 
 def random_numbers(rng, count):
@@ -113,7 +113,7 @@ def test_states_over_cells_hold_the_models_own(kind):
             assert (np.abs(theirs - value) <= radius + 1e-9 * np.abs(value)).all()
 
 
-# --- Against exact rationals ------------------------------------------------------------------------------------------
+# --- Against exact rationals ----------------------------------------------------------------------
 
 
 def random_states(seed, count):

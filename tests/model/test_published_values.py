@@ -26,7 +26,7 @@ def least(changes, flexion, values):
     return np.min(values(actuator.evaluate(design(baseline(**changes)), FULL_RANGE, flexion)))
 
 
-# --- Kinematics (Eqs. 1-3, Fig. 4) -----------------------------------------------------------------------------------
+# --- Kinematics (Eqs. 1-3, Fig. 4) ----------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -77,7 +77,7 @@ def test_the_flexor_passes_the_joints_centre_near_157_and_behind_22_degrees():
         assert (status != statics.NO_EQUILIBRIUM) == flexes
 
 
-# --- Statics (Eqs. 4-5, 12-20) ---------------------------------------------------------------------------------------
+# --- Statics (Eqs. 4-5, 12-20) --------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("unilateral", [True, False])
@@ -133,7 +133,7 @@ def test_states_at_75_degrees(case, printed, slack):
         assert state.flexor_slack == 0.0
 
 
-# --- Stiffness and required pretension -------------------------------------------------------------------------------
+# --- Stiffness and required pretension ------------------------------------------------------------
 
 
 def test_the_least_elbow_stiffness_of_the_unloaded_arm():

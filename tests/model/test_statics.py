@@ -86,7 +86,7 @@ def test_more_pretension_on_any_side_never_lowers_a_tension(unilateral, tightene
     assert (after.balance.loose[here] <= before.balance.loose[here]).all()
 
 
-# --- Limits and symmetries -------------------------------------------------------------------------------------------
+# --- Limits and symmetries ------------------------------------------------------------------------
 
 EVERY_RESULT = (
     "flexor_tension_proximal",

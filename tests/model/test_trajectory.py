@@ -138,7 +138,7 @@ def test_windows_along_a_trajectory_are_where_its_columns_keep_the_limit(name):
         assert end == wider or value(end + 1e-3 * outward) > bounds[name]
 
 
-# --- The direction of friction ---------------------------------------------------------------------------------------
+# --- The direction of friction --------------------------------------------------------------------
 
 
 def test_friction_turns_once_the_angle_has_come_back_far_enough():

@@ -73,7 +73,7 @@ def test_limits_of_torque_and_tension_instead_of_stiffness():
     assert found.high_by[at] == MOST
 
 
-# --- Random designs, limits and loads --------------------------------------------------------------------------------
+# --- Random designs, limits and loads -------------------------------------------------------------
 
 COUNT, STATES = 200, (2, 6)
 NAMES = (
@@ -257,7 +257,7 @@ def test_the_named_limit_binds_in_the_named_state(problem, found, end):
         assert beyond[name][place] > 0.0 or at_end[at, load] <= 0.02, name
 
 
-# --- Edges -----------------------------------------------------------------------------------------------------------
+# --- Edges ----------------------------------------------------------------------------------------
 
 
 def test_a_limit_that_pretension_cannot_change_is_the_reason():

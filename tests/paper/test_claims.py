@@ -409,7 +409,7 @@ def test_f9_to_f11_what_pretension_springs_and_ratio_do_to_slack(paper):
     assert small["taut"].tolist() == [True, *[False] * (len(small) - 1)]
 
 
-# --- Where the load is held ------------------------------------------------------------------------------------------
+# --- Where the load is held -----------------------------------------------------------------------
 
 
 def test_all_findings_hold_together_from_270_to_355_mm_and_the_range_has_no_gaps(reproduced):
@@ -424,7 +424,7 @@ def test_all_findings_hold_together_from_270_to_355_mm_and_the_range_has_no_gaps
         assert replace(reproduced, failing=failing).span is None
 
 
-# --- Verdicts --------------------------------------------------------------------------------------------------------
+# --- Verdicts -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -435,7 +435,7 @@ def test_a_verdict_is_that_of_its_parts(parts, verdict):
     assert judged == (verdict, "0.0, 2.0 N of 3", (-0.04, 2.0, 3.0))
 
 
-# --- Mutations ------------------------------------------------------------------------------------------------------
+# --- Mutations ------------------------------------------------------------------------------------
 
 RIGHT, COMPLIANCE = Anchors.motion, sheath.tendon_compliance
 

@@ -25,7 +25,7 @@ def page(reproduced):
     return (reproduced.out / "ledger.md").read_text(encoding="utf-8")
 
 
-# --- What the ledger says --------------------------------------------------------------------------------------------
+# --- What the ledger says -------------------------------------------------------------------------
 
 
 def test_every_verdict_is_the_one_on_record_in_the_text_and_the_data(reproduced):
@@ -84,7 +84,7 @@ def test_progress_counts_every_step_once(reproduced, steps):
     assert steps == [(done, total) for done in range(1, total + 1)]
 
 
-# --- What it rests on ------------------------------------------------------------------------------------------------
+# --- What it rests on -----------------------------------------------------------------------------
 
 
 def test_the_packaged_studies_are_those_that_are_shipped(configs):
@@ -101,7 +101,7 @@ def test_the_kept_ledger_is_what_the_tool_says_today(reproduced, again):
     assert again[1].page().encode() == (reproduced.out / "ledger.md").read_bytes()
 
 
-# --- The letter of the paper -----------------------------------------------------------------------------------------
+# --- The letter of the paper ----------------------------------------------------------------------
 
 
 def test_eq_12_as_printed_solves_the_printed_equation_and_the_elbow(paper):

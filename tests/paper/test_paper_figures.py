@@ -30,7 +30,7 @@ def key(page):
     return [text.get_text() for legend in page.legends for text in legend.get_texts()]
 
 
-# --- The paper's figures ---------------------------------------------------------------------------------------------
+# --- The paper's figures --------------------------------------------------------------------------
 
 
 def test_fig_4_shows_the_ratio_and_where_it_passes_one(pages):

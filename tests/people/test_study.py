@@ -156,7 +156,7 @@ def test_packed_content_comes_back_and_bombs_are_refused():
         unpacked(packed(FILE.encode() * 100)[:-10])
 
 
-# --- Statistics of one's own -----------------------------------------------------------------------------------------
+# --- Statistics of one's own ----------------------------------------------------------------------
 
 
 def ansur2_text():

@@ -76,7 +76,7 @@ def test_the_mean_man_is_the_one_that_the_anchors_stand_on():
     assert named(SURVEY, "mean-woman").body.weight == [67.76]
 
 
-# --- Statistics that cannot be ---------------------------------------------------------------------------------------
+# --- Statistics that cannot be --------------------------------------------------------------------
 
 SIZE = len(DIMENSIONS)
 MEAN = [1000.0, 80.0, *[330.0] * (SIZE - 2)]

@@ -78,7 +78,7 @@ def _conditions(values):
     return asked.vary(**{"design.conditions": [key.replace("__", ".") for key in values]})
 
 
-# --- Where a spring sits ---------------------------------------------------------------------------------------------
+# --- Where a spring sits --------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("key", ["spring__at", "spring__flexor__at", "spring__extensor__at"])

@@ -70,7 +70,7 @@ def test_a_malformed_study_ends_in_one_error_that_says_what_and_where(row, tmp_p
         assert [word for word in OF_PYTHON if word in text and word not in given] == []
 
 
-# --- Files that are not there or cannot be read ----------------------------------------------------------------------
+# --- Files that are not there or cannot be read ---------------------------------------------------
 
 
 def test_a_missing_file_is_named_with_what_lies_beside_it(tmp_path):
@@ -161,7 +161,7 @@ def test_names_and_lines_of_named_files_come_out_harmless(tmp_path, key, content
     assert fit_to_print(caught.value)
 
 
-# --- Nothing is ever executed, and little is needed ------------------------------------------------------------------
+# --- Nothing is ever executed, and little is needed -----------------------------------------------
 
 
 def test_nothing_that_a_study_says_is_executed(tmp_path):

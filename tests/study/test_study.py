@@ -87,7 +87,7 @@ def bits(values):
     return np.asarray(values, np.float64).tobytes()
 
 
-# --- Defaults --------------------------------------------------------------------------------------------------------
+# --- Defaults -------------------------------------------------------------------------------------
 
 
 def test_the_baseline_is_the_one_of_the_paper(load):
@@ -111,7 +111,7 @@ def test_the_name_is_the_stem_of_the_file_unless_given(load, name):
     assert load("", stem=name).name == load(f'name = "{name}"').name == name
 
 
-# --- TOML and YAML say the same --------------------------------------------------------------------------------------
+# --- TOML and YAML say the same -------------------------------------------------------------------
 
 TWINS = [
     ("", ""),
@@ -214,7 +214,7 @@ def test_the_hash_knows_everything_else(content):
     assert study_from({"name": "study", **content}).hash != study_from({"name": "study"}).hash
 
 
-# --- Exact numbers ---------------------------------------------------------------------------------------------------
+# --- Exact numbers --------------------------------------------------------------------------------
 
 
 FACTORS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "um": 1e-6, "in": 0.0254}
@@ -258,7 +258,7 @@ def test_a_list_or_a_grid_of_one_is_an_axis_and_a_single_value_is_not():
     assert one("load.mass", 2).axes == one("motion.elbow_angle", ["0 deg", "10 deg"]).axes == ()
 
 
-# --- Axes ------------------------------------------------------------------------------------------------------------
+# --- Axes -----------------------------------------------------------------------------------------
 
 
 def an_axis(key):
@@ -339,7 +339,7 @@ def test_the_order_of_the_axes_is_part_of_the_study(load):
     assert load(mass + ratio).hash != load(ratio + mass).hash
 
 
-# --- --set -----------------------------------------------------------------------------------------------------------
+# --- --set ----------------------------------------------------------------------------------------
 
 
 RATIO, B1 = "spool.ratio=[0.9, 1.0]", "arm.b1=[0.1, 0.2]"
@@ -402,7 +402,7 @@ def test_a_setting_that_mends_the_file_makes_it_valid(load):
     assert load("[load]\nmass = '5 m'\n", "load.mass=5 kg").load.mass.single == 5.0
 
 
-# --- Sides and cases -------------------------------------------------------------------------------------------------
+# --- Sides and cases ------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("key", PER_SIDE)
@@ -438,7 +438,7 @@ def test_each_side_has_its_own_friction_and_bend():
     )
 
 
-# --- Studies of every shape ------------------------------------------------------------------------------------------
+# --- Studies of every shape -----------------------------------------------------------------------
 
 
 def near(key):
@@ -524,7 +524,7 @@ def test_extremes_are_those_of_the_values_which_are_read_only(value):
         values.array[0] = 9.0
 
 
-# --- Nothing changes after it is read --------------------------------------------------------------------------------
+# --- Nothing changes after it is read -------------------------------------------------------------
 
 
 def test_a_study_is_frozen():
@@ -539,7 +539,7 @@ def test_a_study_is_frozen():
             setattr(part, name, "x")
 
 
-# --- Routes ----------------------------------------------------------------------------------------------------------
+# --- Routes ---------------------------------------------------------------------------------------
 
 
 def half_circle(scale=1.0, count=40, separator=",", header="x,y,z", comment=""):
@@ -659,7 +659,7 @@ def test_a_route_that_no_sheath_follows_is_refused(load):
         load(ROUTE, r_csv="x,y,z\n" + rows)
 
 
-# --- What is said of numbers ------------------------------------------------------------------------------------------
+# --- What is said of numbers ----------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -697,7 +697,7 @@ def test_relative_paths_are_relative_to_the_study(tmp_path, monkeypatch):
     assert bend_of(load_study(tmp_path / "deep" / "study.toml")) == pytest.approx(math.pi, rel=1e-4)
 
 
-# --- Fitted friction -------------------------------------------------------------------------------------------------
+# --- Fitted friction ------------------------------------------------------------------------------
 
 FRAGMENT = "[friction]\ncoefficient = 0.073\nstandard_error = 0.002\nsource = 'readings.csv'\n"
 

@@ -142,7 +142,7 @@ def assert_same(found, expected, tolerance=1e-10):
     )
 
 
-# --- Rows ------------------------------------------------------------------------------------------------------------
+# --- Rows -----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -197,7 +197,7 @@ def test_every_row_says_which_design_it_is(request, run, numbers, table):
     ]
 
 
-# --- Reductions ------------------------------------------------------------------------------------------------------
+# --- Reductions -----------------------------------------------------------------------------------
 
 
 def stiffness_of(states, side):
@@ -346,7 +346,7 @@ def test_at_the_required_pretension_the_margin_is_zero_and_the_design_taut(slack
     assert below["slack_fraction"] > 0.0 > below["margin"]
 
 
-# --- Nulls -----------------------------------------------------------------------------------------------------------
+# --- Nulls ----------------------------------------------------------------------------------------
 
 
 NOT_PUSHING = ("flexor_slack", "extensor_slack")
@@ -401,7 +401,7 @@ def test_a_design_without_any_equilibrium_has_no_results_but_its_shares(new_swee
     assert not designs[["taut", "feasible"]].any(axis=None)
 
 
-# --- Columns, units, metadata ----------------------------------------------------------------------------------------
+# --- Columns, units, metadata ---------------------------------------------------------------------
 
 
 def test_the_tables_of_the_smallest_study_have_the_published_columns_in_order(new_sweep, tmp_path):

@@ -75,7 +75,7 @@ def is_refused_or_unchanged(file, original):
         return str(file) in str(error.where)
 
 
-# --- Damage ----------------------------------------------------------------------------------------------------------
+# --- Damage ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("where", "flips"), [("pages", 150), ("footer", 300)])
@@ -149,7 +149,7 @@ def test_a_table_moved_and_renamed_is_still_whole(small, tmp_path, table):
     assert contents(tmp_path / "elsewhere.pq") == contents(small.folder / f"{table}.parquet")
 
 
-# --- Foreign files ---------------------------------------------------------------------------------------------------
+# --- Foreign files --------------------------------------------------------------------------------
 
 
 PLAIN = pa.table({"design": [0, 1], "margin": [1.0, 2.0]})
@@ -197,7 +197,7 @@ def test_what_tendon_did_not_write_is_refused_by_name(tendon, tmp_path, kind):
     assert (ran.exit, ran.json["error"]["kind"]) == (3, "input")
 
 
-# --- Folders of parts ------------------------------------------------------------------------------------------------
+# --- Folders of parts -----------------------------------------------------------------------------
 
 
 def turned(folder, name="part-00002.parquet"):
@@ -243,7 +243,7 @@ def test_parts_in_the_wrong_order_are_refused_or_put_in_order(parted):
     assert is_refused_or_unchanged(folder, original)
 
 
-# --- Writing that fails ----------------------------------------------------------------------------------------------
+# --- Writing that fails ---------------------------------------------------------------------------
 
 
 def cut(file, _size):
@@ -370,7 +370,7 @@ def test_a_case_and_a_title_may_be_anything(new_sweep, tmp_path, name):
     assert {chunk.statistics.min for chunk in chunks if chunk.path_in_schema == "case"} == {name}
 
 
-# --- In a run's folder -----------------------------------------------------------------------------------------------
+# --- In a run's folder ----------------------------------------------------------------------------
 
 
 TWO_BY_TWO = """

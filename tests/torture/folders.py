@@ -59,7 +59,7 @@ def outcome(record, _out, **more):
     return SimpleNamespace(record=record, **more)
 
 
-# --- Harm ------------------------------------------------------------------------------------------------------------
+# --- Harm -----------------------------------------------------------------------------------------
 
 
 def delete(file, _chance):
@@ -125,7 +125,7 @@ def has_header(known):
     return any("tables" in entry for entry in known)
 
 
-# --- Why a run may be refused ----------------------------------------------------------------------------------------
+# --- Why a run may be refused ---------------------------------------------------------------------
 
 
 @contextmanager
@@ -167,7 +167,7 @@ OBSTACLES = {"held": _held, "forbidden": _journal_is_forbidden} | {
 }
 
 
-# --- The folder ------------------------------------------------------------------------------------------------------
+# --- The folder -----------------------------------------------------------------------------------
 
 
 class Folder(RuleBasedStateMachine):

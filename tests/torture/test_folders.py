@@ -48,7 +48,7 @@ def test_whatever_happens_for_long_it_comes_to_the_same_bytes(number):
     histories(number, 60, 25)
 
 
-# --- Every place -----------------------------------------------------------------------------------------------------
+# --- Every place ----------------------------------------------------------------------------------
 
 
 @functools.cache

@@ -46,7 +46,7 @@ def assert_resumes(verb, place, expected, hashes_in, *words):
     return json.loads(out)
 
 
-# --- Signals ---------------------------------------------------------------------------------------------------------
+# --- Signals --------------------------------------------------------------------------------------
 
 
 def moment(point, chance):
@@ -133,7 +133,7 @@ def test_a_run_that_was_told_to_ignore_hang_ups_goes_on(place):
     assert signalled(place, settings, SWEEP, [HANG_UP], None, **ignore) == 0
 
 
-# --- Two runs on one folder ------------------------------------------------------------------------------------------
+# --- Two runs on one folder -----------------------------------------------------------------------
 
 RACES = [(verb, way) for verb in RECORDS for way in ("", "--resume", "--overwrite")]
 
@@ -165,7 +165,7 @@ def test_of_two_runs_on_one_folder_exactly_one_proceeds(
     assert not temporary_files(place / "run")
 
 
-# --- No room ---------------------------------------------------------------------------------------------------------
+# --- No room --------------------------------------------------------------------------------------
 
 FULL = """
 mount -t tmpfs -o size=$1k tmpfs disk || exit 99

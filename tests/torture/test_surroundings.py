@@ -53,7 +53,7 @@ def test_a_link_in_the_run_folder_is_not_written_through(
             assert not precious.exists()
 
 
-# --- No home, no network ---------------------------------------------------------------------------------------------
+# --- No home, no network --------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
