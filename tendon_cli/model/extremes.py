@@ -21,7 +21,7 @@ from tendon_cli.quantities import OF_DESIGNS, QUANTITIES
 
 Extremes = dict[str, Array]
 """Extremes of designs over their states, by name, each of the shape of the designs."""
-Found = Extremes
+Found = Extremes  # name that `engine` and `kernel` import
 
 _SMALLEST = (
     "min_flexor_tension",

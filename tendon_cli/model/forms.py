@@ -48,15 +48,15 @@ class LimitWords:
     """A limit in words; `{}` stands for its bound."""
 
     label: str
-    """What is wrong if it is not kept, for a legend or a table."""
+    """Fault of a design that breaks it, for a legend or a table."""
     topic: str
-    """What it is about."""
+    """Subject in a word or two."""
     broken: str
-    """What happens if it is not kept, as a sentence."""
+    """Sentence that says how a state breaks it."""
     keeps: str
-    """What a pretension does that is high enough, after "the pretension that"."""
+    """Merit of a pretension that is high enough, after "the pretension that"."""
     breaks: str
-    """What a pretension does that is too high, after "the pretension ... already"."""
+    """Fault of a pretension that is too high, after "the pretension ... already"."""
 
 
 @dataclass(frozen=True)

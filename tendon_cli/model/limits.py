@@ -338,7 +338,7 @@ _ALL = (
     ),
 )
 LIMITS: Mapping[str, DesignLimit] = {limit.name: limit for limit in _ALL}
-"""Every limit by its name, in the order of the table."""
+"""Limits by name, in the order of the table."""
 ADDED = tuple(
     limit
     for limit in _ALL

@@ -89,8 +89,8 @@ def end_curves(
 
     # Code of the limit, margin at which it is just kept (N), where that is a lower or upper end
     slack = slack_codes(at)
-    nowhere = np.zeros_like(slack, dtype=np.bool_)
-    ends = [(int(code), np.zeros(()), slack == code, nowhere) for code in np.unique(slack)]
+    never = np.zeros_like(slack, dtype=np.bool_)
+    ends = [(int(code), np.zeros(()), slack == code, never) for code in np.unique(slack)]
     for end in bound_ends(at, bounds):
         moves = end.gain != 0.0
         ends.append((end.code, end.margin, end.is_lower & moves, ~end.is_lower & moves))
@@ -187,13 +187,13 @@ def _parabola_top(values: Array) -> tuple[Array, Array]:
     The first result is its distance from the middle one in spacings, the second its height; where
     the parabola has no higher top between them, the largest of the three counts.
     """
-    before, here, after = np.moveaxis(values, -1, 0)
+    before, centre, after = np.moveaxis(values, -1, 0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        offset = 0.5 * (before - after) / (before - 2.0 * here + after)
+        offset = 0.5 * (before - after) / (before - 2.0 * centre + after)
         rise = 0.25 * (after - before) * offset
     largest = values.max(axis=-1)
-    is_inside = (np.abs(offset) <= 1.0) & (rise > 0.0) & (here + rise > largest)
+    is_inside = (np.abs(offset) <= 1.0) & (rise > 0.0) & (centre + rise > largest)
     return (
         np.where(is_inside, offset, values.argmax(axis=-1) - 1.0),
-        np.where(is_inside, here + rise, largest),
+        np.where(is_inside, centre + rise, largest),
     )

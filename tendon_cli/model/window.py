@@ -33,7 +33,7 @@ from tendon_cli.model.statics import SLACK_TOLERANCE
 
 Positions = npt.NDArray[np.int64]
 """Places in an array, such as those of states among all states of a design."""
-Found = Extremes
+Found = Extremes  # name that `engine` and `kernel` import
 Element = TypeVar("Element", bound=np.generic)
 
 
@@ -238,11 +238,13 @@ def named(ends: Ends, design: Design, elbow_angle: Array, flexion: Flags, bounds
         """Return the codes of the limits that bind in states, or at angles beside these."""
         direction, place = np.divmod(np.maximum(state, 0), elbow_angle.size)
         angle = np.where(np.isnan(beside), elbow_angle.ravel()[place], beside)
-        way = directions[direction, place]
-        of_states = ends_of_states(
-            State.of(design, angle[..., np.newaxis, np.newaxis], way[..., np.newaxis, np.newaxis]),
-            bounds,
+        flexing = directions[direction, place]
+        at = State.of(
+            design,
+            angle[..., np.newaxis, np.newaxis],
+            flexing[..., np.newaxis, np.newaxis],
         )
+        of_states = ends_of_states(at, bounds)
         in_state = _over_design(of_states.high_by if upper else of_states.low_by)
         blocked = _over_design(of_states.blocked)
         in_no_state = np.full((), NOTHING)

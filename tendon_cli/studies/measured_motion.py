@@ -102,13 +102,13 @@ def facts_of(motion: Any, where: str) -> dict[str, Any]:
     steps = np.diff(table.columns["time"])
     cutoff = cutoff_of(motion)
     measured = np.interp(trajectory.time, time, table.columns["angle"])
-    taken = np.degrees(np.std(measured - trajectory.angle))
+    residual = np.degrees(np.std(measured - trajectory.angle))
     rate = 1.0 / float(trajectory.time[1] - trajectory.time[0])
     speed = np.degrees(np.abs(trajectory.speed).max())
     acceleration = np.abs(trajectory.acceleration).max()
     note = (
         f"{shorten(where, 200)}: {len(time):,} samples at {rate:.4g} Hz, low-pass of {cutoff:.4g} "
-        f"Hz (Butterworth, second order, forward and back), which takes {taken:.2g} deg (rms); the "
+        f"Hz (Butterworth, second order, forward and back), which takes {residual:.2g} deg (rms); the "
         f"largest speed is {speed:.4g} deg/s, the largest acceleration {acceleration:.4g} rad/s²"
     )
     warnings = []

@@ -51,7 +51,7 @@ class Listed:
     """Content of a file of persons, a row each."""
 
     columns: tuple[str, ...]
-    """Its columns in their order: dimensions, `name`, `sex`, `weighting`."""
+    """Columns that are read, in their order: dimensions, `name`, `sex`, `weighting`."""
     names: tuple[str, ...]
     sexes: npt.NDArray[np.str_] | None
     """"male" or "female", (n,); None if the file does not say."""
