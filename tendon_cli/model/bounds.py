@@ -1,8 +1,9 @@
-"""What designs are held to, as bounds on lines: each limit on a form of a state over its margin v.
+"""Bounds on designs as bounds on straight lines: each limit on a form of a state over its margin v.
 
-That is how far the pretension is above what keeps the state taut; with it the tensions are x = flexor_floor +
-flexor_gain v and y likewise (`statics.Response`), and the elbow stiffness is a line, too. Compiled code takes what
-`held_forms` gives, and knows no limit by name. Arguments broadcast as in `actuator`; SI units, angles in radians.
+The margin v is how far the pretension is above what keeps the state taut. With it the tensions are
+x = flexor_floor + flexor_gain v and y likewise (`statics.Response`), and the elbow stiffness is a
+line, too. Compiled code takes what `held_forms` gives, and knows no limit by name. Arguments
+broadcast as in `actuator`; SI units, angles in radians.
 """
 
 from __future__ import annotations
@@ -27,13 +28,18 @@ from tendon_cli.model.limits import (
 from tendon_cli.model.statics import SLACK_TOLERANCE
 
 SHARES = ("flexor", "extensor", "stiffness")
+"""Parts of a form that multiply x, y and k."""
 
 
 class Bounds(Mapping[str, "Real"]):
-    """What designs are held to: limits by name, SI, infinite where nothing is asked, and the elbow's speed, rad/s."""
+    """Values of the limits that designs must keep, by name, SI; infinite where nothing is asked.
+
+    Attributes:
+        speed: Speed of the elbow, rad/s; NaN if none is given.
+    """
 
     def __init__(self, *, speed: Real = np.nan, **limits: Real) -> None:
-        """Raises KeyError for a limit that there is not."""
+        """Take values of limits over their defaults. Raises KeyError for an unknown limit."""
         defaults = {
             limit.name: limit.default for limit in LIMITS.values() if limit.default is not None
         }
@@ -52,12 +58,12 @@ class Bounds(Mapping[str, "Real"]):
         return len(self._values)
 
     def changed(self, name: str, value: Real) -> Bounds:
-        """The same with another value of one limit, or of the speed."""
+        """Return the same bounds with another value of one limit, or of the speed."""
         return Bounds(**{"speed": self.speed, **self._values, name: value})
 
     @cached_property
     def asked(self) -> list[DesignLimit]:
-        """The limits that hold for any design, in the order of the table."""
+        """Limits that hold for any of the designs, in the order of the table."""
         return [
             limit
             for name, limit in LIMITS.items()
@@ -66,101 +72,120 @@ class Bounds(Mapping[str, "Real"]):
 
     @property
     def of_motion(self) -> list[DesignLimit]:
-        """Those of them that compare states of the whole motion."""
+        """Limits among them that compare states of the whole motion."""
         return [limit for limit in self.asked if limit.of_motion]
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
-    """A form without constant and the range that it is held to, which a limit asks for; None is no bound."""
+class BoundedForm:
+    """A form without its constant, and the range that a limit asks of it."""
 
     limit: int
     """Index into LIMIT_NAMES."""
     form: Form
-    """Of one of x, y and k alone it is this itself: its share is the number 1.0."""
+    """A form of one of x, y and k alone is divided by its share, which is then the number 1.0."""
     least: Real | None
+    """Lower bound; None if there is none."""
     most: Real | None
+    """Upper bound; None if there is none."""
 
 
-def held_forms(at: State, bounds: Bounds) -> list[Held]:
-    """The forms of states that bounds hold, in the order of the table."""
+def held_forms(at: State, bounds: Bounds) -> list[BoundedForm]:
+    """Return the forms of states that bounds hold, in the order of the table."""
     return [
-        _held(limit, form, bounds[limit.name])
+        _bounded_form(limit, form, bounds[limit.name])
         for limit in bounds.asked
         if limit.forms is not None
         for form in limit.forms(at, bounds.speed)
     ]
 
 
-def _held(limit: DesignLimit, form: Form, bound: Real) -> Held:
-    ends = [
-        None if end is None else end - np.asarray(form.constant) for end in limit.range_of(bound)
-    ]
-    shares = {name: getattr(form, name) for name in SHARES if not is_nothing(getattr(form, name))}
+def _bounded_form(limit: DesignLimit, form: Form, bound: Real) -> BoundedForm:
     code = LIMIT_NAMES.index(limit.name)
+    least, most = (
+        None if end is None else end - np.asarray(form.constant) for end in limit.range_of(bound)
+    )
+    shares = {name: getattr(form, name) for name in SHARES if not is_nothing(getattr(form, name))}
     if len(shares) != 1:
-        return Held(code, Form(form.flexor, form.extensor, form.stiffness), *ends)
+        return BoundedForm(code, Form(form.flexor, form.extensor, form.stiffness), least, most)
     ((name, share),) = shares.items()
-    backward = bool(np.all(np.real(share) < 0.0))
+    if np.all(np.real(share) < 0.0):
+        least, most = most, least
     with np.errstate(divide="ignore"):  # a rigid spring is never extended
-        least, most = (
-            None if end is None else end / np.asarray(share)
-            for end in (ends[::-1] if backward else ends)
-        )
-    return Held(code, Form(**{name: 1.0}), least, most)
+        least, most = (None if end is None else end / np.asarray(share) for end in (least, most))
+    return BoundedForm(code, Form(**{name: 1.0}), least, most)
 
 
 def stiffness_line(at: State) -> tuple[Array, Array]:
-    """k of a taut state over v, the margin: base and gain, N m/rad and per newton."""
-    response, (of_flexor, of_extensor) = at.response, at.arm_slopes
-    base, gain = (
-        at.held_stiffness[0] - response.flexor_floor * of_flexor,
-        -(response.flexor_gain * of_flexor),
-    )
+    """Return k of a taut state over the margin v: base (N m/rad) and gain (N m/rad per newton)."""
+    response = at.response
+    of_flexor, of_extensor = at.arm_slopes
+    base = at.held_stiffness[0] - response.flexor_floor * of_flexor
+    gain = -(response.flexor_gain * of_flexor)
     if np.any(of_extensor):
-        base, gain = (
-            base + response.extensor_floor * of_extensor,
-            gain + response.extensor_gain * of_extensor,
-        )
+        base = base + response.extensor_floor * of_extensor
+        gain = gain + response.extensor_gain * of_extensor
     return base, gain
 
 
-def ends_of(at: State, bounds: Bounds) -> Iterator[tuple[int, Array, Flags, Array, Flags]]:
-    """Every bound on a form of states, which is a line in the margin v.
+@dataclass(frozen=True, eq=False)
+class BoundEnd:
+    """The margin v at which states just keep one bound on a form, a straight line in v."""
 
-    It gives the limit's code, the v at which it is just kept, whether that is a lower end, the gain of the form (where
-    that is 0 it bounds nothing), and whether no v keeps it.
-    """
-    response, (k_base, k_gain) = at.response, stiffness_line(at)
+    code: int
+    """Index of the limit into LIMIT_NAMES."""
+    margin: Array
+    """v at which the bound is just kept, N."""
+    is_lower: Flags
+    """True where larger margins keep the bound, too."""
+    gain: Array
+    """Slope of the form over v; where it is 0 the margin bounds nothing."""
+    is_hopeless: Flags
+    """True where no margin keeps the bound."""
+
+
+def bound_ends(at: State, bounds: Bounds) -> Iterator[BoundEnd]:
+    """Yield the end that every bound on a form of states sets to the margin v."""
+    response = at.response
+    stiffness_base, stiffness_gain = stiffness_line(at)
     for held in held_forms(at, bounds):
-        base = held.form.of(response.flexor_floor, response.extensor_floor, k_base)
-        gain = held.form.of(response.flexor_gain, response.extensor_gain, k_gain)
-        for bound, below in ((held.least, True), (held.most, False)):
+        base = held.form.of(response.flexor_floor, response.extensor_floor, stiffness_base)
+        gain = held.form.of(response.flexor_gain, response.extensor_gain, stiffness_gain)
+        for bound, is_least in ((held.least, True), (held.most, False)):
             if bound is None:
                 continue
             with np.errstate(divide="ignore", invalid="ignore"):
-                end = np.asarray((bound - base) / gain)
-            short = bound - base if below else base - bound
-            hopeless = (gain == 0.0) & (short > SLACK_TOLERANCE * np.abs(bound))
-            yield held.limit, end, (gain > 0.0) == below, gain, hopeless
+                margin = np.asarray((bound - base) / gain)
+            shortfall = bound - base if is_least else base - bound
+            is_hopeless = (gain == 0.0) & (shortfall > SLACK_TOLERANCE * np.abs(bound))
+            yield BoundEnd(held.limit, margin, (gain > 0.0) == is_least, gain, is_hopeless)
 
 
 def limit_end(
     code: int, design: Design, elbow_angle: Real, flexion: Flag, bounds: Bounds, *, upper: bool
 ) -> Array:
-    """The pretension at which one limit is just kept in each state, N; also of complex numbers, for derivatives."""
+    """Return the pretension at which one limit is just kept in each state, N.
+
+    Numbers may be complex, for derivatives.
+
+    Args:
+        code: Index of the limit into LIMIT_NAMES.
+        design: Designs.
+        elbow_angle: Angles, rad.
+        flexion: True for flexion, else extension.
+        bounds: Limits of the designs.
+        upper: True for the upper end that the limit sets, else the lower.
+    """
     if code == PRETENSION:
         return np.asarray(bounds["max_pretension"])
     at = State.of(design, elbow_angle, flexion)
-    required, tightest = at.response.required, np.full((), np.inf if upper else -np.inf)
+    required = at.response.required
     if code in (FLEXOR_SLACK, EXTENSOR_SLACK):
         return required
-    for limit, end, is_lower, gain, _ in ends_of(at, bounds):
-        if limit == code:
-            binds = (
-                (is_lower != upper)
-                & (gain != 0.0)
-                & ((end < tightest) if upper else (end > tightest))
-            )
-            tightest = np.where(binds, end, tightest)
+    tightest = np.full((), np.inf if upper else -np.inf)
+    for end in bound_ends(at, bounds):
+        if end.code == code:
+            is_tighter = end.margin < tightest if upper else end.margin > tightest
+            binds = (end.is_lower != upper) & (end.gain != 0.0) & is_tighter
+            tightest = np.where(binds, end.margin, tightest)
     return np.asarray(required + tightest)

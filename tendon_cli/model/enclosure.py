@@ -1,9 +1,12 @@
-"""Interval arithmetic on Taylor series in one variable: enclosures of a function and its derivatives over cells.
+"""Interval arithmetic on Taylor series in one variable: enclosures of a function over cells.
 
-An interval is a midpoint and a radius, which grows by what each operation may round (outward rounding). A `Series` has
-intervals of f, f', f''/2 ... over each cell of the variable, by the usual recurrences, and of what it does where other
-numbers move, its partial derivatives, as series of lower order. Nothing here knows of joints.
-Arrays broadcast. What cannot be enclosed, as 1/f where f may vanish, has an infinite radius or is NaN.
+An interval is a midpoint and a radius, which grows by what each operation may round (outward
+rounding). A `Series` holds intervals of f, f', f''/2 ... over each cell of the variable, by the
+usual recurrences. It also holds the partial derivatives of f with respect to other numbers, as
+series of lower order. Nothing here knows of joints.
+
+Arrays broadcast. What cannot be enclosed, such as 1/f where f may vanish, has an infinite radius
+or is NaN.
 """
 
 from __future__ import annotations
@@ -18,268 +21,339 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 Interval = tuple[Any, Any]
 """Midpoint and radius, arrays or numbers."""
+Term = Interval | None
+"""Coefficient of a series; None if it is exactly zero."""
 
 ORDER = 4
+"""Highest power of a series over a cell."""
+COMPUTED = 1e-14
+"""Relative error that a few operations of the model on plain numbers may have."""
 _ORDER_OF_PARTIALS = 3  # terms of a partial derivative: as many as the slope of a slope takes
 _UNIT = 2.0**-52  # of a result: twice what rounding to the nearest may change
-_OUT, _TINY = 1.0 + 2.0**-48, 1e-290  # a radius is rounded, too, and may vanish
-_FUNCTIONS = 2.0**-49  # of the largest value: what NumPy's sine, cosine and exponential may be off
-COMPUTED = 1e-14
-"""Of a value: what a few operations of the model on plain numbers may be off."""
-_TERMS = 60  # of a power series of e^z, for |z| up to 10
-_PARTS: tuple[Interval, ...] = tuple((1.0 / part, _UNIT) for part in (1, 1, 2, 6, 24))  # 1/n!
-_DERIVATIVES = range(len(_PARTS) + 1)
+_OUT = 1.0 + 2.0**-48  # a radius is rounded, too
+_TINY = 1e-290  # a radius may underflow to zero
+_FUNCTIONS = 2.0**-49  # relative error of NumPy's sine, cosine and exponential
+_EXPONENTIAL_TERMS = 60  # of the power series of e^z, for |z| up to 10
+_INVERSE_FACTORIALS: tuple[Interval, ...] = tuple(
+    (1.0 / factorial, _UNIT) for factorial in (1, 1, 2, 6, 24)
+)
+_DERIVATIVES = range(len(_INVERSE_FACTORIALS) + 1)
 
 
-def _added(a: Interval, b: Interval) -> Interval:
+# --- Intervals -----------------------------------------------------------------------------------
+
+
+def _zero() -> Interval:
+    return np.zeros(()), 0.0
+
+
+def _add(a: Interval, b: Interval) -> Interval:
     middle = a[0] + b[0]
-    return middle, (a[1] + b[1] + _UNIT * abs(middle)) * _OUT
+    radius = (a[1] + b[1] + _UNIT * abs(middle)) * _OUT
+    return middle, radius
 
 
-def _times(a: Interval, b: Interval) -> Interval:
+def _multiply(a: Interval, b: Interval) -> Interval:
     middle = a[0] * b[0]
-    return middle, (
-        abs(a[0]) * b[1] + a[1] * (abs(b[0]) + b[1]) + _UNIT * abs(middle)
-    ) * _OUT + _TINY
+    spread = abs(a[0]) * b[1] + a[1] * (abs(b[0]) + b[1])
+    radius = (spread + _UNIT * abs(middle)) * _OUT + _TINY
+    return middle, radius
 
 
-def _inverse(a: Interval) -> Interval:
+def _invert(a: Interval) -> Interval:
     size = abs(a[0])
     least = size - a[1] * _OUT
     middle = 1.0 / a[0]
-    return middle, np.where(
-        least > 0.0, (a[1] / (size * least) + _UNIT * abs(middle)) * _OUT, np.inf
-    )
+    radius = (a[1] / (size * least) + _UNIT * abs(middle)) * _OUT
+    return middle, np.where(least > 0.0, radius, np.inf)
 
 
-def _root(a: Interval) -> Interval:
-    middle, least = np.sqrt(a[0]), np.sqrt(a[0] - a[1] * _OUT)
-    return middle, (a[1] / (middle + least) + _UNIT * middle) * _OUT
+def _square_root(a: Interval) -> Interval:
+    middle = np.sqrt(a[0])
+    least = np.sqrt(a[0] - a[1] * _OUT)
+    radius = (a[1] / (middle + least) + _UNIT * middle) * _OUT
+    return middle, radius
+
+
+def _add_terms(a: Term, b: Term) -> Term:
+    if a is None:
+        return b
+    if b is None:
+        return a
+    return _add(a, b)
+
+
+def _subtract_terms(a: Term, b: Term) -> Term:
+    if b is None:
+        return a
+    return _add(a or _zero(), (-b[0], b[1]))
+
+
+def _highest_term(a: Sequence[Term], b: Sequence[Term]) -> Term:
+    """Return the highest term of the product of two series of equally many terms."""
+    total: Term = None
+    for left, right in zip(a, reversed(b), strict=True):
+        if left and right:
+            total = _add_terms(total, _multiply(left, right))
+    return total
+
+
+# --- Series --------------------------------------------------------------------------------------
 
 
 class Series(np.lib.mixins.NDArrayOperatorsMixin):
-    """f, f', f''/2 ... of a function over cells, each an interval, or None where it is exactly zero."""
+    """Taylor series of a function over cells: intervals of f, f', f''/2 ...
 
-    def __init__(
-        self, terms: Sequence[Interval | None], partials: Mapping[int, Series] | None = None
-    ) -> None:
-        self.terms, self.partials = tuple(terms), partials or {}
+    NumPy's operators, `np.where`, and those of its functions that the model uses take series in
+    the place of arrays, so that one text of the model serves numbers and proofs.
+
+    Attributes:
+        terms: Interval of each coefficient over each cell; None if it is exactly zero.
+        partials: Partial derivatives with respect to other numbers, by the place of the number.
+    """
+
+    def __init__(self, terms: Sequence[Term], partials: Mapping[int, Series] | None = None) -> None:
+        self.terms = tuple(terms)
+        self.partials = partials or {}
 
     @classmethod
     def of(cls, value: Any, rounded: float = 0.0) -> Series:
-        """A constant as it is, or but for a share that plain numbers are off; a series itself."""
+        """Return a constant as a series; return a series as it is.
+
+        Args:
+            value: A number, an array or a series.
+            rounded: Relative error that a plain number may have.
+        """
         if isinstance(value, Series):
             return value
         middle = np.asarray(value, dtype=np.float64)
-        return cls([(middle, rounded * np.abs(middle) if rounded else 0.0), *[None] * ORDER])
+        radius = rounded * np.abs(middle) if rounded else 0.0
+        return cls([(middle, radius), *[None] * ORDER])
 
     @classmethod
     def variable(cls, middle: Array, half: Array, order: int) -> Series:
-        """The variable itself over cells about `middle`."""
+        """Return the variable itself over cells of half-width `half` about `middle`."""
         return cls([(middle, half), (1.0, 0.0), *[None] * (order - 1)])
 
     @classmethod
     def number(cls, middle: Array, radius: Array, slope: Array, place: int) -> Series:
-        """A number that is within a radius of `middle`, and moves by `slope` with the variable at a place besides."""
-        about = (abs(middle) + abs(slope)) * COMPUTED
-        moves = cls([(slope, about), *[None] * (_ORDER_OF_PARTIALS - 1)])
-        return cls([(middle, radius * _OUT + about), *[None] * ORDER], {place: moves})
+        """Return a number that lies in a box, with its partial derivative.
+
+        Args:
+            middle: Midpoint of the number in each cell.
+            radius: Distance from the midpoint that the number may have.
+            slope: Derivative of the number with respect to the number at `place`.
+            place: Place of the number among those of the box.
+        """
+        rounding = (abs(middle) + abs(slope)) * COMPUTED
+        derivative = cls([(slope, rounding), *[None] * (_ORDER_OF_PARTIALS - 1)])
+        return cls([(middle, radius * _OUT + rounding), *[None] * ORDER], {place: derivative})
 
     @classmethod
-    def _moved(cls, partials: Mapping[int, Series]) -> Series:
+    def _of_partials(cls, partials: Mapping[int, Series]) -> Series:
+        """Return a series of zeros with partial derivatives."""
         return cls([None] * (ORDER + 1), partials)
 
     @property
     def value(self) -> Interval:
-        """What it may be."""
-        return self.terms[0] or (np.zeros(()), 0.0)
+        """Enclosure of the function over each cell."""
+        return self.terms[0] or _zero()
 
     @property
     def real(self) -> Any:
-        """The middle of that, by which a curve knows its piece."""
+        """Midpoint of the enclosure, by which a curve finds the piece that a cell lies in."""
         return self.value[0]
 
     def slope(self) -> Series:
-        """Its derivative, of one order less."""
+        """Return the derivative, of one order less."""
         terms = [
-            term and _times(term, (place, 0.0)) for place, term in enumerate(self.terms) if place
+            term and _multiply(term, (power, 0.0)) for power, term in enumerate(self.terms) if power
         ]
-        return Series(terms, {place: moves.slope() for place, moves in self.partials.items()})
+        partials = {place: derivative.slope() for place, derivative in self.partials.items()}
+        return Series(terms, partials)
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **_: Any) -> Any:
-        """NumPy's operators and functions on arrays and series."""
+        """Apply one of NumPy's operators and functions to arrays and series."""
         if method != "__call__" or ufunc not in _UFUNCS:
             return NotImplemented
         return _UFUNCS[ufunc](*map(Series.of, inputs))
 
     def __array_function__(self, function: Any, _: Any, inputs: Any, __: Any) -> Any:
-        """`np.where` alone."""
-        return (
-            _chosen(inputs[0], *map(Series.of, inputs[1:]))
-            if function is np.where
-            else NotImplemented
-        )
+        """Apply `np.where`, the only array function that series know."""
+        if function is not np.where:
+            return NotImplemented
+        condition, first, second = inputs
+        return _choose(condition, Series.of(first), Series.of(second))
 
-    def _composed(self, derivatives: Sequence[Interval]) -> Series:
-        """g(f), from enclosures of g, g', g'' ... over the values of f, one more than there are terms."""
+    def _compose(self, derivatives: Sequence[Interval]) -> Series:
+        """Return g(f), from enclosures of g, g', g'' ... over the values of f.
 
-        def following(each: Sequence[Interval]) -> Series:
-            change, power, total = Series([None, *self.terms[1:]]), Series.of(1.0), Series.of(0.0)
-            for derivative, part in zip(each, _PARTS, strict=False):
-                total, power = (
-                    total + power * Series([_times(derivative, part), *[None] * ORDER]),
-                    power * change,
-                )
+        Derivatives are one more than there are terms.
+        """
+        change = Series([None, *self.terms[1:]])
+
+        def expand(derivatives: Sequence[Interval]) -> Series:
+            power = Series.of(1.0)
+            total = Series.of(0.0)
+            for derivative, factor in zip(derivatives, _INVERSE_FACTORIALS, strict=False):
+                coefficient = Series([_multiply(derivative, factor), *[None] * ORDER])
+                total = total + power * coefficient
+                power = power * change
             return total
 
-        slope = following(derivatives[1:]) if self.partials else Series.of(0.0)
-        return Series(
-            following(derivatives).terms,
-            {place: slope * moves for place, moves in self.partials.items()},
-        )
+        composed = expand(derivatives)
+        slope = expand(derivatives[1:]) if self.partials else Series.of(0.0)
+        partials = {place: slope * derivative for place, derivative in self.partials.items()}
+        return Series(composed.terms, partials)
 
-    def added(self, other: Series) -> Series:
-        """Their sum."""
-        pairs, partials = (
-            zip(self.terms, other.terms, strict=False),
-            {**other.partials, **self.partials},
-        )
+    def add(self, other: Series) -> Series:
+        """Return the sum."""
+        terms = [_add_terms(a, b) for a, b in zip(self.terms, other.terms, strict=False)]
+        partials = {**other.partials, **self.partials}
         for place in self.partials.keys() & other.partials.keys():
             partials[place] = self.partials[place] + other.partials[place]
-        return Series([_added(a, b) if a and b else a or b for a, b in pairs], partials)
+        return Series(terms, partials)
 
-    def negative(self) -> Series:
-        """Less than nothing by as much."""
-        terms = [None if a is None else (-a[0], a[1]) for a in self.terms]
-        return Series(terms, {place: -moves for place, moves in self.partials.items()})
+    def negate(self) -> Series:
+        """Return the negative."""
+        terms = [None if term is None else (-term[0], term[1]) for term in self.terms]
+        partials = {place: -derivative for place, derivative in self.partials.items()}
+        return Series(terms, partials)
 
-    def times(self, other: Series) -> Series:
-        """Their product."""
-        a, b = self.terms, other.terms
-        product = Series(
-            [_dot(a[: place + 1], b[: place + 1]) for place in range(min(len(a), len(b)))]
-        )
-        for one, factor in ((self, other), (other, self)):
-            if one.partials:
-                product = product + Series._moved(
-                    {at: moves * Series(factor.terms) for at, moves in one.partials.items()}
-                )
+    def multiply(self, other: Series) -> Series:
+        """Return the product."""
+        a = self.terms
+        b = other.terms
+        orders = range(1, min(len(a), len(b)) + 1)
+        product = Series([_highest_term(a[:order], b[:order]) for order in orders])
+        for changing, factor in ((self, other), (other, self)):
+            if changing.partials:
+                partials = {
+                    place: derivative * Series(factor.terms)
+                    for place, derivative in changing.partials.items()
+                }
+                product = product + Series._of_partials(partials)
         return product
 
-    def over(self, other: Series) -> Series:
-        """Their quotient."""
+    def divide(self, other: Series) -> Series:
+        """Return the quotient."""
         if self.partials or other.partials:
-            below = Series(other.terms)
-            quotient = Series(self.terms) / below
-            moves = Series._moved(self.partials) - quotient * Series._moved(other.partials)
-            return Series(
-                quotient.terms, {place: each / below for place, each in moves.partials.items()}
+            divisor = Series(other.terms)
+            quotient = Series(self.terms) / divisor
+            numerator = Series._of_partials(self.partials) - quotient * Series._of_partials(
+                other.partials
             )
-        per = _inverse(other.value)
-        terms: list[Interval | None] = []
-        for place in range(min(len(self.terms), len(other.terms))):
-            rest = _less(self.terms[place], _dot([*terms, None], other.terms[: place + 1]))
-            terms.append(rest and _times(rest, per))
+            partials = {
+                place: derivative / divisor for place, derivative in numerator.partials.items()
+            }
+            return Series(quotient.terms, partials)
+        inverse = _invert(other.value)
+        terms: list[Term] = []
+        for power in range(min(len(self.terms), len(other.terms))):
+            known = _highest_term([*terms, None], other.terms[: power + 1])
+            rest = _subtract_terms(self.terms[power], known)
+            terms.append(rest and _multiply(rest, inverse))
         return Series(terms)
 
-    def root(self) -> Series:
-        """Its square root."""
-        middle, radius = _root(self.value)
-        terms: list[Interval | None] = [(middle, radius)]
-        per = _inverse((2.0 * middle, 2.0 * radius))
-        for known in self.terms[1:]:
-            rest = _less(known, _dot([None, *terms[1:], None], [None, *terms[1:], None]))
-            terms.append(rest and _times(rest, per))
-        return Series(
-            terms, {place: 0.5 / Series(terms) * moves for place, moves in self.partials.items()}
-        )
+    def sqrt(self) -> Series:
+        """Return the square root."""
+        middle, radius = _square_root(self.value)
+        terms: list[Term] = [(middle, radius)]
+        inverse = _invert((2.0 * middle, 2.0 * radius))
+        for term in self.terms[1:]:
+            known = _highest_term([None, *terms[1:], None], [None, *terms[1:], None])
+            rest = _subtract_terms(term, known)
+            terms.append(rest and _multiply(rest, inverse))
+        partials = {
+            place: 0.5 / Series(terms) * derivative for place, derivative in self.partials.items()
+        }
+        return Series(terms, partials)
 
     def exp(self) -> Series:
-        """e to it."""
-        value, radius = np.exp(self.value[0]), self.value[1]
-        return self._composed(
-            [(value, value * (np.expm1(radius) + _FUNCTIONS) * _OUT) for _ in _DERIVATIVES]
-        )
-
-    def sine(self, ahead: int = 0) -> Series:
-        """Its sine, or what is so many quarters of a turn ahead of that."""
+        """Return the exponential."""
         middle, radius = self.value
-        sine, cosine = np.sin(middle), np.cos(middle)
-        curved = 0.5 * radius * radius * _OUT + _FUNCTIONS
-        turns = ((sine, cosine), (cosine, sine), (-sine, cosine), (-cosine, sine))
-        each = [(value, np.abs(slope) * radius * _OUT + curved) for value, slope in turns]
-        return self._composed([each[(n + ahead) % 4] for n in _DERIVATIVES])
+        value = np.exp(middle)
+        derivative = value, value * (np.expm1(radius) + _FUNCTIONS) * _OUT
+        return self._compose([derivative for _ in _DERIVATIVES])
+
+    def sin(self, quarters: int = 0) -> Series:
+        """Return the sine, or the sine of what is so many quarters of a turn ahead."""
+        middle, radius = self.value
+        sine = np.sin(middle)
+        cosine = np.cos(middle)
+        rest = 0.5 * radius * radius * _OUT + _FUNCTIONS
+        values_and_slopes = ((sine, cosine), (cosine, sine), (-sine, cosine), (-cosine, sine))
+        enclosures = [
+            (value, np.abs(slope) * radius * _OUT + rest) for value, slope in values_and_slopes
+        ]
+        return self._compose([enclosures[(n + quarters) % 4] for n in _DERIVATIVES])
 
     def elongation(self) -> Series:
-        """(e^f - 1)/f, whose n-th derivative is the integral of t^n e^(tf) over t from 0 to 1: it rises everywhere."""
+        """Return (e^f - 1)/f.
+
+        Its n-th derivative is the integral of t^n e^(tf) over t from 0 to 1, which rises with f.
+        """
         middle, radius = self.value
 
         def derivative(n: int, at: Array) -> Array:
-            power, total = np.ones(np.shape(at)), np.zeros(np.shape(at))
-            for term in range(_TERMS):
-                total, power = total + power / (n + term + 1), power * at / (term + 1)
+            power = np.ones(np.shape(at))
+            total = np.zeros(np.shape(at))
+            for term in range(_EXPONENTIAL_TERMS):
+                total = total + power / (n + term + 1)
+                power = power * at / (term + 1)
             return total
 
-        most = abs(middle) + radius
-        radii = [
-            radius * derivative(n + 1, most) * _OUT + _FUNCTIONS * derivative(n, most)
-            for n in _DERIVATIVES
-        ]
-        return self._composed([(derivative(n, middle), about) for n, about in enumerate(radii)])
+        largest = abs(middle) + radius
+        enclosures = []
+        for n in _DERIVATIVES:
+            spread = radius * derivative(n + 1, largest) * _OUT
+            enclosures.append((derivative(n, middle), spread + _FUNCTIONS * derivative(n, largest)))
+        return self._compose(enclosures)
 
 
-def _chosen(which: Any, a: Series, b: Series, apart: Any = True) -> Series:
-    """One series or the other; where they are not apart all that either is."""
+def _choose(is_first: Any, first: Series, second: Series, is_certain: Any = True) -> Series:
+    """Return one series or the other; enclose both where the choice is not certain."""
 
-    def all_of(one: Series, two: Series) -> Series:
-        terms: list[Interval | None] = []
-        for first, second in zip(one.terms, two.terms, strict=False):
-            (value, about), (other, about_other) = (each or (0.0, 0.0) for each in (first, second))
-            hull = (abs(value - other) + about + about_other) * _OUT
-            terms.append(
-                (
-                    np.where(which, value, other),
-                    np.where(apart, np.where(which, about, about_other), hull),
-                )
-            )
+    def enclose(a: Series, b: Series) -> Series:
+        terms: list[Term] = []
+        for left, right in zip(a.terms, b.terms, strict=False):
+            value, radius = left or (0.0, 0.0)
+            other, other_radius = right or (0.0, 0.0)
+            hull = (abs(value - other) + radius + other_radius) * _OUT
+            chosen = np.where(is_first, radius, other_radius)
+            middle = np.where(is_first, value, other)
+            terms.append((middle, np.where(is_certain, chosen, hull)))
         return Series(terms)
 
-    still, places = Series([None] * _ORDER_OF_PARTIALS), a.partials.keys() | b.partials.keys()
-    moves = {at: all_of(a.partials.get(at, still), b.partials.get(at, still)) for at in places}
-    return Series(all_of(a, b).terms, moves)
+    constant = Series([None] * _ORDER_OF_PARTIALS)
+    partials = {
+        place: enclose(first.partials.get(place, constant), second.partials.get(place, constant))
+        for place in first.partials.keys() | second.partials.keys()
+    }
+    return Series(enclose(first, second).terms, partials)
 
 
-def _extreme(choose: Any, a: Series, b: Series) -> Series:
-    """The smaller, or larger, of two series."""
-    (value, about), (other, about_other) = a.value, b.value
-    return _chosen(choose(value, other) == value, a, b, abs(value - other) > about + about_other)
+def _choose_extreme(extreme: Any, first: Series, second: Series) -> Series:
+    """Return the smaller, or larger, of two series."""
+    value, radius = first.value
+    other, other_radius = second.value
+    is_first = extreme(value, other) == value
+    is_certain = abs(value - other) > radius + other_radius
+    return _choose(is_first, first, second, is_certain)
 
 
 _UFUNCS: dict[Any, Callable[..., Any]] = {
-    np.add: Series.added,
+    np.add: Series.add,
     np.subtract: lambda a, b: a + -b,
-    np.negative: Series.negative,
-    np.multiply: Series.times,
-    np.true_divide: Series.over,
+    np.negative: Series.negate,
+    np.multiply: Series.multiply,
+    np.true_divide: Series.divide,
     np.square: lambda a: a * a,
-    np.sqrt: Series.root,
+    np.sqrt: Series.sqrt,
     np.exp: Series.exp,
-    np.sin: Series.sine,
-    np.cos: lambda a: a.sine(1),
-    np.minimum: partial(_extreme, np.minimum),
-    np.maximum: partial(_extreme, np.maximum),
+    np.sin: Series.sin,
+    np.cos: lambda a: a.sin(1),
+    np.minimum: partial(_choose_extreme, np.minimum),
+    np.maximum: partial(_choose_extreme, np.maximum),
     np.isnan: lambda a: np.isnan(a.real),
 }
-
-
-def _less(a: Interval | None, b: Interval | None) -> Interval | None:
-    return a if b is None else _added(a or (np.zeros(()), 0.0), (-b[0], b[1]))
-
-
-def _dot(a: Sequence[Interval | None], b: Sequence[Interval | None]) -> Interval | None:
-    """The highest term of a product, from as many terms of both."""
-    total: Interval | None = None
-    for one, other in zip(a, reversed(b), strict=True):
-        if one and other:
-            total = _added(total, _times(one, other)) if total else _times(one, other)
-    return total

@@ -1,4 +1,4 @@
-"""What a limit is made of: the form that it bounds, what it needs, and its words. The table is in `limits`."""
+"""Parts of a limit: the form that it bounds, what it needs, its words. `limits` has the table."""
 
 from __future__ import annotations
 
@@ -13,21 +13,33 @@ from tendon_cli.model.kinematics import Array, Real
 
 @dataclass(frozen=True, eq=False)
 class Form:
-    """A quantity of a state: flexor x + extensor y + stiffness k + constant. A share that is 0.0 has no part in it."""
+    """Quantity of a state: flexor x + extensor y + stiffness k + constant.
+
+    A share that is the number 0.0 has no part in it.
+    """
 
     flexor: Real = 0.0
+    """Share of the distal flexor tension x."""
     extensor: Real = 0.0
+    """Share of the distal extensor tension y."""
     stiffness: Real = 0.0
+    """Share of the elbow stiffness k."""
     constant: Real = 0.0
 
     def of(self, flexor: Array, extensor: Array, stiffness: Array) -> Array:
-        """The quantity but for its constant, from both distal tensions (N) and the elbow stiffness (N m/rad)."""
+        """Return the quantity but for its constant.
+
+        Args:
+            flexor: Distal flexor tension, N.
+            extensor: Distal extensor tension, N.
+            stiffness: Elbow stiffness, N m/rad.
+        """
         parts = ((self.flexor, flexor), (self.extensor, extensor), (self.stiffness, stiffness))
         return np.asarray(sum(share * value for share, value in parts if not is_nothing(share)))
 
 
 def is_nothing(share: Real) -> bool:
-    """Whether a form has no such part."""
+    """Return True if a form has no such part."""
     return isinstance(share, float) and share == 0.0
 
 
@@ -36,24 +48,27 @@ class LimitWords:
     """A limit in words; `{}` stands for its bound."""
 
     label: str
-    """What is wrong if it is not kept, for a legend or a table."""
+    """Fault of a design that breaks it, for a legend or a table."""
     topic: str
-    """What it is about."""
+    """Subject in a word or two."""
     broken: str
-    """What happens if it is not kept, as a sentence."""
+    """Sentence that says how a state breaks it."""
     keeps: str
-    """What a pretension does that is high enough, after "the pretension that"."""
+    """Merit of a pretension that is high enough, after "the pretension that"."""
     breaks: str
-    """What a pretension does that is too high, after "the pretension ... already"."""
+    """Fault of a pretension that is too high, after "the pretension ... already"."""
 
 
 @dataclass(frozen=True)
 class Need:
-    """What a study must state for a limit."""
+    """A number that a study must state for a limit."""
 
     key: str
+    """Dotted key."""
     what: str
+    """The number in words."""
     example: str
+    """A value as a study may state it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,61 +76,77 @@ class DesignLimit:
     """One limit: on forms of single states, on a number of the design, or on the whole motion."""
 
     name: str
-    """Key of `[limits]` and name of its quantity: min_ bounds from below, max_ from above, peak_ in magnitude."""
+    """Key of `[limits]` and name of its quantity; min_ bounds from below, max_ from above, peak_ in
+    magnitude."""
     accepts: tuple[float, float]
-    """What a study may say, SI."""
+    """Least and largest bound that a study may state, SI."""
     words: LimitWords
+    """The limit in messages and figures."""
     forms: Callable[[Any, Real], tuple[Form, ...]] | None = None
-    """Of a `State` and of the elbow's speed (rad/s): every one of them is held."""
+    """Forms of a `State` at a speed of the elbow (rad/s); the bound holds for every one."""
     of_design: Callable[[Any], Array] | None = None
-    """Of a `Design`, whatever its state."""
+    """Quantity of a `Design`, whatever its state."""
     lines: Callable[[Any], Any] | None = None
-    """Of the whole motion, a `Motor`, its straight lines in pretension or None; in magnitude."""
+    """Quantity of a `Motor`, bounded in magnitude: straight lines in pretension, or None."""
     excess: Callable[[Any, Real], Callable[[Array], Array]] | None = None
-    """Of the whole motion, by how much a bound is exceeded at a pretension; no straight line."""
+    """Excess of a `Motor` over a bound as a function of pretension, which is no straight line."""
     column: str = ""
-    """The column of designs that it bounds; by default of its name."""
+    """Column of designs that it bounds; by default of its name."""
     needs: tuple[Need, ...] = ()
+    """Numbers that a study must state."""
     default: float | None = None
-    """Its bound if a study says nothing."""
+    """Bound if a study states none."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "column", self.column or self.name)
 
     @property
     def from_below(self) -> bool:
-        """Whether it is the smallest that is bounded."""
+        """True if the smallest value is bounded."""
         return self.name.startswith("min_")
 
     @property
     def in_magnitude(self) -> bool:
-        """Whether it is the largest magnitude that is bounded, on either side of zero."""
+        """True if the largest magnitude is bounded, on either side of zero."""
         return self.name.startswith("peak_")
 
     @property
     def of_motion(self) -> bool:
-        """Whether it compares states of the whole motion."""
+        """True if the limit compares states of the whole motion."""
         return self.lines is not None or self.excess is not None
 
     def range_of(self, bound: Real) -> tuple[Real | None, Real | None]:
-        """The least and the largest that its quantity may be."""
+        """Return the least and the largest value that a bound allows; None if there is none."""
         if self.from_below:
             return bound, None
-        return (-np.asarray(bound) if self.in_magnitude else None), bound
+        if self.in_magnitude:
+            return -np.asarray(bound), bound
+        return None, bound
 
     def beyond(self, values: Array, bound: Real) -> Array:
-        """By how much values are outside of the bound: above 0 they break it."""
+        """Return by how much values are outside of a bound: above 0 they break it."""
         if self.from_below:
             return np.asarray(bound - values)
-        return np.asarray((np.abs(values) if self.in_magnitude else values) - bound)
+        if self.in_magnitude:
+            return np.asarray(np.abs(values) - bound)
+        return np.asarray(values - bound)
 
     def value(self, state: Any, speed: Real = np.nan) -> Array:
-        """Its quantity in states (`State`), of several forms that nearest to the bound; TypeError if it has none."""
+        """Return the quantity in states; of several forms the one nearest to the bound.
+
+        Args:
+            state: A `State`.
+            speed: Speed of the elbow, rad/s.
+
+        Raises:
+            TypeError: If the limit is none on single states.
+        """
         if self.forms is None:
             raise TypeError(f"{self.name} is no limit on single states")
-        at = state.balance.flexor, state.balance.extensor, state.elbow_stiffness
-        values = [form.of(*at) + form.constant for form in self.forms(state, speed)]
-        worst = values[0]
-        for other in values[1:]:
-            worst = np.where(self.beyond(other, 0.0) > self.beyond(worst, 0.0), other, worst)
+        parts = state.balance.flexor, state.balance.extensor, state.elbow_stiffness
+        first, *others = (form.of(*parts) + form.constant for form in self.forms(state, speed))
+        worst = first
+        for value in others:
+            is_worse = self.beyond(value, 0.0) > self.beyond(worst, 0.0)
+            worst = np.where(is_worse, value, worst)
         return np.asarray(worst)

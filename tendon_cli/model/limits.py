@@ -1,15 +1,16 @@
-"""Every limit of a design, once: an entry of LIMITS says all that the rest of the package knows of it.
+"""Limits of designs, each once: an entry of LIMITS says all that the package knows of it.
 
-From this table follow the schema of `[limits]`, the bounds that windows are held to, here and in compiled code, the
-column of designs that a limit bounds, `feasible`, the state that breaks it worst, its words, and its row of the
-reference. In a taut state the tensions x and y and the elbow stiffness k are straight lines in the common pretension F
-(`statics.Response`), so a limit on a *form*, a x + b y + c k + d, is a half-line in F. What is no form compares states
-of the whole motion (`motor_window`). SI units, angles in radians; arguments broadcast as in `actuator`.
+From this table follow the schema of `[limits]`, the bounds that windows are held to, here and in
+compiled code, the column of designs that a limit bounds, `feasible`, the state that breaks it
+worst, its words, and its row of the reference. In a taut state the tensions x and y and the elbow
+stiffness k are straight lines in the common pretension F (`statics.Response`), so a limit on a
+*form*, a x + b y + c k + d, is a half-line in F. A limit that is no form compares states of the
+whole motion (`motor_window`). SI units, angles in radians; arguments broadcast as in `actuator`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from tendon_cli.model.setting import shown
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS
 
 Codes = npt.NDArray[np.int8]
+"""Indices into LIMIT_NAMES, or NOTHING."""
 
 SPEED = Need("motion.speed", "the speed of the elbow", "60 deg/s")
 FREE_LENGTH = Need("spring.free_length", "the length of the flexor's spring without load", "73 mm")
@@ -29,38 +31,51 @@ CONTACT_WIDTH = Need("arm.contact_width", "the width of the strap around the elb
 
 
 def spool_to_tendon(design: Design) -> Array:
-    """Smaller spool's diameter over its tendon's: what bending over the spool does to a rope."""
+    """Return the smaller ratio of spool to tendon diameter, by which bending wears a rope."""
     flexor = 2.0 * np.asarray(design.flexor_radius) / design.flexor.diameter
     extensor = 2.0 * np.asarray(design.ratio) * design.flexor_radius / design.extensor.diameter
     return np.minimum(flexor, extensor)
 
 
 def contact_pressure(design: Design, extensor_tension: Array) -> Array:
-    """p = T / (R w) of the extensor's strap (Pa), T its distal tension (N) and R its radius of curvature."""
-    pressure: Array = extensor_tension / (
-        design.arm.strap_radius * design.arm.contact_width
-    )  # or series, in proofs
+    """Return p = T / (R w) of the extensor's strap, Pa, with R its radius of curvature.
+
+    Args:
+        design: Designs, whose arms may have series for numbers, in proofs.
+        extensor_tension: T, distal tension of the extensor, N.
+    """
+    pressure: Array = extensor_tension / (design.arm.strap_radius * design.arm.contact_width)
     return pressure
 
 
 def _least_end(capstan: Array) -> Array:
-    """The smaller of the tensions at both ends of a sheath, per distal newton: along it tension only scales."""
+    """Return the smaller of the tensions at both ends of a sheath, per distal newton.
+
+    Along the sheath tension only scales.
+    """
     return np.minimum(1.0, 1.0 / capstan)
 
 
 def _largest_end(capstan: Array) -> Array:
+    """Return the larger of the tensions at both ends of a sheath, per distal newton."""
     return np.maximum(1.0, 1.0 / capstan)
 
 
 def _room(at: Any) -> Real:
-    """Between the flexor's anchors, less its spring without load, m; infinite where the joint has no path."""
+    """Return the path between the flexor's anchors less the spring's length without load, m.
+
+    It is infinite where the joint has no path.
+    """
     path = np.inf if at.motion.flexor_path is None else at.motion.flexor_path
     room: Real = path - at.design.given[FREE_LENGTH.key]
     return room
 
 
-def _turning(at: Any, speed: Real) -> Form:
-    """The motor's speed: θ̇ dα/dθ, with k = dα/dθ R_f (J_f/c_f + η J_e/c_e); along a trajectory inertia adds to θ̇ k."""
+def _motor_speed(at: Any, speed: Real) -> Form:
+    """Return the motor's speed θ̇ dα/dθ, where k = dα/dθ R_f (J_f/c_f + η J_e/c_e).
+
+    Along a trajectory inertia adds to θ̇ k.
+    """
     tied = at.coupling
     by_extensor = tied.ratio * tied.extensor_arm / tied.extensor_compliance
     pull = tied.moment_arm / tied.flexor_compliance + by_extensor
@@ -68,6 +83,19 @@ def _turning(at: Any, speed: Real) -> Form:
         return Form(stiffness=speed / (at.design.flexor_radius * pull))
     per = np.where(at.speed < 0.0, -1.0, 1.0) / (at.design.flexor_radius * pull)
     return Form(stiffness=at.speed * per, constant=at.torque_rate * per)
+
+
+def _lost_efficiency(motor: Any, least: Real) -> Callable[[Array], Array]:
+    """Return friction's loss beyond what an efficiency allows, J, over pretension.
+
+    Without work there is no efficiency, and nothing that could be held to one.
+    """
+
+    def excess(at: Array) -> Array:
+        allowed = (1.0 - least) * motor.work(at)
+        return np.where(motor.work(at) > 0.0, motor.loss(at) - allowed, -np.inf)
+
+    return excess
 
 
 _ALL = (
@@ -251,7 +279,7 @@ _ALL = (
             "turns the motor faster than {}",
         ),
         needs=(SPEED,),
-        forms=lambda at, speed: (_turning(at, speed),),
+        forms=lambda at, speed: (_motor_speed(at, speed),),
     ),
     DesignLimit(
         "peak_motor_power",
@@ -294,7 +322,6 @@ _ALL = (
         needs=(SPEED,),
         excess=lambda motor, most: lambda at: motor.loss(at) - most,
     ),
-    # Without work there is no efficiency, and nothing that could be held to one.
     DesignLimit(
         "min_efficiency",
         (-1e6, 1.0),
@@ -307,30 +334,30 @@ _ALL = (
         ),
         column="efficiency",
         needs=(SPEED,),
-        excess=lambda motor, least: (
-            lambda at: np.where(
-                motor.work(at) > 0.0, motor.loss(at) - (1.0 - least) * motor.work(at), -np.inf
-            )
-        ),
+        excess=_lost_efficiency,
     ),
 )
 LIMITS: Mapping[str, DesignLimit] = {limit.name: limit for limit in _ALL}
+"""Limits by name, in the order of the table."""
 ADDED = tuple(
-    each for each in _ALL if each.forms is not None and each.column not in (*OF_DESIGNS, *OF_CYCLES)
+    limit
+    for limit in _ALL
+    if limit.forms is not None and limit.column not in (*OF_DESIGNS, *OF_CYCLES)
 )
 """Limits on forms that add a column to designs, the extreme of their form."""
 LIMIT_NAMES = ("flexor slack", "extensor slack", "no equilibrium", *LIMITS)
-"""What ends a window, by its code. Slack and states without equilibrium are always limits."""
+"""Names of limits by code. Slack and states without equilibrium are always limits."""
 FLEXOR_SLACK, EXTENSOR_SLACK, NO_EQUILIBRIUM = range(3)
+PRETENSION = LIMIT_NAMES.index("max_pretension")
+NOTHING = -1
+"""Code if no limit binds: no pretension is below 0, and none need be too high."""
 GIVEN = tuple(
     dict.fromkeys(
         need.key for limit in _ALL for need in limit.needs if need not in (SPEED, CONTACT_WIDTH)
     )
 )
-"""Keys of numbers that limits alone need; a study's designs have them in `Design.given`, NaN if it states none."""
-PRETENSION = LIMIT_NAMES.index("max_pretension")
-NOTHING = -1
-"""No limit binds: no pretension is below 0, and none need be too high."""
+"""Keys of numbers that limits alone need; a study's designs have them in `Design.given`, NaN if it
+states none."""
 ALWAYS = {
     "flexor slack": LimitWords(
         "flexor slack",
@@ -354,4 +381,4 @@ ALWAYS = {
         "leaves no equilibrium",
     ),
 }
-"""What always ends a window, in words."""
+"""Words of the limits that always hold."""

@@ -1,10 +1,11 @@
-"""How limits on the whole motion narrow a window of pretension: those of `limits` that are no forms of single states.
+"""Windows of pretension narrowed by limits on the whole motion, which no single state decides.
 
-Where all states are taut, spool angle, motor torque and dα/dθ are straight lines in pretension F. Limits on backlash
-and torque band are half-lines therefore, as those of `window`; spool travel is the largest of lines less the smallest,
-which is convex. Power is a product of two lines, friction's loss a sum of such, so that the pretensions that they allow
-may be in several intervals, of which the widest is used: their ends are sought by bisection between samples. Arguments
-broadcast as in `window`; SI units, angles in radians.
+Where all states are taut, spool angle, motor torque and dα/dθ are straight lines in pretension F.
+Limits on backlash and torque band are half-lines therefore, as those of `window`; spool travel is
+the largest of lines less the smallest, which is convex. Power is a product of two lines, friction's
+loss a sum of such, so that the pretensions that they allow may be in several intervals, of which
+the widest is used: their ends are sought by bisection between samples. Arguments broadcast as in
+`window`; SI units, angles in radians.
 """
 
 from __future__ import annotations
@@ -14,7 +15,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from tendon_cli.model.actuator import SIDES, State, evaluate
 from tendon_cli.model.bounds import Bounds
@@ -26,21 +26,25 @@ from tendon_cli.model.statics import SLACK_TOLERANCE
 from tendon_cli.model.window import Positions, Window
 
 _STEP = 100.0  # N; how far the search for an end begins where a window has none
-_SAMPLES, _HALVINGS, _DOUBLINGS = 65, 45, 16
+_DOUBLINGS = 16  # of that step, until some limit is broken
+_SAMPLES = 65  # pretensions of a window between which ends are sought
+_HALVINGS = 45  # of the distance between two samples
 _UNIT = 100.0  # N; between multiples of it lines and parabolas are drawn
+_LOSS_STEP = float(np.radians(7.5))  # longest step of Gauss's rule for what has no kinks, rad
+
 Measure = Callable[[Array], Array]
-"""By how much a limit is exceeded at a pretension of each design, (designs,): above 0 it is broken."""
+"""Excess over a limit at one pretension of each design, (designs,): above 0 the limit is broken."""
 
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """base + gain F of states, (designs, states)."""
+    """Straight lines base + gain F of states, (designs, states)."""
 
     base: Array
     gain: Array
 
     def at(self, pretension: Array) -> Array:
-        """Values at one pretension of each design, (designs,)."""
+        """Return values at one pretension of each design, (designs,)."""
         return np.asarray(self.base + self.gain * pretension[:, np.newaxis])
 
 
@@ -52,32 +56,40 @@ def narrowed(
     bounds: Bounds,
     loads: tuple[float, float] | None = None,
 ) -> Window:
-    """Windows within the limits of the motor, too; directions (D, 1) and elbow angles (1, K) as for `window`.
+    """Return windows within the limits on the whole motion, too: the widest interval that is left.
 
-    The widest interval is what is left. Power is that of all loads (kg) between two, if they are given. Empty windows
-    stay as they are.
+    Empty windows stay as they are.
+
+    Args:
+        windows: Windows within the limits on states.
+        design: Designs.
+        elbow_angle: Angles, (1, K), rad.
+        flexion: Directions of motion, (D, 1), or (1, K) along a trajectory.
+        bounds: Limits of the designs.
+        loads: Least and largest load, kg; the motor's power is then that of all loads between.
     """
     shape = windows.low.shape or (1,)
-    whole = {name: np.array(values).reshape(shape) for name, values in vars(windows).items()}
-    open_ = np.nonzero(windows.is_open.reshape(shape))
-    if not open_[0].size or not bounds.of_motion:
+    open_places = np.nonzero(windows.is_open.reshape(shape))
+    if not open_places[0].size or not bounds.of_motion:
         return windows
-    some = Window(**{name: values[open_] for name, values in whole.items()})
-    of_some = select_points(design, (*shape, 1, 1), open_)
-    motor = Motor(of_some, np.asarray(elbow_angle), flexion, some.low.shape, bounds.speed, loads)
-    measures = {}
+    columns = {name: np.array(values).reshape(shape) for name, values in vars(windows).items()}
+    cut = Window(**{name: values[open_places] for name, values in columns.items()})
+    of_open = select_points(design, (*shape, 1, 1), open_places)
+    motor = Motor(of_open, np.asarray(elbow_angle), flexion, cut.low.shape, bounds.speed, loads)
+    measures: dict[int, Measure] = {}
     for limit in bounds.of_motion:
-        code, bound = LIMIT_NAMES.index(limit.name), bounds[limit.name]
+        code = LIMIT_NAMES.index(limit.name)
+        bound = bounds[limit.name]
         if limit.excess is not None:
             measures[code] = limit.excess(motor, bound)
         elif limit.lines is not None and (lines := limit.lines(motor)) is not None:
             for sign in (1.0, -1.0):
-                _cut(some, code, Lines(sign * lines.base, sign * lines.gain), bound)
+                _cut_by_lines(cut, code, Lines(sign * lines.base, sign * lines.gain), bound)
     if measures:
-        _cut_to_widest(some, measures)
-    for name, values in whole.items():
-        values[open_] = getattr(some, name)
-    return Window(**{name: values.reshape(windows.low.shape) for name, values in whole.items()})
+        _cut_to_widest(cut, measures)
+    for name, values in columns.items():
+        values[open_places] = getattr(cut, name)
+    return Window(**{name: values.reshape(windows.low.shape) for name, values in columns.items()})
 
 
 def excess(
@@ -89,16 +101,30 @@ def excess(
     pretension: complex,
     state: int,
 ) -> complex:
-    """By how much one design exceeds a limit at a pretension; also of complex numbers, for derivatives.
+    """Return by how much one design exceeds a limit on the whole motion at a pretension.
 
-    `state` is the one that binds, as windows have it, where the limit is kept state by state. The design's own axes are
-    two, of one each.
+    Numbers may be complex, for derivatives.
+
+    Args:
+        name: Name of the limit.
+        design: One design, whose own axes are two, of one each.
+        elbow_angle: Angles, (1, K), rad.
+        flexion: Directions of motion, (D, 1).
+        bounds: Limits of the design.
+        pretension: Pretension, N.
+        state: State that binds, as windows have it, where the limit is kept state by state.
+
+    Raises:
+        ValueError: If the limit is none on the whole motion.
     """
-    motor, at = Motor(design, elbow_angle, flexion, (1, 1), bounds.speed), np.array([pretension])
-    limit, bound = LIMITS[name], bounds[name]
+    motor = Motor(design, elbow_angle, flexion, (1, 1), bounds.speed)
+    at = np.array([pretension])
+    limit = LIMITS[name]
+    bound = bounds[name]
     if limit.lines is not None and (lines := limit.lines(motor)) is not None:
         value = complex(lines.at(at)[0, state])
-        return (value if value.real > 0.0 else -value) - complex(bound)
+        magnitude = value if value.real > 0.0 else -value
+        return magnitude - complex(bound)
     if limit.excess is None:
         raise ValueError(f"{name} is no limit on the whole motion")
     return complex(limit.excess(motor, bound)(at)[0])
@@ -106,148 +132,195 @@ def excess(
 
 @dataclass(eq=False)
 class Motor:
-    """Lines of the motor's quantities over all states of designs of a shape, all taut."""
+    """Straight lines in pretension of the motor's quantities over all states of designs, all taut.
+
+    Attributes:
+        signs: 1 for states in flexion, -1 in extension, (directions, angles).
+        trajectory: Motion in time, along which rates are per second; or None.
+        velocity: Speed of the elbow in each state with its sign, rad/s; 1 along a trajectory.
+        spool_angle: Spool angle, rad.
+        spool_speed: Turning of the spool over that of the elbow; along a trajectory rad/s.
+        torque: Motor torque, N m.
+    """
 
     design: Design
     angles: Array
+    """Elbow angles, (1, K), rad."""
     flexion: Flags
+    """Directions of motion, (D, 1), or (1, K) along a trajectory."""
     shape: tuple[int, ...]
+    """Shape of the designs."""
     speed: Real
+    """Speed of the elbow, rad/s."""
     loads: tuple[float, float] | None = None
+    """Least and largest load, kg; power is then that of all loads between."""
 
     def __post_init__(self) -> None:
-        self.ways = np.broadcast_to(
-            np.where(self.flexion, 1.0, -1.0), (len(self.flexion), self.angles.size)
-        )
-        self.trajectory = self.design.trajectory  # along which rates are per second
-        self.velocity = (
-            self.ways * self.speed if self.trajectory is None else np.ones(self.ways.shape)
-        )
+        states = len(self.flexion), self.angles.size
+        self.signs = np.broadcast_to(np.where(self.flexion, 1.0, -1.0), states)
+        self.trajectory = self.design.trajectory
+        self.velocity = self.signs * self.speed if self.trajectory is None else np.ones(states)
         self.spool_angle, self.spool_speed, self.torque = self._lines(self.angles)
 
     def _lines(self, angles: Array) -> list[Lines]:
-        """Spool angle, its speed and the motor's torque, from those at no pretension and at `_UNIT`."""
-        values = []
-        for state in (self._taut(pretension, angles) for pretension in (0.0, _UNIT)):
-            rates = motor_rates(state)
-            values.append(
-                [
-                    self._flat(each)
-                    for each in (rates.spool_angle, rates.spool_speed, state.motor_torque)
-                ]
-            )
-        return [Lines(base, (above - base) / _UNIT) for base, above in zip(*values, strict=True)]
+        """Return spool angle, its speed and the motor's torque as lines."""
+        at_zero = self._quantities(0.0, angles)
+        at_unit = self._quantities(_UNIT, angles)
+        return [
+            Lines(base, (above - base) / _UNIT)
+            for base, above in zip(at_zero, at_unit, strict=True)
+        ]
+
+    def _quantities(self, pretension: float, angles: Array) -> list[Array]:
+        """Return spool angle, its speed and the motor's torque at a pretension."""
+        state = self._taut(pretension, angles)
+        rates = motor_rates(state)
+        quantities = (rates.spool_angle, rates.spool_speed, state.motor_torque)
+        return [self._flat(values) for values in quantities]
 
     def _taut(self, pretension: float, angles: Array) -> State:
+        """Return states at a pretension as if they were taut."""
         sides = {name: replace(getattr(self.design, name), pretension=pretension) for name in SIDES}
         return evaluate(replace(self.design, unilateral=False, **sides), angles, self.flexion)
 
     def _flat(self, values: Array) -> Array:
-        """Values of states as (designs, states)."""
-        states = len(self.flexion), values.shape[-1]
-        return np.broadcast_to(values, (*self.shape, *states)).reshape(-1, states[0] * states[1])
+        """Return values of states as (designs, states)."""
+        directions = len(self.flexion)
+        angles = values.shape[-1]
+        return np.broadcast_to(values, (*self.shape, directions, angles)).reshape(
+            -1, directions * angles
+        )
 
     def between(self, lines: Lines) -> Lines | None:
-        """The difference between the directions, where there are both."""
-        ways = np.ravel(self.flexion)
-        if ways.all() or not ways.any():
+        """Return flexion less extension at each angle; None if there is one direction alone."""
+        flexion = np.ravel(self.flexion)
+        if flexion.all() or not flexion.any():
             return None
-        there, back = int(np.argmax(ways)), int(np.argmin(ways))
-        shaped = [each.reshape(len(each), len(ways), -1) for each in (lines.base, lines.gain)]
-        return Lines(*(each[:, there] - each[:, back] for each in shaped))
+        forth = int(np.argmax(flexion))
+        back = int(np.argmin(flexion))
+
+        def difference(values: Array) -> Array:
+            of_directions = values.reshape(len(values), len(flexion), -1)
+            return np.asarray(of_directions[:, forth] - of_directions[:, back])
+
+        return Lines(difference(lines.base), difference(lines.gain))
 
     def power(self, at: Array) -> Array:
-        """Of the motor in each state at one pretension of each design, W: (designs, states)."""
-        forward = self._flat(self.velocity)
-        power = np.asarray(forward * self.torque.at(at) * self.spool_speed.at(at))
+        """Return the motor's power in each state at one pretension of each design.
+
+        Args:
+            at: Pretensions, (designs,), N.
+
+        Returns:
+            Power, (designs, states), W; with `loads` the largest of any load between.
+        """
+        velocity = self._flat(self.velocity)
+        power = np.asarray(velocity * self.torque.at(at) * self.spool_speed.at(at))
         if self.loads is None:
             return power
-        torque, more = (each.torque.at(at) for each in self._of_loads)
-        turning, faster = (each.spool_speed.at(at) for each in self._of_loads)
-        # A parabola in the load, as torque and speed are lines in it.
+        least, largest = self._of_loads
+        torque = least.torque.at(at)
+        turning = least.spool_speed.at(at)
+        # Torque and speed are lines in the load, so power is a parabola; `top` is its vertex.
         with np.errstate(divide="ignore", invalid="ignore"):
-            top = -0.5 * (torque / (more - torque) + turning / (faster - turning))
-            most = forward * (torque + top * (more - torque)) * (turning + top * (faster - turning))
+            torque_rise = largest.torque.at(at) - torque
+            turning_rise = largest.spool_speed.at(at) - turning
+            top = -0.5 * (torque / torque_rise + turning / turning_rise)
+            most = velocity * (torque + top * torque_rise) * (turning + top * turning_rise)
         return np.where((top > 0.0) & (top < 1.0), np.fmax(power, most), power)
 
     @cached_property
     def _of_loads(self) -> list[Motor]:
-        """With the least and the largest load."""
-        given = self.angles, self.flexion, self.shape, self.speed
-        return [Motor(replace(self.design, load_mass=load), *given) for load in self.loads or ()]
+        """Motor with the least and with the largest load."""
+        return [
+            Motor(
+                replace(self.design, load_mass=load),
+                self.angles,
+                self.flexion,
+                self.shape,
+                self.speed,
+            )
+            for load in self.loads or ()
+        ]
 
     @cached_property
     def work(self) -> Measure:
-        """Work of the motor where it drives, J: in fine steps, for it has kinks where it begins to brake."""
+        """Work of the motor where it drives over pretension, J.
+
+        It is summed in fine steps, for it has kinks where the motor begins to brake.
+        """
         if self.trajectory is not None:
             seconds = self.trajectory.weights
             return lambda at: np.asarray(np.maximum(self.power(at), 0.0) @ seconds)
         nodes, weights = gauss(np.unique(self.angles))
         _, turning, torque = self._lines(nodes[np.newaxis])
-        forward, weight = (
-            np.repeat(self.ways[:, 0], len(nodes)),
-            np.tile(weights, np.size(self.flexion)),
-        )
-        return lambda at: np.asarray(
-            np.maximum(forward * torque.at(at) * turning.at(at), 0.0) @ weight
-        )
+        signs = np.repeat(self.signs[:, 0], len(nodes))
+        weight = np.tile(weights, np.size(self.flexion))
+
+        def work(at: Array) -> Array:
+            driven = np.maximum(signs * torque.at(at) * turning.at(at), 0.0)
+            return np.asarray(driven @ weight)
+
+        return work
 
     @cached_property
     def loss(self) -> Measure:
-        """What friction takes, J: a parabola in pretension, and smooth over all angles."""
-        nodes, weights = gauss(
-            np.array([self.angles.min(), self.angles.max()]), float(np.radians(7.5))
-        )
-        weight = np.outer(self.ways[:, 0], weights).ravel()
+        """Work that friction takes over pretension, J: a parabola, and smooth over all angles."""
         if self.trajectory is not None:
-            nodes, weight = self.trajectory.angle, self.trajectory.weights
+            nodes = self.trajectory.angle
+            weight = self.trajectory.weights
+        else:
+            ends = np.array([self.angles.min(), self.angles.max()])
+            nodes, weights = gauss(ends, _LOSS_STEP)
+            weight = np.outer(self.signs[:, 0], weights).ravel()
         first, second, third = (
             self._flat(motor_rates(self._taut(pretension, nodes[np.newaxis])).friction) @ weight
             for pretension in (0.0, _UNIT, 2.0 * _UNIT)
         )
-        slope, bend = (
-            (4.0 * second - 3.0 * first - third) / 2.0,
-            (third - 2.0 * second + first) / 2.0,
-        )
+        slope = (4.0 * second - 3.0 * first - third) / 2.0
+        bend = (third - 2.0 * second + first) / 2.0
         return lambda at: np.asarray(first + at / _UNIT * (slope + at / _UNIT * bend))
 
 
-def _cut(windows: Window, code: int, lines: Lines, most: Real) -> None:
-    """Cut windows by half-lines of states, in place."""
+def _cut_by_lines(windows: Window, code: int, lines: Lines, most: Real) -> None:
+    """Cut windows to where lines of all states are at most a bound, in place."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        ends = (most - lines.base) / lines.gain
+        ends = (most - lines.base) / lines.gain  # (windows, states), N
     for name, sign in (("low", 1.0), ("high", -1.0)):
         asked = np.where(sign * lines.gain < 0.0, sign * ends, -np.inf)
         tightest = asked.max(axis=1)
-        _set(
-            windows,
-            name,
-            tightest > sign * getattr(windows, name),
-            sign * tightest,
-            code,
-            asked.argmax(axis=1),
-        )
-    hopeless = ((lines.gain == 0.0) & (lines.base > most * (1.0 + SLACK_TOLERANCE))).any(axis=1)
-    _close(windows, code, hopeless)
+        is_tighter = tightest > sign * getattr(windows, name)
+        _set_end(windows, name, is_tighter, sign * tightest, code, asked.argmax(axis=1))
+    is_hopeless = (lines.gain == 0.0) & (lines.base > most * (1.0 + SLACK_TOLERANCE))
+    _close(windows, code, is_hopeless.any(axis=1))
 
 
-def _set(
+def _set_end(
     windows: Window,
     name: str,
-    which: Flags,
+    where: Flags,
     end: Array,
     code: int | Positions,
     state: int | Positions,
 ) -> None:
-    """Give some of the windows another lower or upper end, in place."""
-    for of_end, new in (
+    """Give some of the windows another lower or upper end, in place.
+
+    Args:
+        windows: Windows.
+        name: "low" or "high".
+        where: True for the windows that are changed.
+        end: Ends, N.
+        code: Limits that set them, indices into LIMIT_NAMES.
+        state: States that bind, -1 for none.
+    """
+    for field, changed in (
         (name, end),
         (f"{name}_by", code),
         (f"{name}_state", state),
         (f"{name}_angle", np.nan),
     ):
-        values = getattr(windows, of_end)
-        values[which] = np.broadcast_to(new, values.shape)[which]
+        values = getattr(windows, field)
+        values[where] = np.broadcast_to(changed, values.shape)[where]
 
 
 def _cut_to_widest(windows: Window, measures: dict[int, Measure]) -> None:
@@ -255,49 +328,60 @@ def _cut_to_widest(windows: Window, measures: dict[int, Measure]) -> None:
     start = np.where(windows.is_open, windows.low, 0.0)
     stop = np.where(np.isfinite(windows.high) & windows.is_open, windows.high, start + _STEP)
     endless = windows.is_open & np.isinf(windows.high)
-    for _ in range(_DOUBLINGS if endless.any() else 0):  # beyond where any limit is kept
-        stop = np.where(endless & ~_broken(stop, measures), start + 2.0 * (stop - start), stop)
-    places = start + np.linspace(0.0, 1.0, _SAMPLES)[:, np.newaxis] * (stop - start)
-    broken = {
-        code: np.array([measure(at) > 0.0 for at in places]) for code, measure in measures.items()
+    if endless.any():
+        for _ in range(_DOUBLINGS):  # beyond where any limit is kept
+            further = start + 2.0 * (stop - start)
+            stop = np.where(endless & ~_is_broken(stop, measures), further, stop)
+
+    samples = start + np.linspace(0.0, 1.0, _SAMPLES)[:, np.newaxis] * (stop - start)
+    broken = {  # (samples, windows) each
+        code: np.array([measure(pretension) > 0.0 for pretension in samples])
+        for code, measure in measures.items()
     }
     kept = ~np.any(list(broken.values()), axis=0)
-    rows, places_of = np.arange(len(start)), np.arange(_SAMPLES)[:, np.newaxis]
-    # The widest: it is longest since the last broken sample.
-    since = places_of - np.maximum.accumulate(np.where(kept, -1, places_of))
-    last = since.argmax(axis=0)
-    first = last - since[last, rows] + 1
-    some = windows.is_open & kept.any(axis=0)
+    has_kept = windows.is_open & kept.any(axis=0)
+
+    # The widest interval ends where most samples have been kept since the last broken one.
+    rows = np.arange(len(start))
+    places = np.arange(_SAMPLES)[:, np.newaxis]
+    length = places - np.maximum.accumulate(np.where(kept, -1, places))
+    last = length.argmax(axis=0)
+    first = last - length[last, rows] + 1
     for name, inner, outer in (("low", first, first - 1), ("high", last, last + 1)):
-        cut, beyond = (
-            (outer >= 0) & (outer < _SAMPLES),
-            places[np.clip(outer, 0, _SAMPLES - 1), rows],
-        )
-        _set(windows, name, some & cut, *_edge(places[inner, rows], beyond, measures), -1)
-    worst = np.array([each.sum(axis=0) for each in broken.values()]).argmax(axis=0)
-    _close(windows, np.array(list(broken))[worst], windows.is_open & ~some)
+        is_cut = (outer >= 0) & (outer < _SAMPLES)
+        inside = samples[inner, rows]
+        outside = samples[np.clip(outer, 0, _SAMPLES - 1), rows]
+        end, code = _edge(inside, outside, measures)
+        _set_end(windows, name, has_kept & is_cut, end, code, -1)
+    codes = np.array(list(broken))
+    most_broken = np.array([flags.sum(axis=0) for flags in broken.values()]).argmax(axis=0)
+    _close(windows, codes[most_broken], windows.is_open & ~has_kept)
 
 
-def _broken(at: Array, measures: dict[int, Measure]) -> npt.NDArray[np.bool_]:
-    return np.asarray(np.any([measure(at) > 0.0 for measure in measures.values()], axis=0))
+def _is_broken(pretension: Array, measures: dict[int, Measure]) -> Flags:
+    """Return where any limit is broken at one pretension of each design."""
+    return np.asarray(np.any([measure(pretension) > 0.0 for measure in measures.values()], axis=0))
 
 
-def _edge(
-    inside: Array, outside: Array, measures: dict[int, Measure]
-) -> tuple[Array, npt.NDArray[np.int64]]:
-    """Where between two pretensions the limits are just kept, and the limit that is broken beyond."""
+def _edge(inside: Array, outside: Array, measures: dict[int, Measure]) -> tuple[Array, Positions]:
+    """Find between two pretensions where the limits are just kept, by bisection.
+
+    Returns:
+        That pretension, N, and the code of the limit that is broken beyond.
+    """
     for _ in range(_HALVINGS):
         middle = 0.5 * (inside + outside)
-        broken = _broken(middle, measures)
-        inside, outside = np.where(broken, inside, middle), np.where(broken, middle, outside)
+        is_broken = _is_broken(middle, measures)
+        inside = np.where(is_broken, inside, middle)
+        outside = np.where(is_broken, middle, outside)
+    codes = np.array(list(measures))
     beyond = np.array([measure(outside) for measure in measures.values()])
-    return inside, np.array(list(measures))[beyond.argmax(axis=0)]
+    return inside, codes[beyond.argmax(axis=0)]
 
 
-def _close(
-    windows: Window, code: int | npt.NDArray[np.int64], which: npt.NDArray[np.bool_]
-) -> None:
-    """Leave no pretension at all, for a reason."""
-    which = which & ~np.isnan(windows.low)
+def _close(windows: Window, code: int | Positions, where: Flags) -> None:
+    """Leave no pretension at all in some windows, for the reason `code`, in place."""
+    where = where & ~np.isnan(windows.low)
     for ends, by in ((windows.low, windows.low_by), (windows.high, windows.high_by)):
-        ends[which], by[which] = np.nan, np.broadcast_to(code, which.shape)[which]
+        ends[where] = np.nan
+        by[where] = np.broadcast_to(code, where.shape)[where]

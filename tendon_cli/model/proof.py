@@ -1,14 +1,19 @@
-"""Proofs that a window of pretension holds at every elbow angle: interval arithmetic over cells of the angle.
+"""Proofs that a window of pretension holds at every elbow angle: interval arithmetic over cells.
 
-A limit on a form of states (`limits`) is g(θ) >= 0 at a pretension. On a cell of half-width h about m it is at least
-the smallest of g(m) + g'(m) t + t²/2 inf g'' over |t| <= h; a cell where that is negative is halved. As g is linear in
-pretension and in what the load asks for together, it holds between two of either if it does at both. All is by the
-general balance, x = (τ c_e + J_e D)/det, y = (J_f D - η c_f τ)/det, D = H_e - η H_f + (η c_f + c_e)_0 F, so that joints
-and bends that follow measured curves are enclosed, too; cells end at their knots. SI units, angles in radians.
+A limit on a form of states (`limits`) is g(θ) >= 0 at a pretension. On a cell of half-width h about
+m it is at least the smallest of g(m) + g'(m) t + t²/2 inf g'' over |t| <= h; a cell where that is
+negative is halved. As g is linear in pretension and in what the load asks for together, it holds
+between two of either if it does at both. All is by the general balance,
 
-Numbers of a design may be any within a box: a cell then has a range of each, as a share p of the way from the box's
-middle to its end, and a limit falls from the middle of that by at most the sum of |∂g/∂p| over the cell times half the
-range; what contributes most is halved.
+    x = (τ c_e + J_e D)/det,   y = (J_f D - η c_f τ)/det,   det = J_f c_e + η J_e c_f
+    D = H_e - η H_f + (η c_f + c_e)_0 F
+
+so that joints and bends that follow measured curves are enclosed, too; cells end at their knots. SI
+units, angles in radians.
+
+Numbers of a design may be any within a box. A cell then has a range of each, as a share p of the
+way from the box's middle to its end, and a limit falls from the middle of that by at most the sum
+of |∂g/∂p| over the cell times half the range; the variable that contributes most is halved.
 """
 
 from __future__ import annotations
@@ -16,10 +21,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design, changed
@@ -27,81 +31,106 @@ from tendon_cli.model.enclosure import COMPUTED, ORDER, Series
 from tendon_cli.model.kinematics import AnyJoint, Array, Excursion, Flags, Spline
 from tendon_cli.model.motor import select_points
 from tendon_cli.model.sheath import sheaths_of
-
-Rows = npt.NDArray[np.int64]
+from tendon_cli.model.window import Positions
 
 FIRST_CELLS = 8
+"""Cells of the angle that a proof begins with, besides those that end at knots."""
 MOST_CELLS = 2**20
-_AT_ONCE = 2**14
-_NARROWEST = 1e-9  # rad, and of the way to the end of a box; what is not decided there is left
-_USUAL = 0.1  # rad; half of a cell of the angle that is as wide as a whole box, if nothing else says which to halve
+"""Cells after which a proof is given up."""
+_BOX_COST = 8  # cells of angles alone that take as long as one of a box
+_AT_ONCE = 2**14  # cells
+_NARROWEST = 1e-9  # rad, or share of the box: narrower cells are left undecided
+_TYPICAL_HALF_WIDTH = 0.1  # rad; counts as much as a whole box if nothing says what to halve
+_OUT = 1.0 + 1e-15  # a width is rounded
+_ROUNDING = 1e-15  # relative error of a lower bound
 
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """Parts of the motion of designs, each at one pretension in one direction; arrays of one length."""
+    """Parts of the motion of designs, each at one end of a window, in one direction.
 
-    row: Rows
-    """Which design."""
+    Arrays have one length.
+    """
+
+    row: Positions
+    """Row of the design."""
     flexion: Flags
+    """True in flexion, else extension."""
     upper: Flags
-    """Whether it is the upper end of the window that is held."""
+    """True for the upper end of the window, else the lower."""
     low: Array
+    """Lower ends of the angle (rad) and of each number of a box (-1 to 1), (cells, 1 + numbers)."""
     high: Array
-    """From where to where, (cells, 1 + numbers in a box): of the angle, rad, and of each number from -1 to 1."""
+    """Upper ends, likewise."""
 
     def __len__(self) -> int:
         return len(self.row)
 
     @property
     def middle(self) -> Array:
-        """Of each."""
+        """Middle of each cell, (cells, 1 + numbers)."""
         return np.asarray(0.5 * (self.low + self.high))
 
     def select(self, which: Any) -> Cells:
-        """Some of them."""
+        """Select cells by index, slice or mask."""
         return Cells(**{name: values[which] for name, values in vars(self).items()})
 
-    def halved(self, along: Rows) -> Cells:
-        """Each in two, along the variable at a place."""
-        first, second, each = self.high.copy(), self.low.copy(), np.arange(len(self))
-        first[each, along] = second[each, along] = self.middle[each, along]
-        return _joined([replace(self, high=first), replace(self, low=second)])
+    def halved(self, along: Positions) -> Cells:
+        """Halve each cell along one of its variables: 0 is the angle."""
+        rows = np.arange(len(self))
+        middle = self.middle[rows, along]
+        high = self.high.copy()
+        low = self.low.copy()
+        high[rows, along] = middle
+        low[rows, along] = middle
+        return _concatenate([replace(self, high=high), replace(self, low=low)])
 
 
-def _joined(parts: list[Cells]) -> Cells:
+def _concatenate(parts: list[Cells]) -> Cells:
+    names = vars(parts[0])
     return Cells(
-        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])}
+        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
     )
 
 
 @dataclass(frozen=True, eq=False)
 class Proof:
-    """What became of the cells."""
+    """Outcome of a proof; it succeeded if no cell is broken or left."""
 
     cells: int
+    """Cells that were looked at."""
     broken: Cells
-    """In the middle of which a limit is not kept."""
+    """Cells in the middle of which a limit is not kept."""
     left: Cells
-    """That are not decided, for they are too many or too narrow."""
+    """Cells that are not decided, for they are too many or too narrow."""
 
 
 def cells_of(
     count: int, angles: tuple[float, float], flexion: Flags, knots: Array, numbers: int = 0
 ) -> Cells:
-    """The first cells of designs from angle to angle, in each direction, at both ends of windows, of whole boxes."""
+    """Return the first cells of designs, in each direction, at both ends of windows.
+
+    Args:
+        count: Number of designs.
+        angles: First and last elbow angle, rad.
+        flexion: Directions of motion.
+        knots: Angles at which cells must end, rad.
+        numbers: Numbers of a design that lie in a box; cells have all of it.
+    """
     low, high = angles
-    edges = np.unique(
-        [*np.linspace(low, high, FIRST_CELLS + 1), *knots[(knots > low) & (knots < high)]]
-    )
-    parts = np.arange(max(1, len(edges) - 1))
-    row, ways, upper, place = map(
-        np.ravel, np.meshgrid(np.arange(count), flexion, [False, True], parts, indexing="ij")
-    )
+    inner_knots = knots[(knots > low) & (knots < high)]
+    edges = np.unique([*np.linspace(low, high, FIRST_CELLS + 1), *inner_knots])
+    places = np.arange(max(1, len(edges) - 1))
+    axes = np.meshgrid(np.arange(count), flexion, [False, True], places, indexing="ij")
+    row, direction, upper, place = (axis.ravel() for axis in axes)
     box = np.ones((len(row), numbers))
-    ends = edges[place], edges[np.minimum(place + 1, len(edges) - 1)]
+    next_place = np.minimum(place + 1, len(edges) - 1)
     return Cells(
-        row, ways, upper, np.column_stack([ends[0], -box]), np.column_stack([ends[1], box])
+        row,
+        direction,
+        upper,
+        low=np.column_stack([edges[place], -box]),
+        high=np.column_stack([edges[next_place], box]),
     )
 
 
@@ -113,106 +142,170 @@ def prove(
     bounds: Bounds,
     ends: Sequence[Design] = (),
 ) -> Proof:
-    """Whether designs, (designs, 1, 1), keep all limits on states from `low` to `high` (N) in cells.
+    """Try to prove that designs keep all limits on states at both ends of their windows, in cells.
 
-    `ends` has, of a box about them, for each number the designs in which this one is at its upper end.
+    Args:
+        design: Designs, (designs, 1, 1); with a box those in its middle.
+        cells: Cells to begin with.
+        low: Lower ends of the windows, (designs,), N.
+        high: Upper ends of the windows, (designs,), N.
+        bounds: Limits of the designs.
+        ends: For each number of a box the designs in which this number is at its upper end.
     """
-    none, todo, count = cells.select(slice(0)), cells, 0
-    broken, left = [none], [none]
-    at_once, most = (_AT_ONCE // (1 + len(ends)), MOST_CELLS // (1 + 7 * bool(ends)))
+    none = cells.select(slice(0))
+    todo = cells
+    count = 0
+    broken = [none]
+    undecided = [none]
+    at_once = _AT_ONCE // (1 + len(ends))
+    most = MOST_CELLS // _BOX_COST if ends else MOST_CELLS
     while len(todo) and count + len(todo) <= most:
         count += len(todo)
-        rest = [none]
-        for part in (todo.select(slice(at, at + at_once)) for at in range(0, len(todo), at_once)):
-            at = (part.row, np.zeros_like(part.row), np.zeros_like(part.row))
-            some, *of_ends = (select_points(each, (len(low), 1, 1), at) for each in (design, *ends))
+        halves = [none]
+        for start in range(0, len(todo), at_once):
+            part = todo.select(slice(start, start + at_once))
+            points = part.row, np.zeros_like(part.row), np.zeros_like(part.row)
+            middle, *at_ends = (
+                select_points(designs, (len(low), 1, 1), points) for designs in (design, *ends)
+            )
+            pretension = np.where(part.upper, high[part.row], low[part.row])
             with np.errstate(all="ignore"):
-                pretension = np.where(part.upper, high[part.row], low[part.row])
-                kept, fails, along = _kept(some, of_ends, part, pretension, bounds)
-            narrow = (part.high - part.low < _NARROWEST).all(axis=1)
-            broken.append(part.select(fails))
-            left.append(part.select(~kept & ~fails & narrow))
-            halve = ~kept & ~fails & ~narrow
-            rest.append(part.select(halve).halved(along[halve]))
-        todo = _joined(rest)
-    return Proof(count, _joined(broken), _joined([*left, todo]))
+                verdict = _judge(middle, at_ends, part, pretension, bounds)
+            is_open = ~verdict.is_kept & ~verdict.is_broken
+            is_narrow = (part.high - part.low < _NARROWEST).all(axis=1)
+            broken.append(part.select(verdict.is_broken))
+            undecided.append(part.select(is_open & is_narrow))
+            is_halved = is_open & ~is_narrow
+            halves.append(part.select(is_halved).halved(verdict.along[is_halved]))
+        todo = _concatenate(halves)
+    return Proof(count, _concatenate(broken), _concatenate([*undecided, todo]))
 
 
-def _kept(
+class _Verdict(NamedTuple):
+    is_kept: Flags
+    """True where all limits are kept in all of the cell."""
+    is_broken: Flags
+    """True where a limit is broken in the middle of the cell."""
+    along: Positions
+    """Variable along which to halve the cell."""
+
+
+def _judge(
     design: Design, ends: Sequence[Design], cells: Cells, pretension: Array, bounds: Bounds
-) -> tuple[Flags, Flags, Rows]:
-    """Whether all limits are kept in all of each cell, whether one is broken in its middle, and what to halve."""
-    middle, halves = (
-        cells.middle,
-        np.maximum(cells.high - cells.middle, cells.middle - cells.low) * (1.0 + 1e-15),
-    )
-    angle, half, about = middle[:, 0], halves[:, 0], halves[:, 1:]
-    at_point, over_box = (
-        within(design, ends, middle[:, 1:], size) for size in (0.0 * about, about)
-    )
-    at_middle = _held(
-        enclosed(at_point, angle, np.zeros(()), cells.flexion, pretension, ORDER - 1), bounds
-    )
-    over_cell = _held(enclosed(over_box, angle, half, cells.flexion, pretension, ORDER), bounds)
-    kept, fails = np.ones(len(cells), dtype=np.bool_), np.zeros(len(cells), dtype=np.bool_)
-    worst, falls = np.full(len(cells), np.inf), np.zeros(middle.shape)
-    for point, whole in zip(at_middle, over_cell, strict=True):
-        (value, near), (slope, slope_about) = (term or (0.0, 0.0) for term in point.terms[:2])
-        bend, bend_about = whole.terms[2] or (0.0, 0.0)
-        least, steep, bend = value - near, abs(slope) + slope_about, bend - bend_about
-        vertex = steep / np.asarray(2.0 * bend)
-        turn = np.where((bend > 0.0) & (vertex < half), vertex, half)
-        moves = np.zeros(middle.shape)
-        moves[:, 0] = steep * turn - bend * turn * turn
-        for place, partial in whole.partials.items():
-            slope, slope_about = partial.value
-            moves[:, 1 + place] = (abs(slope) + slope_about) * about[:, place] * (1.0 + 1e-15)
-        rounding = 1e-15 * (abs(value) + steep * half + abs(bend) * half * half)
-        lowest = np.broadcast_to(least - moves.sum(axis=1) - rounding, kept.shape)
-        kept &= lowest >= 0.0
-        fails |= value + near < 0.0
+) -> _Verdict:
+    """Decide where limits are kept or broken, from enclosures in the middle of cells and over them.
+
+    Args:
+        design: Designs in the middle of the box, (cells,).
+        ends: For each number of the box the designs at its upper end.
+        cells: Cells.
+        pretension: Pretension in each cell, N.
+        bounds: Limits of the designs.
+    """
+    middle = cells.middle
+    halves = np.maximum(cells.high - middle, middle - cells.low) * _OUT
+    angle = middle[:, 0]
+    box_halves = halves[:, 1:]
+    at_point = within(design, ends, middle[:, 1:], 0.0 * box_halves)
+    over_box = within(design, ends, middle[:, 1:], box_halves)
+    in_middle = enclosed(at_point, angle, np.zeros(()), cells.flexion, pretension, ORDER - 1)
+    over_cell = enclosed(over_box, angle, halves[:, 0], cells.flexion, pretension, ORDER)
+
+    is_kept = np.ones(len(cells), dtype=np.bool_)
+    is_broken = np.zeros(len(cells), dtype=np.bool_)
+    worst = np.full(len(cells), np.inf)
+    worst_falls = np.zeros(middle.shape)  # (cells, 1 + numbers)
+    limits = zip(_limit_values(in_middle, bounds), _limit_values(over_cell, bounds), strict=True)
+    for of_middle, of_cell in limits:
+        value, radius = of_middle.value
+        lowest, falls = _lower_bound(of_middle, of_cell, halves)
+        is_kept &= lowest >= 0.0
+        is_broken |= value + radius < 0.0
         lowest = np.where(np.isnan(lowest), -np.inf, lowest)
-        falls[lowest < worst] = moves[lowest < worst]
+        is_worse = lowest < worst
+        worst_falls[is_worse] = falls[is_worse]
         worst = np.minimum(worst, lowest)
-    sizes = halves / np.append(_USUAL, np.ones(len(ends)))
-    falls = np.where(np.isfinite(falls).all(axis=1, keepdims=True), falls, sizes)
-    return kept, fails, np.where(cells.high - cells.low > 0.0, falls, -1.0).argmax(axis=1)
+
+    # Halve what lets the worst limit fall most; the widest side where that is not bounded.
+    sizes = halves / np.append(_TYPICAL_HALF_WIDTH, np.ones(len(ends)))
+    is_bounded = np.isfinite(worst_falls).all(axis=1, keepdims=True)
+    worst_falls = np.where(is_bounded, worst_falls, sizes)
+    has_width = cells.high - cells.low > 0.0
+    return _Verdict(is_kept, is_broken, np.where(has_width, worst_falls, -1.0).argmax(axis=1))
+
+
+def _lower_bound(in_middle: Series, over_cell: Series, halves: Array) -> tuple[Array, Array]:
+    """Return a lower bound of a limit's value over cells, and how far each variable lets it fall.
+
+    Args:
+        in_middle: The value and its slope in the middle of the cells.
+        over_cell: Its second derivative and its partial derivatives over the cells.
+        halves: Half-widths of the cells, (cells, 1 + numbers).
+
+    Returns:
+        Lower bounds, (cells,), and falls, (cells, 1 + numbers).
+    """
+    half = halves[:, 0]
+    value, value_radius = in_middle.value
+    slope, slope_radius = in_middle.terms[1] or (0.0, 0.0)
+    bend, bend_radius = over_cell.terms[2] or (0.0, 0.0)
+    steepness = abs(slope) + slope_radius
+    lowest_bend = bend - bend_radius  # inf g''/2
+
+    # The parabola falls to its vertex, or to the end of the cell if that is nearer.
+    vertex = steepness / np.asarray(2.0 * lowest_bend)
+    has_vertex = (lowest_bend > 0.0) & (vertex < half)
+    distance = np.where(has_vertex, vertex, half)
+    falls = np.zeros(halves.shape)
+    falls[:, 0] = steepness * distance - lowest_bend * distance * distance
+    for place, derivative in over_cell.partials.items():
+        change, change_radius = derivative.value
+        falls[:, 1 + place] = (abs(change) + change_radius) * halves[:, 1 + place] * _OUT
+    rounding = _ROUNDING * (abs(value) + steepness * half + abs(lowest_bend) * half * half)
+    lowest = value - value_radius - falls.sum(axis=1) - rounding
+    return np.broadcast_to(lowest, half.shape), falls
 
 
 def within(design: Design, ends: Sequence[Design], middle: Array, half: Array) -> Design:
-    """A design whose numbers in a box are series, within `half` of their middle, (cells, numbers).
+    """Return designs whose numbers in a box are series, as straight lines of their shares.
 
-    Numbers are straight lines of the share of the way to the end of the box.
+    Args:
+        design: Designs in the middle of the box, (cells,).
+        ends: For each number of the box the designs at its upper end.
+        middle: Middle of each cell as shares of the way to the end, (cells, numbers).
+        half: Half-width of each cell likewise.
     """
 
     def moving(number: Any, *at_ends: Any) -> Any:
-        for place, end in enumerate(at_ends if number.dtype == np.float64 else ()):
-            apart = np.where((number == end) | np.isnan(number), 0.0, end - number)
-            if np.any(apart):
-                size = np.abs(apart) * half[:, place]
-                return Series.number(number + apart * middle[:, place], size, apart, place)
+        if number.dtype != np.float64:
+            return number
+        for place, end in enumerate(at_ends):
+            distance = np.where((number == end) | np.isnan(number), 0.0, end - number)
+            if np.any(distance):
+                radius = np.abs(distance) * half[:, place]
+                return Series.number(number + distance * middle[:, place], radius, distance, place)
         return number
 
     boxed: Design = changed(design, moving, *ends)
     return boxed
 
 
-def _held(state: Any, bounds: Bounds) -> Iterator[Series]:
-    """What must not be negative: the flexor's arm less a rounded zero, both tensions, and each limit's distance."""
+def _limit_values(state: Any, bounds: Bounds) -> Iterator[Series]:
+    """Yield what must not be negative: moment arms, tensions, and the distance to each limit."""
     yield from state.arms
     yield state.x
     yield state.y
     for limit in bounds.asked:
-        for form in () if limit.forms is None else limit.forms(state, bounds.speed):
-            shares = (
+        if limit.forms is None:
+            continue
+        for form in limit.forms(state, bounds.speed):
+            value = Series.of(form.constant, COMPUTED)
+            for share, part in (
                 (form.flexor, state.x),
                 (form.extensor, state.y),
                 (form.stiffness, state.stiffness),
-            )
-            value = sum(
-                (Series.of(share, COMPUTED) * part for share, part in shares),
-                Series.of(form.constant, COMPUTED),
-            )
+            ):
+                value = value + Series.of(share, COMPUTED) * part
             least, most = limit.range_of(bounds[limit.name])
             if least is not None:
                 yield value - least
@@ -223,24 +316,43 @@ def _held(state: Any, bounds: Bounds) -> Iterator[Series]:
 def enclosed(
     design: Design, middle: Array, half: Array, flexion: Flags, pretension: Array, order: int
 ) -> SimpleNamespace:
-    """States over cells as series, with the names that forms of limits ask a `State` for."""
+    """Return states over cells as series, under the names that forms of limits ask a `State` for.
+
+    Args:
+        design: Designs, (cells,), whose numbers may be series.
+        middle: Middle of each cell of the angle, rad.
+        half: Half-width of each cell, rad.
+        flexion: True in flexion, else extension.
+        pretension: Pretension in each cell, N.
+        order: Highest power of the series.
+    """
     angle: Any = Series.variable(middle, half, order)
     path, flexor_travel, extensor_travel = _travels(design.arm.joint, angle)
-    arm, extensor_arm, ratio = flexor_travel.slope(), extensor_travel.slope(), design.ratio
-    sides = [_in_series(side) for side in (design.flexor, design.extensor)]
-    at_angle = before = sheaths_of(sides[0], sides[1], angle, flexion)
+    arm = flexor_travel.slope()
+    extensor_arm = extensor_travel.slope()
+    ratio = design.ratio
+
+    sides = _in_series(design.flexor), _in_series(design.extensor)
+    flexor, extensor = sheaths_of(*sides, angle, flexion)
+    c_f = Series.of(flexor.compliance, COMPUTED)
+    c_e = Series.of(extensor.compliance, COMPUTED)
+    resting_c_f = c_f
+    resting_c_e = c_e
     if design.follows:
-        before = sheaths_of(sides[0], sides[1], Series.of(design.setting.angle), flexion)  # type: ignore[arg-type]
-    (c_f, c_e), resting = (
-        [Series.of(side.compliance, COMPUTED) for side in both] for both in (at_angle, before)
-    )
+        resting_angle: Any = Series.of(design.setting.angle)
+        resting_sheaths = sheaths_of(*sides, resting_angle, flexion)
+        resting_c_f, resting_c_e = (
+            Series.of(sheath.compliance, COMPUTED) for sheath in resting_sheaths
+        )
+
     torque = _torque(design, angle)
-    apart = extensor_travel - ratio * flexor_travel + (ratio * resting[0] + resting[1]) * pretension
+    common = ratio * resting_c_f + resting_c_e
+    stretch = extensor_travel - ratio * flexor_travel + common * pretension  # D
     det = arm * c_e + extensor_arm * (ratio * c_f)
-    x, y = (torque * c_e + extensor_arm * apart) / det, (arm * apart - ratio * c_f * torque) / det
-    of_flexor, of_extensor = (
-        each.slope() - each * c.slope() / c for each, c in ((arm, c_f), (extensor_arm, c_e))
-    )
+    x = (torque * c_e + extensor_arm * stretch) / det
+    y = (arm * stretch - ratio * c_f * torque) / det
+    of_flexor = arm.slope() - arm * c_f.slope() / c_f
+    of_extensor = extensor_arm.slope() - extensor_arm * c_e.slope() / c_e
     stiffness = (
         arm * arm / c_f
         + extensor_arm * extensor_arm / c_e
@@ -248,7 +360,6 @@ def enclosed(
         - of_flexor * x
         + of_extensor * y
     )
-    flexor, extensor = at_angle
     return SimpleNamespace(
         arms=(arm, extensor_arm),
         x=x,
@@ -273,38 +384,39 @@ def enclosed(
     )
 
 
-def _travels(joint: AnyJoint, angle: Any) -> Any:
-    """The flexor's path, if the joint tells, and both travels, m."""
+def _travels(joint: AnyJoint, angle: Any) -> tuple[Any, Any, Any]:
+    """Return the flexor's path, None if the joint does not tell, and both travels, m."""
     if isinstance(joint, Excursion):
         origin: Any = Series.of(joint.origin)
-        return None, *(
-            (curve(angle) - curve(origin)) * joint.scale for curve in (joint.flexor, joint.extensor)
-        )
-    a1, b1, a2, b2 = (Series.of(each) for each in (joint.a1, joint.b1, joint.a2, joint.b2))
-    squares, along, across = (
-        a1 * a1 + b1 * b1 + a2 * a2 + b2 * b2,
-        2.0 * (b1 * b2 - a1 * a2),
-        2.0 * (a1 * b2 + a2 * b1),
-    )
-    path, start = (
-        np.sqrt(squares + along * np.cos(angle) - across * np.sin(angle)),
-        np.sqrt(squares + along),
-    )
-    return path, np.where(joint.from_initial, start, b1 + b2) - path, angle * joint.elbow_radius
+        flexor_travel = (joint.flexor(angle) - joint.flexor(origin)) * joint.scale
+        extensor_travel = (joint.extensor(angle) - joint.extensor(origin)) * joint.scale
+        return None, flexor_travel, extensor_travel
+    a1, b1, a2, b2 = (Series.of(offset) for offset in (joint.a1, joint.b1, joint.a2, joint.b2))
+    squares = a1 * a1 + b1 * b1 + a2 * a2 + b2 * b2
+    along = 2.0 * (b1 * b2 - a1 * a2)
+    across = 2.0 * (a1 * b2 + a2 * b1)
+    path = np.sqrt(squares + along * np.cos(angle) - across * np.sin(angle))
+    initial_path = np.sqrt(squares + along)
+    reference = np.where(joint.from_initial, initial_path, b1 + b2)
+    return path, reference - path, angle * joint.elbow_radius
 
 
 def _torque(design: Design, angle: Any) -> Any:
-    """What weights, joint and task ask for, N m."""
+    """Return the torque that weights, joint and task ask for, N m."""
     weights: Any = Series.of(design.gravity_moment, COMPUTED)
     return weights * np.sin(angle + design.arm.upper_arm_angle) + design.other_torque(angle)
 
 
 def _in_series(side: Any) -> Any:
-    """A side with series for all of its numbers if it has any, or bends with the joint, so that nothing is rounded."""
+    """Return a side with series for all of its numbers, so that nothing is rounded unnoticed.
+
+    A side of plain numbers that does not bend with the joint stays as it is.
+    """
     numbers = {name: value for name, value in vars(side).items() if name != "spring_at_motor"}
-    if any(isinstance(value, Series | Spline) for value in numbers.values()):
-        numbers = {
-            name: value if isinstance(value, Spline) else Series.of(value)
-            for name, value in numbers.items()
-        }
-    return replace(side, **numbers)
+    if not any(isinstance(value, Series | Spline) for value in numbers.values()):
+        return side
+    series = {
+        name: value if isinstance(value, Spline) else Series.of(value)
+        for name, value in numbers.items()
+    }
+    return replace(side, **series)

@@ -1,8 +1,9 @@
-"""Windows of the whole motion: between the angles at which states were taken, too.
+"""Windows over the whole motion, between the angles at which states were taken, too.
 
-An end of a window is the largest (the smallest) over all angles of what each state asks for. Taken over some angles it
-errs on the unsafe side, by the square of their distance. So it is sought around the angle that binds among these, where
-it lies between two of them. Arguments broadcast as in `actuator`; SI units, angles in radians.
+An end of a window is the largest (the smallest) over all angles of what each state asks for. Taken
+over some angles it errs on the unsafe side, by the square of their distance. So it is sought around
+the angle that binds among these, where it lies between two of them. Arguments broadcast as in
+`actuator`; SI units, angles in radians.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from tendon_cli.model.actuator import State
-from tendon_cli.model.bounds import Bounds, ends_of
+from tendon_cli.model.bounds import Bounds, bound_ends
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import LIMIT_NAMES
@@ -18,60 +19,94 @@ from tendon_cli.model.setting import shown
 from tendon_cli.model.window import Positions, ends_of_states, slack_codes
 
 ANGLES = 91
-"""Taken of any motion, whichever a study lists: what lies between them is sought from there."""
-_ROUNDS, _NARROWER = 3, 12.0
-"""Each goes to the top of the parabola through three angles, which lie closer by that from round to round."""
+"""Angles taken of any motion, whichever a study lists; what lies between is sought from there."""
+_ROUNDS = 3
+"""Rounds of a search, each of which goes to the top of the parabola through three angles."""
+_NARROWER = 12.0
+"""Factor by which these angles move together from round to round."""
 _AHEAD = 1e-3
-"""Of a step; whether an end is tighter inward of the first or last angle is seen there."""
+"""Distance inward of the first and last angle, as a share of a step; it shows whether an end is
+tighter there."""
 
 
 def grid(elbow_angle: Array) -> Array:
-    """The angles at which windows over the whole motion are taken, (1, K), from all that a study lists, rad."""
-    low, high = float(np.min(elbow_angle)), float(np.max(elbow_angle))
-    return np.linspace(low, high, ANGLES if high > low else 1).reshape(1, -1)
+    """Return the angles at which windows over the whole motion are taken.
+
+    Args:
+        elbow_angle: All angles that a study lists, rad.
+
+    Returns:
+        Equally spaced angles from the least to the largest, (1, K), rad.
+    """
+    low = float(np.min(elbow_angle))
+    high = float(np.max(elbow_angle))
+    count = ANGLES if high > low else 1
+    return np.linspace(low, high, count).reshape(1, -1)
 
 
 def with_edges(angles: Array) -> Array:
-    """`grid` angles, and besides the first and the last one just inward of it, (1, K + 2)."""
+    """Add to `grid` angles one just inward of the first and of the last, (1, K + 2), rad."""
     ahead = _AHEAD * (angles[0, 1] - angles[0, 0])
-    return np.insert(
-        angles, [1, angles.size - 1], [angles[0, 0] + ahead, angles[0, -1] - ahead], axis=1
-    )
+    edges = [angles[0, 0] + ahead, angles[0, -1] - ahead]
+    return np.insert(angles, [1, angles.size - 1], edges, axis=1)
 
 
 def without_edges(state: Positions, angles: Array) -> Flags:
-    """States among angles `with_edges` as those of the nearest `grid` angles, in place; whether one is no edge's."""
-    way, place = np.divmod(state, angles.size + 2)
-    np.copyto(state, way * angles.size + np.clip(place - 1, 0, angles.size - 1), where=state >= 0)
+    """Renumber states among angles `with_edges` as those of the nearest `grid` angles, in place.
+
+    Args:
+        state: Places of states among both directions of angles `with_edges`; -1 for none.
+        angles: The `grid` angles, (1, K), rad.
+
+    Returns:
+        True where the state was not at the first or the last angle.
+    """
+    direction, place = np.divmod(state, angles.size + 2)
+    nearest = direction * angles.size + np.clip(place - 1, 0, angles.size - 1)
+    np.copyto(state, nearest, where=state >= 0)
     return np.asarray((place > 0) & (place <= angles.size))
 
 
 def end_curves(
     design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds, counts: Flags
 ) -> tuple[dict[str, Array], dict[str, Array]]:
-    """What each limit on states asks for at each angle, N: the least pretensions, and the largest, by its name.
+    """Return the pretensions that each limit on states asks for at each angle.
 
-    Over both directions and the designs that count (their shape, then (1, 1)), as their pretension is read; infinite
-    where a limit asks for nothing. Angles are (1, K), the results (K,).
+    Args:
+        design: Designs.
+        elbow_angle: Angles, (1, K), rad.
+        flexion: Directions of motion, (D, 1).
+        bounds: Limits of the designs.
+        counts: Designs that count, of their shape, then (1, 1).
+
+    Returns:
+        Least and largest pretensions by the name of the limit, (K,), N, over both directions and
+        the designs that count, as their pretension is read; infinite where a limit asks for none.
     """
     at = State.of(design, elbow_angle, flexion)
-    required, slack = at.response.required, slack_codes(at)
-    curves: tuple[dict[str, Array], dict[str, Array]] = {}, {}
-    slack_ends = [
-        (int(code), np.zeros(()), slack >= 0, 1.0 * (slack == code)) for code in np.unique(slack)
-    ]
-    ends = [*slack_ends, *(each[:4] for each in ends_of(at, bounds))]
-    for code, end, is_lower, gain in ends:
-        for of_limits, holds, sign in zip(curves, (is_lower, ~is_lower), (1.0, -1.0), strict=True):
-            asks = counts & holds & (gain != 0.0) & ~np.isnan(required)
-            asked = np.where(asks, sign * shown(design, required + end), -np.inf)
-            most = asked.reshape(-1, asked.shape[-1]).max(axis=0)
-            if np.any(most > -np.inf):
-                name = LIMIT_NAMES[code]
-                of_limits[name] = sign * np.maximum(
-                    most, sign * of_limits.get(name, -sign * np.inf)
-                )
-    return curves
+    required = at.response.required
+    counts = counts & ~np.isnan(required)
+
+    # Code of the limit, margin at which it is just kept (N), where that is a lower or upper end
+    slack = slack_codes(at)
+    never = np.zeros_like(slack, dtype=np.bool_)
+    ends = [(int(code), np.zeros(()), slack == code, never) for code in np.unique(slack)]
+    for end in bound_ends(at, bounds):
+        moves = end.gain != 0.0
+        ends.append((end.code, end.margin, end.is_lower & moves, ~end.is_lower & moves))
+
+    least: dict[str, Array] = {}
+    largest: dict[str, Array] = {}
+    for code, margin, is_lower, is_upper in ends:
+        name = LIMIT_NAMES[code]
+        pretension = shown(design, required + margin)
+        for curves, binds, sign in ((least, is_lower, 1.0), (largest, is_upper, -1.0)):
+            asked = np.where(counts & binds, sign * pretension, -np.inf)
+            tightest = asked.reshape(-1, asked.shape[-1]).max(axis=0)
+            if np.any(tightest > -np.inf):
+                known = curves.get(name, -sign * np.inf)
+                curves[name] = sign * np.maximum(tightest, sign * known)
+    return least, largest
 
 
 def refined(
@@ -85,55 +120,80 @@ def refined(
     upper: bool,
     start: Array | None = None,
 ) -> tuple[Array, Positions, Array]:
-    """Ends of windows over all angles, from ends over `grid` angles (N, state): N, state and the angle that binds.
+    """Return ends of windows over all angles, from ends over `grid` angles.
 
-    Ends have one axis, the first of the designs' three; directions are (D, 1), angles (K,). The state becomes the one
-    nearest to the angle that binds; that is NaN where the grid's end stays the tightest. From angles to `start` at
-    they are sought in the state's direction, within a part of a step: where another peak lies that near.
+    Args:
+        design: Designs, (N, 1, 1).
+        state: States that bind among the `grid` angles, (N,).
+        value: Ends of the windows in these states, (N,), N.
+        angles: The `grid` angles, (K,), rad.
+        flexion: Directions of motion, (D, 1).
+        bounds: Limits of the designs.
+        upper: True for upper ends of windows.
+        start: Angles to begin from, (N,), rad. The ends are then sought in the direction of their
+            states and within a part of a step, for another peak may lie as near as a step.
+
+    Returns:
+        Ends (N), states nearest to the angles that bind, and these angles (rad), (N,) each; the
+        angle is NaN where the end over the `grid` angles stays the tightest.
     """
-    sign, step, place = (
-        -1.0 if upper else 1.0,
-        (angles[-1] - angles[0]) / (len(angles) - 1),
-        state % len(angles),
-    )
-    way = state // len(angles)
+    sign = -1.0 if upper else 1.0
+    step = (angles[-1] - angles[0]) / (len(angles) - 1)
+    direction, place = np.divmod(state, len(angles))
+    rows = np.arange(len(state))
 
-    def asked(where: Array, ways: Flags) -> Array:
-        """What is asked for at angles (designs, angles), the larger the tighter: (designs, directions, angles)."""
-        values = (
-            sign
-            * ends_of_states(State.of(design, where[:, np.newaxis, :], ways), bounds)[int(upper)]
-        )
-        return np.broadcast_to(
-            np.where(np.isnan(values), -np.inf, values),
-            (len(state), ways.shape[-2], where.shape[1]),
-        )
+    def tightness(where: Array, directions: Flags) -> Array:
+        """Return what is asked for at angles (N, angles), the larger the tighter.
 
-    centre, each = angles[place] if start is None else start, np.arange(len(state))
-    for apart in step * _NARROWER ** -(np.arange(float(_ROUNDS)) + (start is not None)):
-        middle = np.clip(centre, angles[0] + apart, angles[-1] - apart)
-        where = middle[:, np.newaxis] + apart * np.array([-1.0, 0.0, 1.0])
-        values = asked(
-            where, flexion if apart == step else flexion.ravel()[way, np.newaxis, np.newaxis]
-        )
-        before, here, after = np.moveaxis(values, -1, 0)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ahead = 0.5 * (before - after) / (before - 2.0 * here + after)
-            rise = 0.25 * (after - before) * ahead
-        most = values.max(axis=2)
-        inside = (np.abs(ahead) <= 1.0) & (rise > 0.0) & (here + rise > most)
-        ahead = np.where(inside, ahead, values.argmax(axis=2) - 1.0)
-        direction = np.where(inside, here + rise, most).argmax(axis=1)
-        if apart == step:
-            way = direction
-        centre = middle + apart * ahead[each, direction if apart == step else 0]
-    top = asked(centre[:, np.newaxis], flexion.ravel()[way, np.newaxis, np.newaxis])[:, 0, 0]
-    nearest, tighter = (
-        way * len(angles) + np.rint((centre - angles[0]) / step).astype(np.int64),
-        top > sign * value,
-    )
+        The result is (N, directions, angles), in newtons.
+        """
+        ends = ends_of_states(State.of(design, where[:, np.newaxis, :], directions), bounds)
+        values = sign * (ends.high if upper else ends.low)
+        shape = len(state), directions.shape[-2], where.shape[1]
+        return np.broadcast_to(np.where(np.isnan(values), -np.inf, values), shape)
+
+    def flexion_of_each() -> Flags:
+        """Return the direction that each end is sought in, (N, 1, 1)."""
+        return flexion.ravel()[direction, np.newaxis, np.newaxis]
+
+    centre = angles[place] if start is None else start
+    rounds = np.arange(float(_ROUNDS))
+    if start is not None:
+        rounds = rounds + 1.0
+    for attempt, width in enumerate(step * _NARROWER**-rounds):
+        chooses_direction = start is None and attempt == 0
+        middle = np.clip(centre, angles[0] + width, angles[-1] - width)
+        where = middle[:, np.newaxis] + width * np.array([-1.0, 0.0, 1.0])
+        directions = flexion if chooses_direction else flexion_of_each()
+        offset, top = _parabola_top(tightness(where, directions))
+        best = top.argmax(axis=1)
+        if chooses_direction:
+            direction = best
+        centre = middle + width * offset[rows, best]
+
+    found = tightness(centre[:, np.newaxis], flexion_of_each())[:, 0, 0]
+    nearest = direction * len(angles) + np.rint((centre - angles[0]) / step).astype(np.int64)
+    is_tighter = found > sign * value
     return (
-        np.where(tighter, sign * top, value),
-        np.where(tighter, nearest, state),
-        np.where(tighter, centre, np.nan),
+        np.where(is_tighter, sign * found, value),
+        np.where(is_tighter, nearest, state),
+        np.where(is_tighter, centre, np.nan),
+    )
+
+
+def _parabola_top(values: Array) -> tuple[Array, Array]:
+    """Return the top of the parabola through three equally spaced values, the last axis.
+
+    The first result is its distance from the middle one in spacings, the second its height; where
+    the parabola has no higher top between them, the largest of the three counts.
+    """
+    before, centre, after = np.moveaxis(values, -1, 0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        offset = 0.5 * (before - after) / (before - 2.0 * centre + after)
+        rise = 0.25 * (after - before) * offset
+    largest = values.max(axis=-1)
+    is_inside = (np.abs(offset) <= 1.0) & (rise > 0.0) & (centre + rise > largest)
+    return (
+        np.where(is_inside, offset, values.argmax(axis=-1) - 1.0),
+        np.where(is_inside, centre + rise, largest),
     )

@@ -1,21 +1,23 @@
-"""The window of pretension: between which pretensions of both sides a design keeps every limit, exactly.
+"""The window of pretension: the pretensions of both sides at which a design keeps every limit.
 
-Every limit on a form of a state (`limits`) is a half-line in the common pretension, so a design's window over its
-states is one interval, and each of its ends belongs to one limit in one state. Nothing is searched. It is a fold over
-states: `begin`, `fold` in any portions, `finished`. Arguments broadcast as in `actuator`; SI units, angles in radians.
+Every limit on a form of a state (`limits`) is a half-line in the common pretension, so a design's
+window over its states is one interval, and each of its ends belongs to one limit in one state.
+Nothing is searched; the ends are exact. The window is a fold over states: `begin`, `fold` in any
+portions, `finished`. Arguments broadcast as in `actuator`; SI units, angles in radians.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model.actuator import State
-from tendon_cli.model.bounds import Bounds, ends_of
+from tendon_cli.model.bounds import Bounds, bound_ends
 from tendon_cli.model.design import Design
+from tendon_cli.model.extremes import Extremes
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import (
     EXTENSOR_SLACK,
@@ -30,16 +32,16 @@ from tendon_cli.model.setting import pretension_of, shown
 from tendon_cli.model.statics import SLACK_TOLERANCE
 
 Positions = npt.NDArray[np.int64]
-Kind = TypeVar("Kind", bound=np.generic)
-Found = dict[str, Array]
-"""The tightest ends over states, by name: `low`, `high`, their states, and the first state that is `blocked`."""
+"""Places in an array, such as those of states among all states of a design."""
+Found = Extremes  # name that `engine` and `kernel` import
+Element = TypeVar("Element", bound=np.generic)
 
 
 @dataclass(frozen=True, eq=False)
 class Ends:
-    """The pretensions at which designs keep all limits in all states: from `low` to `high`; empty where low > high.
+    """Pretensions at which designs keep all limits in all states, from `low` to `high`.
 
-    Both are NaN where no pretension could do.
+    A window is empty where low > high. Both are NaN where no pretension could do.
     """
 
     low: Array
@@ -47,45 +49,77 @@ class Ends:
     high: Array
     """Largest, N; infinite where nothing bounds it."""
     low_state: Positions
-    """The state that binds, by its place among the design's states, or where no pretension could do, the first in
-    which that is so; -1 where the limit belongs to no state."""
+    """Place of the state that binds among the design's states; where no pretension could do, of the
+    first in which that is so; -1 where the limit belongs to no state."""
     high_state: Positions
+    """The same for the largest."""
     low_angle: Array
-    """The elbow angle that binds, rad, if it is not that of the state but beside it (`between`); else NaN."""
+    """Elbow angle that binds, rad, if it lies beside that of the state (`whole_motion`), or NaN."""
     high_angle: Array
+    """The same for the largest."""
 
     @property
-    def is_open(self) -> npt.NDArray[np.bool_]:
-        """Whether any pretension keeps all limits."""
+    def is_open(self) -> Flags:
+        """True where some pretension keeps all limits."""
         return np.asarray(self.low <= self.high)
 
 
-Kept = TypeVar("Kept", bound=Ends)
+AnyEnds = TypeVar("AnyEnds", bound=Ends)
 
 
 @dataclass(frozen=True, eq=False)
 class Window(Ends):
-    """The ends of windows with the limits that bind there, or where no pretension could do, the reason."""
+    """Ends of windows with the limits that bind there; the reason where no pretension could do."""
 
     low_by: Codes
     """Index into LIMIT_NAMES, or NOTHING."""
     high_by: Codes
+    """The same for the largest."""
+
+
+class StateEnds(NamedTuple):
+    """Windows of single states."""
+
+    low: Array
+    """Smallest pretension, N."""
+    high: Array
+    """Largest pretension, N; infinite where nothing bounds it."""
+    low_by: Codes
+    """Limit that sets the smallest, index into LIMIT_NAMES."""
+    high_by: Codes
+    """Limit that sets the largest; where nothing bounds it, the side that goes slack first."""
+    blocked: Codes
+    """First limit that no pretension could keep, or NOTHING."""
 
 
 def window(design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds) -> Window:
-    """The windows of designs over their states: of angles (1, K) in each direction, (D, 1), or (1, K) in a motion."""
-    at, states = State.of(design, elbow_angle, flexion), (len(flexion), elbow_angle.size)
-    of_design = _ceiling(design, bounds), _broken_by_design(design, bounds)
-    shape = np.broadcast_shapes(
-        *(each.shape for each in (*ends_of_states(at, bounds), *of_design)), states
+    """Return the windows of designs over their states.
+
+    Args:
+        design: Designs.
+        elbow_angle: Angles, (1, K), rad.
+        flexion: Directions of motion, (D, 1), or (1, K) along a trajectory.
+        bounds: Limits of the designs.
+    """
+    at = State.of(design, elbow_angle, flexion)
+    states = len(flexion), elbow_angle.size
+    arrays = (
+        *ends_of_states(at, bounds),
+        _ceiling(design, bounds),
+        _broken_by_design(design, bounds),
     )
+    shape = np.broadcast_shapes(*(array.shape for array in arrays), states)
     folded = begin(shape[:-2])
     fold(folded, at, bounds, np.arange(states[0] * states[1]).reshape(states))
     return named(finished(folded, design, bounds), design, elbow_angle, flexion, bounds)
 
 
-def begin(shape: tuple[int, ...]) -> Found:
-    """No state yet, for designs of a shape; other angles of the same designs may be folded in turn."""
+def begin(shape: tuple[int, ...]) -> Extremes:
+    """Return the tightest ends over no state yet, for designs of a shape.
+
+    They are `low` and `high` (N), the states that set them, and the first state that is `blocked`.
+    Other angles of the same designs may be folded in turn.
+    """
     starts = {
         "low": -np.inf,
         "high": np.inf,
@@ -96,133 +130,166 @@ def begin(shape: tuple[int, ...]) -> Found:
     return {name: np.full(shape, start) for name, start in starts.items()}
 
 
-def fold(folded: Found, at: State, bounds: Bounds, states: Positions) -> None:
-    """Take in states, which lie along the last two axes and whose places among the design's are `states`."""
-    low, high, _, _, blocked = ends_of_states(at, bounds)
-    whole = (*folded["low"].shape, *states.shape)
+def fold(folded: Extremes, at: State, bounds: Bounds, states: Positions) -> None:
+    """Tighten ends by more states, in place.
+
+    Args:
+        folded: Tightest ends so far.
+        at: States, which lie along the last two axes.
+        bounds: Limits of the designs.
+        states: Places of these states among the design's, of the shape of the last two axes.
+    """
+    ends = ends_of_states(at, bounds)
+    shape = (*folded["low"].shape, *states.shape)
     numbers = states.ravel().astype(np.float64)
 
-    def flat(values: npt.NDArray[Kind]) -> npt.NDArray[Kind]:
-        return np.broadcast_to(values, whole).reshape(*whole[:-2], -1)
+    def flat(values: npt.NDArray[Element]) -> npt.NDArray[Element]:
+        """Return values of states as (designs, states)."""
+        return np.broadcast_to(values, shape).reshape(*shape[:-2], -1)
 
-    ends = (
-        ("low", np.where(np.isnan(low), -np.inf, low), 1.0),
-        ("high", np.where(np.isnan(high), np.inf, high), -1.0),
-    )
-    for name, values, sign in ends:
-        spread = flat(values)
-        place = np.argmax(sign * spread, axis=-1)
-        end, state, before = _at(spread, place), numbers[place], folded[f"{name}_state"]
-        tighter = (sign * end > sign * folded[name]) | (
-            (end == folded[name]) & np.isfinite(end) & (state < before)
-        )
-        np.copyto(folded[name], end, where=tighter)
-        np.copyto(before, state, where=tighter)
-    first = np.min(np.where(flat(blocked) != NOTHING, numbers, np.inf), axis=-1)
+    low = np.where(np.isnan(ends.low), -np.inf, ends.low)
+    high = np.where(np.isnan(ends.high), np.inf, ends.high)
+    for name, values, sign in (("low", low, 1.0), ("high", high, -1.0)):
+        of_states = flat(values)
+        place = np.argmax(sign * of_states, axis=-1)
+        end = np.take_along_axis(of_states, place[..., np.newaxis], axis=-1)[..., 0]
+        state = numbers[place]
+        known = folded[name]
+        known_state = folded[f"{name}_state"]
+        is_tighter = sign * end > sign * known
+        is_earlier = (end == known) & np.isfinite(end) & (state < known_state)
+        is_new = is_tighter | is_earlier
+        np.copyto(known, end, where=is_new)
+        np.copyto(known_state, state, where=is_new)
+    first = np.min(np.where(flat(ends.blocked) != NOTHING, numbers, np.inf), axis=-1)
     np.minimum(folded["blocked"], first, out=folded["blocked"])
 
 
-def finished(folded: Found, design: Design, bounds: Bounds) -> Ends:
-    """The ends, from the tightest over all states and from what holds for the whole design."""
-    fixed = _over_design(_broken_by_design(design, bounds)) != NOTHING
+def finished(folded: Extremes, design: Design, bounds: Bounds) -> Ends:
+    """Return the ends, from the tightest over all states and from what holds for whole designs."""
+    is_broken = _over_design(_broken_by_design(design, bounds)) != NOTHING
     ceiling = _over_design(_ceiling(design, bounds))
-    low, high, stuck = folded["low"], folded["high"], np.isfinite(folded["blocked"])
-    empty = stuck | fixed
-    state = np.where(fixed, -1.0, folded["blocked"])
-    by_floor, by_ceiling = ~(low > 0.0), (ceiling < high) | np.isinf(high)
-    low_state = np.where(empty, state, np.where(by_floor, -1.0, folded["low_state"]))
-    high_state = np.where(empty, state, np.where(by_ceiling, -1.0, folded["high_state"]))
+    low = folded["low"]
+    high = folded["high"]
+    is_empty = np.isfinite(folded["blocked"]) | is_broken
+    blocked_state = np.where(is_broken, -1.0, folded["blocked"])
+    is_by_floor = ~(low > 0.0)
+    is_by_ceiling = (ceiling < high) | np.isinf(high)
+    low_state = np.where(is_by_floor, -1.0, folded["low_state"])
+    high_state = np.where(is_by_ceiling, -1.0, folded["high_state"])
     return Ends(
-        low=np.where(empty, np.nan, np.maximum(low, 0.0)),
-        high=np.where(empty, np.nan, np.minimum(high, ceiling)),
-        low_state=low_state.astype(np.int64),
-        high_state=high_state.astype(np.int64),
+        low=np.where(is_empty, np.nan, np.maximum(low, 0.0)),
+        high=np.where(is_empty, np.nan, np.minimum(high, ceiling)),
+        low_state=np.where(is_empty, blocked_state, low_state).astype(np.int64),
+        high_state=np.where(is_empty, blocked_state, high_state).astype(np.int64),
         low_angle=np.full(low.shape, np.nan),
         high_angle=np.full(high.shape, np.nan),
     )
 
 
 def _ceiling(design: Design, bounds: Bounds) -> Array:
-    """The largest F0 that is allowed, of a limit that is read as the design's pretension is."""
-    most = bounds.get("max_pretension")
-    return np.full((), np.inf) if most is None else pretension_of(design, most)
+    """Return the largest F0 that `max_pretension` allows; it is read as the design's pretension."""
+    largest = bounds.get("max_pretension")
+    if largest is None:
+        return np.full((), np.inf)
+    return pretension_of(design, largest)
 
 
-def as_read(ends: Kept, design: Design) -> Kept:
-    """Ends as the design's pretension is read."""
+def as_read(ends: AnyEnds, design: Design) -> AnyEnds:
+    """Return ends as the design's pretension is read."""
+
+    def read(pretension: Array) -> Array:
+        return shown(design, pretension[..., np.newaxis, np.newaxis])[..., 0, 0]
+
     with np.errstate(invalid="ignore"):
-        low, high = (
-            shown(design, end[..., np.newaxis, np.newaxis])[..., 0, 0]
-            for end in (ends.low, ends.high)
-        )
-    return replace(ends, low=low, high=high)
+        return replace(ends, low=read(ends.low), high=read(ends.high))
 
 
 def _broken_by_design(design: Design, bounds: Bounds) -> Codes:
-    """The first limit on a number of the design that it breaks whatever its pretension, by its code, or NOTHING."""
-    code = np.full((1, 1), NOTHING, dtype=np.int8)
+    """Return the first limit on a number of the design that it breaks at any pretension.
+
+    That is the limit's code, or NOTHING.
+    """
+    broken = np.full((1, 1), NOTHING, dtype=np.int8)
     for limit in bounds.asked:
-        if limit.of_design is not None and LIMIT_NAMES.index(limit.name) != PRETENSION:
-            bound = bounds[limit.name]
-            broken = limit.beyond(limit.of_design(design), bound) > SLACK_TOLERANCE * np.abs(bound)
-            code = np.where(
-                broken & (code == NOTHING), np.int8(LIMIT_NAMES.index(limit.name)), code
-            )
-    return code
+        code = LIMIT_NAMES.index(limit.name)
+        if limit.of_design is None or code == PRETENSION:
+            continue
+        bound = bounds[limit.name]
+        is_broken = limit.beyond(limit.of_design(design), bound) > SLACK_TOLERANCE * np.abs(bound)
+        broken = np.where(is_broken & (broken == NOTHING), np.int8(code), broken)
+    return broken
 
 
 def named(ends: Ends, design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds) -> Window:
-    """Ends with the limits that bind, worked out anew in the states that bind alone.
+    """Return ends with the limits that bind, worked out anew in the states that bind alone.
 
-    The states are all of `elbow_angle`, (1, K), in each direction of `flexion`, (D, 1), or (1, K) along a trajectory.
+    Args:
+        ends: Ends of windows.
+        design: Designs.
+        elbow_angle: Angles of all states, (1, K), rad.
+        flexion: Directions of all states, (D, 1), or (1, K) along a trajectory.
+        bounds: Limits of the designs.
     """
-    limits, fixed = [], _over_design(_broken_by_design(design, bounds))
-    for state, beside, upper in (
-        (ends.low_state, ends.low_angle, False),
-        (ends.high_state, ends.high_angle, True),
-    ):
+    broken = _over_design(_broken_by_design(design, bounds))
+    directions = np.broadcast_to(flexion, (len(flexion), elbow_angle.size))
+
+    def binding(state: Positions, beside: Array, *, upper: bool) -> Codes:
+        """Return the codes of the limits that bind in states, or at angles beside these."""
         direction, place = np.divmod(np.maximum(state, 0), elbow_angle.size)
-        angle = np.where(np.isnan(beside), elbow_angle.ravel()[place], beside)[
-            ..., np.newaxis, np.newaxis
-        ]
-        way = np.broadcast_to(flexion, (len(flexion), elbow_angle.size))[direction, place]
-        at = State.of(design, angle, way[..., np.newaxis, np.newaxis])
-        _, _, low_by, high_by, blocked = ends_of_states(at, bounds)
-        of_state, reason = map(_over_design, (high_by if upper else low_by, blocked))
-        of_none = np.where(np.isfinite(ends.high), PRETENSION, NOTHING) if upper else NOTHING
-        by = np.where(
-            np.isnan(ends.low),
-            np.where(state < 0, fixed, reason),
-            np.where(state < 0, of_none, of_state),
+        angle = np.where(np.isnan(beside), elbow_angle.ravel()[place], beside)
+        flexing = directions[direction, place]
+        at = State.of(
+            design,
+            angle[..., np.newaxis, np.newaxis],
+            flexing[..., np.newaxis, np.newaxis],
         )
-        limits.append(by.astype(np.int8))
-    return Window(**vars(ends), low_by=limits[0], high_by=limits[1])
+        of_states = ends_of_states(at, bounds)
+        in_state = _over_design(of_states.high_by if upper else of_states.low_by)
+        blocked = _over_design(of_states.blocked)
+        in_no_state = np.full((), NOTHING)
+        if upper:
+            in_no_state = np.where(np.isfinite(ends.high), PRETENSION, NOTHING)
+        code = np.where(
+            np.isnan(ends.low),
+            np.where(state < 0, broken, blocked),
+            np.where(state < 0, in_no_state, in_state),
+        )
+        return code.astype(np.int8)
+
+    return Window(
+        **vars(ends),
+        low_by=binding(ends.low_state, ends.low_angle, upper=False),
+        high_by=binding(ends.high_state, ends.high_angle, upper=True),
+    )
 
 
-def ends_of_states(at: State, bounds: Bounds) -> tuple[Array, Array, Codes, Codes, Codes]:
-    """Smallest and largest pretension of each state, the limits that say so, and the one no pretension could keep."""
-    required, slack = at.response.required, slack_codes(at)
-    low, high, low_by, high_by = np.zeros(()), np.full((), np.inf), slack, slack
+def ends_of_states(at: State, bounds: Bounds) -> StateEnds:
+    """Return the window of each state, and the limits that set its ends."""
+    required = at.response.required
+    low = np.zeros(())
+    high = np.full((), np.inf)
+    low_by = slack_codes(at)
+    high_by = low_by
     blocked = np.where(np.isnan(required), np.int8(NO_EQUILIBRIUM), np.int8(NOTHING))
-    for code, end, is_lower, gain, hopeless in ends_of(at, bounds):
-        below = np.where(is_lower & (gain != 0.0), end, -np.inf)
-        above = np.where(~is_lower & (gain != 0.0), end, np.inf)
-        blocked = np.where(hopeless & (blocked == NOTHING), np.int8(code), blocked)
-        low_by, low = np.where(below > low, np.int8(code), low_by), np.maximum(low, below)
-        high_by, high = np.where(above < high, np.int8(code), high_by), np.minimum(high, above)
-    return required + low, required + high, low_by, high_by, blocked
+    for end in bound_ends(at, bounds):
+        code = np.int8(end.code)
+        moves = end.gain != 0.0
+        below = np.where(end.is_lower & moves, end.margin, -np.inf)
+        above = np.where(~end.is_lower & moves, end.margin, np.inf)
+        blocked = np.where(end.is_hopeless & (blocked == NOTHING), code, blocked)
+        low_by = np.where(below > low, code, low_by)
+        low = np.maximum(low, below)
+        high_by = np.where(above < high, code, high_by)
+        high = np.minimum(high, above)
+    return StateEnds(required + low, required + high, low_by, high_by, blocked)
 
 
 def slack_codes(at: State) -> Codes:
-    """Which side goes slack first as pretension falls."""
+    """Return the code of the side that goes slack first as pretension falls."""
     return np.where(at.coupling.elbow_torque < 0.0, np.int8(FLEXOR_SLACK), np.int8(EXTENSOR_SLACK))
 
 
-def _at(values: npt.NDArray[Kind], where: Positions) -> npt.NDArray[Kind]:
-    taken: npt.NDArray[Kind] = np.take_along_axis(values, where[..., np.newaxis], axis=-1)[..., 0]
-    return taken
-
-
-def _over_design(values: npt.NDArray[Kind]) -> npt.NDArray[Kind]:
-    """Values of designs, which have two axes of one state where they have any."""
+def _over_design(values: npt.NDArray[Element]) -> npt.NDArray[Element]:
+    """Drop the two axes of states, each one long, from values of designs that have axes."""
     return values.reshape(values.shape[:-2]) if values.ndim else values

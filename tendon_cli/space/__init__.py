@@ -1,1 +1,1 @@
-"""Named axes with their roles, their product, and what each number is for a design. Knows nothing of study files."""
+"""Named axes, their product, and each number of its designs. Knows nothing of study files."""

@@ -1,8 +1,9 @@
-"""The product of named axes, and what every number is for its designs, in a box of it or at listed points alike.
+"""The product of named axes, and every number of its designs, in a box of it or at listed points.
 
-A design is a row of the product, the last axis fastest. What a number is: the study's single value, over it what an
-axis sets (a later axis over an earlier one: a case, a number that varies, a person or a draw), what is given for one
-side over what is given for both, and at last multiplied by what axes scale it by, such as the anchors of a larger arm.
+A design is a row of the product, the last axis fastest. A number is the study's single value, and
+over it what an axis sets; a later axis counts over an earlier one (a case, a number that varies, a
+person or a draw), and what is given for one side over what is given for both. At last it is
+multiplied by what axes scale it by, such as the anchors of a larger arm.
 """
 
 from __future__ import annotations
@@ -43,21 +44,22 @@ from tendon_cli.space.axis import (
 )
 
 Place = tuple[str, str | None]
-"""The common key of a number, and the side of the arm if it is that of one."""
+"""Common key of a number, and the side of the arm if it is that of one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Space:
-    """Every combination of some axes, and the single numbers that all of them share."""
+    """A product of axes, and the single numbers that all of its rows share."""
 
     axes: tuple[Axis, ...] = ()
     """Slowest first."""
     single: Mapping[str, Any] = field(default_factory=dict)
-    """By dotted key, SI; those that a study gives once for all."""
+    """Numbers that a study gives once for all, by dotted key, SI."""
     groups: Rows | None = None
-    """Which rows must be served together to count, numbered from 0 and ascending; None where each counts by itself."""
+    """Group of each row, numbered from 0 and ascending; a group counts if all its rows are served.
+    None where each row counts by itself."""
     weighting: Array | None = None
-    """Of each row; None where all count the same."""
+    """Weight of each row; None where all count the same."""
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
@@ -69,7 +71,7 @@ class Space:
 
     @property
     def whole(self) -> Box:
-        """The box of all rows."""
+        """Box of all rows."""
         return tuple(slice(0, length) for length in self.shape)
 
     def _of_role(self, role: Role) -> Space:
@@ -77,49 +79,60 @@ class Space:
 
     @cached_property
     def choices(self) -> Space:
-        """The product of what a designer decides."""
+        """Product of what a designer decides."""
         return self._of_role("choice")
 
     @cached_property
     def conditions(self) -> Space:
-        """The product of what a design must survive, grouped by what a share is of."""
+        """Product of what a design must survive, grouped by what a share is counted in."""
         return self._of_role("condition").grouped()
 
     @property
     def intervals(self) -> tuple[int, ...]:
-        """The axes of intervals, by their places: a number that depends on one lies between the values along it."""
-        return tuple(at for at, axis in enumerate(self.axes) if axis.is_interval)
+        """Places of the axes of intervals.
+
+        A number that depends on one of them lies anywhere between the values along it.
+        """
+        return tuple(place for place, axis in enumerate(self.axes) if axis.is_interval)
 
     def grouped(self) -> Space:
-        """The same product with what a share is of slowest: persons, draws, or the pairs of both.
+        """Return the same product grouped by what a share is counted in, which becomes slowest.
 
-        One of these is served by a pretension that all its other conditions allow, and counts as much as the person
-        is weighted.
+        That is persons, draws, or the pairs of both. One of these is served by a pretension that
+        all its other conditions allow, and counts as much as the person is weighted.
         """
-        whose = tuple(
+        counted = tuple(
             axis for key in (PERSON_AXIS, DRAW_AXIS) for axis in self.axes if axis.key == key
         )
-        if not whose:
+        if not counted:
             return self
-        others = tuple(axis for axis in self.axes if axis not in whose)
-        each, weighting = math.prod(len(axis) for axis in others), np.ones(1)
-        for axis in whose:
-            along = np.ones(len(axis)) if axis.weighting is None else axis.weighting
-            weighting = np.multiply.outer(weighting, along).ravel()
-        groups = np.repeat(np.arange(len(weighting)), each)
+        others = tuple(axis for axis in self.axes if axis not in counted)
+        rows_per_group = math.prod(len(axis) for axis in others)
+        weighting = np.ones(1)
+        for axis in counted:
+            of_axis = np.ones(len(axis)) if axis.weighting is None else axis.weighting
+            weighting = np.multiply.outer(weighting, of_axis).ravel()
         return replace(
-            self, axes=(*whose, *others), weighting=np.repeat(weighting, each), groups=groups
+            self,
+            axes=(*counted, *others),
+            groups=np.repeat(np.arange(len(weighting)), rows_per_group),
+            weighting=np.repeat(weighting, rows_per_group),
         )
 
     def at(self, *points: Numbers) -> Space:
-        """Listed points, by what each says of the study's numbers, with the same single numbers; a product if several.
+        """Return the space of listed points, with the same single numbers.
 
-        What later ones say counts over what earlier ones do.
+        Args:
+            points: Numbers that the points set, (points,) each. Several lists make a product, in
+                which a later one counts over an earlier one.
         """
         return Space(tuple(map(Axis.of_points, points)), self.single)
 
     def unset(self) -> Space:
-        """The same product without pretension, which is solved for, and with tendons that cannot push."""
+        """Return the same product without pretension, which is solved for.
+
+        Its tendons cannot push.
+        """
         axes = tuple(
             axis.without(PRETENSION, SLACK) for axis in self.axes if axis.role != "pretension"
         )
@@ -129,114 +142,135 @@ class Space:
         return Space(axes, {**single, PRETENSION: 0.0, SLACK: 1.0})
 
     def places(self, rows: Rows) -> dict[str, Rows]:
-        """Where rows stand on each axis, by its key."""
+        """Return the place of rows on each axis, by its key."""
         if not self.axes:
             return {}
-        at = np.unravel_index(rows, self.shape)
-        return {axis.key: np.asarray(place) for axis, place in zip(self.axes, at, strict=True)}
+        places = np.unravel_index(rows, self.shape)
+        return {axis.key: np.asarray(place) for axis, place in zip(self.axes, places, strict=True)}
 
     def numbers(self, rows: Rows) -> Numbers:
-        """What rows say of the study's numbers."""
-        at = self.places(rows)
+        """Return the numbers that axes set or scale for rows."""
+        places = self.places(rows)
         return {
-            key: values[at[axis.key]] for axis in self.axes for key, values in axis.numbers.items()
+            key: values[places[axis.key]]
+            for axis in self.axes
+            for key, values in axis.numbers.items()
         }
 
     def columns(self, rows: Rows) -> dict[str, npt.NDArray[Any]]:
-        """Rows as a table has them: values, or the position among their names."""
-        at = self.places(rows)
+        """Return rows as columns of a table: values, or the places of their names."""
+        places = self.places(rows)
         return {
-            axis.column: at[axis.key] if axis.names else axis.values[at[axis.key]]
+            axis.column: places[axis.key] if axis.names else axis.values[places[axis.key]]
             for axis in self.axes
         }
 
     @cached_property
     def of_sides(self) -> frozenset[str]:
         """Common keys, such as `tendon.length`, that are given for a single side anywhere."""
-        given = (*self.single, *self._of_axes)
+        given = (*self.single, *self._axis_numbers)
         return frozenset(common for common, side in map(split_side, given) if side)
 
     def number(self, key: str, side: str | None = None) -> Varying:
-        """A number by its common key; with `side`, as it is on that side of the arm."""
-        value, sets = _DEFAULTS.get(key, np.nan), list[tuple[int, Array]]()
-        for candidate in (key, of_side(key, side)) if side else (key,):
+        """Return a number of the designs.
+
+        Args:
+            key: Its common key.
+            side: Side of the arm whose number is wanted; None for that of both.
+        """
+        value = _DEFAULTS.get(key, np.nan)
+        sets: list[tuple[int, Array]] = []
+        candidates = [key] if side is None else [key, of_side(key, side)]
+        for candidate in candidates:
             if candidate in self.single:
-                value, sets = self.single[candidate], []
-            for at, values in self._of_axes.get(candidate, ()):
-                silent, given = np.isnan(values), values
-                if not silent.any():
+                value = self.single[candidate]
+                sets = []
+            for place, values in self._axis_numbers.get(candidate, ()):
+                is_silent = np.isnan(values)
+                given = values
+                if not is_silent.any():  # overrules all that came before
                     sets = []
                 elif not sets:
-                    given = np.where(silent, value, values)
-                if self.axes[at].key == CASE_AXIS and not sets and (given == given[:1]).all():
+                    given = np.where(is_silent, value, values)
+                is_case = self.axes[place].key == CASE_AXIS
+                if is_case and not sets and (given == given[:1]).all():
                     value = given[0].item()
                 else:
-                    sets.append((at, given))
-        return Varying(value, tuple(sets), tuple(self._of_axes.get(scale_of(key), ())))
+                    sets.append((place, given))
+        scales = self._axis_numbers.get(scale_of(key), ())
+        return Varying(value, tuple(sets), tuple(scales))
 
     @cached_property
-    def _of_axes(self) -> dict[str, list[tuple[int, Array]]]:
-        """What axes set and scale, by key, each with the place of its axis."""
+    def _axis_numbers(self) -> dict[str, list[tuple[int, Array]]]:
+        """Places of axes, with the values or factors that they give, by key of the number."""
         given: dict[str, list[tuple[int, Array]]] = {}
-        for at, axis in enumerate(self.axes):
+        for place, axis in enumerate(self.axes):
             for key, values in axis.numbers.items():
-                given.setdefault(key, []).append((at, values))
+                given.setdefault(key, []).append((place, values))
         return given
 
     @cached_property
     def of_the_model(self) -> dict[Place, Varying]:
-        """Every number that the model takes, once."""
+        """Numbers that the model takes, by common key and side."""
         return {place: self.number(*place) for place in _PLACES}
 
     def axes_of(self, wanted: Callable[[str], bool]) -> frozenset[int]:
-        """The axes that the numbers of the model whose keys are wanted depend on."""
+        """Return the places of the axes that some numbers of the model depend on.
+
+        Args:
+            wanted: Returns True for the common key of a number that is meant.
+        """
         return frozenset(
-            at
+            axis
             for (key, _), number in self.of_the_model.items()
             if wanted(key)
-            for at in number.axes
+            for axis in number.axes
         )
 
     def design(self, box: Box | None = None) -> Design:
-        """The designs of a box, else of the whole product, each number shaped as it varies to (*box, 1, 1)."""
-        place = self.whole if box is None else box
+        """Return the designs of a box, or of the whole product if none is given.
+
+        Each number is shaped as it varies, to broadcast to (*box, 1, 1).
+        """
+        box = self.whole if box is None else box
         given: dict[Place, Any] = {
-            where: number.within(place) for where, number in self.of_the_model.items()
+            place: number.within(box) for place, number in self.of_the_model.items()
         }
 
-        def of(names: Mapping[str, str], side: str | None = None) -> dict[str, Any]:
-            return {name: given[key, side] for name, key in names.items()}
+        def numbers(keys: Mapping[str, str], side: str | None = None) -> dict[str, Any]:
+            return {name: given[key, side] for name, key in keys.items()}
 
-        def is_so(key: str, side: str | None = None) -> Flag:
+        def is_true(key: str, side: str | None = None) -> Flag:
             return np.asarray(given[key, side]) > 0.5
 
         flexor, extensor = (
-            Side(**of(_OF_A_SIDE, side), spring_at_motor=is_so(SPRING_AT, side)) for side in SIDES
+            Side(**numbers(_SIDE, side), spring_at_motor=is_true(SPRING_AT, side)) for side in SIDES
         )
-        travels = of(_TRAVELS)
+        joint: Anchors | Excursion
+        travels = numbers(_TRAVELS)
         if travels["flexor"] is None or travels["extensor"] is None:
-            joint: Anchors | Excursion = Anchors(**of(_ANCHORS), from_initial=is_so(REFERENCE))
+            joint = Anchors(**numbers(_ANCHORS), from_initial=is_true(REFERENCE))
         else:
-            joint = Excursion(
-                **travels, origin=given["setting.angle", None], scale=given[EXCURSION, None]
-            )
-        made = Design(
-            arm=Limb(joint, **of(_LIMB), inertia=self.single.get(INERTIA, 0.0)),
+            origin = given["setting.angle", None]
+            joint = Excursion(**travels, origin=origin, scale=given[EXCURSION, None])
+        design = Design(
+            arm=Limb(joint, **numbers(_LIMB), inertia=self.single.get(INERTIA, 0.0)),
             flexor=flexor,
             extensor=extensor,
-            **of(_OF_A_DESIGN),
+            **numbers(_DESIGN),
             trajectory=self.single.get(TRAJECTORY),
-            unilateral=is_so(SLACK),
+            unilateral=is_true(SLACK),
             given={key: given[key, side] for key, side in _GIVEN},
-            setting=Posture(**of(_SETTING), after_flexion=is_so(AFTER)),
+            setting=Posture(**numbers(_SETTING), after_flexion=is_true(AFTER)),
             read=READINGS[int(self.single.get(READ, 0.0))],
         )
-        return set_by(made)
+        return set_by(design)
 
 
-TRAJECTORY, INERTIA = "motion.trajectory", "motion.inertia"
+TRAJECTORY = "motion.trajectory"
+INERTIA = "motion.inertia"
 EXCURSION = "joint.excursion"
-"""Measured travels, times which those of a body are."""
+"""Key of the factor between a body's travels and those measured."""
 ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")
 _WEIGHTS = (
     "forearm_mass",
@@ -247,13 +281,14 @@ _WEIGHTS = (
     "contact_radius",
 )
 
-# The names in the model and the common keys: of a joint, of the arm, of a design, of its setting, and of a side.
+# Common keys by the names that the model has for them: of a joint by anchors or by travels, of the
+# limb, of a design, of its setting, and of a side.
 _ANCHORS = {name: f"arm.{name}" for name in ANCHORS}
 _TRAVELS = {side: f"joint.{side}_excursion" for side in SIDES}
 _LIMB = {name: f"arm.{name}" for name in _WEIGHTS} | {
     name: f"joint.{name}" for name in ("stiffness", "rest_angle", "torque")
 }
-_OF_A_DESIGN = {
+_DESIGN = {
     "flexor_radius": "spool.flexor_radius",
     "ratio": "spool.ratio",
     "load_mass": "load.mass",
@@ -265,7 +300,7 @@ _SETTING = {
     "upper_arm_angle": "setting.upper_arm_angle",
     "load_mass": "setting.load",
 }
-_OF_A_SIDE = {
+_SIDE = {
     "friction": "sheath.friction",
     "bend_angle": "sheath.bend_angle",
     "length": "tendon.length",
@@ -283,19 +318,19 @@ _DEFAULTS: dict[str, Any] = {
     **dict.fromkeys((*_TRAVELS.values(), "load.torque", "joint.torque")),
     "anchor.stiffness": np.inf,
 }
-"""What a number is that nothing gives; others are not a number then."""
+"""Values of numbers that nothing gives; all others are then NaN."""
 _WITH_SIDES = ("sheath", "tendon", "spring", "anchor")
 _GIVEN: tuple[Place, ...] = tuple(
     (key, SIDES[0] if key.startswith(_WITH_SIDES) else None) for key in GIVEN
 )
-"""What a limit alone needs; of what the sides may differ in, the flexor's."""
+"""Numbers that a limit alone needs; of those in which the sides may differ, the flexor's."""
 _PLACES: tuple[Place, ...] = (
     *(
         (key, None)
-        for names in (_ANCHORS, _TRAVELS, _LIMB, _OF_A_DESIGN, _SETTING)
-        for key in names.values()
+        for keys in (_ANCHORS, _TRAVELS, _LIMB, _DESIGN, _SETTING)
+        for key in keys.values()
     ),
     *((key, None) for key in (REFERENCE, SLACK, AFTER, EXCURSION)),
-    *((key, side) for key in (*_OF_A_SIDE.values(), SPRING_AT) for side in SIDES),
+    *((key, side) for key in (*_SIDE.values(), SPRING_AT) for side in SIDES),
     *_GIVEN,
 )

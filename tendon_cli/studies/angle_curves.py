@@ -1,4 +1,4 @@
-"""Curves over the joint's angle: a CSV beside the study, or its columns in the study, as smooth cubic splines."""
+"""Curves over the joint's angle as smooth cubic splines, from a CSV or from lists in the study."""
 
 from __future__ import annotations
 
@@ -19,43 +19,59 @@ from tendon_cli.studies.number import Number, schema_table
 from tendon_cli.units import described
 
 MAX_BYTES = 4_000_000
+"""Size of a file of a curve."""
 MOST_ROWS = 20_000
 FEWEST_BEYOND = 3
 """Rows of measured travels beyond the motion that keep the end of a spline away from it."""
+_LONGEST_NAME = 4096  # of a file
+_ROUNDING = 1e-9  # rad; angles that differ by less are the same
+_QUANTITIES = {
+    "angle": "elbow_angle",
+    "torque": "elbow_torque",
+    "length": "flexor_travel",
+    "time": "time",
+}
+"""Quantity by which a value in a study is read, by dimension."""
 
 
 @dataclass(frozen=True)
 class CurveTable:
-    """Columns over ascending angles of the joint, or times, SI; the first is the angle."""
+    """Columns over ascending angles of the joint, or times, SI; the first is the angle or time."""
 
     columns: dict[str, tuple[float, ...]]
 
     @property
     def angles(self) -> Array:
-        """rad, ascending."""
+        """Angles, ascending, rad."""
         return np.array(self.columns["angle"])
 
     def document(self) -> dict[str, Any]:
-        """As a study may say it."""
-        return {
-            name: [f"{value!r} rad" for value in values]
-            if name in ("angle", "bend")
-            else list(values)
-            for name, values in self.columns.items()
-        }
+        """Return the columns as a study may state them."""
+        document: dict[str, Any] = {}
+        for name, values in self.columns.items():
+            if name in ("angle", "bend"):
+                document[name] = [f"{value!r} rad" for value in values]
+            else:
+                document[name] = list(values)
+        return document
 
     def spline(self, column: str, noise: float = 0.0) -> Spline:
-        """A column as a cubic spline: through its values, not-a-knot, or smoothed by noise of a standard deviation."""
+        """Return a column as a cubic spline, through its values (not-a-knot) or smoothed.
+
+        Args:
+            column: Name of the column.
+            noise: Standard deviation of its values, by which it is smoothed.
+        """
         from scipy import interpolate  # only curves pay for its import
 
-        angles, values = self.angles, np.array(self.columns[column])
+        angles = self.angles
+        values = np.array(self.columns[column])
         if len(angles) == 2:
             slope = (values[1] - values[0]) / (angles[1] - angles[0])
             return Spline(angles, np.array([[0.0], [0.0], [slope], [values[0]]]))
         if noise > 0.0 and len(angles) > 3:
-            smooth = interpolate.PPoly.from_spline(
-                interpolate.splrep(angles, values, k=3, s=len(angles) * noise**2)
-            )
+            fitted = interpolate.splrep(angles, values, k=3, s=len(angles) * noise**2)
+            smooth = interpolate.PPoly.from_spline(fitted)
             pieces = np.flatnonzero(np.diff(smooth.x) > 0.0)
             return Spline(np.append(smooth.x[pieces], smooth.x[-1]), smooth.c[:, pieces])
         cubic = interpolate.CubicSpline(angles, values)
@@ -64,23 +80,27 @@ class CurveTable:
 
 @dataclass(frozen=True)
 class CurveColumns(Mark):
-    """Marks a field as a curve: the name of a CSV, or a table with these columns; each with its dimension."""
+    """Marks a field as a curve: the name of a CSV, or a table with these columns."""
 
     dimensions: tuple[tuple[str, str], ...]
+    """Name and dimension of each column, the angle or time first."""
     fewest: int = 3
+    """Rows that a curve needs."""
 
     @property
     def names(self) -> list[str]:
-        """Of the columns, the angle first."""
+        """Names of the columns, the angle or time first."""
         return [name for name, _ in self.dimensions]
 
     def read(self, value: object) -> str | CurveTable | None:
-        """A file's name as it stands, columns as a table; raises PydanticCustomError."""
-        if (
-            value is None
-            or isinstance(value, CurveTable)
-            or (isinstance(value, str) and 0 < len(value) <= 4096)
-        ):
+        """Return a file's name as it stands, and columns as a table.
+
+        Raises:
+            PydanticCustomError: If the value is neither.
+        """
+        if value is None or isinstance(value, CurveTable):
+            return value
+        if isinstance(value, str) and 0 < len(value) <= _LONGEST_NAME:
             return value
         if not isinstance(value, dict) or set(value) != set(self.names):
             names = ", ".join(self.names)
@@ -90,26 +110,21 @@ class CurveColumns(Mark):
         columns = {
             name: self._column(name, dimension, value[name]) for name, dimension in self.dimensions
         }
+        first = self.names[0]
         if len({len(values) for values in columns.values()}) > 1:
             raise fault(
-                "its lists have different lengths, expected one value of each for every "
-                + self.names[0]
+                f"its lists have different lengths, expected one value of each for every {first}"
             )
-        wrong = disorder(np.array([*columns.values()]), self.fewest, self.names[0])
+        wrong = disorder(np.array([*columns.values()]), self.fewest, first)
         if wrong is not None:
             raise fault(wrong[0])
-        return _curve(columns)
+        return _ascending(columns)
 
     def _column(self, name: str, dimension: str, values: object) -> tuple[float, ...]:
+        """Return a list of values in SI. Raises PydanticCustomError if it is none."""
         if not isinstance(values, (list, tuple)) or len(values) > MOST_ROWS:
             raise fault(f"{name}: {described(values)} is no list of values")
-        kinds = {
-            "angle": "elbow_angle",
-            "torque": "elbow_torque",
-            "length": "flexor_travel",
-            "time": "time",
-        }
-        single = Single(kinds[dimension], 0, 0)
+        single = Single(_QUANTITIES[dimension], 0, 0)
         return tuple(single.measure(value).si for value in values)
 
     def __get_pydantic_json_schema__(
@@ -118,7 +133,7 @@ class CurveColumns(Mark):
         return {"anyOf": [{"type": "string", "minLength": 1}, self.json_table()]}
 
     def json_table(self) -> dict[str, Any]:
-        """The schema of its columns."""
+        """Return the schema of its columns."""
         values = {"type": "array", "items": {"type": ["number", "string"]}, "minItems": self.fewest}
         return schema_table(dict.fromkeys(self.names, values), len(self.names))
 
@@ -134,7 +149,7 @@ class BendNumber(Number):
     """A bend angle, which may follow the joint: `{ angle = [...], bend = [...] }`."""
 
     def read(self, value: object) -> Any:
-        """As a number, or as a curve; raises PydanticCustomError."""
+        """Return a number, or a curve. Raises PydanticCustomError if the value is neither."""
         if isinstance(value, CurveTable):
             return value
         if isinstance(value, dict) and "bend" in value:
@@ -145,71 +160,78 @@ class BendNumber(Number):
         return [*super()._json_choices(), BEND.json_table()]
 
 
-def disorder(rows: Array, fewest: int, of: str) -> tuple[str, int] | None:
-    """What is wrong with columns over the first, angles or times, and in which row; None if nothing is."""
-    angles = rows[0]
-    if not fewest <= len(angles) <= MOST_ROWS:
-        bound = f"{fewest} at least" if len(angles) < fewest else f"{MOST_ROWS:,} at most"
-        return f"{len(angles):,} rows, expected {bound}", len(angles)
-    if not np.isfinite(rows).all():
-        return "a value that is not a finite number", int(np.argmax(~np.isfinite(rows).all(axis=0)))
+def disorder(columns: Array, fewest: int, first: str) -> tuple[str, int] | None:
+    """Return what is wrong with columns of a curve, and in which row; None if nothing is.
+
+    Args:
+        columns: Angles or times, and values over these, (columns, rows).
+        fewest: Rows that are needed.
+        first: Name of the first column.
+    """
+    angles = columns[0]
+    count = len(angles)
+    if count < fewest:
+        return f"{count:,} rows, expected {fewest} at least", count
+    if count > MOST_ROWS:
+        return f"{count:,} rows, expected {MOST_ROWS:,} at most", count
+    is_finite = np.isfinite(columns).all(axis=0)
+    if not is_finite.all():
+        return "a value that is not a finite number", int(np.argmax(~is_finite))
     order = np.argsort(angles, kind="stable")
     same = np.flatnonzero(np.diff(angles[order]) == 0.0)
     if same.size:
-        return f"the same {of} twice, expected each once", int(order[same[0] + 1])
+        return f"the same {first} twice, expected each once", int(order[same[0] + 1])
     steps = np.sign(np.diff(angles))
-    turned = steps != (steps[0] if of == "angle" else 1.0)
+    expected = steps[0] if first == "angle" else 1.0  # angles may fall, times may not
+    turned = steps != expected
     if turned.any():
-        return f"{of}s that go back and forth, expected them to rise", int(np.argmax(turned)) + 1
+        row = int(np.argmax(turned)) + 1
+        return f"{first}s that go back and forth, expected them to rise", row
     return None
 
 
-def _curve(columns: Mapping[str, Sequence[float]]) -> CurveTable:
-    """Columns in the order of rising angles, or times."""
+def _ascending(columns: Mapping[str, Sequence[float]]) -> CurveTable:
+    """Return columns in the order of rising angles, or times."""
     first = next(iter(columns.values()))
     step = 1 if first[0] < first[-1] else -1
     return CurveTable({name: tuple(values[::step]) for name, values in columns.items()})
 
 
 def read_curve(content: bytes, where: str, columns: CurveColumns) -> CurveTable:
-    """A curve from CSV, as `read_columns` takes it; raises InputError with the line at fault."""
-    of = columns.names[0]
-    rows, lines = read_columns(content, where, dict(columns.dimensions), of)
-    wrong = disorder(rows, columns.fewest, of)
+    """Return a curve from CSV, as `read_columns` takes it.
+
+    Raises:
+        InputError: With the line at fault.
+    """
+    first = columns.names[0]
+    values, lines = read_columns(content, where, dict(columns.dimensions), first)
+    wrong = disorder(values, columns.fewest, first)
     if wrong is not None:
-        line = lines[min(wrong[1], len(lines) - 1)] if lines else 1
-        names = ", ".join(columns.names)
-        raise InputError(
-            wrong[0],
-            where=f"{where}, line {line}",
-            hint=f"a row of {names} for each {of}, in order",
-        )
-    return _curve(dict(zip(columns.names, rows.tolist(), strict=True)))
+        problem, row = wrong
+        line = lines[min(row, len(lines) - 1)] if lines else 1
+        hint = f"a row of {', '.join(columns.names)} for each {first}, in order"
+        raise InputError(problem, where=f"{where}, line {line}", hint=hint)
+    return _ascending(dict(zip(columns.names, values.tolist(), strict=True)))
 
 
 def curves_of(study: Any) -> dict[str, Spline]:
-    """The curves of a study by the keys of the model's numbers."""
-    joint, tables = (
-        study.joint,
-        {"joint.torque": study.joint.torque, "load.torque": study.load.torque},
-    )
-    curves = {
-        key: table.spline("torque")
-        for key, table in tables.items()
-        if isinstance(table, CurveTable)
-    }
-    curves |= {key: table.spline("bend") for key, table in bends_of(study).items()}
+    """Return the curves of a study by the keys of the model's numbers."""
+    joint = study.joint
+    curves = {}
+    for key, table in (("joint.torque", joint.torque), ("load.torque", study.load.torque)):
+        if isinstance(table, CurveTable):
+            curves[key] = table.spline("torque")
+    for key, table in bends_of(study).items():
+        curves[key] = table.spline("bend")
     if isinstance(joint.excursion, CurveTable):
         noise = joint.smoothing.single if joint.smoothing is not None else 0.0
-        curves |= {
-            f"joint.{side}_excursion": joint.excursion.spline(side, noise)
-            for side in ("flexor", "extensor")
-        }
+        for side in ("flexor", "extensor"):
+            curves[f"joint.{side}_excursion"] = joint.excursion.spline(side, noise)
     return curves
 
 
 def bends_of(study: Any) -> dict[str, CurveTable]:
-    """The bends that follow the joint, by key."""
+    """Return the bends that follow the joint, by key."""
     sheaths = {
         "sheath": study.sheath,
         "sheath.flexor": study.sheath.flexor,
@@ -222,28 +244,50 @@ def bends_of(study: Any) -> dict[str, CurveTable]:
 
 
 def not_covered(study: Any, table: CurveTable, *, is_travel: bool) -> str | None:
-    """Which angle that a study asks for lies outside of a curve; travels are counted from where pretension is set."""
+    """Return the problem if a study asks for angles outside of a curve; None if it does not.
+
+    Args:
+        study: The study.
+        table: The curve.
+        is_travel: True for travels, which are counted from the angle at which pretension is set.
+    """
     if isinstance(study.motion.trajectory, str):  # not read yet
         return None
-    key = "motion.elbow_angle" if study.trajectory is None else "motion.trajectory"
-    asked = [(key, end) for end in (study.angles.min(), study.angles.max())]
-    asked += [("setting.angle", end) for end in study.setting.angle.extremes if is_travel]
-    low, high = table.angles[0], table.angles[-1]
+    motion = "motion.elbow_angle" if study.trajectory is None else "motion.trajectory"
+    asked = [(motion, study.angles.min()), (motion, study.angles.max())]
+    if is_travel:
+        asked += [("setting.angle", angle) for angle in study.setting.angle.extremes]
+    low = table.angles[0]
+    high = table.angles[-1]
     for key, angle in asked:
-        if not low - 1e-9 <= angle <= high + 1e-9:
+        if not low - _ROUNDING <= angle <= high + _ROUNDING:
             reach = f"{math.degrees(low):.6g} to {math.degrees(high):.6g} deg"
             return f"reaches from {reach}, but {key} asks for {math.degrees(angle):.6g} deg"
     return None
 
 
 def warnings_of(study: Any, table: CurveTable, where: str) -> list[str]:
-    """Where measured travels do not rise, so that states have no equilibrium, or end too soon beyond the motion.
+    """Return warnings on measured travels.
 
-    Raises InputError if one never rises.
+    States have no equilibrium where travels do not rise, and slopes are less sure if the table ends
+    too soon beyond the motion.
+
+    Args:
+        study: The study.
+        table: Travels of both tendons.
+        where: Name of their file.
+
+    Raises:
+        InputError: If one of them never rises.
     """
-    warnings, low, high = list[str](), study.angles.min(), study.angles.max()
-    for end, beyond in ((low, table.angles < low - 1e-9), (high, table.angles > high + 1e-9)):
-        if beyond.sum() < FEWEST_BEYOND:
+    warnings = []
+    low = study.angles.min()
+    high = study.angles.max()
+    for end, is_beyond in (
+        (low, table.angles < low - _ROUNDING),
+        (high, table.angles > high + _ROUNDING),
+    ):
+        if is_beyond.sum() < FEWEST_BEYOND:
             near = f"within {FEWEST_BEYOND} rows of the table's end, where slopes are less sure"
             warnings.append(f"{where}: the motion reaches {math.degrees(end):.4g} deg, {near}")
     for side in ("flexor", "extensor"):

@@ -23,109 +23,167 @@ class Sheet:
     """The columns of a file whose first line that is no comment is its header."""
 
     where: str
+    """Name of the file in errors."""
     header: list[str]
+    """Cells of the header."""
     header_line: int
+    """Line of the header, counted from 1."""
     lines: list[str]
-    """Of the whole file, the first of which is line 1."""
+    """All lines of the file."""
     kept: list[int]
-    """The places of the rows among the lines."""
+    """Places of the rows among the lines, counted from 0."""
     separator: str
+    """Comma, semicolon or tab."""
     columns: list[Any]
+    """Texts of each column."""
 
     @classmethod
     def of(cls, content: bytes, where: str, row: str) -> Sheet:
-        """Comma, semicolon or tab stands between cells; `row` is what one is of. Raises InputError."""
+        """Return the sheet of a file, with a comma, semicolon or tab between cells.
+
+        Args:
+            content: The file.
+            where: Name of the file in errors.
+            row: Noun for what a row describes, such as "person".
+
+        Raises:
+            InputError: If the file is no such table.
+        """
         lines = lines_of(content, where)
-        kept = [at for at, line in enumerate(lines) if not is_comment(line)]
-        separator = next((sign for sign in SEPARATORS if kept and sign in lines[kept[0]]), ",")
-        header = cells_of(lines[kept[0]], separator, f"{where}, line {kept[0] + 1}") if kept else []
+        kept = [place for place, line in enumerate(lines) if not is_comment(line)]
+        separator = ","
+        header = []
+        if kept:
+            first = lines[kept[0]]
+            separator = next((sign for sign in SEPARATORS if sign in first), ",")
+            header = cells_of(first, separator, f"{where}, line {kept[0] + 1}")
         if len(kept) < 2:
-            raise InputError(
-                f"holds no {row}s, expected a header and a line for each {row}", where=where
-            )
+            problem = f"holds no {row}s, expected a header and a line for each {row}"
+            raise InputError(problem, where=where)
         columns = texts_of(lines, kept[1:], separator, where, len(header), len(header))
         return cls(where, header, kept[0] + 1, lines, kept[1:], separator, columns)
 
     def place(self, row: int) -> str:
-        """Where a row stands, as errors say it."""
+        """Return file and line of a row, for errors."""
         return f"{self.where}, line {self.kept[row] + 1}"
 
     def numbers(self, at: int, name: str, missing: tuple[str, ...] = ()) -> Array:
-        """A column's numbers, NaN where a cell says that there is none; beside other separators a comma is decimal."""
+        """Return the numbers of a column.
+
+        Commas are decimal unless they separate cells.
+
+        Args:
+            at: Place of the column.
+            name: Name of the column in errors.
+            missing: Texts of cells without a number, which become NaN.
+
+        Raises:
+            InputError: If another cell is no number.
+        """
         import pyarrow as pa
         import pyarrow.compute as pc
 
-        texts = (
-            self.columns[at]
-            if self.separator == ","
-            else pc.replace_substring(self.columns[at], ",", ".")
-        )
+        texts = self.columns[at]
+        if self.separator != ",":
+            texts = pc.replace_substring(texts, ",", ".")
         is_missing = pc.is_in(pc.utf8_lower(texts), value_set=pa.array(missing, pa.string()))
         is_number = pc.or_(is_missing, pc.match_substring_regex(texts, _NUMBER))
-        if (row := pc.index(is_number, False).as_py()) >= 0:
-            problem = f'{name} is "{shorten(self.columns[at][row].as_py())}", expected a number'
-            hint = f"units belong in the header; the line reads: {shorten(self.lines[self.kept[row]].strip())}"
-            raise InputError(problem, where=self.place(row), hint=hint)
+        row = pc.index(is_number, False).as_py()  # -1 if all are numbers
+        if row >= 0:
+            found = shorten(self.columns[at][row].as_py())
+            line = shorten(self.lines[self.kept[row]].strip())
+            raise InputError(
+                f'{name} is "{found}", expected a number',
+                where=self.place(row),
+                hint=f"units belong in the header; the line reads: {line}",
+            )
         plain = pc.utf8_ltrim(pc.if_else(is_missing, "nan", texts), "+")
         return np.asarray(pc.cast(plain, pa.float64()).to_numpy(zero_copy_only=False))
 
 
 def name_and_unit(header: str, names: tuple[str, ...]) -> tuple[str, str] | None:
-    """The name that a header begins with, and the unit that follows it; None for none of the names."""
+    """Split a header into the name that it begins with and its unit; None for no such name."""
     for name in names:
         spelled = name.replace("_", r"[\W_]*")
-        if match := re.fullmatch(
-            rf"\s*{spelled}(?:[\s_]*[\[(_ ]\s*(.*?)\s*[\])]?)?\s*", header, re.IGNORECASE
-        ):
+        unit = r"(?:[\s_]*[\[(_ ]\s*(.*?)\s*[\])]?)?"
+        match = re.fullmatch(rf"\s*{spelled}{unit}\s*", header, re.IGNORECASE)
+        if match:
             return name, match[1] or ""
     return None
 
 
 def unit_factor(name: str, unit: str, dimension: str, where: str) -> float:
-    """SI values per value in a column; raises InputError for one without unit, or of another dimension."""
-    plain = {_plain(symbol): symbol for symbol in reversed(known_units(dimension))}
+    """Return SI values per value of a column.
+
+    Args:
+        name: Name of the column.
+        unit: Unit as its header has it, empty if there is none.
+        dimension: Dimension of its quantity.
+        where: Place of the header in errors.
+
+    Raises:
+        InputError: If there is no unit, or one of another dimension.
+    """
+    known = known_units(dimension)
+    plain = {_plain(symbol): symbol for symbol in reversed(known)}
     symbol = unit if unit in UNITS else plain.get(_plain(unit), "")
     if unit and symbol in UNITS and UNITS[symbol].dimension == dimension:
         return factor_of(symbol)
-    problem = (
-        f'the column {name} has the unit "{shorten(unit)}"'
-        if unit
-        else f"the column {name} has no unit"
-    )
-    units = ", ".join(known_units(dimension))
-    hint = f"such as {name} ({known_units(dimension)[0]}); units of {dimension}: {units}"
+    problem = f"the column {name} has no unit"
+    if unit:
+        problem = f'the column {name} has the unit "{shorten(unit)}"'
+    hint = f"such as {name} ({known[0]}); units of {dimension}: {', '.join(known)}"
     raise InputError(problem, where=where, hint=hint)
 
 
 def _plain(symbol: str) -> str:
+    """Return a unit without signs between its parts, in lower case."""
     return re.sub(r"[\s_·*.]", "", symbol).lower()
 
 
 def read_columns(
-    content: bytes, where: str, columns: Mapping[str, str], of: str, unit: str = ""
+    content: bytes, where: str, columns: Mapping[str, str], row: str, unit: str = ""
 ) -> tuple[Array, list[int]]:
-    """Columns of SI numbers, shape (columns, rows), and the line of each row; `columns` has the dimension of each.
+    """Return columns of numbers in SI, (columns, rows), and the line of each row.
 
-    A header is a name with its unit, such as `angle (deg)` or `torque_Nm`; `unit` is that of one without. `of` is what
-    a row is of. Raises InputError with the line at fault.
+    A header is a name with its unit, such as `angle (deg)` or `torque_Nm`.
+
+    Args:
+        content: The file.
+        where: Name of the file in errors.
+        columns: Dimension of each column by its name.
+        row: Noun for what a row describes.
+        unit: Unit of a column whose header has none.
+
+    Raises:
+        InputError: With the line at fault.
     """
-    sheet = Sheet.of(content, where, of)
-    place, numbers = f"{where}, line {sheet.header_line}", []
+    sheet = Sheet.of(content, where, row)
+    header_place = f"{where}, line {sheet.header_line}"
+    numbers = []
     for name, dimension in columns.items():
-        named = [
-            (at, each[1])
-            for at, text in enumerate(sheet.header)
-            if (each := name_and_unit(text, (name,)))
-        ]
-        if not named:
-            problem = f"no column {name}, the header reads: {shorten(', '.join(sheet.header))}"
+        column = _find_column(sheet, name)
+        if column is None:
             raise InputError(
-                problem, where=place, hint=f"such as {name} ({unit or known_units(dimension)[0]})"
+                f"no column {name}, the header reads: {shorten(', '.join(sheet.header))}",
+                where=header_place,
+                hint=f"such as {name} ({unit or known_units(dimension)[0]})",
             )
-        factor = unit_factor(name, named[0][1] or unit, dimension, place)
-        values = sheet.numbers(named[0][0], name)
-        if (beyond := np.flatnonzero(np.abs(values) > _LARGEST)).size:
+        at, own_unit = column
+        factor = unit_factor(name, own_unit or unit, dimension, header_place)
+        values = sheet.numbers(at, name)
+        beyond = np.flatnonzero(np.abs(values) > _LARGEST)
+        if beyond.size:
             problem = f"{name} is {values[beyond[0]]:g}, expected {_LARGEST:g} at most"
             raise InputError(problem, where=sheet.place(int(beyond[0])))
         numbers.append(values * factor)
-    return np.array(numbers), [at + 1 for at in sheet.kept]
+    return np.array(numbers), [place + 1 for place in sheet.kept]
+
+
+def _find_column(sheet: Sheet, name: str) -> tuple[int, str] | None:
+    """Return place and unit of the first column of a name; None if there is none."""
+    for at, text in enumerate(sheet.header):
+        known = name_and_unit(text, (name,))
+        if known is not None:
+            return at, known[1]
+    return None

@@ -1,4 +1,4 @@
-"""A motion in time as measured: on equal steps, without noise, with its derivatives and the direction of friction."""
+"""A measured motion in time: on equal steps, without noise, with derivatives and direction."""
 
 from __future__ import annotations
 
@@ -13,23 +13,28 @@ from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.studies.angle_curves import CurveTable
 from tendon_cli.units import shorten
 
-CUTOFF, REVERSAL = 6.0, math.radians(1.0)
-"""Hz and rad, where a study says nothing: voluntary motion of the elbow lies below, and noise does not come back."""
-_ORDER, _LARGEST_GAP = 2, 5.0
+CUTOFF = 6.0
+"""Cutoff of the low-pass if a study states none, Hz: voluntary motion of the elbow lies below."""
+REVERSAL = math.radians(1.0)
+"""Turn that counts as a reversal if a study states none, rad: noise does not come back as far."""
+_ORDER = 2  # of the low-pass
+_LARGEST_GAP = 5.0  # median steps; a longer one between samples is a warning
 
 
 def sampled(time: Array) -> Array:
-    """Equal steps from the first time to the last, as long as the median step."""
-    return np.linspace(
-        time[0], time[-1], round((time[-1] - time[0]) / float(np.median(np.diff(time)))) + 1
-    )
+    """Return equal steps from the first time to the last, as long as the median step."""
+    median = float(np.median(np.diff(time)))
+    steps = round((time[-1] - time[0]) / median)
+    return np.linspace(time[0], time[-1], steps + 1)
 
 
 def trajectory_of(motion: Any) -> Trajectory | None:
-    """The trajectory of a study's `[motion]`, smoothed; None without one whose rows are known.
+    """Return the trajectory of a study's `[motion]`, smoothed.
 
-    A Butterworth low-pass of second order goes over the angles forward and back, so that nothing is late; derivatives
-    are central differences of what it leaves.
+    None stands for no trajectory, or one whose rows are not known yet.
+
+    A Butterworth low-pass of second order goes over the angles forward and back, so that nothing is
+    late; derivatives are central differences of what it leaves.
     """
     table = motion.trajectory
     if not isinstance(table, CurveTable):
@@ -41,15 +46,20 @@ def trajectory_of(motion: Any) -> Trajectory | None:
     step = float(time[1] - time[0])
     low_pass = signal.butter(_ORDER, cutoff_of(motion), fs=1.0 / step)
     angle = signal.filtfilt(*low_pass, np.interp(time, measured, table.columns["angle"]))
-    derivatives = [angle]
-    for _ in range(3):
-        derivatives.append(np.gradient(derivatives[-1], step))
+    speed = np.gradient(angle, step)
+    acceleration = np.gradient(speed, step)
+    jerk = np.gradient(acceleration, step)
     reversal = REVERSAL if motion.reversal is None else float(motion.reversal.single)
-    return Trajectory(time, angle, np.array(derivatives[1:]), reversal)
+    return Trajectory(time, angle, np.array([speed, acceleration, jerk]), reversal)
 
 
 def at_times(trajectory: Trajectory, time: Array) -> Trajectory:
-    """The same motion at other times between its first and its last, by cubic splines through its samples."""
+    """Return the same motion at other times, by cubic splines through its samples.
+
+    Args:
+        trajectory: The motion.
+        time: Times between its first and its last, s.
+    """
     from scipy.interpolate import CubicSpline  # only what looks between samples pays for its import
 
     through = CubicSpline(trajectory.time, [trajectory.angle, *trajectory.derivatives], axis=1)
@@ -58,42 +68,54 @@ def at_times(trajectory: Trajectory, time: Array) -> Trajectory:
 
 
 def cutoff_of(motion: Any) -> float:
-    """The cutoff of the low-pass, Hz."""
+    """Return the cutoff of the low-pass, Hz."""
     return CUTOFF if motion.cutoff is None else float(motion.cutoff.single)
 
 
 def trajectory_fault(motion: Any) -> Fault | None:
-    """A cutoff that the samples of a trajectory cannot have."""
+    """Return a fault if the samples of a trajectory are too far apart for the cutoff."""
     if not isinstance(motion.trajectory, CurveTable):
         return None
     time = sampled(np.array(motion.trajectory.columns["time"]))
     fastest = 0.5 / float(time[1] - time[0])
-    if cutoff_of(motion) < fastest:
+    cutoff = cutoff_of(motion)
+    if cutoff < fastest:
         return None
-    problem = f"is {cutoff_of(motion):.4g} Hz, expected less than {fastest:.4g} Hz, half the samples per second"
+    problem = (
+        f"is {cutoff:.4g} Hz, expected less than {fastest:.4g} Hz, half the samples per second"
+    )
     return Fault("motion.cutoff", problem, "half of that at most leaves something to smooth")
 
 
 def facts_of(motion: Any, where: str) -> dict[str, Any]:
-    """What is noted of a trajectory's file: how it was smoothed, what that took, and gaps that were bridged."""
-    trajectory, table = trajectory_of(motion), motion.trajectory
+    """Return notes on a trajectory's file: the smoothing, its effect, and gaps that were bridged.
+
+    Args:
+        motion: The study's `[motion]`.
+        where: Name of the file.
+    """
+    trajectory = trajectory_of(motion)
     if trajectory is None:
         return {}
-    time, steps = np.array(table.columns["time"]), np.diff(table.columns["time"])
-    off = np.degrees(
-        np.std(np.interp(trajectory.time, time, table.columns["angle"]) - trajectory.angle)
-    )
+    table = motion.trajectory
+    time = np.array(table.columns["time"])
+    steps = np.diff(table.columns["time"])
+    cutoff = cutoff_of(motion)
+    measured = np.interp(trajectory.time, time, table.columns["angle"])
+    residual = np.degrees(np.std(measured - trajectory.angle))
     rate = 1.0 / float(trajectory.time[1] - trajectory.time[0])
+    speed = np.degrees(np.abs(trajectory.speed).max())
+    acceleration = np.abs(trajectory.acceleration).max()
     note = (
-        f"{shorten(where, 200)}: {len(time):,} samples at {rate:.4g} Hz, low-pass of {cutoff_of(motion):.4g} Hz "
-        f"(Butterworth, second order, forward and back), which takes {off:.2g} deg (rms); the largest speed is "
-        f"{np.degrees(np.abs(trajectory.speed).max()):.4g} deg/s, the largest acceleration "
-        f"{np.abs(trajectory.acceleration).max():.4g} rad/s²"
+        f"{shorten(where, 200)}: {len(time):,} samples at {rate:.4g} Hz, low-pass of {cutoff:.4g} "
+        f"Hz (Butterworth, second order, forward and back), which takes {residual:.2g} deg (rms); the "
+        f"largest speed is {speed:.4g} deg/s, the largest acceleration {acceleration:.4g} rad/s²"
     )
-    gap = int(np.argmax(steps))
     warnings = []
+    gap = int(np.argmax(steps))
     if steps[gap] > _LARGEST_GAP * np.median(steps):
-        warnings = [
-            f"{where}: no samples from {time[gap]:.6g} to {time[gap + 1]:.6g} s, bridged by a straight line"
-        ]
-    return {"rows": len(time), "cutoff": cutoff_of(motion), "note": note, "warnings": warnings}
+        warnings.append(
+            f"{where}: no samples from {time[gap]:.6g} to {time[gap + 1]:.6g} s, bridged by a "
+            "straight line"
+        )
+    return {"rows": len(time), "cutoff": cutoff, "note": note, "warnings": warnings}

@@ -1,4 +1,4 @@
-"""The route of a sheath, digitised as way-points, and the total curvature that the model needs of it."""
+"""Route of a sheath, digitised as way-points, and the total curvature that the model needs."""
 
 from __future__ import annotations
 
@@ -13,29 +13,43 @@ from tendon_cli.model.route import MeasuredRoute, measured_route
 from tendon_cli.studies.csv_columns import read_columns
 
 MAX_BYTES = 16_000_000
+"""Size of a file of way-points."""
 MAX_BEND = 100.0
 """Largest bend angle of a sheath, rad."""
-NOISE_TO_WARN_OF, ERROR_TO_WARN_OF = 0.1, 0.1  # shares of the bend
+NOISE_TO_WARN_OF = 0.1
+"""Share of the plain sum of turns that noise makes."""
+ERROR_TO_WARN_OF = 0.1
+"""Twice the standard error over the bend."""
+_LEAST_ERROR_TO_WARN_OF = math.radians(5.0)  # twice the standard error
 NOISE_APART = 1.5
+"""Ratio of the estimated noise to the one stated."""
 TURN_TO_WARN_OF = 0.5
+"""Turn at one way-point, rad."""
 
 
 def read_route(content: bytes, where: str) -> npt.NDArray[np.float64]:
-    """Way-points in m, shape (n, 3), from CSV as `read_columns` takes it; a header without unit is in m."""
-    points = read_columns(content, where, dict.fromkeys("xyz", "length"), "way-point", unit="m")[
-        0
-    ].T
+    """Return way-points, (n, 3), m, from CSV as `read_columns` takes it.
+
+    A header without unit is in m.
+    """
+    dimensions = dict.fromkeys("xyz", "length")
+    columns, _ = read_columns(content, where, dimensions, "way-point", unit="m")
+    points = columns.T
     if len(np.unique(points, axis=0)) < 2:
-        raise InputError(
-            "holds fewer than two different way-points, expected two at least", where=where
-        )
+        problem = "holds fewer than two different way-points, expected two at least"
+        raise InputError(problem, where=where)
     return points
 
 
 def smooth(route: npt.NDArray[np.float64], noise: float) -> npt.NDArray[np.float64]:
-    """A smooth route that passes the way-points within their digitisation noise, a standard deviation in m.
+    """Return a smooth route that passes the way-points within their digitisation noise.
 
-    The smoothing spline leaves residuals of the size expected of the noise and no more; it is sampled finely.
+    The smoothing spline leaves residuals of the size expected of the noise and no more; it is
+    sampled finely.
+
+    Args:
+        route: Way-points, (n, 3), m.
+        noise: Standard deviation of each coordinate, m.
     """
     from scipy.interpolate import make_splprep  # only digitised routes pay for its import
 
@@ -48,60 +62,61 @@ def smooth(route: npt.NDArray[np.float64], noise: float) -> npt.NDArray[np.float
 
 
 def measure_route(content: bytes, where: str, smoothing: float) -> tuple[MeasuredRoute, list[str]]:
-    """Total curvature of a route file whose noise is stated (0 where it is not), and what to be wary of.
+    """Return the total curvature of a route file, and warnings.
 
-    Raises InputError for a file that is no route, and for one that bends more than a sheath can.
+    Args:
+        content: The file.
+        where: Name of the file in errors.
+        smoothing: Noise that the study states, m; 0 if it states none.
+
+    Raises:
+        InputError: If the file is no route, or bends more than a sheath can.
     """
     try:
         measured = measured_route(read_route(content, where), smoothing or None)
     except ValueError as error:
         raise InputError(str(error), where=where) from None
     if measured.bend_angle > MAX_BEND:
-        raise InputError(
-            f"bends by {measured.bend_angle:.4g} rad, expected {MAX_BEND:g} at most", where=where
-        )
+        problem = f"bends by {measured.bend_angle:.4g} rad, expected {MAX_BEND:g} at most"
+        raise InputError(problem, where=where)
     return measured, [f"{where}: {warning}" for warning in _warnings(measured, smoothing)]
 
 
 def route_note(measured: MeasuredRoute, where: str) -> str:
-    """The bend angle that was taken, as `--bend-angle` of `fit-friction` takes it, and the one as it stands."""
-    bend, error, raw = (
-        math.degrees(a)
-        for a in (measured.bend_angle, measured.standard_error, measured.as_it_stands)
-    )
-    noise = (
-        ""
-        if measured.noise is None
-        else f", its way-points scatter by {1e3 * measured.noise:.2g} mm"
-    )
-    return f"{where} bends by {bend:.2f} deg +/- {error:.2g} deg; {raw:.2f} deg as it stands{noise}"
+    """Return a note on a route: its bend angle, as `--bend-angle` of `fit-friction` takes it."""
+    bend = math.degrees(measured.bend_angle)
+    error = math.degrees(measured.standard_error)
+    raw = math.degrees(measured.as_it_stands)
+    note = f"{where} bends by {bend:.2f} deg +/- {error:.2g} deg; {raw:.2f} deg as it stands"
+    if measured.noise is not None:
+        note += f", its way-points scatter by {1e3 * measured.noise:.2g} mm"
+    return note
 
 
 def _warnings(measured: MeasuredRoute, smoothing: float) -> Iterator[str]:
-    """What may be wrong with a measured route; smoothing takes nothing of it away."""
-    bend, noise = math.degrees(measured.bend_angle), measured.noise
-    if (
-        smoothing
-        and noise is not None
-        and not smoothing / NOISE_APART < noise < smoothing * NOISE_APART
-    ):
-        other = f"not by the {1e3 * smoothing:.2g} mm that path_smoothing says"
-        yield f"the way-points scatter by {1e3 * noise:.2g} mm, {other}; the larger of both was used"
-    if (
-        not smoothing
-        and measured.as_it_stands - measured.bend_angle > NOISE_TO_WARN_OF * measured.as_it_stands
-    ):
+    """Yield what may be wrong with a measured route; smoothing silences none of it."""
+    bend = math.degrees(measured.bend_angle)
+    noise = measured.noise
+    if smoothing and noise is not None:
+        agrees = smoothing / NOISE_APART < noise < smoothing * NOISE_APART
+        if not agrees:
+            yield (
+                f"the way-points scatter by {1e3 * noise:.2g} mm, not by the "
+                f"{1e3 * smoothing:.2g} mm that path_smoothing says; the larger of both was used"
+            )
+    by_noise = measured.as_it_stands - measured.bend_angle
+    if not smoothing and by_noise > NOISE_TO_WARN_OF * measured.as_it_stands:
         yield (
             f"noise of about {1e3 * (noise or 0.0):.2g} mm makes the way-points turn by "
-            f"{math.degrees(measured.as_it_stands):.0f} deg, of which {bend:.0f} deg were taken for the route's; give "
-            "the digitisation noise as path_smoothing to confirm it"
+            f"{math.degrees(measured.as_it_stands):.0f} deg, of which {bend:.0f} deg were taken "
+            "for the route's; give the digitisation noise as path_smoothing to confirm it"
         )
     if measured.largest_turn > TURN_TO_WARN_OF:
         yield (
-            f"the route turns by {math.degrees(measured.largest_turn):.0f} deg at one way-point; more way-points along "
-            "the bends make its curvature more certain"
+            f"the route turns by {math.degrees(measured.largest_turn):.0f} deg at one way-point; "
+            "more way-points along the bends make its curvature more certain"
         )
-    if 2.0 * measured.standard_error > max(
-        ERROR_TO_WARN_OF * measured.bend_angle, math.radians(5.0)
-    ):
-        yield f"its bend angle, {bend:.4g} deg, has a standard error of {math.degrees(measured.standard_error):.2g} deg"
+    largest_error = max(ERROR_TO_WARN_OF * measured.bend_angle, _LEAST_ERROR_TO_WARN_OF)
+    if 2.0 * measured.standard_error > largest_error:
+        error = math.degrees(measured.standard_error)
+        yield f"its bend angle, {bend:.4g} deg, has a standard error of {error:.2g} deg"

@@ -1,1 +1,1 @@
-"""Who wears the suit: bodies drawn from a survey's statistics or read from a file, and the arms they have."""
+"""People who wear the suit: bodies drawn from a survey or read from a file, and their arms."""

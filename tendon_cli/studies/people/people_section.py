@@ -1,6 +1,7 @@
 """`[people]` of a study: whose arms it is about."""
 
-# No `from __future__ import annotations` here: pydantic would compile each annotation anew, at every start.
+# No `from __future__ import annotations` here: pydantic would compile each annotation anew, at
+# every start.
 
 import base64
 import zlib
@@ -21,18 +22,24 @@ if TYPE_CHECKING:
     from tendon_cli.studies.people.survey import Survey
 
 MAX_COUNT = 10**6
+"""Persons that may be drawn."""
 MOST_COMPLETIONS = 4096
+"""Bodies that may be drawn for one person."""
 MAX_BYTES = 500_000_000
-"""Of a file of people."""
+"""Size of a file of people."""
 
 
 def packed(content: bytes) -> str:
-    """A file's content as text that a study can hold."""
+    """Return a file's content as text that a study can hold."""
     return base64.b85encode(zlib.compress(content, 6)).decode("ascii")
 
 
 def unpacked(text: str) -> bytes:
-    """What `packed` was given; raises PydanticCustomError for anything else, and for more than a file of people has."""
+    """Return what `packed` was given.
+
+    Raises:
+        PydanticCustomError: If the text is anything else, or more than a file of people has.
+    """
     try:
         inflate = zlib.decompressobj()
         content = inflate.decompress(base64.b85decode(text), MAX_BYTES + 1)
@@ -43,15 +50,16 @@ def unpacked(text: str) -> bytes:
     return content
 
 
-def _packed(text: str) -> str:
+def _check_packed(text: str) -> str:
+    """Return the text of a packed file. Raises PydanticCustomError if it is not one."""
     unpacked(text)
     return text
 
 
 class People(Part):
-    """Who wears the suit: persons drawn from a survey, or real ones from a file.
+    """People who wear the suit: persons drawn from a survey, or real ones from a file.
 
-    The study's anchors and elbow radius are those of the survey's mean man, and are scaled to each person.
+    The study's anchors and elbow radius are the survey's mean man's, and are scaled to each person.
     """
 
     source: Literal["ansur2"] = usual(
@@ -59,15 +67,16 @@ class People(Part):
     )
     statistics: FileName | None = usual(
         None,
-        description="in the place of source: means, deviations and correlations in a TOML file of yours",
+        description="in the place of source: means, deviations and correlations in a TOML file of"
+        " yours",
     )
-    statistics_content: Annotated[str, AfterValidator(_packed)] | None = usual(
+    statistics_content: Annotated[str, AfterValidator(_check_packed)] | None = usual(
         None, description="what that file held, as tendon keeps it"
     )
     file: FileName | None = usual(
         None, description="a CSV of real persons, with units in its headers"
     )
-    content: Annotated[str, AfterValidator(_packed)] | None = usual(
+    content: Annotated[str, AfterValidator(_check_packed)] | None = usual(
         None, description="what the file held, as tendon keeps it"
     )
     sex: Literal["male", "female", "both"] = usual(
@@ -80,21 +89,23 @@ class People(Part):
     seed: Seed = usual(1, description="the same seed draws the same persons")
     completions: Annotated[int, *whole(1, MOST_COMPLETIONS)] | None = usual(
         None,
-        description="with a file: how many draws of what was not measured of a person, given what was",
+        description="with a file: how many draws of what was not measured of a person, given what"
+        " was",
     )
 
     @cached_property
     def population(self) -> "Population":
-        """The persons; raises InputError if their file cannot be used."""
+        """The persons. Raises InputError if their file cannot be used."""
         return self.read("people")
 
     @cached_property
     def survey(self) -> "Survey":
-        """Whom persons are drawn from or completed by, and whose mean man the study's anchors fit; raises likewise."""
-        from tendon_cli.studies.people.survey import (
-            ansur2,
-            read_survey,
-        )  # a study without people does without these
+        """Survey that persons are drawn from or completed by; the study's anchors fit its mean man.
+
+        Raises InputError if its file cannot be used.
+        """
+        # Studies without people do without this import.
+        from tendon_cli.studies.people.survey import ansur2, read_survey
 
         if self.statistics_content is None:
             return ansur2()
@@ -102,17 +113,15 @@ class People(Part):
 
     @property
     def persons(self) -> int:
-        """How many persons there are; 0 while their file is not read yet."""
-        return (
-            0
-            if self.file is not None
-            else len(self.population)
-            if self.content is not None
-            else self.count
-        )
+        """Number of persons; 0 while their file is not read yet."""
+        if self.file is not None:
+            return 0
+        if self.content is not None:
+            return len(self.population)
+        return self.count
 
     def read(self, where: str) -> "Population":
-        """The persons; `where` is what an error calls the place that they come from."""
+        """Return the persons; an error calls the place that they come from `where`."""
         from tendon_cli.studies.people.population import draw, read_population
 
         women = self.women.single if self.women is not None else None
@@ -125,35 +134,34 @@ class People(Part):
 
     @property
     def nominal(self) -> "Population":
-        """The persons, each once: what was not measured as expected."""
+        """The persons, each once, with the expected value of what was not measured."""
         if self.completions is None:
             return self.population
         return self.model_copy(update={"completions": None}).read("people")
 
     def with_file(self, key: str, content: bytes) -> "People":
-        """The same with what the file of `file` or `statistics` holds in place of its name."""
-        held = {"file": "content", "statistics": "statistics_content"}[key]
-        return self.model_copy(update={held: packed(content), key: None})
+        """Return the same with the content of the file of `file` or `statistics` for its name."""
+        content_key = {"file": "content", "statistics": "statistics_content"}[key]
+        return self.model_copy(update={content_key: packed(content), key: None})
 
     def contradictions(self) -> Iterator[Fault]:
-        """Keys that do not go together."""
+        """Yield a fault for each key that does not go together with another."""
         given = self.model_fields_set
         if self.file is not None:
+            with_file = {"seed"} if self.completions else set()
             for key in ("source", "count", "seed", "content"):
-                if key in given and not (key == "seed" and self.completions):
+                if key in given and key not in with_file:
                     yield Fault(
                         f"people.{key}", "cannot be given with file", "leave one of them out"
                     )
         elif self.completions is not None and self.content is None:
             problem = "draws what a file does not say of its persons, and this study names no file"
             yield Fault("people.completions", problem, 'file = "people.csv"')
-        for key in ("source", "statistics_content") if self.statistics is not None else ():
-            if key in given:
-                problem = "cannot be given with statistics, which persons are drawn from"
-                yield Fault(f"people.{key}", problem, "leave one out")
+        if self.statistics is not None:
+            for key in ("source", "statistics_content"):
+                if key in given:
+                    problem = "cannot be given with statistics, which persons are drawn from"
+                    yield Fault(f"people.{key}", problem, "leave one out")
         if self.women is not None and self.sex != "both":
-            yield Fault(
-                "people.women",
-                f'is a share among both sexes, and sex is "{self.sex}"',
-                'sex = "both"',
-            )
+            problem = f'is a share among both sexes, and sex is "{self.sex}"'
+            yield Fault("people.women", problem, 'sex = "both"')

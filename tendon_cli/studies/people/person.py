@@ -5,7 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tendon_cli.errors import UsageError
-from tendon_cli.model.body import ANCHOR_ALONG, DIMENSIONS, FOREARM_COM_SHARE, FOREARM_MASS_SHARE
+from tendon_cli.model.body import (
+    ANCHOR_ALONG,
+    DIMENSIONS,
+    FOREARM_COM_SHARE,
+    FOREARM_MASS_SHARE,
+    Body,
+)
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.people.population import NAMED, OF_THE_BODY, Population, arms_of, named
@@ -14,13 +20,14 @@ from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import Values
 from tendon_cli.units import shorten
 
-_MANY = 5
+_NAMES_SHOWN = 5  # in a message
+_NAMES_SEARCHED = 10_000  # for one that is nearly the one asked for
 _FORMULAS = {
     "forearm_mass": (FOREARM_MASS_SHARE, "weight", "Winter"),
     "forearm_com": (FOREARM_COM_SHARE, "radiale_stylion_length", "Winter"),
     "load_distance": (1.0, "forearm_grip_length", ""),
 }
-"""How the page says what comes from the body: a share of a dimension, and its source."""
+"""Numbers of the arm that are a share of a dimension of the body: share, dimension and source."""
 
 
 @dataclass(frozen=True)
@@ -28,10 +35,12 @@ class Step:
     """A dimension of the body, or a number of the arm and how it comes from the body; SI."""
 
     quantity: str
-    """By its name in `QUANTITIES`."""
+    """Name in `QUANTITIES`."""
     formula: str
+    """Formula, or the long name of a dimension."""
     value: float
     source: str = ""
+    """Author of the formula."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,58 +49,78 @@ class Worn:
 
     name: str
     study: Study
-    """Without people, its arm that of the person."""
+    """Study without people, its arm that of the person."""
     body: tuple[Step, ...]
+    """Dimensions of the person."""
     arm: tuple[Step, ...]
+    """Numbers of the arm."""
 
 
 def worn_by(study: Study, name: str) -> Worn:
-    """A study as one person wears it: one of its persons, or one of `NAMED`; raises UsageError for anyone else."""
+    """Return a study as one person wears it.
+
+    Args:
+        study: A study, with people or without.
+        name: One of its persons, or one of `NAMED`.
+
+    Raises:
+        UsageError: If there is no such person.
+    """
     person = _person(study, name)
-    body, reference = person.values[0], person.reference
-    value = {name: float(body[at]) for at, name in enumerate(DIMENSIONS)}
-    stated = {f"arm.{name}" for name in study.arm.model_fields_set}
+    dimensions = dict(zip(DIMENSIONS, map(float, person.values[0]), strict=True))
+    stated = {f"arm.{key}" for key in study.arm.model_fields_set}
     sets, scales = arms_of(person, [key for key in OF_THE_BODY if key not in stated])
-    steps, numbers = [], {}
+    steps: list[Step] = []
+    numbers: dict[str, Values] = {}
     for anchor, dimension in ANCHOR_ALONG.items():
         given = study.numbers[f"arm.{anchor}"]
         scaled = tuple((given.array * scales[f"arm.{anchor}"]).tolist())
         numbers[anchor] = Values(scaled, is_axis=given.is_axis, is_interval=given.is_interval)
-        of_all: float = getattr(reference, dimension)
-        formula = (
-            f"{given.array[0]:.6g} x {QUANTITIES[dimension].symbol} / {of_all:.6g} of the mean man"
-        )
+        formula = _anchor_formula(given, dimension, person.reference)
         steps.append(Step(anchor, formula, numbers[anchor].array[0]))
-    for key, (share, dimension, source) in _FORMULAS.items():
-        if f"arm.{key}" not in sets:
-            steps.append(
-                Step(key, "as the study states it", float(study.numbers[f"arm.{key}"].array[0]))
-            )
+    for number, (share, dimension, source) in _FORMULAS.items():
+        key = f"arm.{number}"
+        if key not in sets:
+            value = float(study.numbers[key].array[0])
+            steps.append(Step(number, "as the study states it", value))
             continue
-        numbers[key] = Values.of(float(sets[f"arm.{key}"][0]))
+        numbers[number] = Values.of(float(sets[key][0]))
         symbol = QUANTITIES[dimension].symbol
-        steps.append(
-            Step(
-                key,
-                f"{share:g} x {symbol}" if share != 1.0 else symbol,
-                numbers[key].single,
-                source,
-            )
-        )
+        formula = symbol if share == 1.0 else f"{share:g} x {symbol}"
+        steps.append(Step(number, formula, numbers[number].single, source))
     arm = study.arm.model_copy(update=numbers)
-    measures = tuple(Step(name, QUANTITIES[name].long_name, value[name]) for name in DIMENSIONS)
     return Worn(
-        person.names[0], study.replaced({"arm": arm, "people": None}), measures, tuple(steps)
+        name=person.names[0],
+        study=study.replaced({"arm": arm, "people": None}),
+        body=tuple(
+            Step(dimension, QUANTITIES[dimension].long_name, value)
+            for dimension, value in dimensions.items()
+        ),
+        arm=tuple(steps),
     )
 
 
+def _anchor_formula(given: Values, dimension: str, reference: Body) -> str:
+    """Say how an anchor scales with a dimension of the body."""
+    of_mean_man: float = getattr(reference, dimension)
+    symbol = QUANTITIES[dimension].symbol
+    return f"{given.array[0]:.6g} x {symbol} / {of_mean_man:.6g} of the mean man"
+
+
 def _person(study: Study, name: str) -> Population:
+    """Return one person of a study, or one of `NAMED`. Raises UsageError for anyone else."""
     if name in NAMED:
-        return named(study.people.survey if study.people is not None else ansur2(), name)
+        survey = study.people.survey if study.people is not None else ansur2()
+        return named(survey, name)
     people = study.people.nominal if study.people is not None else None
     names = people.names if people is not None else ()
     if people is not None and name in names:
-        return people.only(slice(names.index(name), names.index(name) + 1))
-    known = [*NAMED, *names[:_MANY]] + (["..."] if len(names) > _MANY else [])
-    hint = nearest(name, (*NAMED, *names[:10_000])) or f"persons: {', '.join(map(shorten, known))}"
+        row = names.index(name)
+        return people.only(slice(row, row + 1))
+    hint = nearest(name, (*NAMED, *names[:_NAMES_SEARCHED]))
+    if not hint:
+        known = [*NAMED, *names[:_NAMES_SHOWN]]
+        if len(names) > _NAMES_SHOWN:
+            known.append("...")
+        hint = f"persons: {', '.join(map(shorten, known))}"
     raise UsageError(f'there is no person "{shorten(name)}"', hint=hint)

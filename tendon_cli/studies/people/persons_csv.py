@@ -6,6 +6,7 @@ import difflib
 import re
 import unicodedata
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +30,7 @@ _SEX_WORDS = {
 _MISSING = ("", "na", "n/a", "nan", "null", "-")
 _OTHERS = ("name", "sex", "weighting")
 _KNOWN = (*DIMENSIONS, *_OTHERS)
+_IGNORED_SHOWN = 5  # columns that are not read, in a note
 _GERMAN = {
     **dict.fromkeys(("gewicht", "korpergewicht", "masse", "korpermasse"), "weight"),
     **dict.fromkeys(("grosse", "korpergrosse", "korperhohe"), "stature"),
@@ -40,147 +42,181 @@ _GERMAN = {
     "geschlecht": "sex",
     "gewichtung": "weighting",
 }
-"""What a German header, without its dots, would be here: it is refused, since what it says would be guessed."""
+"""Names of columns by German headers, without their dots. Such a header is refused with a hint,
+since its meaning would be guessed."""
 
 
 @dataclass(frozen=True, eq=False)
 class Listed:
-    """What a file of persons says, a row each, and nothing else."""
+    """Content of a file of persons, a row each."""
 
     columns: tuple[str, ...]
-    """What its columns are, in their order: dimensions, `name`, `sex`, `weighting`."""
+    """Columns that are read, in their order: dimensions, `name`, `sex`, `weighting`."""
     names: tuple[str, ...]
     sexes: npt.NDArray[np.str_] | None
+    """"male" or "female", (n,); None if the file does not say."""
     values: Array
-    """Dimensions in the order of `DIMENSIONS`, shape (n, 8), SI, NaN where the file has none."""
+    """Dimensions in the order of `DIMENSIONS`, (n, 8), SI, NaN where the file has none."""
     weighting: Array
+    """Weight of each person in a share, (n,)."""
     ignored: list[str]
-    """A note on columns that are not read."""
+    """Note on columns that are not read, if there are any."""
+
+
+class _Header(NamedTuple):
+    place: int
+    """Place of the column."""
+    unit: str
+    """Unit as written, empty if there is none."""
 
 
 def read_listed(content: bytes, where: str) -> Listed:
-    """The rows of a CSV file of persons.
+    """Return the rows of a CSV file of persons.
 
-    A header is a dimension with its unit, such as `weight (kg)` or `weight_kg`, or `name`, `weighting`, `sex`. Raises
-    InputError.
+    A header is a dimension with its unit, such as `weight (kg)` or `weight_kg`, or `name`,
+    `weighting`, `sex`.
+
+    Raises:
+        InputError: If the file cannot be used.
     """
     sheet = Sheet.of(content, where, "person")
-    units, ignored = _headers(sheet)
-    values, weighting = (
-        np.full((len(sheet.kept), len(DIMENSIONS)), np.nan),
-        np.ones(len(sheet.kept)),
-    )
-    for name, (at, unit) in units.items():
+    headers, ignored = _headers(sheet)
+    values = np.full((len(sheet.kept), len(DIMENSIONS)), np.nan)
+    weighting = np.ones(len(sheet.kept))
+    for name, (place, unit) in headers.items():
         if name in DIMENSIONS:
-            values[:, DIMENSIONS.index(name)] = _dimension(sheet, at, name, unit)
+            values[:, DIMENSIONS.index(name)] = _dimension(sheet, place, name, unit)
         elif name == "weighting":
-            weighting = _weighting(sheet, at)
-    empty = np.isnan(values).all(axis=1)
-    if empty.any():
-        raise InputError("a person without any dimension", where=sheet.place(int(np.argmax(empty))))
-    sexes = _sexes(sheet, units["sex"][0]) if "sex" in units else None
-    unnamed = tuple(f"person {at + 1}" for at in range(len(values)))
-    names = _names(sheet, units["name"][0]) if "name" in units else unnamed
-    return Listed(tuple(units), names, sexes, values, weighting, ignored)
+            weighting = _weighting(sheet, place)
+    is_empty = np.isnan(values).all(axis=1)
+    if is_empty.any():
+        row = int(np.argmax(is_empty))
+        raise InputError("a person without any dimension", where=sheet.place(row))
+    sexes = _sexes(sheet, headers["sex"].place) if "sex" in headers else None
+    names = tuple(f"person {row + 1}" for row in range(len(values)))
+    if "name" in headers:
+        names = _names(sheet, headers["name"].place)
+    return Listed(tuple(headers), names, sexes, values, weighting, ignored)
 
 
-def _headers(sheet: Sheet) -> tuple[dict[str, tuple[int, str]], list[str]]:
-    """Place and unit of the columns that are read, by what they are, and a note on those that are not."""
-    units: dict[str, tuple[int, str]] = {}
+def _headers(sheet: Sheet) -> tuple[dict[str, _Header], list[str]]:
+    """Return the columns that are read by name, and a note on those that are not."""
+    headers: dict[str, _Header] = {}
     ignored = []
-    for at, text in enumerate(sheet.header):
-        named = name_and_unit(text, DIMENSIONS)
+    for place, text in enumerate(sheet.header):
+        known = name_and_unit(text, DIMENSIONS)
         if text.casefold() in _OTHERS:
-            named = text.casefold(), ""
-        if named is None:
+            known = text.casefold(), ""
+        if known is None:
             _refuse_other_words(text, sheet.where)
             ignored.append(shorten(text, 30))
-        elif named[0] in units:
-            both = " and ".join(
-                f'"{shorten(sheet.header[each], 30)}"' for each in (units[named[0]][0], at)
-            )
-            problem = f"{named[0]} stands in two columns, {both}"
+            continue
+        name, unit = known
+        if name in headers:
+            first = shorten(sheet.header[headers[name].place], 30)
+            second = shorten(text, 30)
+            problem = f'{name} stands in two columns, "{first}" and "{second}"'
             raise InputError(problem, where=sheet.where, hint="leave one of them out")
-        else:
-            units[named[0]] = at, named[1]
-    if not set(units).intersection(DIMENSIONS):
+        headers[name] = _Header(place, unit)
+    if not set(headers).intersection(DIMENSIONS):
+        found = shorten(", ".join(sheet.header))
+        problem = f"no column is a dimension of a body, the headers read: {found}"
         hint = f"such as weight (kg), stature (cm); dimensions: {', '.join(DIMENSIONS)}"
-        problem = f"no column is a dimension of a body, the headers read: {shorten(', '.join(sheet.header))}"
         raise InputError(problem, where=sheet.where, hint=hint)
-    more = f" and {len(ignored) - 5} more" if len(ignored) > 5 else ""
-    return units, [
-        f"{sheet.where}: columns not read: {', '.join(ignored[:5])}{more}"
-    ] if ignored else []
+    if not ignored:
+        return headers, []
+    names = ", ".join(ignored[:_IGNORED_SHOWN])
+    others = len(ignored) - _IGNORED_SHOWN
+    more = f" and {others} more" if others > 0 else ""
+    return headers, [f"{sheet.where}: columns not read: {names}{more}"]
 
 
 def _refuse_other_words(text: str, where: str) -> None:
-    """Raises InputError for a header that is nearly known, or is in another language."""
+    """Raise InputError for a header that is nearly known, or is in another language."""
     plain = unicodedata.normalize("NFKD", text.casefold().replace("ß", "ss"))
-    words = re.sub(
-        r"[^a-z0-9]+", "_", "".join(sign for sign in plain if not unicodedata.combining(sign))
-    ).split("_")
+    without_marks = "".join(sign for sign in plain if not unicodedata.combining(sign))
+    words = re.sub(r"[^a-z0-9]+", "_", without_marks).split("_")
     german = _GERMAN.get(re.sub("(?<=[aou])e", "", words[0]))  # ae, oe, ue stand for one with dots
     name = text.partition("(")[0].partition("[")[0].strip().casefold()
-    if meant := german or "".join(difflib.get_close_matches(name, _KNOWN, n=1, cutoff=0.8)):
-        quantity = QUANTITIES.get(meant)
-        unit = next(
-            (word for word in words if quantity and word in known_units(quantity.dimension)), None
-        )
-        given = f" ({unit or quantity.shown_in})" if quantity else ""
-        hint = f'write "{meant}{given}"; known are: {", ".join(_KNOWN)}'
-        raise InputError(f'the header "{shorten(text)}" is not known', where=where, hint=hint)
+    meant = german or "".join(difflib.get_close_matches(name, _KNOWN, n=1, cutoff=0.8))
+    if not meant:
+        return
+    expected = meant
+    if quantity := QUANTITIES.get(meant):
+        units = known_units(quantity.dimension)
+        unit = next((word for word in words if word in units), quantity.shown_in)
+        expected = f"{meant} ({unit})"
+    hint = f'write "{expected}"; known are: {", ".join(_KNOWN)}'
+    raise InputError(f'the header "{shorten(text)}" is not known', where=where, hint=hint)
 
 
-def _dimension(sheet: Sheet, at: int, name: str, unit: str) -> Array:
-    """A dimension in SI; raises InputError for a person that nobody is: three metres tall, or in another unit."""
-    quantity, (low, high) = QUANTITIES[name], PLAUSIBLE[name]
+def _dimension(sheet: Sheet, place: int, name: str, unit: str) -> Array:
+    """Return a column of a dimension in SI.
+
+    Raises:
+        InputError: For a person that nobody is: three metres tall, or in another unit.
+    """
+    quantity = QUANTITIES[name]
+    low, high = PLAUSIBLE[name]
     factor = unit_factor(name, unit, quantity.dimension, sheet.where)
-    numbers = sheet.numbers(at, name, _MISSING) * factor
+    numbers = sheet.numbers(place, name, _MISSING) * factor
     odd = np.flatnonzero((numbers < low) | (numbers > high))
     if not odd.size:
         return numbers
-    row, shown = int(odd[0]), factor_of(quantity.shown_in)
+    row = int(odd[0])
+    count = f" (and {odd.size - 1} persons more)" if odd.size > 1 else ""
+    shown_in = quantity.shown_in
+    per = factor_of(shown_in)
+    problem = (
+        f"{name} is {numbers[row] / per:.6g} {shown_in}{count}"
+        f", expected {low / per:g} to {high / per:g} {shown_in}"
+    )
     written = numbers[row] / factor
     possible = [
         symbol
         for symbol in known_units(quantity.dimension)
         if low <= written * factor_of(symbol) <= high
     ]
-    count = f" (and {odd.size - 1} persons more)" if odd.size > 1 else ""
-    problem = f"{name} is {numbers[row] / shown:.6g} {quantity.shown_in}{count}"
-    problem += f", expected {low / shown:g} to {high / shown:g} {quantity.shown_in}"
-    mixed = f"{written:.6g} {possible[0]} would be possible: are units mixed?" if possible else None
-    raise InputError(problem, where=sheet.place(row), hint=mixed)
+    hint = None
+    if possible:
+        hint = f"{written:.6g} {possible[0]} would be possible: are units mixed?"
+    raise InputError(problem, where=sheet.place(row), hint=hint)
 
 
-def _weighting(sheet: Sheet, at: int) -> Array:
-    weighting = sheet.numbers(at, "weighting")
-    if (weighting < 0.0).any():
-        row = int(np.argmax(weighting < 0.0))
-        raise InputError(
-            f"weighting is {weighting[row]:g}, expected 0 or more", where=sheet.place(row)
-        )
+def _weighting(sheet: Sheet, place: int) -> Array:
+    """Return the weights of the persons. Raises InputError unless they count for something."""
+    weighting = sheet.numbers(place, "weighting")
+    is_negative = weighting < 0.0
+    if is_negative.any():
+        row = int(np.argmax(is_negative))
+        problem = f"weighting is {weighting[row]:g}, expected 0 or more"
+        raise InputError(problem, where=sheet.place(row))
     if not weighting.any():
         raise InputError("every weighting is 0, so that nobody counts", where=sheet.where)
     return weighting
 
 
-def _names(sheet: Sheet, at: int) -> tuple[str, ...]:
-    """The names of the persons, each once."""
+def _names(sheet: Sheet, place: int) -> tuple[str, ...]:
+    """Return the names of the persons. Raises InputError unless each has its own."""
     rows: dict[str, int] = {}
-    for row, name in enumerate(shorten(name, 200) for name in sheet.columns[at].to_pylist()):
+    for row, text in enumerate(sheet.columns[place].to_pylist()):
+        name = shorten(text, 200)
         if not name:
             raise InputError("a person without a name in a file of names", where=sheet.place(row))
-        if rows.setdefault(name, row) != row:
-            problem = f'"{shorten(name)}" names two persons, the other in line {sheet.kept[rows[name]] + 1}'
+        if name in rows:
+            line = sheet.kept[rows[name]] + 1
+            problem = f'"{shorten(name)}" names two persons, the other in line {line}'
             raise InputError(problem, where=sheet.place(row), hint="each name stands once")
+        rows[name] = row
     return tuple(rows)
 
 
-def _sexes(sheet: Sheet, at: int) -> npt.NDArray[np.str_]:
-    words = [_SEX_WORDS.get(word.casefold()) for word in sheet.columns[at].to_pylist()]
+def _sexes(sheet: Sheet, place: int) -> npt.NDArray[np.str_]:
+    """Return "male" or "female" for each person. Raises InputError for any other word."""
+    words = [_SEX_WORDS.get(word.casefold()) for word in sheet.columns[place].to_pylist()]
     if None in words:
         row = words.index(None)
-        problem = f'sex is "{shorten(sheet.columns[at][row].as_py())}", expected male or female'
+        found = shorten(sheet.columns[place][row].as_py())
+        problem = f'sex is "{found}", expected male or female'
         raise InputError(problem, where=sheet.place(row))
     return np.array(words)

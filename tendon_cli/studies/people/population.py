@@ -1,4 +1,4 @@
-"""People: as many bodies as asked for, drawn from a survey, each with a name and a weighting, and their arms."""
+"""People: bodies drawn from a survey or completed by it, with names and weights, and their arms."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from tendon_cli.studies.people.persons_csv import read_listed
 from tendon_cli.studies.people.survey import LEAST, SEXES, Survey, scattered
 
 MOST_BODIES = 10**6
+"""Bodies that the persons of a file may be completed to."""
 Sexes = str | npt.NDArray[np.str_]
 """The sex of each person, or the one that the study gives them all."""
 NAMED = ("mean-man", "mean-woman")
@@ -40,19 +41,19 @@ class Population:
     """Persons, in the order of their numbers."""
 
     names: tuple[str, ...]
-    """Each once."""
+    """Names, all different."""
     values: Array
-    """Their bodies, shape (n, 8), dimensions in the order of `DIMENSIONS`, SI units."""
+    """Bodies, (n, 8), dimensions in the order of `DIMENSIONS`, SI."""
     weighting: Array
-    """How much each counts in a share, shape (n,), at least 0 and not all 0."""
+    """Weight of each person in a share, (n,), at least 0 and not all 0."""
     reference: Body
-    """The survey's mean man, on whom the study's anchors stand as written."""
+    """Mean man of the survey, on whom the study's anchors stand as written."""
     notes: tuple[str, ...] = ()
-    """What was supposed of them."""
+    """Notes on what was supposed of them."""
     sexes: tuple[str, ...] = ()
     """"male" or "female" for each, if that is known."""
     completions: int = 1
-    """So many of these, one after the other, are the same person, with other draws of what was not measured."""
+    """Bodies in succession that are one person, with other draws of what was not measured."""
 
     def __len__(self) -> int:
         return len(self.names)
@@ -64,14 +65,14 @@ class Population:
 
     @property
     def persons(self) -> tuple[str, ...]:
-        """The names of the persons themselves."""
-        each = self.names[:: self.completions]
-        return (
-            tuple(name.rpartition(", body ")[0] for name in each) if self.completions > 1 else each
-        )
+        """Names of the persons themselves."""
+        names = self.names[:: self.completions]
+        if self.completions == 1:
+            return names
+        return tuple(name.rpartition(", body ")[0] for name in names)
 
     def only(self, chosen: slice) -> Population:
-        """Some of them."""
+        """Select persons."""
         return replace(
             self,
             names=self.names[chosen],
@@ -82,28 +83,44 @@ class Population:
 
 
 def draw(survey: Survey, sex: str, count: int, seed: int, women: float | None = None) -> Population:
-    """`count` persons of a survey: "male", "female" or "both", men first, `women` being the share of women among these.
+    """Draw persons of a survey, men first.
 
     The first persons of a seed are the same whatever the count, of each sex.
+
+    Args:
+        survey: The survey.
+        sex: "male", "female" or "both".
+        count: Number of persons.
+        seed: Seed of the draws.
+        women: Share of women among both; by default the survey's.
     """
-    share = {"male": 0.0, "female": 1.0}.get(sex, survey.share_of_women if women is None else women)
+    both = survey.share_of_women if women is None else women
+    share = {"male": 0.0, "female": 1.0}.get(sex, both)
     females = round(share * count)
-    values, names, sexes = [], list[str](), list[str]()
+    values = []
+    names: list[str] = []
+    sexes: list[str] = []
     for number, (word, persons) in enumerate((("man", count - females), ("woman", females))):
-        kind, random = SEXES[number], np.random.default_rng([seed, number])
+        kind = SEXES[number]
         statistics = survey.of(kind)
-        normal, mean = (
-            random.standard_normal((persons, len(DIMENSIONS))),
-            np.tile(statistics.mean, (persons, 1)),
-        )
-        values.append(np.maximum(scattered(mean, statistics.factor, normal), statistics.least))
-        names += [f"{word} {at + 1}" for at in range(persons)]
+        random = np.random.default_rng([seed, number])
+        normal = random.standard_normal((persons, len(DIMENSIONS)))
+        mean = np.tile(statistics.mean, (persons, 1))
+        bodies = scattered(mean, statistics.factor, normal)
+        values.append(np.maximum(bodies, statistics.least))
+        names += [f"{word} {row + 1}" for row in range(persons)]
         sexes += [kind] * persons
-    note = "bodies are drawn as normal and correlated; real ones have longer tails, of weight above all; "
-    note += f"no dimension is drawn below the mean less {LEAST:g} standard deviations"
-    bodies = np.concatenate(values)
+    note = (
+        "bodies are drawn as normal and correlated; real ones have longer tails, of weight above "
+        f"all; no dimension is drawn below the mean less {LEAST:g} standard deviations"
+    )
     return Population(
-        tuple(names), bodies, np.ones(count), survey.male.mean_body, (note,), tuple(sexes)
+        names=tuple(names),
+        values=np.concatenate(values),
+        weighting=np.ones(count),
+        reference=survey.male.mean_body,
+        notes=(note,),
+        sexes=tuple(sexes),
     )
 
 
@@ -116,95 +133,119 @@ def read_population(
     completions: int | None = None,
     seed: int = 1,
 ) -> Population:
-    """Persons of a CSV file, what it does not say of their bodies as a survey leads to expect of people of that sex.
+    """Return the persons of a CSV file, completed by a survey.
 
-    With `completions` each is so many bodies, what was not measured drawn by the survey given what was. Raises
-    InputError.
+    Dimensions that the file does not have are those expected of people of that sex with the
+    dimensions given, or are drawn by the survey given these.
+
+    Args:
+        content: The file.
+        where: Name of the file in errors.
+        survey: The survey.
+        sex: "male", "female" or "both", of persons whose sex the file does not say.
+        women: Share of women among both; by default the survey's.
+        completions: Number of bodies that are drawn for each person; None draws nothing.
+        seed: Seed of the draws.
+
+    Raises:
+        InputError: If the file cannot be used.
     """
     rows = read_listed(content, where)
     sexes = sex if rows.sexes is None else rows.sexes
-    one = (
-        [f"{where} has 1 person: a share of it is all or nothing"]
-        if len(rows.names) == 1 and not completions
-        else []
-    )
-    notes = [*one, *_notes(rows.values, sexes, women, completions), *rows.ignored]
-    names, values, weighting, normal = rows.names, rows.values, rows.weighting, None
-    each = completions or 1
+    notes = []
+    if len(rows.names) == 1 and not completions:
+        notes.append(f"{where} has 1 person: a share of it is all or nothing")
+    notes += [*_notes(rows.values, sexes, women, completions), *rows.ignored]
+    names = rows.names
+    values = rows.values
+    weighting = rows.weighting
+    normal = None
     if completions:
-        if len(names) * each > MOST_BODIES:
-            problem = f"{len(names):,} persons of {each:,} bodies are {len(names) * each:,}"
+        bodies = len(names) * completions
+        if bodies > MOST_BODIES:
+            problem = f"{len(names):,} persons of {completions:,} bodies are {bodies:,}"
             raise InputError(f"{problem}, expected {MOST_BODIES:,} at most", where=where)
-        names = tuple(f"{name}, body {at + 1}" for name in names for at in range(each))
-        values, weighting = np.repeat(values, each, axis=0), np.repeat(weighting / each, each)
-        sexes = sexes if isinstance(sexes, str) else np.repeat(sexes, each)
+        names = tuple(f"{name}, body {body + 1}" for name in names for body in range(completions))
+        values = np.repeat(values, completions, axis=0)
+        weighting = np.repeat(weighting / completions, completions)
+        if not isinstance(sexes, str):
+            sexes = np.repeat(sexes, completions)
         normal = np.random.default_rng([seed, len(SEXES)]).standard_normal(values.shape)
-    completed = _completed(values, normal, sexes, survey, women)
-    known = (
-        ()
-        if isinstance(sexes, str) and sexes not in SEXES
-        else np.broadcast_to(sexes, len(names)).tolist()
-    )
+    known_sexes: tuple[str, ...] = ()
+    if not isinstance(sexes, str) or sexes in SEXES:
+        known_sexes = tuple(np.broadcast_to(sexes, len(names)).tolist())
     return Population(
-        names, completed, weighting, survey.male.mean_body, tuple(notes), tuple(known), each
+        names=names,
+        values=_completed(values, normal, sexes, survey, women),
+        weighting=weighting,
+        reference=survey.male.mean_body,
+        notes=tuple(notes),
+        sexes=known_sexes,
+        completions=completions or 1,
     )
 
 
 def named(survey: Survey, name: str) -> Population:
-    """One of the persons that every survey has, by one of `NAMED`."""
-    body = (survey.male, survey.female)[NAMED.index(name)].mean
-    return Population((name,), body[np.newaxis], np.ones(1), survey.male.mean_body)
+    """Return one of the persons that every survey has, by one of `NAMED`."""
+    statistics = (survey.male, survey.female)[NAMED.index(name)]
+    return Population((name,), statistics.mean[np.newaxis], np.ones(1), survey.male.mean_body)
 
 
 def arms_of(
     people: Population, of_the_body: Iterable[str]
 ) -> tuple[dict[str, Array], dict[str, Array]]:
-    """The numbers of the persons' arms that their bodies set, and by what they scale others, by dotted key, (n,).
+    """Return the numbers of the persons' arms that come from their bodies.
 
-    `of_the_body` are those of `OF_THE_BODY` that a study does not state itself.
+    Args:
+        people: Persons.
+        of_the_body: Keys of `OF_THE_BODY` that a study does not state itself.
+
+    Returns:
+        Numbers that the bodies set, and factors by which they scale others, by dotted key, (n,).
     """
     body = people.body
+    sets = {key: OF_THE_BODY[key](body) for key in of_the_body}
     scales = {f"arm.{name}": scale for name, scale in anchor_scales(body, people.reference).items()}
-    return {name: OF_THE_BODY[name](body) for name in of_the_body}, scales
+    return sets, scales
 
 
 def _completed(
     values: Array, normal: Array | None, sexes: Sexes, survey: Survey, women: float | None
 ) -> Array:
+    """Complete bodies, (n, 8), by the statistics of their sex; with normal numbers they scatter."""
     if isinstance(sexes, str):
-        return (survey.both(women) if sexes == "both" else survey.of(sexes)).completed(
-            values, normal
-        )
+        statistics = survey.both(women) if sexes == "both" else survey.of(sexes)
+        return statistics.completed(values, normal)
     completed = values.copy()
     for sex in SEXES:
-        some = sexes == sex
-        completed[some] = survey.of(sex).completed(
-            values[some], None if normal is None else normal[some]
-        )
+        is_sex = sexes == sex
+        of_sex = None if normal is None else normal[is_sex]
+        completed[is_sex] = survey.of(sex).completed(values[is_sex], of_sex)
     return completed
 
 
 def _notes(values: Array, sexes: Sexes, women: float | None, completions: int | None) -> list[str]:
-    """What is not from the file but expected of such bodies."""
-    missing = np.isnan(values)
+    """Return a note on what is not from the file but expected of such bodies."""
+    missing = np.isnan(values).sum(axis=0)
     lacking = [
-        f"{name} of {count}"
-        for name, count in zip(DIMENSIONS, missing.sum(axis=0), strict=True)
-        if count
+        f"{name} of {count}" for name, count in zip(DIMENSIONS, missing, strict=True) if count
     ]
     if not lacking:
         return []
     kind = "their sex"
     if isinstance(sexes, str):
         kind = {"both": "men and women mixed", "male": "men", "female": "women"}[sexes]
-        kind += f", {women:.0%} women," if sexes == "both" and women is not None else ""
-    lacking_text = f"not in the file: {', '.join(lacking)}; "
+        if sexes == "both" and women is not None:
+            kind += f", {women:.0%} women,"
+    note = f"not in the file: {', '.join(lacking)}; "
     if completions:
-        drawn = f"{completions} bodies of each person are drawn from {kind} in the survey with the dimensions given"
-        return [
-            f"{lacking_text}{drawn}, no dimension below the mean less {LEAST:g} standard deviations"
-        ]
-    expected = f"taken as expected of {kind} in the survey with the dimensions given"
-    return [
-        f"{lacking_text}{expected}, without the scatter of real bodies (people.completions draws it)"
-    ]
+        note += (
+            f"{completions} bodies of each person are drawn from {kind} in the survey with the "
+            f"dimensions given, no dimension below the mean less {LEAST:g} standard deviations"
+        )
+    else:
+        note += (
+            f"taken as expected of {kind} in the survey with the dimensions given, without the "
+            "scatter of real bodies (people.completions draws it)"
+        )
+    return [note]

@@ -1,4 +1,7 @@
-"""Means, deviations and correlations of a survey of bodies: what bodies are drawn from, and what completes them."""
+"""Statistics of a survey of bodies: means, deviations and correlations.
+
+Bodies are drawn from them, and completed by them.
+"""
 
 from __future__ import annotations
 
@@ -34,62 +37,72 @@ PLAUSIBLE = dict(
         strict=True,
     )
 )
-"""Least and largest value of each dimension that someone has, in SI: wide, so that what is outside is a slip."""
+"""Least and largest value of each dimension that someone has, in SI: so wide that a value outside
+is a slip."""
 LEAST = 3.0
-"""Standard deviations below the mean under which no body is drawn: the survey tells of no smallest, and a normal
-distribution has lighter bodies than anyone measured."""
+"""Standard deviations below the mean under which no body is drawn: the survey tells of no smallest,
+and a normal distribution has lighter bodies than anyone measured."""
 _MOST_SCATTER = 1.0 / 3.0
 """Deviation over mean, beyond which bodies drawn as normal would be below 0."""
 
-_SI = np.array(
-    [1.0 if name == "weight" else 1e-3 for name in DIMENSIONS]
-)  # the survey has kg and mm
+# The survey has kg and mm.
+_SI = np.array([1.0 if name == "weight" else 1e-3 for name in DIMENSIONS])
 
 
 @dataclass(frozen=True, eq=False)
 class Statistics:
-    """Bodies of one kind as a normal distribution; dimensions in the order of `DIMENSIONS`, SI units."""
+    """Bodies of one kind as a normal distribution.
+
+    Dimensions are in the order of `DIMENSIONS`, in SI units.
+    """
 
     persons: int
-    """How many were measured."""
+    """Number of persons measured."""
     mean: Array
-    """Shape (8,)."""
+    """Mean, (8,)."""
     covariance: Array
-    """Shape (8, 8)."""
+    """Covariance, (8, 8)."""
     least: Array
-    """No body is drawn with less, shape (8,)."""
+    """Dimensions below which no body is drawn, (8,)."""
 
     @cached_property
     def factor(self) -> Array:
-        """Lower triangular L with L Lᵀ = covariance; raises ValueError where that is not positive definite."""
+        """Lower triangular L with L Lᵀ = covariance.
+
+        Raises ValueError if the covariance is not positive definite.
+        """
         return cholesky(self.covariance)
 
     @property
     def mean_body(self) -> Body:
-        """The body that is average in every dimension."""
+        """Body that is average in every dimension."""
         return Body(*self.mean)
 
     def completed(self, values: Array, normal: Array | None = None) -> Array:
-        """Bodies of shape (n, 8) with what is missing (NaN) as expected of those given: linear regression on these.
+        """Complete bodies by what is expected of those with the given dimensions.
 
-        With `normal` numbers, (n, 8), they scatter around that as real bodies do, but none below the least.
+        That is linear regression on these dimensions.
+
+        Args:
+            values: Bodies, (n, 8), NaN where a dimension is missing.
+            normal: Normal numbers, (n, 8), by which bodies scatter around what is expected as real
+                ones do, but none below the least; None for no scatter.
         """
         complete = values.copy()
         missing = np.isnan(values)
         patterns, pattern_of = np.unique(missing, axis=0, return_inverse=True)
-        for at, lacks in enumerate(patterns):
-            rows = pattern_of == at
-            given = ~lacks
+        for number, lacks in enumerate(patterns):
             if not lacks.any():
                 continue
+            rows = pattern_of == number
+            given = ~lacks
             across = self.covariance[np.ix_(given, lacks)]
             solved = np.linalg.solve(self.covariance[np.ix_(given, given)], across)
             bodies = self.mean[lacks] + (values[np.ix_(rows, given)] - self.mean[given]) @ solved
             if normal is not None:
                 rest = self.covariance[np.ix_(lacks, lacks)] - across.T @ solved
-                bodies = scattered(
-                    bodies, cholesky(0.5 * (rest + rest.T)), normal[np.ix_(rows, lacks)]
-                )
+                factor = cholesky(0.5 * (rest + rest.T))
+                bodies = scattered(bodies, factor, normal[np.ix_(rows, lacks)])
                 bodies = np.maximum(bodies, self.least[lacks])
             complete[np.ix_(rows, lacks)] = bodies
         return complete
@@ -104,65 +117,85 @@ class Survey:
 
     @property
     def share_of_women(self) -> float:
-        """Women among the persons measured."""
+        """Share of women among the persons measured."""
         return self.female.persons / (self.male.persons + self.female.persons)
 
     def of(self, sex: str) -> Statistics:
-        """Those of one of `SEXES`."""
+        """Return the statistics of one of `SEXES`."""
         return self.male if sex == "male" else self.female
 
     def both(self, women: float | None = None) -> Statistics:
-        """Mean and covariance of men and women mixed, `women` being the share of women."""
+        """Return mean and covariance of men and women mixed.
+
+        Args:
+            women: Share of women; by default that among the persons measured.
+        """
         share = self.share_of_women if women is None else women
-        apart = self.female.mean - self.male.mean
+        difference = self.female.mean - self.male.mean
         covariance = (1.0 - share) * self.male.covariance + share * self.female.covariance
         return Statistics(
             self.male.persons + self.female.persons,
-            self.male.mean + share * apart,
-            covariance + share * (1.0 - share) * np.outer(apart, apart),
+            self.male.mean + share * difference,
+            covariance + share * (1.0 - share) * np.outer(difference, difference),
             np.minimum(self.male.least, self.female.least),
         )
 
 
 @cache
 def ansur2() -> Survey:
-    """The survey that comes with tendon."""
-    return read_survey(
-        resources.files(__package__).joinpath("ansur2_arm.toml").read_bytes(), "ansur2"
-    )
+    """Return the survey that comes with tendon."""
+    content = resources.files(__package__).joinpath("ansur2_arm.toml").read_bytes()
+    return read_survey(content, "ansur2")
 
 
 def read_survey(given: bytes, where: str) -> Survey:
-    """Check and take over the statistics of a survey in TOML, in kg and mm; raises InputError."""
+    """Return the statistics of a survey from TOML, in kg and mm.
+
+    Raises:
+        InputError: If they are not such statistics.
+    """
     try:
         content = read_toml(given.decode("utf-8-sig")).content
-        names = content["dimensions"]
-        if missing := [name for name in DIMENSIONS if name not in names]:
-            raise ValueError(f"its dimensions lack {', '.join(missing)}")  # noqa: TRY301 - reported below
-        order = [names.index(name) for name in DIMENSIONS]
+        order = _order(content["dimensions"])
         return Survey(*(_statistics(content[sex], order, sex) for sex in SEXES))
     except (StudyError, KeyError, TypeError, AttributeError, ValueError, RecursionError) as error:
-        problem = f"not statistics of a survey: {shorten(str(error), 150) or type(error).__name__}"
-        hint = f"expected dimensions ({', '.join(DIMENSIONS)}), and in [male] and [female] persons, mean, "
-        hint += "standard_deviation (kg and mm) and correlation"
-        raise InputError(problem, where=where, hint=hint) from None
+        reason = shorten(str(error), 150) or type(error).__name__
+        hint = (
+            f"expected dimensions ({', '.join(DIMENSIONS)}), and in [male] and [female] persons, "
+            "mean, standard_deviation (kg and mm) and correlation"
+        )
+        raise InputError(f"not statistics of a survey: {reason}", where=where, hint=hint) from None
+
+
+def _order(names: Any) -> list[int]:
+    """Return the place of each of `DIMENSIONS` among names. Raises ValueError if one is missing."""
+    missing = [name for name in DIMENSIONS if name not in names]
+    if missing:
+        raise ValueError(f"its dimensions lack {', '.join(missing)}")
+    return [names.index(name) for name in DIMENSIONS]
 
 
 def _statistics(table: dict[str, Any], order: list[int], sex: str) -> Statistics:
-    """Those of one sex; raises ValueError for what cannot be."""
-    size, persons = len(DIMENSIONS), int(table["persons"])
-    mean, deviation, correlation = (
-        np.array(table[key], dtype=np.float64)
-        for key in ("mean", "standard_deviation", "correlation")
-    )
-    if (
-        mean.shape != (size,)
-        or deviation.shape != (size,)
-        or correlation.shape != (size, size)
-        or persons < 1
-    ):
+    """Return the statistics of one sex.
+
+    Args:
+        table: Table of the file, in kg and mm.
+        order: Place of each of `DIMENSIONS` in the table.
+        sex: Name of the table.
+
+    Raises:
+        ValueError: If there can be no such statistics.
+    """
+    size = len(DIMENSIONS)
+    persons = int(table["persons"])
+    mean = np.array(table["mean"], dtype=np.float64)
+    deviation = np.array(table["standard_deviation"], dtype=np.float64)
+    correlation = np.array(table["correlation"], dtype=np.float64)
+    has_shapes = mean.shape == deviation.shape == (size,) and correlation.shape == (size, size)
+    if not has_shapes or persons < 1:
         raise ValueError(
-            f"[{sex}] has not {size} means, {size} deviations, {size} x {size} correlations of persons"
+            f"[{sex}] has not {size} means, {size} deviations, {size} x {size} correlations of "
+            "persons"
         )
     if not (
         np.all(mean > 0.0) and np.all(deviation > 0.0) and np.all(np.isfinite(mean + deviation))
@@ -170,47 +203,62 @@ def _statistics(table: dict[str, Any], order: list[int], sex: str) -> Statistics
         raise ValueError(f"a mean or standard deviation in [{sex}] is not above 0")
     if np.any(np.diag(correlation) != 1.0) or np.any(correlation != correlation.T):
         raise ValueError(f"the correlation in [{sex}] is not symmetric with ones on its diagonal")
-    mean, deviation, correlation = mean[order], deviation[order], correlation[np.ix_(order, order)]
+    mean = mean[order]
+    deviation = deviation[order]
+    correlation = correlation[np.ix_(order, order)]
     for name, middle, scatter, per in zip(DIMENSIONS, mean, deviation, _SI, strict=True):
-        low, high = (end / per for end in PLAUSIBLE[name])
         unit = "kg" if per == 1.0 else "mm"
+        low, high = (end / per for end in PLAUSIBLE[name])
         if not low <= middle <= high:  # as in another unit
             raise ValueError(
                 f"the mean {name} is {middle:g} {unit}, expected {low:g} to {high:g} {unit}"
             )
         if scatter > _MOST_SCATTER * middle:
-            spread = f"the deviation of {name} is {scatter:g} {unit} at a mean of {middle:g} {unit}"
-            raise ValueError(f"{spread}, so that bodies would be below 0")
+            raise ValueError(
+                f"the deviation of {name} is {scatter:g} {unit} at a mean of {middle:g} {unit}, "
+                "so that bodies would be below 0"
+            )
     cholesky(correlation)
     scale = deviation * _SI
     return Statistics(
-        persons, mean * _SI, correlation * np.outer(scale, scale), mean * _SI - LEAST * scale
+        persons,
+        mean=mean * _SI,
+        covariance=correlation * np.outer(scale, scale),
+        least=mean * _SI - LEAST * scale,
     )
 
 
 def scattered(middle: Array, factor: Array, normal: Array) -> Array:
-    """Bodies around some middle ones, (n, m), by normal numbers, (n, m), and L with L Lᵀ = their covariance."""
+    """Scatter bodies around others by normal numbers.
+
+    Args:
+        middle: Bodies, (n, m).
+        factor: Lower triangular L with L Lᵀ = their covariance, (m, m).
+        normal: Normal numbers, (n, m).
+    """
     bodies = middle.copy()
-    for row, factors in enumerate(
-        factor
-    ):  # added up in this order everywhere, unlike a matrix product
-        for column in range(row + 1):
+    for row, factors in enumerate(factor):
+        for column in range(row + 1):  # in this order everywhere, unlike a matrix product
             bodies[:, row] += factors[column] * normal[:, column]
     return bodies
 
 
 def cholesky(matrix: Array) -> Array:
-    """Lower triangular L with L Lᵀ = matrix, shape (n, n); raises ValueError where it is not positive definite.
+    """Return the lower triangular L with L Lᵀ = matrix, (n, n).
 
-    Written out, so that a seed gives the same bodies to the last bit whatever linear algebra NumPy was built with.
+    It is written out, so that a seed gives the same bodies to the last bit whatever linear algebra
+    NumPy was built with.
+
+    Raises:
+        ValueError: If the matrix is not positive definite.
     """
     size = len(matrix)
     factor = np.zeros((size, size))
     for row in range(size):
         for column in range(row + 1):
             rest = float(matrix[row, column])
-            for at in range(column):
-                rest -= float(factor[row, at]) * float(factor[column, at])
+            for before in range(column):
+                rest -= float(factor[row, before]) * float(factor[column, before])
             if column < row:
                 factor[row, column] = rest / factor[column, column]
             elif rest <= 1e-12 * float(matrix[row, row]):
