@@ -1,16 +1,21 @@
-"""The model's arithmetic on whole blocks of states, by compiled code where there is some, else by NumPy: the same bits.
+"""Fold the model's arithmetic over whole blocks of states, in compiled code or in NumPy.
 
-In C a state stands once, in `state.h`: `drive_at` is what a design has in one direction, `lines_at` some of its states
-as straight lines in pretension, `state_at` these at a pretension. What is wanted of many states is a *fold* over that:
-`rows.h` writes each state's row, `extremes.h` finds what is smallest, largest and counted, `window.h` between which
-pretensions every limit is kept; the last two take designs `beside.h` each other, one a lane. `arrays.h` names, once,
-what goes in and out; `native.py` checks what Python hands over. Everything is compiled for each kind of processor, and
-the best that runs here is taken.
+Both give the same bits; NumPy does it all if there is no compiled code.
 
-To add a fold: name its results in `arrays.h`, as EXTREMES does; write `your_fold.h` with a visit that `over_designs`
-makes to all designs in each direction, and that calls `lines_at` (and `state_at`, where it wants a pretension); let
-`entry.h` export it and `native.py` call it, like extremes. Say the same in `tendon_cli/model/` with NumPy, and here
-choose between the two. Raise VERSION. `tests/kernel/` holds both to the same bits.
+In C the arithmetic of a state stands once, in `state.h`: `drive_at` computes what a design has in
+one direction, `lines_at` some of its states as straight lines in pretension, and `state_at` these
+states at a pretension. Everything computed of many states is a *fold* over that: `rows.h` writes
+the row of each state, `extremes.h` finds the smallest and largest values and counts, and
+`window.h` finds the pretensions at which every limit is kept. The last two take designs in batches,
+one design a lane (`batch.h`). `arrays.h` lists, once, what goes in and out; `native.py` checks what
+Python hands over. Everything is compiled for each kind of processor, and the best that runs here is
+used.
+
+To add a fold: list its results in `arrays.h`, as EXTREMES does; write `your_fold.h` with a function
+that `for_each_batch` calls for all designs in each direction, and that calls `lines_at` (and
+`state_at`, if it needs a pretension); let `entry.h` export it and `native.py` call it, like
+`find_extremes`. Write the same in `tendon_cli/model/` with NumPy, and choose between the two here.
+Raise VERSION. `tests/kernel/` holds both to the same bits.
 """
 
 from __future__ import annotations
@@ -30,141 +35,178 @@ from tendon_cli.model.actuator import SIDES, State
 from tendon_cli.model.bounds import SHARES, Bounds, held_forms
 from tendon_cli.model.extremes import Found, fold
 from tendon_cli.model.forms import is_nothing
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Real
 
 UNWANTED = "TENDON_NO_COMPILED"
-"""Environment variable that, set to anything, has NumPy do it all."""
+"""Environment variable that, set to anything, makes NumPy do it all."""
 
 VERSION = 18
-"""Of the C code, which is compiled with it: raised with every change, so that what was compiled before is not used."""
+"""Version of the C code, compiled into it. Raise it with every change of numbers or of the calling
+interface, so that code compiled before is not used."""
 
 RowWriter = Callable[[Columns, range], Collection[str] | None]
-"""Writes some rows of a block into columns of that many rows; says which hold NaN, or None where it was not asked."""
+"""Writes some rows of a block into columns of that many rows, and returns the names of the columns
+with NaN, or None if it did not search them."""
 
 
 @cache
 def native() -> Native | None:
-    """The compiled code; None if there is none of this version, or none is wanted."""
-    spec = (
-        None if os.environ.get(UNWANTED) else importlib.util.find_spec("tendon_cli.kernel._native")
-    )
+    """Load the compiled code. Return None if there is none of this version, or it is not wanted."""
+    if os.environ.get(UNWANTED):
+        return None
+    spec = importlib.util.find_spec("tendon_cli.kernel._native")
+    if spec is None or not spec.origin:
+        return None
     try:
-        code = Native(spec.origin) if spec and spec.origin else None
+        code = Native(spec.origin)
     except (OSError, ValueError):
         return None
-    return code if code and code.version == VERSION else None
+    return code if code.version == VERSION else None
 
 
 @cache
 def kind() -> str | None:
-    """The kind of processor whose code is used; None where NumPy does it all."""
+    """Return the kind of processor whose code is used, or None if NumPy does it all."""
     code = native()
     return code.kinds[-1] if code else None
 
 
 def remark() -> str | None:
-    """What to tell whoever has no compiled code and did not ask for that."""
+    """Return a hint for users who have no compiled code and did not ask for that, else None."""
     if kind() is not None or os.environ.get(UNWANTED):
         return None
-    return "NumPy did it all, several times slower than compiled code: install a C compiler, then tendon again"
+    return (
+        "NumPy did it all, several times slower than compiled code: "
+        "install a C compiler, then tendon again"
+    )
 
 
 def row_writer(at: State, shape: tuple[int, ...], keys: Columns) -> RowWriter:
-    """What writes the rows of a block of states of a shape (designs' axes, directions, angles), the last axis fastest.
+    """Return a function that writes rows of a block of states; it is safe from several threads.
 
-    Columns are those of `State.columns`, `status` as int8, and those of `keys`, which broadcast to the shape and have
-    the columns' types; of the results only those asked for are written. Safe from several threads. NumPy works out the
-    columns that compiled code does not know.
+    Of the results it computes only the columns that it is given. NumPy computes those that the
+    compiled code does not know.
+
+    Args:
+        at: States of the block.
+        shape: Lengths of the designs' axes, directions and angles; the last axis is fastest.
+        keys: Columns besides those of `State.columns` and `status` (int8). They broadcast to the
+            shape and have the types of the columns to be written.
     """
-    code, chosen = native(), kind()
+    code = native()
+    chosen = kind()
     if code is None or chosen is None:
         return writer_of({**keys, "status": at.status, **at.columns()}, shape)
+    given = _given(at)
     known = {*keys, "status", *code.results}
-    given, spread = (
-        _given(at),
-        {name: np.ascontiguousarray(values) for name, values in keys.items()},
-    )
-    null = [name for name, values in spread.items() if np.isnan(values).any()]
+    key_values = {name: np.ascontiguousarray(values) for name, values in keys.items()}
+    keys_with_nan = [name for name, values in key_values.items() if np.isnan(values).any()]
 
     def write(columns: Columns, rows: range) -> Collection[str]:
-        wanted = {name: values for name, values in spread.items() if name in columns}
-        results = code.rows(chosen, shape, given, wanted, columns, rows.start, len(rows))
+        wanted = {name: values for name, values in key_values.items() if name in columns}
+        with_nan = code.rows(chosen, shape, given, wanted, columns, rows.start, len(rows))
         others = {name: values for name, values in columns.items() if name not in known}
         if others:
             writer_of(at.columns(others), shape)(others, rows)
-        return [
-            *null,
-            *results,
-            *(name for name, values in others.items() if np.isnan(values).any()),
-        ]
+        others_with_nan = [name for name, values in others.items() if np.isnan(values).any()]
+        return [*keys_with_nan, *with_nan, *others_with_nan]
 
     return write
 
 
-def fold_extremes(found: Found, at: State, elbow_angle: Array, shape: tuple[int, ...]) -> None:
-    """Fold all states of a block into what is known of its designs: `model.extremes.fold`."""
-    code, chosen = native(), kind()
+def fold_extremes(folded: Found, at: State, elbow_angle: Array, shape: tuple[int, ...]) -> None:
+    """Fold all states of a block into the extremes of its designs, as `model.extremes.fold` does.
+
+    Args:
+        folded: Extremes by name, over the designs' axes; changed in place.
+        at: States of the block.
+        elbow_angle: Elbow angles of the states, rad.
+        shape: Lengths of the designs' axes, directions and angles.
+    """
+    code = native()
+    chosen = kind()
     if code is None or chosen is None:
-        fold(found, at, elbow_angle)
+        fold(folded, at, elbow_angle)
     else:
-        code.extremes(chosen, shape, _given(at), np.ascontiguousarray(elbow_angle), found)
+        code.extremes(chosen, shape, _given(at), np.ascontiguousarray(elbow_angle), folded)
 
 
 def fold_window(
-    found: window.Found,
+    folded: window.Found,
     at: State,
     bounds: Bounds,
     shape: tuple[int, ...],
     first: int = 0,
     angles: int | None = None,
 ) -> None:
-    """Fold all states of a block into what is known of its designs: `model.window.fold`.
+    """Fold all states of a block into the windows of its designs, as `model.window.fold` does.
 
-    The elbow angles of the block are those from `first` on of `angles` in each direction, by default all. Pretension
-    plays no part, so axes that nothing else depends on are one long in `shape`.
+    Args:
+        folded: Ends of the windows by name, over the designs' axes; changed in place.
+        at: States of the block. Their pretension does not matter.
+        bounds: Limits of the designs.
+        shape: Lengths of the designs' axes, directions and angles; 1 along axes on which nothing
+            but pretension depends.
+        first: Number of the block's first elbow angle in each direction.
+        angles: Number of elbow angles in each direction, by default those of the block.
     """
     sides = {side: replace(getattr(at.design, side), pretension=0.0) for side in SIDES}
     at = replace(at, design=replace(at.design, **sides))
-    total, code, chosen = angles or shape[-1], native(), kind()
+    total = angles or shape[-1]
+    code = native()
+    chosen = kind()
     if code is None or chosen is None:
-        states = np.arange(shape[-2])[:, np.newaxis] * total + first + np.arange(shape[-1])
-        window.fold(found, at, bounds, states)
-    else:
-        given, (one, forms) = _given(at), _held_to(at, bounds)
-        for start in range(
-            0, max(1, len(forms)), code.most_forms
-        ):  # the tightest end is the same whatever comes first
-            some = forms[start : start + code.most_forms]
-            code.window(chosen, shape, given, one, some, found, first, total)
+        directions = np.arange(shape[-2])[:, np.newaxis]
+        states = directions * total + first + np.arange(shape[-1])
+        window.fold(folded, at, bounds, states)
+        return
+    given = _given(at)
+    alone, forms = _bound_inputs(at, bounds)
+    # Compiled code takes only so many forms at once; the tightest end is the same in any order.
+    for start in range(0, max(1, len(forms)), code.most_forms):
+        some_forms = forms[start : start + code.most_forms]
+        code.window(chosen, shape, given, alone, some_forms, folded, first, total)
 
 
-def _held_to(at: State, bounds: Bounds) -> tuple[dict[str, Array], tuple[dict[str, Array], ...]]:
-    """What compiled code takes of bounds: those on one share, by the names of BOUNDS in `arrays.h`, and other forms."""
-    one = {
-        f"{share}_{end}": _as_input(sign * np.inf)
-        for share in SHARES
-        for end, sign in _ENDS.items()
+_UNBOUNDED = {"least": -np.inf, "most": np.inf}
+"""Ends of a range without bounds."""
+
+
+def _bound_inputs(
+    at: State, bounds: Bounds
+) -> tuple[dict[str, Array], tuple[dict[str, Array], ...]]:
+    """Return bounds as compiled code takes them.
+
+    Returns:
+        Bounds on a tension or the stiffness alone, by the names of BOUNDS in `arrays.h`, and forms
+        of several of them, by the names of FORM.
+    """
+    alone = {
+        f"{share}_{end}": _as_input(bound) for share in SHARES for end, bound in _UNBOUNDED.items()
     }
     forms = []
     for held in held_forms(at, bounds):
         shares = {share: getattr(held.form, share) for share in SHARES}
-        ends = {end: getattr(held, end) for end in _ENDS if getattr(held, end) is not None}
-        alone = [
-            share for share, value in shares.items() if isinstance(value, float) and value == 1.0
-        ]
-        if len(alone) == 1 and sum(not is_nothing(value) for value in shares.values()) == 1:
-            for end, bound in ends.items():
-                tighter = np.maximum if end == "least" else np.minimum
-                one[f"{alone[0]}_{end}"] = _as_input(tighter(one[f"{alone[0]}_{end}"], bound))
-        else:
-            unbounded = {end: sign * np.inf for end, sign in _ENDS.items()}
-            forms.append(
-                {name: _as_input(value) for name, value in (shares | unbounded | ends).items()}
-            )
-    return one, tuple(forms)
+        ends = {end: getattr(held, end) for end in _UNBOUNDED if getattr(held, end) is not None}
+        single = _single_share(shares)
+        if single is None:
+            values = shares | _UNBOUNDED | ends
+            forms.append({name: _as_input(value) for name, value in values.items()})
+            continue
+        for end, bound in ends.items():
+            name = f"{single}_{end}"
+            tighter = np.maximum if end == "least" else np.minimum
+            alone[name] = _as_input(tighter(alone[name], bound))
+    return alone, tuple(forms)
 
 
-_ENDS = {"least": -1.0, "most": 1.0}
+def _single_share(shares: Mapping[str, Real]) -> str | None:
+    """Return the name of the only share of a form if it is the number 1.0, else None."""
+    present = [name for name, value in shares.items() if not is_nothing(value)]
+    if len(present) != 1:
+        return None
+    value = shares[present[0]]
+    return present[0] if isinstance(value, float) and value == 1.0 else None
 
 
 def _as_input(value: npt.ArrayLike) -> Array:
@@ -172,40 +214,47 @@ def _as_input(value: npt.ArrayLike) -> Array:
 
 
 def _given(at: State) -> dict[str, Array]:
-    """What compiled code takes of states, by the names of GIVEN in `arrays.h`."""
-    design, motion = at.design, at.motion
+    """Return the inputs of states for compiled code, by the names of GIVEN in `arrays.h`."""
+    design = at.design
+    motion = at.motion
+    flexor_slope, extensor_slope = at.arm_slopes
     values = {
-        name: getattr(motion, name) for name in ("pulling_arm", "flexor_travel", "extensor_travel")
+        "moment_arm": motion.flexor_moment_arm,
+        "pulling_arm": motion.pulling_arm,
+        "extensor_arm": motion.extensor_moment_arm,
+        "flexor_travel": motion.flexor_travel,
+        "extensor_travel": motion.extensor_travel,
+        "flexor_slope": flexor_slope,
+        "extensor_slope": extensor_slope,
+        "sine": at.sine,
+        "cosine": at.cosine,
+        "other_torque": at.other_torque,
+        "other_slope": at.other_slope,
+        "gravity_moment": at.gravity_moment,
+        "flexor_radius": design.flexor_radius,
+        "ratio": design.ratio,
+        "unilateral": design.unilateral,
     }
-    values |= {
-        name: getattr(at, name)
-        for name in ("sine", "cosine", "other_torque", "other_slope", "gravity_moment")
-    }
-    values |= {"moment_arm": motion.flexor_moment_arm, "extensor_arm": motion.extensor_moment_arm}
-    values |= dict(zip(("flexor_slope", "extensor_slope"), at.arm_slopes, strict=True))
-    values |= {name: getattr(design, name) for name in ("flexor_radius", "ratio", "unilateral")}
-    for name, resting in zip(SIDES, at.resting or (at.flexor, at.extensor), strict=True):
+    resting_sides = at.resting or (at.flexor, at.extensor)
+    for name, resting in zip(SIDES, resting_sides, strict=True):
         side = getattr(at, name)
-        values |= {
-            f"{name}_{part}": getattr(side, part)
-            for part in ("capstan", "tendon", "spring", "anchor")
-        }
-        values |= {
-            f"{name}_{part}_resting": getattr(resting, part) for part in ("tendon", "spring")
-        }
+        for part in ("capstan", "tendon", "spring", "anchor"):
+            values[f"{name}_{part}"] = getattr(side, part)
+        for part in ("tendon", "spring"):
+            values[f"{name}_{part}_resting"] = getattr(resting, part)
         values[f"{name}_pretension"] = getattr(design, name).pretension
     return {name: _as_input(value) for name, value in values.items()}
 
 
 def writer_of(columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> RowWriter:
-    """Writes rows from columns that broadcast to a shape."""
+    """Return a function that writes rows from columns that broadcast to a shape."""
 
-    def write(to: Columns, rows: range) -> None:
-        for name, column in to.items():
+    def write(targets: Columns, rows: range) -> None:
+        for name, target in targets.items():
             values = np.broadcast_to(np.asarray(columns[name]), shape)
             if len(rows) == values.size:
-                column.reshape(shape)[...] = values
+                target.reshape(shape)[...] = values
             else:
-                column[...] = values.ravel()[rows.start : rows.stop]
+                target[...] = values.ravel()[rows.start : rows.stop]
 
     return write

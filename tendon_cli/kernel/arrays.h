@@ -1,127 +1,222 @@
-/* What Python hands over, as `native.py` has it: arrays over the axes of designs, then direction, then elbow angle, and
- * a walk over them. */
+/* Arrays that Python hands over, as `native.py` describes them, and a walk over their axes: those
+ * of designs, then direction, then elbow angle. */
 
 #ifndef TENDON_ARRAYS_H
 #define TENDON_ARRAYS_H
 
-/* Whether there is a choice of processors when this runs: the compiler can make code for others than its own. */
+/* 1 if the compiler can make code for other processors than its own, so that the best is chosen
+ * when this runs. */
 #if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__)
-#define CHOICE 1
+#define SEVERAL_PROCESSORS 1
 #else
-#define CHOICE 0
+#define SEVERAL_PROCESSORS 0
 #endif
 
 #define MOST_AXES 64
 
-/* What a state depends on, by the names that Python uses; SI units. `moment_arm` may be negative, `pulling_arm` is then
- * not a number; `unilateral` is one or zero. The first ones up to `gravity_moment` differ from angle to angle; what
- * follows does not in a plain sheath and joint. `resting` is where the pretension is set. */
-#define GIVEN(X)                                                                                                       \
-    X(moment_arm) X(pulling_arm) X(flexor_slope) X(flexor_travel) X(extensor_travel) X(sine) X(cosine)                 \
-    X(other_torque) X(other_slope) X(gravity_moment) X(extensor_arm) X(extensor_slope) X(flexor_radius) X(ratio)       \
-    X(flexor_capstan) X(extensor_capstan) X(flexor_tendon) X(extensor_tendon) X(flexor_spring) X(extensor_spring)      \
-    X(flexor_anchor) X(extensor_anchor) X(flexor_tendon_resting) X(extensor_tendon_resting)                            \
-    X(flexor_spring_resting) X(extensor_spring_resting) X(flexor_pretension) X(extensor_pretension) X(unilateral)
+/* Inputs of a state, by the names that Python uses; SI units. `moment_arm` may be negative,
+ * `pulling_arm` is then not a number; `unilateral` is one or zero. The inputs before
+ * `gravity_moment` differ from angle to angle; the others do not in a plain sheath and joint. Those
+ * with `resting` in their name are taken in the posture in which the pretension is set. */
+#define GIVEN(X)                                                                                   \
+    X(moment_arm)                                                                                  \
+    X(pulling_arm)                                                                                 \
+    X(flexor_slope)                                                                                \
+    X(flexor_travel)                                                                               \
+    X(extensor_travel)                                                                             \
+    X(sine)                                                                                        \
+    X(cosine)                                                                                      \
+    X(other_torque)                                                                                \
+    X(other_slope)                                                                                 \
+    X(gravity_moment)                                                                              \
+    X(extensor_arm)                                                                                \
+    X(extensor_slope)                                                                              \
+    X(flexor_radius)                                                                               \
+    X(ratio)                                                                                       \
+    X(flexor_capstan)                                                                              \
+    X(extensor_capstan)                                                                            \
+    X(flexor_tendon)                                                                               \
+    X(extensor_tendon)                                                                             \
+    X(flexor_spring)                                                                               \
+    X(extensor_spring)                                                                             \
+    X(flexor_anchor)                                                                               \
+    X(extensor_anchor)                                                                             \
+    X(flexor_tendon_resting)                                                                       \
+    X(extensor_tendon_resting)                                                                     \
+    X(flexor_spring_resting)                                                                       \
+    X(extensor_spring_resting)                                                                     \
+    X(flexor_pretension)                                                                           \
+    X(extensor_pretension)                                                                         \
+    X(unilateral)
 
-/* Results of a state: columns of `states`, by name; what Python has besides these and the status is left to NumPy. */
-#define RESULTS(X)                                                                                                     \
-    X(flexor_tension_proximal) X(flexor_tension_distal) X(extensor_tension_proximal) X(extensor_tension_distal)        \
-    X(flexor_tendon_stretch) X(extensor_tendon_stretch) X(flexor_spring_stretch) X(extensor_spring_stretch)            \
-    X(flexor_slack) X(extensor_slack) X(elbow_torque) X(motor_torque) X(spool_angle) X(elbow_stiffness)                \
-    X(flexor_moment_arm) X(flexor_travel) X(extensor_travel)
+/* Results of a state: columns of the states table, by name. NumPy computes the columns that are
+ * neither named here nor the status. */
+#define RESULTS(X)                                                                                 \
+    X(flexor_tension_proximal)                                                                     \
+    X(flexor_tension_distal)                                                                       \
+    X(extensor_tension_proximal)                                                                   \
+    X(extensor_tension_distal)                                                                     \
+    X(flexor_tendon_stretch)                                                                       \
+    X(extensor_tendon_stretch)                                                                     \
+    X(flexor_spring_stretch)                                                                       \
+    X(extensor_spring_stretch)                                                                     \
+    X(flexor_slack)                                                                                \
+    X(extensor_slack)                                                                              \
+    X(elbow_torque)                                                                                \
+    X(motor_torque)                                                                                \
+    X(spool_angle)                                                                                 \
+    X(elbow_stiffness)                                                                             \
+    X(flexor_moment_arm)                                                                           \
+    X(flexor_travel)                                                                               \
+    X(extensor_travel)
 
-/* What a design comes to over its states: smallest, largest, counted. */
-#define EXTREMES(X)                                                                                                    \
-    X(min_flexor_tension) X(min_extensor_tension) X(max_tension) X(max_extensor_distal) X(max_spring_extension)        \
-    X(max_slack) X(lowest_elbow_torque) X(highest_elbow_torque) X(lowest_motor_torque) X(highest_motor_torque)         \
-    X(min_elbow_stiffness) X(first_slack_angle) X(required_pretension) X(margin) X(slack) X(unstable) X(no_equilibrium)
+/* Smallest values, largest values and counts of a design over its states. */
+#define EXTREMES(X)                                                                                \
+    X(min_flexor_tension)                                                                          \
+    X(min_extensor_tension)                                                                        \
+    X(max_tension)                                                                                 \
+    X(max_extensor_distal)                                                                         \
+    X(max_spring_extension)                                                                        \
+    X(max_slack)                                                                                   \
+    X(lowest_elbow_torque)                                                                         \
+    X(highest_elbow_torque)                                                                        \
+    X(lowest_motor_torque)                                                                         \
+    X(highest_motor_torque)                                                                        \
+    X(min_elbow_stiffness)                                                                         \
+    X(first_slack_angle)                                                                           \
+    X(required_pretension)                                                                         \
+    X(margin)                                                                                      \
+    X(slack)                                                                                       \
+    X(unstable)                                                                                    \
+    X(no_equilibrium)
 
-/* What both distal tensions and the elbow stiffness are held to; infinite where nothing is asked. */
-#define BOUNDS(X)                                                                                                      \
-    X(flexor_least) X(flexor_most) X(extensor_least) X(extensor_most) X(stiffness_least) X(stiffness_most)
+/* Bounds on both distal tensions and on the elbow stiffness; infinite if there is no limit. */
+#define BOUNDS(X)                                                                                  \
+    X(flexor_least)                                                                                \
+    X(flexor_most)                                                                                 \
+    X(extensor_least)                                                                              \
+    X(extensor_most)                                                                               \
+    X(stiffness_least)                                                                             \
+    X(stiffness_most)
 
-/* A form of several of them, flexor x + extensor y + stiffness k, is held to [least, most]; so many there may be. */
-#define FORM(X) X(flexor) X(extensor) X(stiffness) X(least) X(most)
+/* A form, flexor x + extensor y + stiffness k, is bounded by [least, most]. */
+#define FORM(X)                                                                                    \
+    X(flexor)                                                                                      \
+    X(extensor)                                                                                    \
+    X(stiffness)                                                                                   \
+    X(least)                                                                                       \
+    X(most)
 #define MOST_FORMS 8
 
-/* Between which pretensions a design keeps these, the states that bind, and the first that no pretension could help. */
-#define WINDOW(X) X(low) X(high) X(low_state) X(high_state) X(blocked)
+/* Window of pretensions in which a design keeps every bound, the states that limit it at both ends,
+ * and the first state that keeps them at no pretension. */
+#define WINDOW(X)                                                                                  \
+    X(low)                                                                                         \
+    X(high)                                                                                        \
+    X(low_state)                                                                                   \
+    X(high_state)                                                                                  \
+    X(blocked)
 
-#define IN_ENUM(name) IN_##name,
-#define OF_ENUM(name) OF_##name,
-#define AT_ENUM(name) AT_##name,
-#define END_ENUM(name) END_##name,
-#define FORM_ENUM(name) FORM_##name,
-enum { FORM(FORM_ENUM) PER_FORM };
-enum { GIVEN(IN_ENUM) INPUTS, BEFORE_BOUNDS = INPUTS - 1, BOUNDS(IN_ENUM) BOUNDED };
-enum { LIMITED = BOUNDED + PER_FORM * MOST_FORMS };
-enum { WINDOW(END_ENUM) ENDS };
-enum { RESULTS(OF_ENUM) COLUMNS };
-enum { EXTREMES(AT_ENUM) ACCUMULATORS };
+/* Indices of arrays: the inputs, then bounds and forms if a fold has them, then its results. */
+#define IN_INDEX(name) IN_##name,
+#define RESULT_INDEX(name) RESULT_##name,
+#define EXTREME_INDEX(name) EXTREME_##name,
+#define END_INDEX(name) END_##name,
+#define FORM_INDEX(name) FORM_##name,
+enum { FORM(FORM_INDEX) FORM_SIZE };
+enum { GIVEN(IN_INDEX) INPUT_COUNT, LAST_INPUT = INPUT_COUNT - 1, BOUNDS(IN_INDEX) FIRST_FORM };
+enum { LIMITED_COUNT = FIRST_FORM + FORM_SIZE * MOST_FORMS };
+enum { WINDOW(END_INDEX) END_COUNT };
+enum { RESULTS(RESULT_INDEX) RESULT_COUNT };
+enum { EXTREMES(EXTREME_INDEX) EXTREME_COUNT };
 
-/* An array over all axes: where it is now, and its steps in bytes; none where it is broadcast. */
+/* An array over all axes: its value at the current place of the walk, and its steps in bytes, zero
+ * along axes over which it is broadcast. */
 typedef struct {
-    char *at;
+    char *value;
     long step[MOST_AXES];
 } Array;
 
-/* The lengths of all axes, and where the walk is on each but the last, the angle. */
+/* Lengths of all axes, and the current place along each but the last, the angle. */
 typedef struct {
-    long axes, length[MOST_AXES], index[MOST_AXES];
+    long axes;
+    long length[MOST_AXES];
+    long index[MOST_AXES];
 } Walk;
 
-/* To the next line of angles, the last axis but the angle fastest; moves along the arrays that are named. Returns zero
- * after the last, and is at the first again. */
-static inline int next_line(Walk *walk, Array *arrays, const int *named, int count) {
+/* Go to the next line of angles and move the arrays of the given indices along. Of the axes before
+ * the angle, the last is the fastest. Returns zero after the last line, then back at the first. */
+static inline int next_line(Walk *walk, Array *arrays, const int *moving, int count) {
     for (long axis = walk->axes - 2; axis >= 0; axis--) {
-        if (walk->length[axis] == 1) continue;
-        long move = ++walk->index[axis] < walk->length[axis] ? 1 : 1 - walk->length[axis];
-        for (int k = 0; k < count; k++) arrays[named[k]].at += move * arrays[named[k]].step[axis];
-        if (move == 1) return 1;
+        if (walk->length[axis] == 1) {
+            continue;
+        }
+        walk->index[axis]++;
+        int is_inside = walk->index[axis] < walk->length[axis];
+        long move = is_inside ? 1 : 1 - walk->length[axis];
+        for (int k = 0; k < count; k++) {
+            Array *array = &arrays[moving[k]];
+            array->value += move * array->step[axis];
+        }
+        if (is_inside) {
+            return 1;
+        }
         walk->index[axis] = 0;
     }
     return 0;
 }
 
-/* To a line by its number, from the first. */
-static inline void to_line(Walk *walk, Array *arrays, int count, long number) {
+/* Go from the first line of angles to the line of a number. */
+static inline void go_to_line(Walk *walk, Array *arrays, int count, long number) {
     for (long axis = walk->axes - 2; axis >= 0; axis--) {
-        walk->index[axis] = number % walk->length[axis], number /= walk->length[axis];
-        for (int i = 0; i < count; i++) arrays[i].at += walk->index[axis] * arrays[i].step[axis];
+        walk->index[axis] = number % walk->length[axis];
+        number /= walk->length[axis];
+        for (int i = 0; i < count; i++) {
+            arrays[i].value += walk->index[axis] * arrays[i].step[axis];
+        }
     }
 }
 
-/* A column that is copied as it is, of `bytes` a value: `from` is over all axes, `to` a row after the other. */
+/* Target of a column that is copied as it is: rows one after the other, `bytes` long each. */
 typedef struct {
-    char *to;
+    char *target;
     long bytes;
 } Key;
 
-/* Rows of states: `columns` in the order of RESULTS, then the keys' sources; a column that nobody wants is null.
- * `no_number` becomes true of a column in which something is not a number. */
+/* Call that writes rows `first` to `first + count` of the states table.
+ *
+ * `arrays` are the inputs, then the sources of the keys. `column` has a target for each of RESULTS,
+ * or null where the column is not wanted; `has_nan` becomes true for each column with a value that
+ * is not a number. */
 typedef struct {
     Walk walk;
     Array *arrays;
     double **column;
-    int *no_number;
+    int *has_nan;
     signed char *status;
     Key *key;
-    long keys, first, count;
-} Rows;
+    long keys;
+    long first;
+    long count;
+} RowsCall;
 
-/* Extremes over states: the inputs, then an accumulator for each of EXTREMES, which has no step along direction and
- * angle. */
-typedef struct {
-    Walk walk;
-    Array *arrays, *angle;
-} Extremes;
-
-/* Ends of windows over states: the inputs, the bounds, the forms, then an accumulator for each of WINDOW. The angles are
- * those from `first` on of `total` in each direction. */
+/* Call that finds the extremes of designs. `arrays` are the inputs, then an accumulator for each of
+ * EXTREMES, which has no step along direction and angle. */
 typedef struct {
     Walk walk;
     Array *arrays;
-    long forms, first, total;
-} Window;
+    Array *angle;
+} ExtremesCall;
+
+/* Call that finds the windows of designs. `arrays` are the inputs, the bounds, the forms, then an
+ * accumulator for each of WINDOW. The angles are those from `first` on, out of `total` in each
+ * direction. */
+typedef struct {
+    Walk walk;
+    Array *arrays;
+    long forms;
+    long first;
+    long total;
+} WindowCall;
 
 #endif

@@ -2,9 +2,9 @@
 
 #include "arrays.h"
 
-#if CHOICE
+#if SEVERAL_PROCESSORS
 #pragma GCC target("avx2")
 #define LANES 4
-#define NAMED(name) tendon_avx2_##name
+#define EXPORTED(name) tendon_avx2_##name
 #include "entry.h"
 #endif

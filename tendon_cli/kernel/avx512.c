@@ -2,9 +2,9 @@
 
 #include "arrays.h"
 
-#if CHOICE
+#if SEVERAL_PROCESSORS
 #pragma GCC target("avx512f")
 #define LANES 8
-#define NAMED(name) tendon_avx512_##name
+#define EXPORTED(name) tendon_avx512_##name
 #include "entry.h"
 #endif

@@ -1,9 +1,21 @@
-/* What can be called, for one kind of processor: whoever includes this says how many LANES it has, and its name. */
+/* Calls from Python, for one kind of processor. The including file defines LANES and EXPORTED,
+ * which gives each function the name of that kind. */
 
 #include "extremes.h"
 #include "rows.h"
 #include "window.h"
 
-void NAMED(extremes)(Extremes *what) { extremes(what); }
-void NAMED(rows)(Rows *what) { rows(what); }
-void NAMED(window)(Window *what) { window(what); }
+/* Find the extremes of designs. */
+void EXPORTED(extremes)(ExtremesCall *call) {
+    find_extremes(call);
+}
+
+/* Write rows of the states table. */
+void EXPORTED(rows)(RowsCall *call) {
+    write_rows(call);
+}
+
+/* Find the windows of designs. */
+void EXPORTED(window)(WindowCall *call) {
+    find_windows(call);
+}

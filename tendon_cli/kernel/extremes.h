@@ -1,199 +1,325 @@
-/* What designs come to over all their states: a fold of `state_at`, for each pretension over the same lines.
+/* Extremes of designs over all their states: a fold of `state_at`, for many pretensions over the
+ * same lines.
  *
- * Designs lie along the lanes, which share neither state nor result. Where nothing but pretension depends on an axis
- * its values are gone through with the lines at hand; where there are fewer designs else than lanes, it is cut in runs.
+ * Designs lie along the lanes, which share neither states nor results. If only pretension depends
+ * on an axis, its values are taken one by one with the same lines; that axis is cut into runs if
+ * the other axes have fewer designs than there are lanes.
  */
 
-#include "beside.h"
+#include "batch.h"
 
-#define ANGLES 24      /* whose lines fit the innermost cache */
-#define PRETENSIONS 32 /* that are gone through together */
+#define ANGLES_AT_ONCE 24      /* their lines fit the innermost cache */
+#define PRETENSIONS_AT_ONCE 32 /* that share the lines of some angles */
 
-/* Over some states of each design; and over the same before any pretension. */
+/* Extremes over some states of each design at one pretension. */
 typedef struct {
-    Lanes low_x, high_x, low_y, high_y, low_motor, high_motor, stiffness, unstable, slack, first, longest;
-} Found;
+    Lanes low_x; /* smallest distal tension of the flexor, N */
+    Lanes high_x;
+    Lanes low_y; /* smallest distal tension of the extensor, N */
+    Lanes high_y;
+    Lanes low_motor; /* smallest motor torque, N m */
+    Lanes high_motor;
+    Lanes stiffness;     /* smallest elbow stiffness, N m/rad */
+    Lanes unstable;      /* number of states with a negative stiffness */
+    Lanes slack;         /* number of slack states */
+    Lanes first_slack;   /* smallest angle of a slack state, rad */
+    Lanes longest_slack; /* largest slack length, m */
+} Extremes;
 
+/* Extremes over the same states that no pretension changes. */
 typedef struct {
-    Lanes shortfall, low_torque, high_torque, no_equilibrium;
-} Before;
+    Lanes required;       /* largest pretension that a state requires, N */
+    Lanes low_torque;     /* smallest elbow torque, N m */
+    Lanes high_torque;
+    Lanes no_equilibrium; /* number of states without equilibrium */
+} LoadExtremes;
 
-INLINE Found nothing(void) {
-    Lanes high = same(INFINITY), low = same(-INFINITY), zero = same(0.0);
-    return (Found){high, low, high, low, high, low, high, zero, zero, high, low};
+/* Extremes over no states. */
+INLINE Extremes no_extremes(void) {
+    Lanes high = all_lanes(INFINITY);
+    Lanes low = all_lanes(-INFINITY);
+    Lanes zero = all_lanes(0.0);
+    return (Extremes){
+        .low_x = high,
+        .high_x = low,
+        .low_y = high,
+        .high_y = low,
+        .low_motor = high,
+        .high_motor = low,
+        .stiffness = high,
+        .unstable = zero,
+        .slack = zero,
+        .first_slack = high,
+        .longest_slack = low,
+    };
 }
 
-/* A state more of each design; `any_slack` says whether one may be. */
-INLINE void take_in(Found *f, const Lines *lines, const Drive *d, Lanes angle, Lanes pretension, int any_slack,
-                    int plain) {
-    Lanes zero = same(0.0), unit = same(1.0);
-    State s = state_at(lines, d, pretension, plain);
-    f->low_x = smaller(s.x, f->low_x), f->high_x = larger(s.x, f->high_x);
-    f->low_y = smaller(s.y, f->low_y), f->high_y = larger(s.y, f->high_y);
-    f->low_motor = smaller(s.motor, f->low_motor), f->high_motor = larger(s.motor, f->high_motor);
-    f->stiffness = smaller(s.stiffness, f->stiffness);
-    f->unstable += pick(s.stiffness < 0.0, unit, zero);
-    if (!any_slack) return;
-    f->slack += pick(s.slack, unit, zero);
-    f->first = pick(s.slack, smaller(angle, f->first), f->first);
-    f->longest = pick(s.slack, larger(s.loose * lines->per_side, f->longest), f->longest);
+/* Add a state of each design. `any_slack` is zero if none of them can be slack. */
+INLINE void add_state(Extremes *e, const Lines *lines, const Drive *d, Lanes angle,
+                      Lanes pretension, int any_slack, int is_plain) {
+    Lanes zero = all_lanes(0.0);
+    Lanes unit = all_lanes(1.0);
+    State s = state_at(lines, d, pretension, is_plain);
+    e->low_x = smaller(s.x, e->low_x);
+    e->high_x = larger(s.x, e->high_x);
+    e->low_y = smaller(s.y, e->low_y);
+    e->high_y = larger(s.y, e->high_y);
+    e->low_motor = smaller(s.motor, e->low_motor);
+    e->high_motor = larger(s.motor, e->high_motor);
+    e->stiffness = smaller(s.stiffness, e->stiffness);
+    e->unstable += pick(s.stiffness < 0.0, unit, zero);
+    if (any_slack) {
+        Lanes slack_length = s.path * lines->per_path;
+        e->slack += pick(s.slack, unit, zero);
+        e->first_slack = pick(s.slack, smaller(angle, e->first_slack), e->first_slack);
+        e->longest_slack = pick(s.slack, larger(slack_length, e->longest_slack), e->longest_slack);
+    }
 }
 
-INLINE Found along_angles(Found f, const Lines *lines, const double *angle, long angles, const Drive *d,
-                          Lanes pretension, int any_slack, int plain) {
-    for (long at = 0; at < angles; at++) take_in(&f, lines + at, d, same(angle[at]), pretension, any_slack, plain);
-    return f;
+/* Add the states of each design at several angles. */
+INLINE Extremes add_angles(Extremes e, const Lines *lines, const double *angle, long angles,
+                           const Drive *d, Lanes pretension, int any_slack, int is_plain) {
+    for (long i = 0; i < angles; i++) {
+        add_state(&e, lines + i, d, all_lanes(angle[i]), pretension, any_slack, is_plain);
+    }
+    return e;
 }
 
-/* The lines of some angles, and these; returns the pretension below which one of their states is slack. */
-static Lanes prepare(Lines *lines, double *angle, Before *b, const Extremes *e, const Beside *of, const Drive *d, long from,
-                     long angles, int plain) {
-    Lanes limit = same(-INFINITY), in[IN_gravity_moment];
-    for (long at = 0; at < angles; at++, lines++) {
-        angle[at] = *(const double *)(e->angle->at + (from + at) * e->angle->step[e->walk.axes - 1]);
-        angle_across(of, in, from + at);
-        *lines = lines_at(d, in, plain);
-        limit = larger(lines->limit, limit), b->shortfall = larger(lines->shortfall, b->shortfall);
-        b->low_torque = pick(lines->able, smaller(lines->torque, b->low_torque), b->low_torque);
-        b->high_torque = pick(lines->able, larger(lines->torque, b->high_torque), b->high_torque);
-        b->no_equilibrium += pick(lines->able, same(0.0), same(1.0));
+/* Compute the lines at some angles and these angles, and add their loads. Returns the pretension
+ * below which at least one of the states is slack. */
+static Lanes prepare_lines(Lines *lines, double *angle, LoadExtremes *loads,
+                           const ExtremesCall *call, const Batch *b, const Drive *d, long first,
+                           long angles, int is_plain) {
+    Lanes limit = all_lanes(-INFINITY);
+    Lanes in[IN_gravity_moment];
+    long angle_step = call->angle->step[call->walk.axes - 1];
+    for (long i = 0; i < angles; i++) {
+        angle[i] = *(const double *)(call->angle->value + (first + i) * angle_step);
+        load_angle(b, in, first + i);
+        lines[i] = lines_at(d, in, is_plain);
+        const Lines *l = &lines[i];
+        limit = larger(l->limit, limit);
+        loads->required = larger(l->required, loads->required);
+        Lanes low = smaller(l->torque, loads->low_torque);
+        Lanes high = larger(l->torque, loads->high_torque);
+        loads->low_torque = pick(l->able, low, loads->low_torque);
+        loads->high_torque = pick(l->able, high, loads->high_torque);
+        loads->no_equilibrium += pick(l->able, all_lanes(0.0), all_lanes(1.0));
     }
     return limit;
 }
 
-/* The smaller, or the larger, of what was found of each design before and of a value; or their sum. */
-#define INTO(name, take)                                                        \
-    INLINE void name(const Beside *of, int result, long offset, Lanes values) { \
-        Lanes found = values;                                                   \
-        if (of->adjoining) {                                                    \
-            memcpy(&found, of->at[result][0] + offset, sizeof found);           \
-            found = take(values, found);                                        \
-            memcpy(of->at[result][0] + offset, &found, sizeof found);           \
-            return;                                                             \
-        }                                                                       \
-        for (long lane = 0; lane < of->count; lane++)                           \
-            found[lane] = *(double *)(of->at[result][lane] + offset);           \
-        found = take(values, found);                                            \
-        for (long lane = 0; lane < of->count; lane++)                           \
-            *(double *)(of->at[result][lane] + offset) = found[lane];           \
-    }
-INLINE Lanes sum(Lanes a, Lanes b) { return a + b; }
-INTO(least, smaller)
-INTO(most, larger)
-INTO(more, sum)
-
-/* What was found at a pretension, by its place, into the results of the designs. */
-INLINE void note(const Extremes *e, const Beside *of, const long *step, long place, const Found *f, const Before *b,
-                 const Drive *d, const Lanes *in, Lanes pretension, Lanes smaller_side, long angles) {
-#define ITS(name) of, INPUTS + AT_##name, place * step[INPUTS + AT_##name]
-    Lanes capstan_x = in[IN_flexor_capstan], capstan_y = in[IN_extensor_capstan], low = same(-INFINITY);
-    Lanes max_x = larger(f->high_x, f->high_x / capstan_x), max_y = larger(f->high_y, f->high_y / capstan_y);
-    Mask any_taut = (double)angles > f->slack + b->no_equilibrium;
-    Lanes no_slack = pick(d->unilateral & any_taut, same(0.0), low);
-    least(ITS(min_flexor_tension), smaller(f->low_x, f->low_x / capstan_x));
-    least(ITS(min_extensor_tension), smaller(f->low_y, f->low_y / capstan_y));
-    most(ITS(max_tension), larger(max_x, max_y)), most(ITS(max_extensor_distal), f->high_y);
-    most(ITS(max_spring_extension), larger(f->high_x * in[IN_flexor_spring], f->high_y * in[IN_extensor_spring]));
-    most(ITS(max_slack), larger(no_slack, f->longest));
-    least(ITS(lowest_elbow_torque), b->low_torque), most(ITS(highest_elbow_torque), b->high_torque);
-    least(ITS(lowest_motor_torque), f->low_motor), most(ITS(highest_motor_torque), f->high_motor);
-    least(ITS(min_elbow_stiffness), f->stiffness), least(ITS(first_slack_angle), f->first);
-    most(ITS(required_pretension), b->shortfall);
-    least(ITS(margin), smaller(smaller_side, pretension - b->shortfall));
-    more(ITS(slack), f->slack), more(ITS(unstable), f->unstable), more(ITS(no_equilibrium), b->no_equilibrium);
-#undef ITS
-}
-
-/* Designs in a direction at `count` pretensions, from `first` on, and some angles; `step` is from one pretension to the
- * next, of each array. */
-INLINE void fold_some(const Extremes *e, const Beside *of, const long *step, const Lanes *in, const Drive *d, long first,
-                      long count, long start, long stop, int plain) {
-    Lines lines[ANGLES];
-    double angle[ANGLES];
-    Found found[PRETENSIONS];
-    Lanes pretension[PRETENSIONS], smaller_side[PRETENSIONS];
-    Before before = {same(-INFINITY), same(INFINITY), same(-INFINITY), same(0.0)};
-    for (long p = 0; p < count; p++) {
-        Lanes x = across(of, IN_flexor_pretension, (first + p) * step[IN_flexor_pretension]);
-        Lanes y = across(of, IN_extensor_pretension, (first + p) * step[IN_extensor_pretension]);
-        found[p] = nothing(), pretension[p] = common_pretension(d, x, y), smaller_side[p] = smaller(x, y);
-    }
-    for (long from = start; from < stop; from += ANGLES) {
-        long angles = stop - from < ANGLES ? stop - from : ANGLES;
-        Lanes limit = prepare(lines, angle, &before, e, of, d, from, angles, plain);
-        for (long p = 0; p < count; p++)
-            found[p] = any(pretension[p] < limit)
-                           ? along_angles(found[p], lines, angle, angles, d, pretension[p], 1, plain)
-                           : along_angles(found[p], lines, angle, angles, d, pretension[p], 0, plain);
-    }
-    for (long p = 0; p < count; p++)
-        note(e, of, step, first + p, found + p, &before, d, in, pretension[p], smaller_side[p], stop - start);
-}
-
-static void fold_plain(const Extremes *e, const Beside *of, const long *step, const Lanes *in, const Drive *d, long first,
-                       long count) {
-    fold_some(e, of, step, in, d, first, count, 0, e->walk.length[e->walk.axes - 1], 1);
-}
-
-/* Tension scales differently along a sheath at each angle, so each is folded by itself. */
-static void fold_each_angle(const Extremes *e, const Beside *of, const long *step, long first, long count) {
-    Lanes in[INPUTS];
-    for (long at = 0; at < e->walk.length[e->walk.axes - 1]; at++) {
-        Drive d = drive_across(of, in, at);
-        fold_some(e, of, step, in, &d, first, count, at, at + 1, 0);
-    }
-}
-
-/* Designs after each of which come `pretensions` less one, `step` from one another. */
+/* Accumulators of a batch at one pretension. */
 typedef struct {
-    const Extremes *e;
+    const Batch *batch;
+    const long *step; /* of each array from one pretension to the next, bytes */
+    long place;       /* of the pretension */
+} Accumulators;
+
+/* Smaller or larger of two numbers, or their sum. */
+typedef Lanes Combine(Lanes, Lanes);
+
+/* Combine values with an accumulator, one of EXTREMES. `combine` is a constant. */
+INLINE void accumulate(const Accumulators *to, int extreme, Combine *combine, Lanes values) {
+    const Batch *b = to->batch;
+    int result = INPUT_COUNT + extreme;
+    long offset = to->place * to->step[result];
+    Lanes combined = values;
+    if (b->is_contiguous) {
+        memcpy(&combined, b->value[result][0] + offset, sizeof combined);
+        combined = combine(values, combined);
+        memcpy(b->value[result][0] + offset, &combined, sizeof combined);
+        return;
+    }
+    for (long lane = 0; lane < b->count; lane++) {
+        combined[lane] = *(double *)(b->value[result][lane] + offset);
+    }
+    combined = combine(values, combined);
+    for (long lane = 0; lane < b->count; lane++) {
+        *(double *)(b->value[result][lane] + offset) = combined[lane];
+    }
+}
+
+/* Add the extremes at one pretension to the accumulators of a batch. `lower_side` is the smaller
+ * pretension of both sides, N, and `states` the number of states of each design. */
+INLINE void store_extremes(const Accumulators *to, const Extremes *e, const LoadExtremes *loads,
+                           const Drive *d, const Lanes *in, Lanes pretension, Lanes lower_side,
+                           long states) {
+    Lanes capstan_x = in[IN_flexor_capstan];
+    Lanes capstan_y = in[IN_extensor_capstan];
+    Lanes max_x = larger(e->high_x, e->high_x / capstan_x);
+    Lanes max_y = larger(e->high_y, e->high_y / capstan_y);
+    Lanes extension_x = e->high_x * in[IN_flexor_spring];
+    Lanes extension_y = e->high_y * in[IN_extensor_spring];
+    Mask any_taut = (double)states > e->slack + loads->no_equilibrium;
+    Lanes no_slack = pick(d->unilateral & any_taut, all_lanes(0.0), all_lanes(-INFINITY));
+    Lanes margin = smaller(lower_side, pretension - loads->required);
+
+    accumulate(to, EXTREME_min_flexor_tension, smaller, smaller(e->low_x, e->low_x / capstan_x));
+    accumulate(to, EXTREME_min_extensor_tension, smaller, smaller(e->low_y, e->low_y / capstan_y));
+    accumulate(to, EXTREME_max_tension, larger, larger(max_x, max_y));
+    accumulate(to, EXTREME_max_extensor_distal, larger, e->high_y);
+    accumulate(to, EXTREME_max_spring_extension, larger, larger(extension_x, extension_y));
+    accumulate(to, EXTREME_max_slack, larger, larger(no_slack, e->longest_slack));
+    accumulate(to, EXTREME_lowest_elbow_torque, smaller, loads->low_torque);
+    accumulate(to, EXTREME_highest_elbow_torque, larger, loads->high_torque);
+    accumulate(to, EXTREME_lowest_motor_torque, smaller, e->low_motor);
+    accumulate(to, EXTREME_highest_motor_torque, larger, e->high_motor);
+    accumulate(to, EXTREME_min_elbow_stiffness, smaller, e->stiffness);
+    accumulate(to, EXTREME_first_slack_angle, smaller, e->first_slack);
+    accumulate(to, EXTREME_required_pretension, larger, loads->required);
+    accumulate(to, EXTREME_margin, smaller, margin);
+    accumulate(to, EXTREME_slack, sum, e->slack);
+    accumulate(to, EXTREME_unstable, sum, e->unstable);
+    accumulate(to, EXTREME_no_equilibrium, sum, loads->no_equilibrium);
+}
+
+/* Fold angles `start` to `stop` of a batch in one direction, at `count` pretensions from `first`
+ * on. `step` is from one pretension to the next, of each array. */
+INLINE void fold_pretensions(const ExtremesCall *call, const Batch *b, const long *step,
+                             const Lanes *in, const Drive *d, long first, long count, long start,
+                             long stop, int is_plain) {
+    Lines lines[ANGLES_AT_ONCE];
+    double angle[ANGLES_AT_ONCE];
+    Extremes extremes[PRETENSIONS_AT_ONCE];
+    Lanes pretension[PRETENSIONS_AT_ONCE];
+    Lanes lower_side[PRETENSIONS_AT_ONCE];
+    LoadExtremes loads = {
+        .required = all_lanes(-INFINITY),
+        .low_torque = all_lanes(INFINITY),
+        .high_torque = all_lanes(-INFINITY),
+        .no_equilibrium = all_lanes(0.0),
+    };
+    for (long p = 0; p < count; p++) {
+        long place = first + p;
+        Lanes x = load_input(b, IN_flexor_pretension, place * step[IN_flexor_pretension]);
+        Lanes y = load_input(b, IN_extensor_pretension, place * step[IN_extensor_pretension]);
+        extremes[p] = no_extremes();
+        pretension[p] = common_pretension(d, x, y);
+        lower_side[p] = smaller(x, y);
+    }
+    for (long from = start; from < stop; from += ANGLES_AT_ONCE) {
+        long angles = stop - from < ANGLES_AT_ONCE ? stop - from : ANGLES_AT_ONCE;
+        Lanes limit = prepare_lines(lines, angle, &loads, call, b, d, from, angles, is_plain);
+        for (long p = 0; p < count; p++) {
+            Lanes at = pretension[p];
+            if (any(at < limit)) {
+                extremes[p] = add_angles(extremes[p], lines, angle, angles, d, at, 1, is_plain);
+            } else {
+                extremes[p] = add_angles(extremes[p], lines, angle, angles, d, at, 0, is_plain);
+            }
+        }
+    }
+    for (long p = 0; p < count; p++) {
+        Accumulators to = {b, step, first + p};
+        store_extremes(&to, &extremes[p], &loads, d, in, pretension[p], lower_side[p],
+                       stop - start);
+    }
+}
+
+/* Fold all angles of a batch whose drives are plain. */
+static void fold_plain(const ExtremesCall *call, const Batch *b, const long *step, const Lanes *in,
+                       const Drive *d, long first, long count) {
+    long angles = call->walk.length[call->walk.axes - 1];
+    fold_pretensions(call, b, step, in, d, first, count, 0, angles, 1);
+}
+
+/* Fold each angle by itself, because tension scales differently along a sheath at each. */
+static void fold_each_angle(const ExtremesCall *call, const Batch *b, const long *step, long first,
+                            long count) {
+    Lanes in[INPUT_COUNT];
+    long angles = call->walk.length[call->walk.axes - 1];
+    for (long angle = 0; angle < angles; angle++) {
+        Drive d = load_drive(b, in, angle);
+        fold_pretensions(call, b, step, in, &d, first, count, angle, angle + 1, 0);
+    }
+}
+
+/* Pretensions that are folded for each design of a walk, the array's values `step` bytes apart. */
+typedef struct {
+    const ExtremesCall *call;
     const long *step;
     long pretensions;
-} Run;
+} PretensionRun;
 
-INLINE void fold_run(void *what, const Beside *of, const Lanes *in, const Drive *d, long direction) {
-    const Run *run = what;
+/* Fold a batch in one direction at all pretensions of a run. */
+INLINE void fold_run(void *context, const Batch *b, const Lanes *in, const Drive *d,
+                     long direction) {
+    const PretensionRun *run = context;
     (void)direction;
-    for (long first = 0; first < run->pretensions; first += PRETENSIONS) {
-        long count = run->pretensions - first < PRETENSIONS ? run->pretensions - first : PRETENSIONS;
-        if (of->plain) fold_plain(run->e, of, run->step, in, d, first, count);
-        else fold_each_angle(run->e, of, run->step, first, count);
+    for (long first = 0; first < run->pretensions; first += PRETENSIONS_AT_ONCE) {
+        long rest = run->pretensions - first;
+        long count = rest < PRETENSIONS_AT_ONCE ? rest : PRETENSIONS_AT_ONCE;
+        if (b->is_plain) {
+            fold_plain(run->call, b, run->step, in, d, first, count);
+        } else {
+            fold_each_angle(run->call, b, run->step, first, count);
+        }
     }
 }
 
-static void fold_all(Extremes *e, const long *step, long pretensions) {
-    Run run = {e, step, pretensions};
-    over_designs(&e->walk, e->arrays, INPUTS, ACCUMULATORS, fold_run, &run);
+/* Fold all designs of a walk at `pretensions` pretensions each. */
+static void fold_designs(ExtremesCall *call, const long *step, long pretensions) {
+    PretensionRun run = {call, step, pretensions};
+    for_each_batch(&call->walk, call->arrays, INPUT_COUNT, EXTREME_COUNT, fold_run, &run);
 }
 
-/* The longest axis of designs that nothing but pretension depends on; -1 where there is none. */
-static long axis_of_pretension(const Extremes *e) {
+/* True if no input but the pretensions changes along an axis. */
+static int is_pretension_axis(const ExtremesCall *call, long axis) {
+    for (int i = 0; i < INPUT_COUNT; i++) {
+        int is_pretension = i == IN_flexor_pretension || i == IN_extensor_pretension;
+        if (!is_pretension && call->arrays[i].step[axis]) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* Longest axis of designs on which only pretension depends; -1 if there is none. */
+static long pretension_axis(const ExtremesCall *call) {
+    const long *length = call->walk.length;
     long longest = -1;
-    for (long axis = 0; axis < e->walk.axes - 2; axis++) {
-        int is_free = 1;
-        for (int i = 0; i < INPUTS; i++)
-            is_free &= i == IN_flexor_pretension || i == IN_extensor_pretension || !e->arrays[i].step[axis];
-        if (is_free && (longest < 0 || e->walk.length[axis] > e->walk.length[longest])) longest = axis;
+    for (long axis = 0; axis < call->walk.axes - 2; axis++) {
+        if (is_pretension_axis(call, axis) && (longest < 0 || length[axis] > length[longest])) {
+            longest = axis;
+        }
     }
     return longest;
 }
 
-static void extremes(Extremes *e) {
-    long axis = axis_of_pretension(e), step[INPUTS + ACCUMULATORS] = {0};
+/* Find the extremes of all designs. */
+static void find_extremes(ExtremesCall *call) {
+    long step[INPUT_COUNT + EXTREME_COUNT] = {0};
+    long axis = pretension_axis(call);
     if (axis < 0) {
-        fold_all(e, step, 1);
+        fold_designs(call, step, 1);
         return;
     }
-    long pretensions = e->walk.length[axis], rest = 1;
-    for (long other = 0; other < e->walk.axes - 2; other++)
-        if (other != axis) rest *= e->walk.length[other];
-    for (int i = 0; i < INPUTS + ACCUMULATORS; i++) step[i] = e->arrays[i].step[axis];
-    for (long done = 0, runs = rest < LANES ? LANES / rest : 1, each; done < pretensions; done += runs * each) {
-        if (runs > pretensions - done) runs = pretensions - done;
-        each = (pretensions - done) / runs;
-        e->walk.length[axis] = runs;
-        for (int i = 0; i < INPUTS + ACCUMULATORS; i++) e->arrays[i].step[axis] = each * step[i];
-        fold_all(e, step, each);
-        for (int i = 0; i < INPUTS + ACCUMULATORS; i++) e->arrays[i].at += runs * each * step[i];
+    long pretensions = call->walk.length[axis];
+    long other_designs = 1;
+    for (long other = 0; other < call->walk.axes - 2; other++) {
+        if (other != axis) {
+            other_designs *= call->walk.length[other];
+        }
+    }
+    for (int i = 0; i < INPUT_COUNT + EXTREME_COUNT; i++) {
+        step[i] = call->arrays[i].step[axis];
+    }
+    /* Along this axis the walk goes from run to run, each of them of as many pretensions. */
+    long runs = other_designs < LANES ? LANES / other_designs : 1;
+    long done = 0;
+    while (done < pretensions) {
+        long rest = pretensions - done;
+        runs = runs < rest ? runs : rest;
+        long run_length = rest / runs;
+        call->walk.length[axis] = runs;
+        for (int i = 0; i < INPUT_COUNT + EXTREME_COUNT; i++) {
+            call->arrays[i].step[axis] = run_length * step[i];
+        }
+        fold_designs(call, step, run_length);
+        for (int i = 0; i < INPUT_COUNT + EXTREME_COUNT; i++) {
+            call->arrays[i].value += runs * run_length * step[i];
+        }
+        done += runs * run_length;
     }
 }

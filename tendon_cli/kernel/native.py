@@ -1,7 +1,8 @@
-"""The compiled code of `native.c` and `entry.h`: its structures, filled with checked arrays, and its calls.
+"""Call the compiled code of `native.c` and `entry.h` with checked arrays.
 
-A call goes on without Python's lock. Its shape is that of states: the designs' axes, direction and elbow angle; inputs
-broadcast to it, results have that of designs. ValueError and KeyError say what does not fit.
+A call runs without Python's lock. Its shape is that of states: the axes of designs, direction and
+elbow angle. Inputs broadcast to it; results have the shape of the designs. ValueError and KeyError
+say what does not fit.
 """
 
 from __future__ import annotations
@@ -21,15 +22,19 @@ _MOST_AXES = 64
 
 
 class _Walk(Structure):
+    """`Walk` of `arrays.h`."""
+
     _fields_ = (("axes", c_long), ("length", c_long * _MOST_AXES), ("index", c_long * _MOST_AXES))
 
 
-class _Rows(Structure):
+class _RowsCall(Structure):
+    """`RowsCall` of `arrays.h`."""
+
     _fields_ = (
         ("walk", _Walk),
         ("arrays", c_void_p),
         ("column", c_void_p),
-        ("no_number", c_void_p),
+        ("has_nan", c_void_p),
         ("status", c_void_p),
         ("key", c_void_p),
         ("keys", c_long),
@@ -38,11 +43,15 @@ class _Rows(Structure):
     )
 
 
-class _Extremes(Structure):
+class _ExtremesCall(Structure):
+    """`ExtremesCall` of `arrays.h`."""
+
     _fields_ = (("walk", _Walk), ("arrays", c_void_p), ("angle", c_void_p))
 
 
-class _Window(Structure):
+class _WindowCall(Structure):
+    """`WindowCall` of `arrays.h`."""
+
     _fields_ = (
         ("walk", _Walk),
         ("arrays", c_void_p),
@@ -53,20 +62,31 @@ class _Window(Structure):
 
 
 class Native:
-    """The compiled code in a file; raises OSError or ValueError if that is none of ours."""
+    """Compiled code of a library file.
+
+    Args:
+        path: The library.
+
+    Raises:
+        OSError: The file is not a library.
+        ValueError: The library is not the kernel's, or was compiled for another number of axes.
+    """
 
     def __init__(self, path: str) -> None:
         self._library = CDLL(path)
-        self.version, self.most_forms = self._number("version"), self._number("most_forms")
+        self.version = self._number("version")
+        self.most_forms = self._number("most_forms")
         if self._number("most_axes") != _MOST_AXES:
             raise ValueError("compiled for another number of axes")
         self.results = self._names("results")
-        self._given, self._extremes, self._bounds, self._form, self._window = (
-            self._names(name) for name in ("given", "extremes", "bounds", "form", "window")
-        )
+        self._given = self._names("given")
+        self._extremes = self._names("extremes")
+        self._bounds = self._names("bounds")
+        self._form = self._names("form")
+        self._window = self._names("window")
         self._library.tendon_kinds.restype = c_char_p
         self.kinds: tuple[str, ...] = tuple(self._library.tendon_kinds().decode().split())
-        """The kinds of code that this processor can run, the fastest last."""
+        """Kinds of code that this processor can run, the fastest last."""
 
     def rows(
         self,
@@ -78,46 +98,71 @@ class Native:
         first: int,
         count: int,
     ) -> list[str]:
-        """Write some rows into columns of that many; returns the names of results that are not everywhere a number."""
-        walk, inputs = _walk(shape), _inputs(given, self._given, shape)
-        inputs += [_place(values, name, shape, values.dtype) for name, values in keys.items()]
+        """Write some rows of the states table into columns.
+
+        Args:
+            kind: Kind of code, one of `kinds`.
+            shape: Lengths of the designs' axes, directions and angles. In rows the last axis is
+                fastest.
+            given: Inputs of the states, by the names of GIVEN in `arrays.h`.
+            keys: Columns that are copied, by name; they broadcast to the shape.
+            columns: Arrays of `count` values to write, by name: results, `status` and keys. Other
+                names are left alone.
+            first: Number of the first row.
+            count: Number of rows.
+
+        Returns:
+            Names of the results that have NaN in these rows.
+        """
+        walk = _walk(shape)
+        sources = _input_places(given, self._given, shape)
+        sources += [_place(values, name, shape, values.dtype) for name, values in keys.items()]
         if first < 0 or not 0 <= count <= math.prod(shape) - first:
             raise ValueError("there are no such rows")
-        types = dict.fromkeys(self.results, np.dtype(np.float64)) | {"status": np.dtype(np.int8)}
+
+        types: dict[str, np.dtype[Any]] = dict.fromkeys(self.results, np.dtype(np.float64))
+        types["status"] = np.dtype(np.int8)
         types |= {name: values.dtype for name, values in keys.items()}
-        known = {name: values for name, values in columns.items() if name in types}
-        to = {
-            name: _place(each, name, (count,), types[name], written=True)[0]
-            for name, each in known.items()
+        targets = {
+            name: _place(values, name, (count,), types[name], written=True)[0]
+            for name, values in columns.items()
+            if name in types
         }
-        arrays, no_number = _table(inputs), np.zeros(len(self.results), np.int32)
-        column = np.array([to.get(name, 0) for name in self.results])
-        key = np.array([(to[name], values.itemsize) for name, values in keys.items()])
-        what = _Rows(
-            walk,
-            arrays.ctypes.data,
-            column.ctypes.data,
-            no_number.ctypes.data,
-            to.get("status", 0),
-            key.ctypes.data,
-            len(keys),
-            first,
-            count,
+        arrays = _table(sources)
+        has_nan = np.zeros(len(self.results), np.int32)
+        column = np.array([targets.get(name, 0) for name in self.results])
+        key = np.array([(targets[name], values.itemsize) for name, values in keys.items()])
+        call = _RowsCall(
+            walk=walk,
+            arrays=arrays.ctypes.data,
+            column=column.ctypes.data,
+            has_nan=has_nan.ctypes.data,
+            status=targets.get("status", 0),
+            key=key.ctypes.data,
+            keys=len(keys),
+            first=first,
+            count=count,
         )
-        self._call(kind, "rows", what)
-        return [name for name, is_so in zip(self.results, no_number, strict=True) if is_so]
+        self._run(kind, "rows", call)
+        return [name for name, is_null in zip(self.results, has_nan, strict=True) if is_null]
 
     def extremes(
-        self, kind: str, shape: Shape, given: Columns, angle: npt.NDArray[Any], found: Columns
+        self, kind: str, shape: Shape, given: Columns, angle: npt.NDArray[Any], folded: Columns
     ) -> None:
-        """Fold all states into the arrays of `found`."""
-        arrays = _table(
-            [*_inputs(given, self._given, shape), *_results(found, self._extremes, shape)]
-        )
+        """Fold all states into extremes of designs.
+
+        Args:
+            kind: Kind of code, one of `kinds`.
+            shape: Lengths of the designs' axes, directions and angles.
+            given: Inputs of the states, by the names of GIVEN in `arrays.h`.
+            angle: Elbow angles of the states, rad.
+            folded: Extremes over the designs' axes, by the names of EXTREMES; changed in place.
+        """
+        inputs = _input_places(given, self._given, shape)
+        arrays = _table([*inputs, *_result_places(folded, self._extremes, shape)])
         angles = _table([_place(angle, "angle", shape)])
-        self._call(
-            kind, "extremes", _Extremes(_walk(shape), arrays.ctypes.data, angles.ctypes.data)
-        )
+        call = _ExtremesCall(walk=_walk(shape), arrays=arrays.ctypes.data, angle=angles.ctypes.data)
+        self._run(kind, "extremes", call)
 
     def window(
         self,
@@ -126,37 +171,56 @@ class Native:
         given: Columns,
         bounds: Columns,
         forms: Sequence[Columns],
-        found: Columns,
+        folded: Columns,
         first: int,
         total: int,
     ) -> None:
-        """Fold all states into the arrays of `found`; the angles are those from `first` on of `total`."""
+        """Fold all states into windows of designs.
+
+        Args:
+            kind: Kind of code, one of `kinds`.
+            shape: Lengths of the designs' axes, directions and angles.
+            given: Inputs of the states, by the names of GIVEN in `arrays.h`.
+            bounds: Bounds on tensions and stiffness, by the names of BOUNDS.
+            forms: Forms with their bounds, by the names of FORM, at most `most_forms`.
+            folded: Ends over the designs' axes, by the names of WINDOW; changed in place.
+            first: Number of the first of these elbow angles in each direction.
+            total: Number of all elbow angles in each direction.
+        """
         if len(forms) > self.most_forms:
             raise ValueError("more forms than there is room for")
-        inputs = [*_inputs(given, self._given, shape), *_inputs(bounds, self._bounds, shape)]
-        inputs += [place for form in forms for place in _inputs(form, self._form, shape)]
-        arrays = _table([*inputs, *_results(found, self._window, shape)])
-        self._call(
-            kind, "window", _Window(_walk(shape), arrays.ctypes.data, len(forms), first, total)
+        places = _input_places(given, self._given, shape)
+        places += _input_places(bounds, self._bounds, shape)
+        for form in forms:
+            places += _input_places(form, self._form, shape)
+        places += _result_places(folded, self._window, shape)
+        arrays = _table(places)
+        call = _WindowCall(
+            walk=_walk(shape),
+            arrays=arrays.ctypes.data,
+            forms=len(forms),
+            first=first,
+            total=total,
         )
+        self._run(kind, "window", call)
 
-    def _call(self, kind: str, name: str, what: Structure) -> None:
+    def _run(self, kind: str, name: str, call: Structure) -> None:
         if kind not in self.kinds:
             raise ValueError(f"this processor has no code named {kind}")
         function = self._library[f"tendon_{kind}_{name}"]
         function.restype = None
-        function(byref(what))
+        function(byref(call))
 
     def _number(self, name: str) -> int:
         return c_long.in_dll(self._library, f"tendon_{name}").value
 
     def _names(self, name: str) -> tuple[str, ...]:
-        return tuple(
-            (c_char_p.in_dll(self._library, f"tendon_{name}").value or b"").decode().split()
-        )
+        text = c_char_p.in_dll(self._library, f"tendon_{name}").value or b""
+        return tuple(text.decode().split())
 
 
 def _walk(shape: Shape) -> _Walk:
+    """Return a walk at the first line of a shape."""
     if not 2 <= len(shape) <= _MOST_AXES:
         raise ValueError(f"states have {len(shape)} axes, expected 2 to {_MOST_AXES}")
     if min(shape) < 1:
@@ -164,11 +228,13 @@ def _walk(shape: Shape) -> _Walk:
     return _Walk(len(shape), (c_long * _MOST_AXES)(*shape))
 
 
-def _inputs(arrays: Columns, names: Sequence[str], shape: Shape) -> list[list[int]]:
+def _input_places(arrays: Columns, names: Sequence[str], shape: Shape) -> list[list[int]]:
+    """Return the places of inputs, which broadcast to the shape of states."""
     return [_place(arrays[name], name, shape) for name in names]
 
 
-def _results(arrays: Columns, names: Sequence[str], shape: Shape) -> list[list[int]]:
+def _result_places(arrays: Columns, names: Sequence[str], shape: Shape) -> list[list[int]]:
+    """Return the places of results, which have the shape of designs."""
     return [_place(arrays[name], name, shape[:-2], written=True) for name in names]
 
 
@@ -180,7 +246,21 @@ def _place(
     *,
     written: bool = False,
 ) -> list[int]:
-    """Where an array begins, and its steps in bytes along the axes of a shape: none where it is broadcast."""
+    """Return the address of an array and its steps along the axes of a shape.
+
+    Args:
+        values: The array. Its last axis is contiguous.
+        name: Its name in messages.
+        shape: Shape to which it broadcasts, or which it has if it is written.
+        dtype: Type that it must have.
+        written: True if the compiled code writes it.
+
+    Returns:
+        The address, then a step for each axis in bytes, 0 where the array is broadcast.
+
+    Raises:
+        ValueError: The array has another type or shape.
+    """
     if values.dtype != dtype:
         raise ValueError(f"{name} has values of {values.dtype}, expected {np.dtype(dtype)}")
     missing = len(shape) - values.ndim
@@ -191,9 +271,10 @@ def _place(
         fits = values.shape == shape and values.flags.writeable
     else:
         fits = missing >= 0 and all(
-            each in (1, length) for each, length in zip(values.shape, shape[missing:], strict=True)
+            own in (1, length) for own, length in zip(values.shape, shape[missing:], strict=True)
         )
-    if not fits or steps[-1:] not in ([], [0], [values.itemsize]):
+    is_contiguous = steps[-1:] in ([], [0], [values.itemsize])
+    if not fits or not is_contiguous:
         raise ValueError(
             f"{name} has the shape {values.shape}, expected {shape}, the last axis side by side"
         )
@@ -201,7 +282,7 @@ def _place(
 
 
 def _table(places: Sequence[Sequence[int]]) -> npt.NDArray[np.int64]:
-    """The same for several arrays, with room for all axes that there may be."""
+    """Return places of several arrays as `Array` of `arrays.h`, with room for all possible axes."""
     table = np.zeros((len(places), 1 + _MOST_AXES), np.int64)
     for row, place in zip(table, places, strict=True):
         row[: len(place)] = place

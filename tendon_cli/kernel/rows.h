@@ -1,101 +1,172 @@
-/* Rows of the states table: each state at its pretension, its results straight to where the rows are gathered. */
+/* Rows of the states table: each state at its pretension, its results written straight into the
+ * columns. */
 
 #include "state.h"
 
-/* Some inputs at angles, one a lane; what is left of the lanes repeats the first. */
-INLINE void along(Lanes *in, const Array *arrays, int first, int stop, long axis, long angle, long count) {
+/* Load inputs `first` to `stop` at `count` angles from `angle` on, an angle a lane; the remaining
+ * lanes repeat the first. */
+INLINE void load_angles(Lanes *in, const Array *arrays, int first, int stop, long axis, long angle,
+                        long count) {
     for (int i = first; i < stop; i++) {
-        const char *from = arrays[i].at + arrays[i].step[axis] * angle;
-        in[i] = same(*(const double *)from);
-        if (arrays[i].step[axis]) memcpy(in + i, from, count >= LANES ? sizeof *in : 8 * (unsigned long)count);
+        long step = arrays[i].step[axis];
+        const char *source = arrays[i].value + step * angle;
+        in[i] = all_lanes(*(const double *)source);
+        if (step) {
+            memcpy(in + i, source, count >= LANES ? sizeof *in : 8 * (unsigned long)count);
+        }
     }
 }
 
-/* By how much something is longer than where the pretension was set, of its compliances and tensions now and there. */
+/* Elongation since the pretension was set, m, from the compliances (m/N) and tensions (N) now and
+ * then. */
 INLINE Lanes stretch(Lanes now, Lanes resting, Lanes tension, Lanes pretension) {
     return now * (tension - pretension) + (now - resting) * pretension;
 }
 
-/* All result columns of some states, in the order of RESULTS; returns their status. */
-INLINE Mask results_of(Lanes *r, const Lanes *in, const Drive *d, int plain) {
-    Lines l = lines_at(d, in, plain);
-    Lanes pretension = common_pretension(d, in[IN_flexor_pretension], in[IN_extensor_pretension]);
-    State s = state_at(&l, d, pretension, plain);
-    Mask no_flexor = pretension < l.flexor_limit, no_extensor = pretension < l.extensor_limit;
+/* Compute all result columns of some states, in the order of RESULTS, and return their status. */
+INLINE Mask results_of(Lanes *r, const Lanes *in, const Drive *d, int is_plain) {
+    Lines l = lines_at(d, in, is_plain);
+    Lanes start_x = in[IN_flexor_pretension];
+    Lanes start_y = in[IN_extensor_pretension];
+    Lanes pretension = common_pretension(d, start_x, start_y);
+    State s = state_at(&l, d, pretension, is_plain);
+    Lanes nan = all_lanes(NAN);
+
+    r[RESULT_flexor_tension_proximal] = s.x / in[IN_flexor_capstan];
+    r[RESULT_flexor_tension_distal] = s.x;
+    r[RESULT_extensor_tension_proximal] = s.y / in[IN_extensor_capstan];
+    r[RESULT_extensor_tension_distal] = s.y;
+
+    r[RESULT_flexor_tendon_stretch] =
+        stretch(in[IN_flexor_tendon], in[IN_flexor_tendon_resting], s.x, start_x);
+    r[RESULT_extensor_tendon_stretch] =
+        stretch(in[IN_extensor_tendon], in[IN_extensor_tendon_resting], s.y, start_y);
+    r[RESULT_flexor_spring_stretch] =
+        stretch(in[IN_flexor_spring], in[IN_flexor_spring_resting], s.x, start_x);
+    r[RESULT_extensor_spring_stretch] =
+        stretch(in[IN_extensor_spring], in[IN_extensor_spring_resting], s.y, start_y);
+
+    Mask no_flexor = pretension < l.flexor_limit;
+    Mask no_extensor = pretension < l.extensor_limit;
     Mask both = no_flexor & no_extensor;
-    Lanes known = pick(both | ~l.able, same(NAN), d->unknown), length = s.loose * l.per_side;
-    r[OF_flexor_tension_proximal] = s.x / in[IN_flexor_capstan], r[OF_flexor_tension_distal] = s.x;
-    r[OF_extensor_tension_proximal] = s.y / in[IN_extensor_capstan], r[OF_extensor_tension_distal] = s.y;
-    Lanes start_x = in[IN_flexor_pretension], start_y = in[IN_extensor_pretension];
-    r[OF_flexor_tendon_stretch] = stretch(in[IN_flexor_tendon], in[IN_flexor_tendon_resting], s.x, start_x);
-    r[OF_extensor_tendon_stretch] = stretch(in[IN_extensor_tendon], in[IN_extensor_tendon_resting], s.y, start_y);
-    r[OF_flexor_spring_stretch] = stretch(in[IN_flexor_spring], in[IN_flexor_spring_resting], s.x, start_x);
-    r[OF_extensor_spring_stretch] = stretch(in[IN_extensor_spring], in[IN_extensor_spring_resting], s.y, start_y);
-    r[OF_flexor_slack] = pick(no_flexor & ~no_extensor, length, known);
-    r[OF_extensor_slack] = pick(no_extensor & ~no_flexor, length, known);
-    r[OF_elbow_torque] = pick(l.able, l.torque, same(NAN));
-    r[OF_motor_torque] = s.motor, r[OF_elbow_stiffness] = s.stiffness;
-    Lanes by_flexor = (in[IN_flexor_travel] + stretch(d->c_x, d->c_x_resting, s.x, start_x)) / in[IN_flexor_radius];
-    Lanes by_extensor = (in[IN_extensor_travel] - stretch(d->c_y, d->c_y_resting, s.y, start_y)) / (d->ratio * in[IN_flexor_radius]);
-    Lanes angle = pick(no_flexor & d->unilateral, by_extensor, by_flexor);
-    r[OF_spool_angle] = pick(both & d->unilateral, same(NAN), angle);
-    r[OF_flexor_moment_arm] = in[IN_moment_arm];
-    r[OF_flexor_travel] = in[IN_flexor_travel], r[OF_extensor_travel] = in[IN_extensor_travel];
+    Lanes taut_slack = pick(both | ~l.able, nan, d->taut_slack);
+    Lanes slack_length = s.path * l.per_path;
+    r[RESULT_flexor_slack] = pick(no_flexor & ~no_extensor, slack_length, taut_slack);
+    r[RESULT_extensor_slack] = pick(no_extensor & ~no_flexor, slack_length, taut_slack);
+
+    r[RESULT_elbow_torque] = pick(l.able, l.torque, nan);
+    r[RESULT_motor_torque] = s.motor;
+    r[RESULT_elbow_stiffness] = s.stiffness;
+
+    Lanes wound_x = in[IN_flexor_travel] + stretch(d->c_x, d->c_x_resting, s.x, start_x);
+    Lanes wound_y = in[IN_extensor_travel] - stretch(d->c_y, d->c_y_resting, s.y, start_y);
+    Lanes by_flexor = wound_x / in[IN_flexor_radius];
+    Lanes by_extensor = wound_y / (d->ratio * in[IN_flexor_radius]);
+    Lanes spool_angle = pick(no_flexor & d->unilateral, by_extensor, by_flexor);
+    r[RESULT_spool_angle] = pick(both & d->unilateral, nan, spool_angle);
+
+    r[RESULT_flexor_moment_arm] = in[IN_moment_arm];
+    r[RESULT_flexor_travel] = in[IN_flexor_travel];
+    r[RESULT_extensor_travel] = in[IN_extensor_travel];
     return (no_flexor & 1) | (no_extensor & 2) | (~l.able & 4);
 }
 
-static void copy(char *to, const char *from, long step, long bytes, long count) {
-    long done = step ? count * bytes : bytes, all = count * bytes;
-    memcpy(to, from, (unsigned long)done);
-    for (; done < all; done *= 2) memcpy(to + done, to, (unsigned long)(done < all - done ? done : all - done));
+/* Copy `count` values of `bytes` each, or repeat a single one if its step is zero. */
+static void copy_values(char *target, const char *source, long step, long bytes, long count) {
+    long total = count * bytes;
+    long copied = step ? total : bytes;
+    memcpy(target, source, (unsigned long)copied);
+    while (copied < total) {
+        long rest = total - copied;
+        memcpy(target + copied, target, (unsigned long)(rest < copied ? rest : copied));
+        copied *= 2;
+    }
 }
 
-/* States of a design in one direction from an angle on, into the columns from row `row` on. */
-static void write_line(Rows *w, long angle, long angles, long row) {
-    const Array *a = w->arrays;
-    long axis = w->walk.axes - 1;
-    Lanes in[INPUTS];
-    along(in, a, 0, INPUTS, axis, angle, 1);
-    Drive d = drive_at(in);
-    int plain = adds_nothing(&d);
-    for (int i = IN_gravity_moment; i < INPUTS; i++) plain &= !a[i].step[axis];
-    for (int i = 0; i < w->keys; i++) {
-        const Array *from = a + INPUTS + i;
-        copy(w->key[i].to + row * w->key[i].bytes, from->at + angle * from->step[axis], from->step[axis], w->key[i].bytes,
-             angles);
+/* Copy the keys of `count` states from an angle on, from row `row` on. */
+static void write_keys(const RowsCall *call, long angle, long count, long row) {
+    long axis = call->walk.axes - 1;
+    for (int i = 0; i < call->keys; i++) {
+        const Array *source = &call->arrays[INPUT_COUNT + i];
+        const Key *key = &call->key[i];
+        long step = source->step[axis];
+        copy_values(key->target + row * key->bytes, source->value + angle * step, step, key->bytes,
+                    count);
     }
+}
+
+/* Write `angles` states of a design in one direction, from an angle on, from row `row` on. */
+static void write_line(RowsCall *call, long angle, long angles, long row) {
+    const Array *arrays = call->arrays;
+    long axis = call->walk.axes - 1;
+    Lanes in[INPUT_COUNT];
+    load_angles(in, arrays, 0, INPUT_COUNT, axis, angle, 1);
+    Drive d = drive_at(in);
+    int is_plain = has_plain_terms(&d);
+    for (int i = IN_gravity_moment; i < INPUT_COUNT; i++) {
+        is_plain &= !arrays[i].step[axis];
+    }
+    write_keys(call, angle, angles, row);
+
     for (long done = 0; done < angles; done += LANES) {
-        long count = angles - done, at = angle + done;
-        Lanes results[COLUMNS];
+        long count = angles - done;
+        long start = angle + done;
+        Lanes results[RESULT_COUNT];
         /* Written out twice: knowing that all lanes are used saves every copy by length. */
-        if (count >= LANES) along(in, a, 0, IN_gravity_moment, axis, at, LANES);
-        else along(in, a, 0, IN_gravity_moment, axis, at, count);
-        if (!plain) {
-            along(in, a, IN_gravity_moment, INPUTS, axis, at, count);
+        if (count >= LANES) {
+            load_angles(in, arrays, 0, IN_gravity_moment, axis, start, LANES);
+        } else {
+            load_angles(in, arrays, 0, IN_gravity_moment, axis, start, count);
+        }
+        if (!is_plain) {
+            load_angles(in, arrays, IN_gravity_moment, INPUT_COUNT, axis, start, count);
             d = drive_at(in);
         }
-        Mask status = plain ? results_of(results, in, &d, 1) : results_of(results, in, &d, 0);
-        for (int column = 0; column < COLUMNS; column++)
-            if (w->column[column]) {
-                put(w->column[column] + row + done, results[column], count);
-                w->no_number[column] |= any(~is_number(results[column])); /* the lanes left repeat the first */
+        Mask status = is_plain ? results_of(results, in, &d, 1) : results_of(results, in, &d, 0);
+        for (int column = 0; column < RESULT_COUNT; column++) {
+            double *target = call->column[column];
+            if (target) {
+                store(target + row + done, results[column], count);
+                /* Remaining lanes repeat the first, so they add nothing here. */
+                call->has_nan[column] |= any(~is_number(results[column]));
             }
-        if (w->status) put_small(w->status + row + done, status, count);
+        }
+        if (call->status) {
+            store_bytes(call->status + row + done, status, count);
+        }
     }
 }
 
-/* Rows `first` to `first + count`, the last axis fastest. */
-static void rows(Rows *w) {
-    long length = w->walk.length[w->walk.axes - 1], angle = w->first % length;
-    int moving[INPUTS + MOST_AXES], moves = 0;
-    for (int i = 0; i < INPUTS + w->keys; i++)
-        for (long axis = 0, once = 1; axis < w->walk.axes - 1 && once; axis++)
-            if (w->arrays[i].step[axis]) moving[moves++] = i, once = 0;
-    to_line(&w->walk, w->arrays, INPUTS + w->keys, w->first / length);
-    for (long done = 0; done < w->count; angle = 0) {
-        long angles = w->count - done < length - angle ? w->count - done : length - angle;
-        write_line(w, angle, angles, done);
+/* True if an array changes along any axis before the angle. */
+static int changes_between_lines(const Array *array, const Walk *walk) {
+    for (long axis = 0; axis < walk->axes - 1; axis++) {
+        if (array->step[axis]) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* Write rows `first` to `first + count`, the last axis fastest. */
+static void write_rows(RowsCall *call) {
+    long length = call->walk.length[call->walk.axes - 1];
+    long angle = call->first % length;
+    int sources = INPUT_COUNT + (int)call->keys;
+    int moving[INPUT_COUNT + MOST_AXES];
+    int moving_count = 0;
+    for (int i = 0; i < sources; i++) {
+        if (changes_between_lines(&call->arrays[i], &call->walk)) {
+            moving[moving_count++] = i;
+        }
+    }
+    go_to_line(&call->walk, call->arrays, sources, call->first / length);
+    long done = 0;
+    while (done < call->count) {
+        long rest = call->count - done;
+        long angles = rest < length - angle ? rest : length - angle;
+        write_line(call, angle, angles, done);
+        next_line(&call->walk, call->arrays, moving, moving_count);
         done += angles;
-        next_line(&w->walk, w->arrays, moving, moves);
+        angle = 0;
     }
 }

@@ -1,12 +1,16 @@
-/* A state, once: what `statics.respond`, `statics.solve` and `actuator.State` say in NumPy,
- * operation by operation and to the same bits, for as many states as there are lanes.
+/* The arithmetic of a state: what `statics.respond`, `statics.solve` and `actuator.State` do in
+ * NumPy, operation by operation and to the same bits, for as many states as there are lanes.
  *
- * `drive_at` is what a design has in one direction, `lines_at` some of its states as straight lines in pretension, and
- * `state_at` these states at a pretension. Whatever is wanted of states is a fold over these. Angles lie along the
- * lanes (`rows.h`), or designs do (`beside.h`).
+ * `drive_at` computes what a design has in one direction, `lines_at` how the tensions of its states
+ * follow pretension (straight lines), and `state_at` these states at a pretension. Every other
+ * result is a fold over these. Along the lanes lie angles (`rows.h`) or designs (`batch.h`).
  *
- * A drive is `plain` if it is the same at all angles: then it is worked out once. If a sheath bends with the joint, or
- * the extensor's moment arm changes, it is one per angle, with some terms more. Whoever calls says which, as a constant.
+ * A drive is plain if it is the same at all angles: then it is computed once. If a sheath bends
+ * with the joint, or the extensor's moment arm changes, there is a drive for each angle, with a few
+ * more terms. Callers pass `is_plain` as a constant, so that each case is compiled by itself.
+ *
+ * Symbols as in `statics.py`: x and y are the distal tensions of flexor and extensor, c_x and c_y
+ * their distal compliances, F the pretension of both sides. SI units.
  */
 
 #ifndef TENDON_STATE_H
@@ -17,109 +21,183 @@
 
 #define TOLERANCE 1e-9 /* statics.SLACK_TOLERANCE */
 
-/* What in a plain drive does not depend on the angle. `resting` is where the pretension is set, in all else the same. */
+/* Part of the states that does not depend on the angle if the drive is plain. */
 typedef struct {
-    Lanes c_x, c_y, ratio, radius, moment, turned, all, per_all, per_radius, per_c_x, per_ratio, share_x, share_y;
-    Lanes pull_y, motor_x, motor_y, lowest, unknown, slope_y;
-    Lanes c_x_resting, c_y_resting, common, share_resting;
+    Lanes c_x;            /* distal compliance of the flexor, m/N */
+    Lanes c_y;            /* distal compliance of the extensor, m/N */
+    Lanes ratio;          /* η, extensor over flexor radius of the spool */
+    Lanes extensor_arm;   /* J_e, m */
+    Lanes gravity_moment; /* N m */
+    Lanes scaled_c_x;     /* η c_x, m/N */
+    Lanes compliance;     /* η c_x + c_y, m/N */
+    Lanes per_compliance;
+    Lanes per_extensor_arm;
+    Lanes per_c_x;
+    Lanes per_ratio;
+    Lanes share_x;           /* η c_x of the compliance */
+    Lanes share_y;           /* c_y of the compliance */
+    Lanes extensor_pull;     /* J_e²/c_y, stiffness of the elbow by the extensor, N m/rad */
+    Lanes motor_x;           /* motor torque per distal newton of the flexor (Eq. 17), m */
+    Lanes motor_y;           /* motor torque per distal newton of the extensor, m */
+    Lanes lowest;            /* least v: 0 if unilateral, else minus infinity, N */
+    Lanes taut_slack;        /* slack length of a taut side: 0 if unilateral, else NaN, m */
+    Lanes slope_y;           /* stiffness per newton of the extensor, m */
+    Lanes c_x_resting;       /* c_x in the posture in which the pretension is set, m/N */
+    Lanes c_y_resting;       /* c_y in that posture, m/N */
+    Lanes common_compliance; /* compliance in that posture, m/N */
+    Lanes share_x_resting;   /* η c_x of the common compliance */
     Mask unilateral;
     int any_bilateral;
 } Drive;
 
-/* With v = max(F - shortfall, lowest) the tensions are x + x_gain v and y + y_gain v. Below `flexor_limit` and
- * `extensor_limit` the sides are slack. Where the flexor cannot balance anything all but the last two is no number. */
+/* Tensions of states as lines in pretension: with v = max(F - required, lowest) they are x =
+ * floor_x + gain_x v and y = floor_y + gain_y v, in newtons. Where the flexor cannot balance
+ * anything all but the last two fields are NaN. */
 typedef struct {
-    Lanes shortfall, limit, x, x_gain, y, y_gain;
-    Lanes stiffness, slack_stiffness; /* but for - slope_x x + slope_y y; both sides pulling, or not */
-    Lanes slope_x;
-    Lanes per_side; /* slack length per loose path; not a number where that is not determined */
-    Lanes flexor_limit, extensor_limit, torque;
-    Mask able;
+    Lanes required; /* smallest pretension that keeps the state taut, N */
+    Lanes limit;    /* pretension below which either side is slack, N */
+    Lanes floor_x;
+    Lanes gain_x;
+    Lanes floor_y;
+    Lanes gain_y;
+    Lanes stiffness;       /* of a taut state, without - slope_x x + slope_y y, N m/rad */
+    Lanes slack_stiffness; /* the same of a slack state */
+    Lanes slope_x;         /* stiffness lost per newton of the flexor, m */
+    Lanes per_path;        /* slack length per length of the loose path; NaN if not determined */
+    Lanes flexor_limit;    /* pretension below which the flexor is slack, N */
+    Lanes extensor_limit;  /* pretension below which the extensor is slack, N */
+    Lanes torque;          /* elbow torque, N m */
+    Mask able;             /* set where the flexor can balance the elbow */
 } Lines;
 
-/* At a pretension. */
+/* States at a pretension. */
 typedef struct {
-    Lanes x, y, motor, stiffness, loose; /* `loose` is the path that nothing takes up, where slack */
+    Lanes x;         /* distal tension of the flexor, N */
+    Lanes y;         /* distal tension of the extensor, N */
+    Lanes motor;     /* motor torque, N m */
+    Lanes stiffness; /* elbow stiffness, N m/rad */
+    Lanes path;      /* path length that no tendon takes up, if slack, m */
     Mask slack;
 } State;
 
-/* From the inputs in the order of GIVEN. */
+/* Compute drives from inputs in the order of GIVEN. */
 INLINE Drive drive_at(const Lanes *in) {
     Drive d;
     d.c_x = in[IN_flexor_tendon] + in[IN_flexor_spring] + in[IN_flexor_anchor];
     d.c_y = in[IN_extensor_tendon] + in[IN_extensor_spring] + in[IN_extensor_anchor];
-    d.ratio = in[IN_ratio], d.radius = in[IN_extensor_arm], d.moment = in[IN_gravity_moment];
-    d.turned = d.ratio * d.c_x, d.all = d.turned + d.c_y, d.slope_y = in[IN_extensor_slope];
-    d.per_all = 1.0 / d.all, d.per_radius = 1.0 / d.radius, d.per_c_x = 1.0 / d.c_x, d.per_ratio = 1.0 / d.ratio;
-    d.share_x = d.turned * d.per_all, d.share_y = d.c_y * d.per_all;
-    d.c_x_resting = in[IN_flexor_tendon_resting] + in[IN_flexor_spring_resting] + in[IN_flexor_anchor];
-    d.c_y_resting = in[IN_extensor_tendon_resting] + in[IN_extensor_spring_resting] + in[IN_extensor_anchor];
-    d.common = d.ratio * d.c_x_resting + d.c_y_resting, d.share_resting = d.ratio * d.c_x_resting * (1.0 / d.common);
-    d.pull_y = d.radius * d.radius / d.c_y;
+    d.ratio = in[IN_ratio];
+    d.extensor_arm = in[IN_extensor_arm];
+    d.gravity_moment = in[IN_gravity_moment];
+    d.scaled_c_x = d.ratio * d.c_x;
+    d.compliance = d.scaled_c_x + d.c_y;
+    d.slope_y = in[IN_extensor_slope];
+    d.per_compliance = 1.0 / d.compliance;
+    d.per_extensor_arm = 1.0 / d.extensor_arm;
+    d.per_c_x = 1.0 / d.c_x;
+    d.per_ratio = 1.0 / d.ratio;
+    d.share_x = d.scaled_c_x * d.per_compliance;
+    d.share_y = d.c_y * d.per_compliance;
+    d.c_x_resting = in[IN_flexor_tendon_resting] + in[IN_flexor_spring_resting];
+    d.c_x_resting += in[IN_flexor_anchor];
+    d.c_y_resting = in[IN_extensor_tendon_resting] + in[IN_extensor_spring_resting];
+    d.c_y_resting += in[IN_extensor_anchor];
+    d.common_compliance = d.ratio * d.c_x_resting + d.c_y_resting;
+    d.share_x_resting = d.ratio * d.c_x_resting * (1.0 / d.common_compliance);
+    d.extensor_pull = d.extensor_arm * d.extensor_arm / d.c_y;
     d.motor_x = in[IN_flexor_radius] / in[IN_flexor_capstan];
     d.motor_y = d.ratio * in[IN_flexor_radius] / in[IN_extensor_capstan];
-    d.unilateral = in[IN_unilateral] > 0.0, d.any_bilateral = any(~d.unilateral);
-    d.lowest = pick(d.unilateral, same(0.0), same(-INFINITY)), d.unknown = pick(d.unilateral, same(0.0), same(NAN));
+    d.unilateral = in[IN_unilateral] > 0.0;
+    d.any_bilateral = any(~d.unilateral);
+    d.lowest = pick(d.unilateral, all_lanes(0.0), all_lanes(-INFINITY));
+    d.taut_slack = pick(d.unilateral, all_lanes(0.0), all_lanes(NAN));
     return d;
 }
 
-/* Whether what a drive adds to a plain one is nothing. */
-INLINE int adds_nothing(const Drive *d) {
-    return !any((d->slope_y != 0.0) | (d->c_x_resting != d->c_x) | (d->c_y_resting != d->c_y));
+/* True if the terms vanish that a drive has more than a plain one. */
+INLINE int has_plain_terms(const Drive *d) {
+    Mask differs_x = d->c_x_resting != d->c_x;
+    Mask differs_y = d->c_y_resting != d->c_y;
+    return !any((d->slope_y != 0.0) | differs_x | differs_y);
 }
 
-/* The pretension of both sides that does what two different ones do. */
+/* Pretension of both sides that does what two different ones do, N. */
 INLINE Lanes common_pretension(const Drive *d, Lanes flexor, Lanes extensor) {
-    return extensor + d->share_resting * (flexor - extensor);
+    return extensor + d->share_x_resting * (flexor - extensor);
 }
 
-/* Pretensions below which either of the paper's bilateral tendons counts as slack. */
-INLINE void side_limits(Lines *l, const Drive *d, Lanes arm, Lanes mismatch) {
-    Lanes at_x = l->torque / arm, at_y = -l->torque / d->radius;
-    Lanes for_y = (d->turned * at_x - mismatch) / d->common, for_x = (d->c_y * at_y - mismatch) / d->common;
-    for_x -= TOLERANCE * at_least(magnitude(at_y), magnitude(for_x)) / l->x_gain;
-    for_y -= TOLERANCE * at_least(magnitude(at_x), magnitude(for_y)) / l->y_gain;
+/* Set the pretensions below which either of the paper's bilateral tendons counts as slack. `arm` is
+ * J_f, m, and `mismatch` H_e - η H_f, m. */
+INLINE void set_bilateral_limits(Lines *l, const Drive *d, Lanes arm, Lanes mismatch) {
+    Lanes at_x = l->torque / arm;
+    Lanes at_y = -l->torque / d->extensor_arm;
+    Lanes for_y = (d->scaled_c_x * at_x - mismatch) / d->common_compliance;
+    Lanes for_x = (d->c_y * at_y - mismatch) / d->common_compliance;
+    for_x -= TOLERANCE * at_least(magnitude(at_y), magnitude(for_x)) / l->gain_x;
+    for_y -= TOLERANCE * at_least(magnitude(at_x), magnitude(for_y)) / l->gain_y;
     l->flexor_limit = pick(d->unilateral, l->flexor_limit, for_x);
     l->extensor_limit = pick(d->unilateral, l->extensor_limit, for_y);
     l->limit = pick(d->unilateral, l->limit, at_least(for_x, for_y));
     l->slack_stiffness = pick(d->unilateral, l->slack_stiffness, l->stiffness);
-    l->per_side = pick(d->unilateral, l->per_side, same(NAN));
+    l->per_path = pick(d->unilateral, l->per_path, all_lanes(NAN));
 }
 
-/* `in` are the inputs at the angle, those that differ from angle to angle in any joint. */
-INLINE Lines lines_at(const Drive *d, const Lanes *in, int plain) {
+/* Compute the lines of states from their drives and the inputs before IN_gravity_moment. */
+INLINE Lines lines_at(const Drive *d, const Lanes *in, int is_plain) {
     Lines l;
-    Lanes arm = in[IN_pulling_arm], zero = same(0.0), per_arm = 1.0 / arm;
-    l.able = is_number(arm), l.slope_x = in[IN_flexor_slope];
-    l.torque = d->moment * in[IN_sine] + in[IN_other_torque];
-    Lanes torque_slope = d->moment * in[IN_cosine] + in[IN_other_slope];
+    Lanes arm = in[IN_pulling_arm];
+    Lanes zero = all_lanes(0.0);
+    Lanes per_arm = 1.0 / arm;
+    l.able = is_number(arm);
+    l.slope_x = in[IN_flexor_slope];
+    l.torque = d->gravity_moment * in[IN_sine] + in[IN_other_torque];
+    Lanes torque_slope = d->gravity_moment * in[IN_cosine] + in[IN_other_slope];
     Lanes mismatch = in[IN_extensor_travel] - d->ratio * in[IN_flexor_travel];
-    l.x = at_least(zero, l.torque * per_arm), l.y = at_least(zero, -l.torque * d->per_radius);
-    Lanes load = at_least(l.x, l.y), spread = d->share_x * d->radius + d->share_y * arm;
-    l.shortfall = d->share_x * l.x + d->share_y * l.y - mismatch * d->per_all;
-    if (!plain) spread /= d->common / d->all, l.shortfall /= d->common / d->all;
-    l.x_gain = d->radius / spread, l.y_gain = l.x_gain * (arm * d->per_radius);
-    Lanes size = magnitude(l.shortfall), pull_x = arm * arm * d->per_c_x;
-    l.stiffness = pull_x + d->pull_y + torque_slope;
-    Mask backward = l.torque < 0.0, idle = load <= TOLERANCE * size;
-    l.limit = l.shortfall - TOLERANCE * at_least(load, size) * spread * pick(backward, d->per_radius, per_arm);
-    l.flexor_limit = pick(idle | backward, l.limit, same(-INFINITY));
-    l.extensor_limit = pick(idle | ~backward, l.limit, same(-INFINITY));
-    l.slack_stiffness = pick(idle, zero, pick(backward, d->pull_y, pull_x)) + torque_slope;
-    l.per_side = pick(idle, same(NAN), pick(backward, d->per_ratio, same(1.0)));
-    if (d->any_bilateral) side_limits(&l, d, arm, mismatch);
+
+    l.floor_x = at_least(zero, l.torque * per_arm);
+    l.floor_y = at_least(zero, -l.torque * d->per_extensor_arm);
+    Lanes load = at_least(l.floor_x, l.floor_y);
+    Lanes spread = d->share_x * d->extensor_arm + d->share_y * arm;
+    l.required = d->share_x * l.floor_x + d->share_y * l.floor_y - mismatch * d->per_compliance;
+    if (!is_plain) {
+        Lanes grown = d->common_compliance / d->compliance;
+        spread /= grown;
+        l.required /= grown;
+    }
+    l.gain_x = d->extensor_arm / spread;
+    l.gain_y = l.gain_x * (arm * d->per_extensor_arm);
+
+    Lanes size = magnitude(l.required);
+    Lanes flexor_pull = arm * arm * d->per_c_x;
+    l.stiffness = flexor_pull + d->extensor_pull + torque_slope;
+    Mask backward = l.torque < 0.0;
+    Mask idle = load <= TOLERANCE * size;
+    Lanes per_loaded_arm = pick(backward, d->per_extensor_arm, per_arm);
+    l.limit = l.required - TOLERANCE * at_least(load, size) * spread * per_loaded_arm;
+    l.flexor_limit = pick(idle | backward, l.limit, all_lanes(-INFINITY));
+    l.extensor_limit = pick(idle | ~backward, l.limit, all_lanes(-INFINITY));
+    Lanes slack_pull = pick(idle, zero, pick(backward, d->extensor_pull, flexor_pull));
+    l.slack_stiffness = slack_pull + torque_slope;
+    l.per_path = pick(idle, all_lanes(NAN), pick(backward, d->per_ratio, all_lanes(1.0)));
+    if (d->any_bilateral) {
+        set_bilateral_limits(&l, d, arm, mismatch);
+    }
     return l;
 }
 
-INLINE State state_at(const Lines *l, const Drive *d, Lanes pretension, int plain) {
+/* Compute states at a pretension from their lines. */
+INLINE State state_at(const Lines *l, const Drive *d, Lanes pretension, int is_plain) {
     State s;
-    Lanes surplus = pretension - l->shortfall, v = at_least(d->lowest, surplus);
+    Lanes margin = pretension - l->required;
+    Lanes v = at_least(d->lowest, margin);
     s.slack = pretension < l->limit;
-    s.x = l->x + l->x_gain * v, s.y = l->y + l->y_gain * v;
+    s.x = l->floor_x + l->gain_x * v;
+    s.y = l->floor_y + l->gain_y * v;
     s.motor = s.x * d->motor_x - s.y * d->motor_y;
     s.stiffness = pick(s.slack, l->slack_stiffness, l->stiffness) - s.x * l->slope_x;
-    if (!plain) s.stiffness += s.y * d->slope_y;
-    s.loose = -d->common * surplus;
+    if (!is_plain) {
+        s.stiffness += s.y * d->slope_y;
+    }
+    s.path = -d->common_compliance * margin;
     return s;
 }
 

@@ -1,130 +1,221 @@
-/* Between which pretensions designs keep every limit in all their states: a fold over `lines_at`, `model/window.py`.
+/* Windows of pretension in which designs keep every bound in all their states: a fold over
+ * `lines_at`, as `model/window.py` has it.
  *
- * No limit is known here by name. Held are both tensions, the elbow stiffness, and forms of all three; over
- * v = F - shortfall each is a line, base + gain v. So a bound on it is an end from the side that the gain says, and where
- * the gain is zero pretension changes nothing.
+ * Limits are not known here by name. Bounded are both tensions, the elbow stiffness, and forms of
+ * all three; over v = F - F* each is a line, base + gain v. So a bound gives an end of the window,
+ * on the side that the sign of the gain says; if the gain is zero, pretension changes nothing.
  */
 
-#include "beside.h"
+#include "batch.h"
 
 #define NEVER 1e300 /* beyond any number of a state */
 
-/* The tightest ends of some states of each design, and where they are; and the first state that no pretension could
- * help. */
+/* Tightest ends over some states of each design, the states that set them, and the first state that
+ * keeps its bounds at no pretension. */
 typedef struct {
-    Lanes low, high, low_at, high_at, blocked;
-} Tightest;
+    Lanes low;
+    Lanes high;
+    Lanes low_state;
+    Lanes high_state;
+    Lanes blocked;
+} Ends;
 
-/* The ends of one state of each design. */
+/* Ends of one state of each design, as v; blocked where no pretension keeps its bounds. */
 typedef struct {
-    Lanes low, high;
-    Mask hopeless;
-} Range;
+    Lanes low;
+    Lanes high;
+    Mask blocked;
+} StateEnds;
 
-/* Which bounds, and which shares of forms, any of some designs has, and which of these change from angle to angle. */
+/* Inputs after INPUT_COUNT, bounds and shares of forms, that matter for any of some designs, and
+ * those that change from angle to angle. */
 typedef struct {
-    int bound[LIMITED], moving[LIMITED], moves;
-} Asked;
+    int is_active[LIMITED_COUNT];
+    int moving[LIMITED_COUNT];
+    int moving_count;
+} ActiveBounds;
 
-/* A line that is held: `below` where it may not be less than the bound, else not more. */
-INLINE void bounded(Range *r, Lanes base, Lanes gain, Lanes bound, int below) {
-    Lanes end = (bound - base) / gain, none = same(INFINITY);
-    Lanes short_of = below ? bound - base : base - bound;
-    Mask rises = gain > 0.0, falls = gain < 0.0;
-    r->low = larger(pick(below ? rises : falls, end, -none), r->low);
-    r->high = smaller(pick(below ? falls : rises, end, none), r->high);
-    r->hopeless |= (gain == 0.0) & (short_of > TOLERANCE * magnitude(bound));
+/* Apply a bound to a line: a lower one if `is_lower`, which is a constant, else an upper one. */
+INLINE void apply_bound(StateEnds *ends, Lanes base, Lanes gain, Lanes bound, int is_lower) {
+    Lanes end = (bound - base) / gain;
+    Lanes none = all_lanes(INFINITY);
+    Lanes missing = is_lower ? bound - base : base - bound;
+    Mask rises = gain > 0.0;
+    Mask falls = gain < 0.0;
+    ends->low = larger(pick(is_lower ? rises : falls, end, -none), ends->low);
+    ends->high = smaller(pick(is_lower ? falls : rises, end, none), ends->high);
+    ends->blocked |= (gain == 0.0) & (missing > TOLERANCE * magnitude(bound));
 }
 
-/* A state more of each design, with what each is held to; `place` is its number. */
-INLINE void tighten(Tightest *t, const Lines *l, const Lanes *in, const Asked *asked, int forms, const Drive *d, Lanes place,
-                    int plain) {
-    Range r = {same(0.0), same(INFINITY), ~l->able};
-    const int *bound = asked->bound;
-    if (bound[IN_flexor_least]) r.low = larger((in[IN_flexor_least] - l->x) / l->x_gain, r.low);
-    if (bound[IN_extensor_least]) r.low = larger((in[IN_extensor_least] - l->y) / l->y_gain, r.low);
-    if (bound[IN_flexor_most]) r.high = smaller((in[IN_flexor_most] - l->x) / l->x_gain, r.high);
-    if (bound[IN_extensor_most]) r.high = smaller((in[IN_extensor_most] - l->y) / l->y_gain, r.high);
-    Lanes k = l->stiffness - l->x * l->slope_x, k_gain = -(l->x_gain * l->slope_x);
-    if (!plain) k += l->y * d->slope_y, k_gain += l->y_gain * d->slope_y;
-    if (bound[IN_stiffness_least]) bounded(&r, k, k_gain, in[IN_stiffness_least], 1);
-    if (bound[IN_stiffness_most]) bounded(&r, k, k_gain, in[IN_stiffness_most], 0);
-    for (int form = 0; form < forms; form++) {
-        const Lanes *f = in + BOUNDED + PER_FORM * form;
-        const int *its = bound + BOUNDED + PER_FORM * form;
-        Lanes base = f[FORM_flexor] * l->x + f[FORM_extensor] * l->y;
-        Lanes gain = f[FORM_flexor] * l->x_gain + f[FORM_extensor] * l->y_gain;
-        if (its[FORM_stiffness]) base += f[FORM_stiffness] * k, gain += f[FORM_stiffness] * k_gain;
-        if (its[FORM_least]) bounded(&r, base, gain, f[FORM_least], 1);
-        if (its[FORM_most]) bounded(&r, base, gain, f[FORM_most], 0);
+/* Apply the bounds on both tensions, which rise with pretension. */
+INLINE void bound_tensions(StateEnds *ends, const Lines *l, const Lanes *in, const int *is_active) {
+    if (is_active[IN_flexor_least]) {
+        ends->low = larger((in[IN_flexor_least] - l->floor_x) / l->gain_x, ends->low);
     }
-    Lanes low = l->shortfall + r.low, high = l->shortfall + r.high;
-    t->low_at = pick(low > t->low, place, t->low_at), t->low = larger(low, t->low);
-    t->high_at = pick(high < t->high, place, t->high_at), t->high = smaller(high, t->high);
-    t->blocked = pick(r.hopeless, smaller(place, t->blocked), t->blocked);
+    if (is_active[IN_extensor_least]) {
+        ends->low = larger((in[IN_extensor_least] - l->floor_y) / l->gain_y, ends->low);
+    }
+    if (is_active[IN_flexor_most]) {
+        ends->high = smaller((in[IN_flexor_most] - l->floor_x) / l->gain_x, ends->high);
+    }
+    if (is_active[IN_extensor_most]) {
+        ends->high = smaller((in[IN_extensor_most] - l->floor_y) / l->gain_y, ends->high);
+    }
 }
 
-/* The tighter of an end and what was found before; of equal ends that of the first state. */
-INLINE void settle(char *const *end, char *const *at, long count, Lanes ends, Lanes places, double sign) {
+/* Add a state of each design, the one of number `state`, with its bounds. */
+INLINE void add_lines(Ends *ends, const Lines *l, const Lanes *in, const ActiveBounds *active,
+                      int forms, const Drive *d, Lanes state, int is_plain) {
+    const int *is_active = active->is_active;
+    StateEnds own = {all_lanes(0.0), all_lanes(INFINITY), ~l->able};
+    bound_tensions(&own, l, in, is_active);
+
+    Lanes stiffness = l->stiffness - l->floor_x * l->slope_x;
+    Lanes stiffness_gain = -(l->gain_x * l->slope_x);
+    if (!is_plain) {
+        stiffness += l->floor_y * d->slope_y;
+        stiffness_gain += l->gain_y * d->slope_y;
+    }
+    if (is_active[IN_stiffness_least]) {
+        apply_bound(&own, stiffness, stiffness_gain, in[IN_stiffness_least], 1);
+    }
+    if (is_active[IN_stiffness_most]) {
+        apply_bound(&own, stiffness, stiffness_gain, in[IN_stiffness_most], 0);
+    }
+
+    for (int i = 0; i < forms; i++) {
+        const Lanes *form = in + FIRST_FORM + FORM_SIZE * i;
+        const int *is_form_active = is_active + FIRST_FORM + FORM_SIZE * i;
+        Lanes base = form[FORM_flexor] * l->floor_x + form[FORM_extensor] * l->floor_y;
+        Lanes gain = form[FORM_flexor] * l->gain_x + form[FORM_extensor] * l->gain_y;
+        if (is_form_active[FORM_stiffness]) {
+            base += form[FORM_stiffness] * stiffness;
+            gain += form[FORM_stiffness] * stiffness_gain;
+        }
+        if (is_form_active[FORM_least]) {
+            apply_bound(&own, base, gain, form[FORM_least], 1);
+        }
+        if (is_form_active[FORM_most]) {
+            apply_bound(&own, base, gain, form[FORM_most], 0);
+        }
+    }
+
+    Lanes low = l->required + own.low;
+    Lanes high = l->required + own.high;
+    ends->low_state = pick(low > ends->low, state, ends->low_state);
+    ends->low = larger(low, ends->low);
+    ends->high_state = pick(high < ends->high, state, ends->high_state);
+    ends->high = smaller(high, ends->high);
+    ends->blocked = pick(own.blocked, smaller(state, ends->blocked), ends->blocked);
+}
+
+/* Keep the tighter of new and accumulated ends, and its state; of equal finite ends the first
+ * state. `sign` is 1 for low ends and -1 for high ones. */
+INLINE void store_ends(char *const *end_values, char *const *state_values, long count, Lanes ends,
+                       Lanes states, double sign) {
     for (long lane = 0; lane < count; lane++) {
-        double *found = (double *)end[lane], *where = (double *)at[lane];
-        double mine = sign * ends[lane], best = sign * *found;
-        if (mine > best || (mine == best && mine < NEVER && mine > -NEVER && places[lane] < *where))
-            *found = ends[lane], *where = places[lane];
-    }
-}
-
-INLINE Asked asked_of(const Window *w, const Lanes *in, int inputs) {
-    Asked asked;
-    asked.moves = 0;
-    for (int i = INPUTS; i < inputs; i++) {
-        int is_share = i >= BOUNDED && (i - BOUNDED) % PER_FORM == FORM_stiffness;
-        asked.bound[i] = is_share ? any(in[i] != 0.0) : any(magnitude(in[i]) < INFINITY);
-        if (w->arrays[i].step[w->walk.axes - 1]) asked.bound[i] = 1, asked.moving[asked.moves++] = i;
-    }
-    return asked;
-}
-
-/* All angles of designs in one direction; `plain` and `moves` are constants, and so is `forms` if it is zero. */
-INLINE void over_angles(Tightest *t, const Window *w, const Beside *of, const Lanes *in, const Drive *d, const Asked *asked,
-                  double first, int forms, int moves, int plain) {
-    Lanes now[LIMITED], here[IN_gravity_moment], its[INPUTS];
-    if (moves)
-        for (int i = INPUTS; i < BOUNDED + PER_FORM * forms; i++) now[i] = in[i];
-    for (long at = 0, angles = w->walk.length[w->walk.axes - 1]; at < angles; at++) {
-        for (int i = 0; moves && i < asked->moves; i++) {
-            int input = asked->moving[i];
-            now[input] = across(of, input, at * w->arrays[input].step[w->walk.axes - 1]);
+        double *end = (double *)end_values[lane];
+        double *state = (double *)state_values[lane];
+        double new_end = sign * ends[lane];
+        double old_end = sign * *end;
+        int is_tighter = new_end > old_end;
+        int is_finite = new_end < NEVER && new_end > -NEVER;
+        int is_earlier = states[lane] < *state;
+        if (is_tighter || (new_end == old_end && is_finite && is_earlier)) {
+            *end = ends[lane];
+            *state = states[lane];
         }
-        if (plain) {
-            angle_across(of, here, at);
-            Lines l = lines_at(d, here, plain);
-            tighten(t, &l, moves ? now : in, asked, forms, d, same(first + (double)at), 1);
+    }
+}
+
+/* Find out which bounds and shares matter for a batch. */
+INLINE ActiveBounds active_bounds(const WindowCall *call, const Lanes *in, int inputs) {
+    ActiveBounds active;
+    active.moving_count = 0;
+    for (int i = INPUT_COUNT; i < inputs; i++) {
+        int is_share = i >= FIRST_FORM && (i - FIRST_FORM) % FORM_SIZE == FORM_stiffness;
+        Mask matters = is_share ? in[i] != 0.0 : magnitude(in[i]) < INFINITY;
+        active.is_active[i] = any(matters);
+        if (call->arrays[i].step[call->walk.axes - 1]) {
+            active.is_active[i] = 1;
+            active.moving[active.moving_count] = i;
+            active.moving_count++;
+        }
+    }
+    return active;
+}
+
+/* Fold all angles of a batch in one direction; `first` is the number of its first state. `is_plain`
+ * and `has_moving` are constants, and so is `forms` if it is zero. */
+INLINE void fold_angles(Ends *ends, const WindowCall *call, const Batch *b, const Lanes *in,
+                        const Drive *d, const ActiveBounds *active, double first, int forms,
+                        int has_moving, int is_plain) {
+    long axis = call->walk.axes - 1;
+    Lanes bounds[LIMITED_COUNT];
+    Lanes angle_inputs[IN_gravity_moment];
+    Lanes all_inputs[INPUT_COUNT];
+    if (has_moving) {
+        for (int i = INPUT_COUNT; i < FIRST_FORM + FORM_SIZE * forms; i++) {
+            bounds[i] = in[i];
+        }
+    }
+    for (long angle = 0; angle < call->walk.length[axis]; angle++) {
+        Lanes state = all_lanes(first + (double)angle);
+        if (has_moving) {
+            for (int k = 0; k < active->moving_count; k++) {
+                int i = active->moving[k];
+                bounds[i] = load_input(b, i, angle * call->arrays[i].step[axis]);
+            }
+        }
+        const Lanes *current = has_moving ? bounds : in;
+        if (is_plain) {
+            load_angle(b, angle_inputs, angle);
+            Lines l = lines_at(d, angle_inputs, 1);
+            add_lines(ends, &l, current, active, forms, d, state, 1);
         } else {
-            Drive own = drive_across(of, its, at);
-            Lines l = lines_at(&own, its, 0);
-            tighten(t, &l, moves ? now : in, asked, forms, &own, same(first + (double)at), 0);
+            Drive own = load_drive(b, all_inputs, angle);
+            Lines l = lines_at(&own, all_inputs, 0);
+            add_lines(ends, &l, current, active, forms, &own, state, 0);
         }
     }
 }
 
-INLINE void fold_states(void *what, const Beside *of, const Lanes *in, const Drive *d, long direction) {
-    const Window *w = what;
-    int inputs = BOUNDED + PER_FORM * w->forms;
-    double first = (double)(direction * w->total + w->first);
-    Lanes none = same(INFINITY), nowhere = same(-1.0);
-    Asked asked = asked_of(w, in, inputs);
-    Tightest t = {-none, none, nowhere, nowhere, none};
-    if (!of->plain || asked.moves) over_angles(&t, w, of, in, d, &asked, first, w->forms, 1, 0);
-    else if (w->forms) over_angles(&t, w, of, in, d, &asked, first, w->forms, 0, 1);
-    else over_angles(&t, w, of, in, d, &asked, first, 0, 0, 1);
-    char *const(*found)[LANES] = of->at + inputs;
-    settle(found[END_low], found[END_low_state], of->count, t.low, t.low_at, 1.0);
-    settle(found[END_high], found[END_high_state], of->count, t.high, t.high_at, -1.0);
-    for (long lane = 0; lane < of->count; lane++)
-        if (t.blocked[lane] < *(double *)found[END_blocked][lane]) *(double *)found[END_blocked][lane] = t.blocked[lane];
+/* Fold a batch in one direction into its windows. */
+INLINE void fold_windows(void *context, const Batch *b, const Lanes *in, const Drive *d,
+                         long direction) {
+    const WindowCall *call = context;
+    int forms = (int)call->forms;
+    int inputs = FIRST_FORM + FORM_SIZE * forms;
+    double first = (double)(direction * call->total + call->first);
+    ActiveBounds active = active_bounds(call, in, inputs);
+    Ends ends = {
+        .low = all_lanes(-INFINITY),
+        .high = all_lanes(INFINITY),
+        .low_state = all_lanes(-1.0),
+        .high_state = all_lanes(-1.0),
+        .blocked = all_lanes(INFINITY),
+    };
+    if (!b->is_plain || active.moving_count) {
+        fold_angles(&ends, call, b, in, d, &active, first, forms, 1, 0);
+    } else if (forms) {
+        fold_angles(&ends, call, b, in, d, &active, first, forms, 0, 1);
+    } else {
+        fold_angles(&ends, call, b, in, d, &active, first, 0, 0, 1);
+    }
+    char *const(*window)[LANES] = b->value + inputs;
+    store_ends(window[END_low], window[END_low_state], b->count, ends.low, ends.low_state, 1.0);
+    store_ends(window[END_high], window[END_high_state], b->count, ends.high, ends.high_state,
+               -1.0);
+    for (long lane = 0; lane < b->count; lane++) {
+        double *blocked = (double *)window[END_blocked][lane];
+        if (ends.blocked[lane] < *blocked) {
+            *blocked = ends.blocked[lane];
+        }
+    }
 }
 
-static void window(Window *w) {
-    over_designs(&w->walk, w->arrays, BOUNDED + PER_FORM * w->forms, ENDS, fold_states, w);
+/* Find the windows of all designs. */
+static void find_windows(WindowCall *call) {
+    int inputs = FIRST_FORM + FORM_SIZE * (int)call->forms;
+    for_each_batch(&call->walk, call->arrays, inputs, END_COUNT, fold_windows, call);
 }

@@ -1,8 +1,8 @@
-"""The whole actuator: arm, two sheathed tendons with springs and one motor, from a design to its states.
+"""The whole actuator, arm, two sheathed tendons with springs and one motor: states of a design.
 
-Composes a joint (`kinematics`), two sheaths (`sheath`) and their balance (`statics`). All fields of `Design` and both
-`elbow_angle` and `flexion` are scalars or arrays that broadcast against each other; a result has the shape of what it
-depends on. SI units, angles in radians.
+Composes a joint (`kinematics`), two sheaths (`sheath`) and their balance (`statics`). All fields of
+`Design` and both `elbow_angle` and `flexion` are scalars or arrays that broadcast against each
+other; a result has the shape of what it depends on. SI units, angles in radians.
 """
 
 from __future__ import annotations
@@ -25,11 +25,12 @@ SIDES = ("flexor", "extensor")
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Designs at elbow angles, moving in a direction, and all that follows; what is not asked for is not worked out.
+    """Designs at elbow angles, moving in a direction, with all results; each is computed on demand.
 
-    The fields have the roots, sines and exponentials, each where it varies; all else is plain arithmetic, here or in C.
-    Where status is NO_EQUILIBRIUM all but the motion is NaN; where both tendons are slack the spool angle and the slack
-    lengths are not determined, and NaN; slack lengths are NaN in the bilateral model, which has none.
+    The fields hold the roots, sines and exponentials, each where it varies; all else is plain
+    arithmetic, here or in C. Where status is NO_EQUILIBRIUM all but the motion is NaN; where both
+    tendons are slack the spool angle and the slack lengths are not determined, and NaN; slack
+    lengths are NaN in the bilateral model, which has none.
     """
 
     design: Design
@@ -37,35 +38,46 @@ class State:
     flexor: Sheathed
     extensor: Sheathed
     gravity_moment: Array
-    """Of forearm and load about the elbow where the forearm is level, N m."""
+    """Moment of forearm and load about the elbow where the forearm is level, N m."""
     sine: Array
-    """Of the forearm's inclination from the vertical."""
+    """Sine of the forearm's inclination from the vertical."""
     cosine: Array
+    """Cosine of the forearm's inclination from the vertical."""
     other_torque: Array
-    """What joint, task and inertia ask for besides the weights, N m."""
+    """Torque that joint, task and inertia ask for besides the weights, N m."""
     other_slope: Array
     """Its slope but for inertia, N m/rad."""
     resting: tuple[Sheathed, Sheathed] | None = None
-    """Both sheaths in the posture in which the pretension is set, if they are others there."""
+    """Both sheaths in the posture in which the pretension is set; None if they are the same."""
     speed: Array | None = None
-    """Of the joint along a trajectory, rad/s."""
+    """Speed of the joint along a trajectory, rad/s."""
     torque_rate: Array | None = None
-    """By how much inertia asks for more torque there, N m/s."""
+    """Rate of the torque of inertia along a trajectory, N m/s."""
 
     @classmethod
     def of(cls, design: Design, elbow_angle: Real, flexion: Flag) -> State:
-        """From arrays that broadcast: elbow angle in rad, and whether it is flexion, else extension."""
-        arm, sides = design.arm, (design.flexor, design.extensor)
-        flexor, extensor = sheaths_of(*sides, elbow_angle, flexion)
+        """Return the states of designs; all arguments broadcast.
+
+        Args:
+            design: Designs.
+            elbow_angle: Elbow angles, rad.
+            flexion: True in flexion, else extension.
+        """
+        arm = design.arm
+        flexor, extensor = sheaths_of(design.flexor, design.extensor, elbow_angle, flexion)
+        resting = None
+        if design.follows:
+            angle = design.setting.angle
+            resting = sheaths_of(design.flexor, design.extensor, angle, flexion)
         inclination = np.add(elbow_angle, arm.upper_arm_angle)
-        other_torque, speed, torque_rate = np.asarray(design.other_torque(elbow_angle)), None, None
+        other_torque = np.asarray(design.other_torque(elbow_angle))
+        speed = None
+        torque_rate = None
         if design.trajectory is not None:
             speed, acceleration, jerk = design.trajectory.at(elbow_angle)
             inertia = arm.inertia + design.load_mass * np.square(arm.load_distance)
-            other_torque, torque_rate = (
-                np.asarray(other_torque + inertia * acceleration),
-                np.asarray(inertia * jerk),
-            )
+            other_torque = np.asarray(other_torque + inertia * acceleration)
+            torque_rate = np.asarray(inertia * jerk)
         return cls(
             design=design,
             motion=arm.joint.motion(elbow_angle),
@@ -76,15 +88,20 @@ class State:
             cosine=np.cos(inclination),
             other_torque=other_torque,
             other_slope=np.asarray(design.other_torque(elbow_angle, 1)),
-            resting=sheaths_of(*sides, design.setting.angle, flexion) if design.follows else None,
+            resting=resting,
             speed=speed,
             torque_rate=torque_rate,
         )
 
     @cached_property
     def coupling(self) -> Coupling:
-        """What ties the two tensions together."""
-        motion, ratio = self.motion, self.design.ratio
+        """Equations that tie the two tensions together."""
+        motion = self.motion
+        ratio = self.design.ratio
+        resting = None
+        if self.resting is not None:
+            resting_flexor, resting_extensor = self.resting
+            resting = (resting_flexor.compliance, resting_extensor.compliance)
         return Coupling(
             moment_arm=motion.pulling_arm,
             extensor_arm=motion.extensor_moment_arm,
@@ -93,24 +110,26 @@ class State:
             extensor_compliance=self.extensor.compliance,
             mismatch=motion.mismatch(ratio),
             elbow_torque=self.gravity_moment * self.sine + self.other_torque,
-            resting=None
-            if self.resting is None
-            else (self.resting[0].compliance, self.resting[1].compliance),
+            resting=resting,
         )
 
     @cached_property
     def arm_slopes(self) -> tuple[Array, Real]:
-        """J_f' - J_f c_f'/c_f and J_e' - J_e c_e'/c_e: what a newton takes of, gives to the elbow's stiffness, m."""
+        """J_f' - J_f c_f'/c_f and J_e' - J_e c_e'/c_e, m.
+
+        A newton of the flexor takes the first from the elbow's stiffness, a newton of the extensor
+        adds the second.
+        """
         motion = self.motion
-        of_flexor, of_extensor = motion.flexor_moment_arm_slope, motion.extensor_moment_arm_slope
+        flexor_slope = motion.flexor_moment_arm_slope
+        extensor_slope = motion.extensor_moment_arm_slope
         if self.resting is None:
-            return of_flexor, of_extensor
-        flexor, extensor = (
-            side.compliance_rate / side.compliance for side in (self.flexor, self.extensor)
-        )
+            return flexor_slope, extensor_slope
+        flexor_rate = self.flexor.compliance_rate / self.flexor.compliance
+        extensor_rate = self.extensor.compliance_rate / self.extensor.compliance
         return (
-            of_flexor - motion.flexor_moment_arm * flexor,
-            of_extensor - motion.extensor_moment_arm * extensor,
+            flexor_slope - motion.flexor_moment_arm * flexor_rate,
+            extensor_slope - motion.extensor_moment_arm * extensor_rate,
         )
 
     @property
@@ -120,44 +139,52 @@ class State:
 
     @cached_property
     def response(self) -> Response:
-        """How the tensions follow pretension."""
+        """Tensions as functions of pretension."""
         return respond(self.coupling, unilateral=self.design.unilateral)
 
     @cached_property
     def held_stiffness(self) -> tuple[Array, Array]:
-        """J_f²/c_f + J_e²/c_e + dτ_a/dθ of a taut and of a slack state, N m/rad; a slack tendon adds nothing."""
-        tied, response, slope = self.coupling, self.response, self.torque_slope
-        flexor = np.square(tied.moment_arm) * (1.0 / tied.flexor_compliance)
-        extensor = np.asarray(np.square(tied.extensor_arm) / tied.extensor_compliance)
-        left = np.where(response.idle, 0.0, np.where(tied.elbow_torque < 0.0, extensor, flexor))
+        """J_f²/c_f + J_e²/c_e + dτ_a/dθ of a taut and of a slack state, N m/rad.
+
+        A slack tendon adds nothing.
+        """
+        coupling = self.coupling
+        flexor = np.square(coupling.moment_arm) * (1.0 / coupling.flexor_compliance)
+        extensor = np.asarray(np.square(coupling.extensor_arm) / coupling.extensor_compliance)
+        loaded = np.where(coupling.elbow_torque < 0.0, extensor, flexor)
+        slack = np.where(self.response.idle, 0.0, loaded)
         taut = flexor + extensor
-        return taut + slope, np.where(self.design.unilateral, left, taut) + slope
+        slope = self.torque_slope
+        return taut + slope, np.where(self.design.unilateral, slack, taut) + slope
 
     @cached_property
     def motor_arms(self) -> tuple[Array, Array]:
         """τ_m per distal newton of the flexor and, against it, of the extensor (Eq. 17), m."""
         radius = self.design.flexor_radius
-        return np.asarray(radius / self.flexor.capstan), np.asarray(
-            self.design.ratio * radius / self.extensor.capstan
-        )
+        flexor = np.asarray(radius / self.flexor.capstan)
+        extensor = np.asarray(self.design.ratio * radius / self.extensor.capstan)
+        return flexor, extensor
 
     @cached_property
     def balance(self) -> Balance:
         """Distal tensions, and which side is slack."""
         design = self.design
-        pretensions = design.flexor.pretension, design.extensor.pretension
         return statics.solve(
-            self.coupling, *pretensions, unilateral=design.unilateral, response=self.response
+            self.coupling,
+            design.flexor.pretension,
+            design.extensor.pretension,
+            unilateral=design.unilateral,
+            response=self.response,
         )
 
     @property
     def flexor_tension_proximal(self) -> Array:
-        """At the motor, N."""
+        """Tension of the flexor at the motor, N."""
         return np.asarray(self.balance.flexor / self.flexor.capstan)
 
     @property
     def extensor_tension_proximal(self) -> Array:
-        """At the motor, N."""
+        """Tension of the extensor at the motor, N."""
         return np.asarray(self.balance.extensor / self.extensor.capstan)
 
     @property
@@ -167,19 +194,19 @@ class State:
 
     @property
     def extensor_slack(self) -> Array:
-        """Likewise the extensor's, m."""
+        """Length of the loose path if the extensor is slack, m."""
         return self._slack_length(self.balance.extensor_slack)
 
     @property
     def longest_slack(self) -> Array:
-        """Length of the side that is slack, 0 where none is, m."""
+        """Length of the side that is slack, 0 if none is, m."""
         return self._slack_length(self.balance.is_slack)
 
     def _slack_length(self, slack: Flags) -> Array:
+        """Return the length where a side is slack, m: 0 where it is taut, NaN if undefined."""
         unilateral = np.asarray(self.design.unilateral)
-        per_path = np.where(
-            self.coupling.elbow_torque < 0.0, 1.0 / np.asarray(self.design.ratio), 1.0
-        )
+        per_extensor_path = 1.0 / np.asarray(self.design.ratio)
+        per_path = np.where(self.coupling.elbow_torque < 0.0, per_extensor_path, 1.0)
         per_path = np.where(unilateral & ~self.response.idle, per_path, np.nan)
         taut = np.where(unilateral & ~np.isnan(self.coupling.moment_arm), 0.0, np.nan)
         return np.where(slack, self.balance.path * per_path, taut)
@@ -197,43 +224,53 @@ class State:
 
     @property
     def elbow_stiffness(self) -> Array:
-        """k = J_f²/c_f + J_e²/c_e + dτ_a/dθ - (J_f' - J_f c_f'/c_f) x + (J_e' - J_e c_e'/c_e) y, the motor held.
+        """Elbow stiffness with the motor held, N m/rad.
 
-        In N m/rad. Negative where the arm is unstable: there the spool must turn back while the elbow goes on, and the
-        direction of friction that the state assumes is wrong.
+        k = J_f²/c_f + J_e²/c_e + dτ_a/dθ - (J_f' - J_f c_f'/c_f) x + (J_e' - J_e c_e'/c_e) y.
+
+        Negative where the arm is unstable: there the spool must turn back while the elbow goes on,
+        and the direction of friction that the state assumes is wrong.
         """
-        (taut, slack), (of_flexor, of_extensor), balance = (
-            self.held_stiffness,
-            self.arm_slopes,
-            self.balance,
-        )
-        stiffness = np.where(balance.is_slack, slack, taut) - balance.flexor * of_flexor
-        return np.asarray(
-            stiffness + balance.extensor * of_extensor if np.any(of_extensor) else stiffness
-        )
+        taut, slack = self.held_stiffness
+        flexor_slope, extensor_slope = self.arm_slopes
+        balance = self.balance
+        stiffness = np.where(balance.is_slack, slack, taut) - balance.flexor * flexor_slope
+        if np.any(extensor_slope):
+            stiffness = stiffness + balance.extensor * extensor_slope
+        return np.asarray(stiffness)
 
     @property
     def spool_angle(self) -> Array:
-        """α from the pretensioned state, read from a side under tension; any angle does where neither is, rad."""
-        design, motion, status = self.design, self.motion, self.status
-        flexor, extensor = (self.stretch(side, "compliance") for side in SIDES)
-        by_flexor = np.asarray((motion.flexor_travel + flexor) / design.flexor_radius)
-        by_extensor = (motion.extensor_travel - extensor) / (
-            design.ratio * np.asarray(design.flexor_radius)
-        )
-        alpha = np.where(
-            (status == statics.FLEXOR_SLACK) & design.unilateral, by_extensor, by_flexor
-        )
-        return np.where((status == statics.BOTH_SLACK) & design.unilateral, np.nan, alpha)
+        """α from the pretensioned state, rad.
+
+        It is read from a side under tension, and NaN where neither is, since any angle does there.
+        """
+        design = self.design
+        motion = self.motion
+        status = self.status
+        flexor_path = motion.flexor_travel + self.stretch("flexor", "compliance")
+        extensor_path = motion.extensor_travel - self.stretch("extensor", "compliance")
+        by_flexor = np.asarray(flexor_path / design.flexor_radius)
+        by_extensor = extensor_path / (design.ratio * np.asarray(design.flexor_radius))
+        is_flexor_slack = (status == statics.FLEXOR_SLACK) & design.unilateral
+        are_both_slack = (status == statics.BOTH_SLACK) & design.unilateral
+        angle = np.where(is_flexor_slack, by_extensor, by_flexor)
+        return np.where(are_both_slack, np.nan, angle)
 
     def stretch(self, side: str, part: str) -> Array:
-        """By how much the "tendon" or "spring" of a side, or all ("compliance"), grew since pretension was set, m."""
-        now, start = getattr(self, side), getattr(self.design, side).pretension
-        before = self.resting[SIDES.index(side)] if self.resting else now
-        change = getattr(self.balance, side) - start
-        stretched: Array = (
-            getattr(now, part) * change + (getattr(now, part) - getattr(before, part)) * start
-        )
+        """Return the elongation of a part of a side since the pretension was set, m.
+
+        Args:
+            side: One of SIDES.
+            part: "tendon", "spring", or "compliance" for all of the side.
+        """
+        sheath = getattr(self, side)
+        resting_sheath = self.resting[SIDES.index(side)] if self.resting else sheath
+        now = getattr(sheath, part)
+        resting = getattr(resting_sheath, part)
+        pretension = getattr(self.design, side).pretension
+        change = getattr(self.balance, side) - pretension
+        stretched: Array = now * change + (now - resting) * pretension
         return stretched
 
     @property
@@ -242,7 +279,10 @@ class State:
         return self.balance.status
 
     def columns(self, names: Iterable[str] = OF_STATES) -> dict[str, Array]:
-        """Columns of a table of states, by name, but for the status: each as its entry in `quantities` says."""
+        """Return columns of the states table by name, as `quantities` defines them.
+
+        The status is not among them.
+        """
         return {name: np.asarray(_VALUES[name](self)) for name in names}
 
 
@@ -250,5 +290,11 @@ _VALUES = {name: value for name in OF_STATES if (value := QUANTITIES[name].value
 
 
 def evaluate(design: Design, elbow_angle: Real, flexion: Flag) -> State:
-    """Solve every state of the broadcast product of `design`, `elbow_angle` (rad) and `flexion` (else extension)."""
+    """Solve every state of the broadcast product of designs, elbow angles and directions.
+
+    Args:
+        design: Designs.
+        elbow_angle: Elbow angles, rad.
+        flexion: True in flexion, else extension.
+    """
     return State.of(design, elbow_angle, flexion)

@@ -1,8 +1,8 @@
-"""From a body to the arm that a suit sits on.
+"""A body and the arm on it that a suit is put on.
 
-The paper's one arm is taken as that of a mean man; on another body each anchor moves with the dimension that it lies
-along or around, and weight and lever of forearm and hand follow from the body itself. All arguments broadcast; lengths
-in metres, masses in kilograms.
+The paper's one arm is taken as that of a mean man; on another body each anchor moves with the
+dimension that it lies along or around, and weight and lever of forearm and hand follow from the
+body itself. All arguments broadcast; lengths in metres, masses in kilograms.
 """
 
 from __future__ import annotations
@@ -17,12 +17,13 @@ FOREARM_MASS_SHARE = 0.022
 """Mass of forearm and hand over that of the body (Winter 2009, Table 4.1)."""
 
 FOREARM_COM_SHARE = 0.682
-"""Distance of their centre from the elbow over the length from elbow to ulnar styloid (Winter 2009, Table 4.1)."""
+"""Distance of their centre from the elbow over the length from elbow to ulnar styloid (Winter 2009,
+Table 4.1)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """What a tape and a scale say about someone; scalars or arrays of one shape."""
+    """Measures of a person by tape and scale; scalars or arrays of one shape."""
 
     stature: Real
     """Body height, m; no part of the arm follows from it."""
@@ -51,11 +52,16 @@ ANCHOR_ALONG = {
     "b2": "radiale_stylion_length",
     "elbow_radius": "forearm_circumference",
 }
-"""The dimension of the body that each of `Anchors` is in proportion to."""
+"""Dimension of the body to which each of `Anchors` is in proportion."""
 
 
 def anchor_scales(body: Body, reference: Body) -> dict[str, Array]:
-    """By how much each of `Anchors` is larger on a body than on the one that the suit was drawn for."""
+    """Return the ratio of each of `Anchors` on a body to that on the reference.
+
+    Args:
+        body: Body that wears the suit.
+        reference: Body for which the suit was drawn.
+    """
     return {
         anchor: np.asarray(np.divide(getattr(body, dimension), getattr(reference, dimension)))
         for anchor, dimension in ANCHOR_ALONG.items()

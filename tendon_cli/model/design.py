@@ -1,4 +1,4 @@
-"""What a design is: the arm that wears it, two tendons in sheaths with springs, and a motor's spool.
+"""A design: the arm that wears it, two tendons in sheaths with springs, and a motor's spool.
 
 All fields are scalars or arrays that broadcast against each other. SI units, angles in radians.
 """
@@ -31,15 +31,15 @@ class Limb:
     contact_width: Real = np.nan
     """Width of the extensor's strap around the elbow, m."""
     contact_radius: Real = np.nan
-    """Its radius of curvature, m; not a number where the joint tells."""
+    """Radius of curvature of that strap, m; NaN if the joint tells."""
     stiffness: Real = 0.0
-    """Of the joint itself, N m/rad."""
+    """Stiffness of the joint itself, N m/rad."""
     rest_angle: Real = 0.0
-    """Where that asks for no torque, rad."""
+    """Angle at which that stiffness asks for no torque, rad."""
     torque: Spline | None = None
-    """What the joint asks for by itself, N m over rad, instead of the two."""
+    """Torque that the joint asks for by itself, N m over rad, instead of the two."""
     inertia: Real = 0.0
-    """Of forearm and hand about the joint, kg m²."""
+    """Moment of inertia of forearm and hand about the joint, kg m²."""
 
     @property
     def strap_radius(self) -> Array:
@@ -47,14 +47,17 @@ class Limb:
         return np.where(np.isnan(self.contact_radius), self.joint.strap_radius, self.contact_radius)
 
     def passive(self, angle: Real, derivative: int = 0) -> Real:
-        """The torque that the joint asks for by itself to be flexed further (N m), or its slope (N m/rad)."""
+        """Return the torque that the joint asks for by itself to be flexed further.
+
+        Args:
+            angle: Angles of the joint, rad.
+            derivative: 0 for the torque, N m, or 1 for its slope, N m/rad.
+        """
         if self.torque is not None:
             return self.torque(angle, derivative)
-        return (
-            self.stiffness * np.subtract(angle, self.rest_angle)
-            if derivative == 0
-            else self.stiffness
-        )
+        if derivative == 0:
+            return self.stiffness * np.subtract(angle, self.rest_angle)
+        return self.stiffness
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +67,7 @@ class Side:
     friction: Real
     """μ."""
     bend_angle: Real | Spline
-    """φ = ∫κ ds, rad, or how it follows the joint."""
+    """φ = ∫κ ds, rad; a curve over the joint's angle if the sheath follows the joint."""
     length: Real
     """L, m."""
     diameter: Real
@@ -78,10 +81,10 @@ class Side:
     anchor_stiffness: Real = np.inf
     """K_t, of tissue and cuff behind the anchor, N/m."""
     spring_at_motor: Flag = False
-    """Whether the spring sits at the motor's end of the tendon, else at the joint's."""
+    """True where the spring sits at the motor's end of the tendon, else at the joint's."""
 
     def bend(self, angle: Real) -> tuple[Real, Real]:
-        """φ (rad) and dφ/dθ at angles of the joint."""
+        """Return φ (rad) and dφ/dθ at angles of the joint (rad)."""
         if isinstance(self.bend_angle, Spline):
             return self.bend_angle(angle), self.bend_angle(angle, 1)
         return self.bend_angle, 0.0
@@ -91,21 +94,21 @@ STANDARD_GRAVITY = 9.81
 """g in m/s², as the paper's findings assume."""
 F0 = "pretension"
 READINGS = (F0, "flexor at joint", "extensor at joint", "flexor at motor", "extensor at motor")
-"""How a pretension is read: as F0 of the model, or as a tension in the posture in which it is set."""
+"""Readings of a pretension: F0 of the model, or a tension in the posture in which it is set."""
 
 
 @dataclass(frozen=True, eq=False)
 class Posture:
-    """In which the pretension is set, the limb at rest after a direction of motion."""
+    """Posture in which the pretension is set, the limb at rest after a direction of motion."""
 
     angle: Real = 0.0
     """θ0 of the joint, rad."""
     upper_arm_angle: Real = 0.0
-    """rad."""
+    """ψ, inclination of the upper arm, rad."""
     load_mass: Real = 0.0
-    """In the hand, kg."""
+    """Mass in the hand, kg."""
     after_flexion: Flag = False
-    """Else after extension."""
+    """True after flexion, else after extension."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,74 +123,81 @@ class Design:
     ratio: Real
     """η = R_m^e / R_m^f."""
     load_mass: Real
-    """kg."""
+    """Mass of the load, kg."""
     unilateral: Flag = True
-    """A tendon cannot push; otherwise the paper's bilateral model."""
+    """True where a tendon cannot push; otherwise the paper's bilateral model."""
     load_torque: Spline | None = None
-    """What a task asks for besides, N m over rad."""
+    """Torque that a task asks for besides the weights, N m over rad."""
     load_scale: Real = 1.0
-    """Times that torque."""
+    """Factor of that torque."""
     trajectory: Trajectory | None = None
-    """The motion in time, if it is one: at its samples inertia asks for torque, too."""
+    """Motion in time, if it is one: at its samples inertia asks for torque, too."""
     setting: Posture = field(default_factory=Posture)
     read: str = F0
-    """How the pretension is read, one of READINGS."""
+    """Reading in which the pretension is given, one of READINGS."""
     given: Mapping[str, Real] = field(default_factory=dict)
-    """Numbers that a limit alone needs, by key (`limits.GIVEN`); of a number of each side that of the flexor."""
+    """Numbers that a limit alone needs, by key (`limits.GIVEN`); that of the flexor if both sides
+    have one."""
 
     @property
     def follows(self) -> bool:
-        """Whether a sheath bends as the joint turns."""
+        """True if a sheath bends as the joint turns."""
         return isinstance(self.flexor.bend_angle, Spline) or isinstance(
             self.extensor.bend_angle, Spline
         )
 
     @property
     def gravity_moment(self) -> Array:
-        """Of forearm and load about the elbow where the forearm is level, N m."""
+        """Moment of forearm and load about the elbow where the forearm is level, N m."""
         forearm = self.arm.forearm_mass * self.arm.forearm_com
         return np.multiply(STANDARD_GRAVITY, forearm + self.load_mass * self.arm.load_distance)
 
     @property
     def knots(self) -> Array:
-        """Where its curves have kinks in a derivative, rad."""
+        """Angles at which any of its curves has a kink in a derivative, rad."""
         curves = [
             self.arm.torque,
             self.load_torque,
             self.flexor.bend_angle,
             self.extensor.bend_angle,
+            getattr(self.arm.joint, "flexor", None),
+            getattr(self.arm.joint, "extensor", None),
         ]
-        curves += [getattr(self.arm.joint, side, None) for side in ("flexor", "extensor")]
-        return np.unique(
-            np.concatenate(
-                [np.zeros(0), *(each.knots for each in curves if isinstance(each, Spline))]
-            )
-        )
+        knots = [curve.knots for curve in curves if isinstance(curve, Spline)]
+        return np.unique(np.concatenate([np.zeros(0), *knots]))
 
     def other_torque(self, angle: Real, derivative: int = 0) -> Real:
-        """What joint and task ask for besides the weights (N m), or its slope (N m/rad)."""
+        """Return the torque that joint and task ask for besides the weights.
+
+        Args:
+            angle: Angles of the joint, rad.
+            derivative: 0 for the torque, N m, or 1 for its slope, N m/rad.
+        """
         joint = self.arm.passive(angle, derivative)
-        return (
-            joint
-            if self.load_torque is None
-            else joint + self.load_scale * self.load_torque(angle, derivative)
-        )
+        if self.load_torque is None:
+            return joint
+        return joint + self.load_scale * self.load_torque(angle, derivative)
 
 
 def changed(made: Any, change: Callable[..., Any], *others: Any) -> Any:
-    """A design, or what is made of one, with each of its arrays changed, by those of others that are made likewise."""
+    """Return a design, or an object of one, with each of its arrays changed.
+
+    Args:
+        made: Design, a dataclass or mapping in it, or an array.
+        change: Function of an array, and of the same array of each of the others.
+        others: Objects that are made likewise.
+    """
     if isinstance(made, np.ndarray):
         return change(made, *others)
     if isinstance(made, Mapping):
         return {
-            key: changed(each, change, *(other[key] for other in others))
-            for key, each in made.items()
+            key: changed(value, change, *(other[key] for other in others))
+            for key, value in made.items()
         }
     if not is_dataclass(made):
         return made
-    names = [each.name for each in fields(made)]
-    parts = {
-        name: changed(getattr(made, name), change, *(getattr(each, name) for each in others))
-        for name in names
-    }
+    parts = {}
+    for name in (part.name for part in fields(made)):
+        other_parts = (getattr(other, name) for other in others)
+        parts[name] = changed(getattr(made, name), change, *other_parts)
     return replace(made, **parts)  # type: ignore[type-var]

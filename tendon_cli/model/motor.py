@@ -1,15 +1,16 @@
-"""What motor, springs and friction do as the elbow moves through a state.
+"""Rates of motor, springs and friction as the elbow moves through a state.
 
 The spool turns with the elbow by dα/dθ; everything else follows from that. Per radian of the elbow
 
     τ_m dα/dθ = τ_a + dU/dθ + dW/dθ
 
-with U what tendons and springs store and W what friction takes. Along a sheath the tendon slides by u(s) and friction
-takes dF/ds du ds: W comes from friction itself, and the balance above is used nowhere. SI units, angles in radians.
+with U what tendons and springs store and W what friction takes. Along a sheath the tendon slides by
+u(s) and friction takes dF/ds du ds: W comes from friction itself, and the balance above is used
+nowhere. SI units, angles in radians.
 
-A cycle is both strokes of a design. Its works are integrals over the elbow angle; where a tendon goes slack or the
-motor turns from driving to braking they have a kink, which bisection finds. What the turns between the strokes
-cost is left out.
+A cycle is both strokes of a design. Its works are integrals over the elbow angle; where a tendon
+goes slack or the motor turns from driving to braking they have a kink, which bisection finds. The
+cost of the turns between the strokes is left out.
 """
 
 from __future__ import annotations
@@ -26,17 +27,20 @@ from tendon_cli.model.statics import BOTH_SLACK, EXTENSOR_SLACK, FLEXOR_SLACK
 from tendon_cli.model.trajectory import Trajectory
 
 _LONGEST_STEP = float(np.radians(1.0))
+"""Longest step of an integral over the elbow angle, rad."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 _HALVINGS = 30
 
 
 @dataclass(frozen=True, eq=False)
 class MotorRates:
-    """What goes on in states per radian of the elbow (θ, whichever way it moves); shapes as those of `State`.
+    """Rates of states per radian of the elbow (θ, whichever way it moves); shapes as in `State`.
 
-    Along a trajectory it is per second: the inertia that asks for more torque has the motor stretch the springs, too.
+    Along a trajectory they are per second: the inertia that asks for more torque has the motor
+    stretch the springs, too.
 
-    Where both tendons are slack the spool is free: its angle and speed are NaN, and nothing is driven, stored or lost.
+    Where both tendons are slack the spool is free: its angle and speed are NaN, and nothing is
+    driven, stored or lost.
     """
 
     spool_angle: Array
@@ -50,96 +54,147 @@ class MotorRates:
     storing: Array
     """dU/dθ, N m."""
     friction: Array
-    """dW/dθ by the work of friction along both sheaths, N m: below 0 in extension, where θ falls."""
+    """dW/dθ by the work of friction along both sheaths, N m: below 0 in extension, where θ
+    falls."""
 
 
 def motor_rates(state: State) -> MotorRates:
-    """Rates of states by their elbow stiffness k = dα/dθ R_f (J_f/c_f + η J_e/c_e), which leaves slack sides out."""
-    design, tied, status = state.design, state.coupling, state.status
+    """Return the rates of states.
+
+    They follow from the elbow stiffness k = dα/dθ R_f (J_f/c_f + η J_e/c_e), which leaves slack
+    sides out.
+    """
+    design = state.design
+    coupling = state.coupling
+    status = state.status
     turning = 1.0 if state.speed is None else state.speed
-    asked = 0.0 if state.torque_rate is None else state.torque_rate
-    limp = np.asarray(design.unilateral)
-    flexor_pulls = ~(((status == FLEXOR_SLACK) | (status == BOTH_SLACK)) & limp)
-    extensor_pulls = ~(((status == EXTENSOR_SLACK) | (status == BOTH_SLACK)) & limp)
-    by_flexor = flexor_pulls * tied.moment_arm / tied.flexor_compliance
-    by_extensor = extensor_pulls * tied.ratio * tied.extensor_arm / tied.extensor_compliance
+    torque_rate = 0.0 if state.torque_rate is None else state.torque_rate
+
+    unilateral = np.asarray(design.unilateral)
+    is_flexor_slack = (status == FLEXOR_SLACK) | (status == BOTH_SLACK)
+    is_extensor_slack = (status == EXTENSOR_SLACK) | (status == BOTH_SLACK)
+    flexor_pulls = ~(is_flexor_slack & unilateral)
+    extensor_pulls = ~(is_extensor_slack & unilateral)
+
+    # Elbow torque that each side adds per length wound on the flexor's spool, N.
+    by_flexor = flexor_pulls * coupling.moment_arm / coupling.flexor_compliance
+    by_extensor = (
+        extensor_pulls * coupling.ratio * coupling.extensor_arm / coupling.extensor_compliance
+    )
     with np.errstate(divide="ignore", invalid="ignore"):
-        needed = state.elbow_stiffness * turning + asked
-        winding = np.where(
-            flexor_pulls | extensor_pulls, needed / (by_flexor + by_extensor), np.nan
-        )
-    wound = np.where(np.isnan(winding) & ~np.isnan(tied.moment_arm), 0.0, winding)
-    x, y = state.balance.flexor, state.balance.extensor
-    shortens, lengthens = tied.moment_arm * turning, np.asarray(tied.extensor_arm) * turning
-    x_takes, y_takes = wound - shortens, lengthens - tied.ratio * wound
+        needed = state.elbow_stiffness * turning + torque_rate
+        winding = needed / (by_flexor + by_extensor)
+        winding = np.where(flexor_pulls | extensor_pulls, winding, np.nan)
+    is_free = np.isnan(winding) & ~np.isnan(coupling.moment_arm)
+    wound = np.where(is_free, 0.0, winding)
+
+    # Rates of both distal tensions, by the lengths that each side takes up.
+    x = state.balance.flexor
+    y = state.balance.extensor
+    shortens = coupling.moment_arm * turning
+    lengthens = np.asarray(coupling.extensor_arm) * turning
+    x_takes = wound - shortens
+    y_takes = lengthens - coupling.ratio * wound
+    resting_flexor = state.flexor
     if state.resting is not None:  # a bend that follows the joint stretches the tendons, too
         x_takes = x_takes - state.flexor.compliance_rate * x * turning
         y_takes = y_takes - state.extensor.compliance_rate * y * turning
-    x_rate = flexor_pulls * x_takes / tied.flexor_compliance
-    y_rate = extensor_pulls * y_takes / tied.extensor_compliance
-    started = (
-        state.flexor if state.resting is None else state.resting[0]
-    ).compliance * design.flexor.pretension
+        resting_flexor = state.resting[0]
+    x_rate = flexor_pulls * x_takes / coupling.flexor_compliance
+    y_rate = extensor_pulls * y_takes / coupling.extensor_compliance
+
+    started = resting_flexor.compliance * design.flexor.pretension
+    flexor_storing = state.flexor.storing(x, x_rate, turning)
+    extensor_storing = state.extensor.storing(y, y_rate, turning)
+    flexor_friction = state.flexor.friction_rate(x, x_rate, shortens, turning)
+    extensor_friction = state.extensor.friction_rate(y, y_rate, -lengthens, turning)
     return MotorRates(
         spool_angle=state.spool_angle + started / design.flexor_radius,
         spool_speed=winding / design.flexor_radius,
         power=np.asarray(state.motor_torque * wound / design.flexor_radius),
         stored=0.5 * (state.flexor.gives * x * x + state.extensor.gives * y * y),
-        storing=state.flexor.storing(x, x_rate, turning)
-        + state.extensor.storing(y, y_rate, turning),
-        friction=state.flexor.friction_rate(x, x_rate, shortens, turning)
-        + state.extensor.friction_rate(y, y_rate, -lengthens, turning),
+        storing=flexor_storing + extensor_storing,
+        friction=flexor_friction + extensor_friction,
     )
 
 
 def cycle(design: Design, elbow_angle: Array, flexion: Flags, speed: float) -> dict[str, Array]:
-    """What both strokes of designs come to at a speed of the elbow (rad/s), by column, from the least angle and back.
+    """Return the columns of both strokes of designs, from the least angle to the largest and back.
 
-    Directions (D, 1) and elbow angles (1, K), in any order, are the last two axes, which results do not have. Peaks,
-    travel and differences are those of the states at these angles; NaN where no state tells, differences where there is
-    one direction alone, and works and losses where any state has no equilibrium. Units: `quantities.OF_CYCLES`.
+    Peaks, travel and differences are those of the states at these angles. They are NaN if no state
+    tells, differences also if there is one direction alone, and works and losses if any state has
+    no equilibrium.
+
+    Args:
+        design: Designs, over axes before the last two.
+        elbow_angle: Elbow angles (1, K) in any order, rad.
+        flexion: Directions (D, 1), True for flexion.
+        speed: Speed of the elbow, rad/s.
+
+    Returns:
+        Values by column over the designs' axes; units as in `quantities.OF_CYCLES`.
     """
     angles = np.unique(elbow_angle)
     state = evaluate(design, angles[np.newaxis], flexion)
     rates = motor_rates(state)
+    spool_speed = speed * rates.spool_speed
     power = np.where(flexion, speed, -speed) * rates.power
-    return _columns(
-        state, rates, speed * rates.spool_speed, power, _works(design, angles, flexion), flexion
-    )
+    works = _works(design, angles, flexion)
+    return _columns(state, rates, spool_speed, power, works, flexion)
 
 
 def along(design: Design, trajectory: Trajectory) -> dict[str, Array]:
-    """What designs come to along a trajectory, by column, as by `cycle`; sums over time are those of its samples.
+    """Return the columns of designs along a trajectory, as `cycle` does.
 
-    There is no other direction at the same angle to compare with.
+    Sums over time are those of its samples. Differences are NaN, because there is no other
+    direction at the same angle to compare with.
     """
     state = evaluate(design, trajectory.angle[np.newaxis], trajectory.flexion[np.newaxis])
-    rates, weights = motor_rates(state), trajectory.weights
+    rates = motor_rates(state)
+    weights = trajectory.weights
 
     def total(values: Array) -> Array:
         return np.asarray(np.broadcast_to(values, rates.power.shape)[..., 0, :] @ weights)
 
-    works = total(np.maximum(rates.power, 0.0)), total(rates.friction)
-    return _columns(state, rates, rates.spool_speed, rates.power, works, np.array([[True]])) | {
-        "rms_motor_torque": np.sqrt(total(np.square(state.motor_torque)) / weights.sum()),
-        "braking_work": total(np.maximum(-rates.power, 0.0)),
-    }
+    driving_work = total(np.maximum(rates.power, 0.0))
+    friction_loss = total(rates.friction)
+    columns = _columns(
+        state,
+        rates,
+        rates.spool_speed,
+        rates.power,
+        (driving_work, friction_loss),
+        np.array([[True]]),
+    )
+    mean_square_torque = total(np.square(state.motor_torque)) / weights.sum()
+    columns["rms_motor_torque"] = np.sqrt(mean_square_torque)
+    columns["braking_work"] = total(np.maximum(-rates.power, 0.0))
+    return columns
 
 
 def _columns(
     state: State,
     rates: MotorRates,
-    turning: Array,
+    spool_speed: Array,
     power: Array,
     works: tuple[Array, Array],
     flexion: Flags,
 ) -> dict[str, Array]:
-    """What states come to whose spool turns by `turning` (rad/s) with a power (W), and their works in and lost (J)."""
+    """Return the columns of designs from their states.
+
+    Args:
+        state: States, with directions and angles as the last two axes.
+        rates: Their rates.
+        spool_speed: Speed of the spool in each state, rad/s.
+        power: Power of the motor in each state, W.
+        works: Work of the motor where it drives, and work that friction takes, J.
+        flexion: Directions, True for flexion.
+    """
     work, loss = works
     with np.errstate(divide="ignore", invalid="ignore"):
         efficiency = np.asarray(np.where(work > 0.0, 1.0 - loss / work, np.nan))
     return {
-        "peak_motor_speed": _over(np.fmax, np.abs(turning)),
+        "peak_motor_speed": _over(np.fmax, np.abs(spool_speed)),
         "peak_motor_power": np.maximum(_over(np.fmax, power), 0.0),
         "peak_braking_power": np.maximum(_over(np.fmax, -power), 0.0),
         "motor_work_in": work,
@@ -152,101 +207,129 @@ def _columns(
 
 
 def _works(design: Design, angles: Array, flexion: Flags) -> tuple[Array, Array]:
-    """Work of the motor where it drives, and what friction takes, J."""
+    """Return the work of the motor where it drives, and the work that friction takes, J."""
     edges = _steps(angles)
-    low, high = edges[:-1], edges[1:]
+    low = edges[:-1]
+    high = edges[1:]
     kinds = _kinds(design, edges, flexion)
-    kinked = kinds[..., :-1] != kinds[..., 1:]
-    smooth = [np.where(kinked, 0.0, each) for each in _integrals(design, low, high, flexion)]
-    at = np.nonzero(kinked)
-    some, ways = select_points(design, kinked.shape, at), np.broadcast_to(flexion, kinked.shape)[at]
-    start, stop = low[at[-1]], high[at[-1]]
+    is_kinked = kinds[..., :-1] != kinds[..., 1:]
+    smooth_work, smooth_loss = _integrals(design, low, high, flexion)
+    work = np.where(is_kinked, 0.0, smooth_work)  # (designs, directions, steps), J
+    loss = np.where(is_kinked, 0.0, smooth_loss)
+
+    # Steps with kinks are integrated from kink to kink, all together.
+    steps = np.nonzero(is_kinked)
+    designs = select_points(design, is_kinked.shape, steps)
+    directions = np.broadcast_to(flexion, is_kinked.shape)[steps]
+    start = low[steps[-1]]
+    stop = high[steps[-1]]
     while np.any(start < stop):
-        kink = _next_kink(some, start, stop, ways)
-        for whole, part in zip(smooth, _integrals(some, start, kink, ways), strict=True):
-            np.add.at(whole, at, part)
+        kink = _next_kink(designs, start, stop, directions)
+        part_work, part_loss = _integrals(designs, start, kink, directions)
+        np.add.at(work, steps, part_work)
+        np.add.at(loss, steps, part_loss)
         start = kink
-    work, loss = (each.sum(axis=(-2, -1)) for each in smooth)
-    return work, loss
+    return work.sum(axis=(-2, -1)), loss.sum(axis=(-2, -1))
 
 
 def _steps(angles: Array, longest: float = _LONGEST_STEP) -> Array:
-    """The angles, and others between them, so that no step is too long."""
+    """Return ascending angles with others between them, so that no step is longer than a length."""
     counts = np.maximum(1, np.ceil(np.diff(angles) / longest - 1e-9)).astype(np.int64)
-    steps = zip(angles[:-1], angles[1:], counts, strict=True)
-    return np.concatenate(
-        [
-            *(np.linspace(low, high, count, endpoint=False) for low, high, count in steps),
-            angles[-1:],
-        ]
-    )
+    steps = [
+        np.linspace(low, high, count, endpoint=False)
+        for low, high, count in zip(angles[:-1], angles[1:], counts, strict=True)
+    ]
+    return np.concatenate([*steps, angles[-1:]])
 
 
 def gauss(angles: Array, longest: float = _LONGEST_STEP) -> tuple[Array, Array]:
-    """Nodes and weights, one after the other, for integrals over ascending angles of what has no kinks, rad."""
+    """Return nodes and weights of Gauss's rule for integrals of what has no kinks.
+
+    Args:
+        angles: Ascending angles between which the integral is smooth, rad.
+        longest: Longest step, rad.
+
+    Returns:
+        Nodes in ascending order and their weights, rad.
+    """
     edges = _steps(angles, longest)
-    middle, half = 0.5 * (edges[:-1] + edges[1:]), 0.5 * np.diff(edges)
-    return (middle[:, np.newaxis] + half[:, np.newaxis] * _NODES).ravel(), (
-        half[:, np.newaxis] * _WEIGHTS
-    ).ravel()
+    middle = 0.5 * (edges[:-1] + edges[1:])
+    half = 0.5 * np.diff(edges)
+    nodes = middle[:, np.newaxis] + half[:, np.newaxis] * _NODES  # (steps, nodes), rad
+    weights = half[:, np.newaxis] * _WEIGHTS
+    return nodes.ravel(), weights.ravel()
 
 
 def _rates(design: Design, angle: Array, flexion: Flags) -> tuple[State, Array, Array]:
-    """States, and in the direction of motion per radian the motor's power and friction's, N m."""
+    """Return states with the powers of motor and friction per radian of the motion, N m."""
     state = evaluate(design, angle, flexion)
     rates = motor_rates(state)
     forward = np.where(flexion, 1.0, -1.0)
     return state, forward * rates.power, forward * rates.friction
 
 
-def _integrals(design: Design, low: Array, high: Array, flexion: Flags) -> list[Array]:
-    """Work of the motor where it drives and of friction over smooth steps, J, by Gauss's rule."""
-    middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    total = [np.zeros(()), np.zeros(())]
+def _integrals(design: Design, low: Array, high: Array, flexion: Flags) -> tuple[Array, Array]:
+    """Integrate the work of the driving motor and of friction over smooth steps, J."""
+    middle = 0.5 * (low + high)
+    half = 0.5 * (high - low)
+    work = np.zeros(())
+    loss = np.zeros(())
     for node, weight in zip(_NODES, _WEIGHTS, strict=True):
         _, power, friction = _rates(design, middle + half * node, flexion)
-        driven = weight * half * np.maximum(power, 0.0)
-        total = [total[0] + driven, total[1] + weight * half * friction]
-    return total
+        work = work + weight * half * np.maximum(power, 0.0)
+        loss = loss + weight * half * friction
+    return work, loss
 
 
 def _kinds(design: Design, angle: Array, flexion: Flags) -> Array:
-    """What differs across a kink: the status, and whether the motor drives or brakes."""
+    """Return numbers that differ across a kink, from the status and the sign of the power."""
     state, power, _ = _rates(design, angle, flexion)
     return np.asarray(4.0 * state.balance.status + np.sign(np.nan_to_num(power)))
 
 
 def _next_kink(design: Design, start: Array, stop: Array, flexion: Flags) -> Array:
-    """Just past the first kink after `start`, by bisection; `stop` where there is none."""
-    kind, low, high = _kinds(design, start, flexion), start, stop
-    alike = _kinds(design, stop, flexion) == kind
+    """Bisect for a point just past the first kink after `start`; `stop` if there is none."""
+    kind = _kinds(design, start, flexion)
+    has_no_kink = _kinds(design, stop, flexion) == kind
+    low = start
+    high = stop
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        same = _kinds(design, middle, flexion) == kind
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return np.where(alike, stop, high)
+        is_before = _kinds(design, middle, flexion) == kind
+        low = np.where(is_before, middle, low)
+        high = np.where(is_before, high, middle)
+    return np.where(has_no_kink, stop, high)
 
 
 def select_points(
     design: Design, shape: tuple[int, ...], at: tuple[npt.NDArray[np.int64], ...]
 ) -> Design:
-    """Some states' designs of all, one after the other."""
-    some: Design = changed(
-        design, lambda values: np.broadcast_to(values, shape)[at] if values.ndim else values
-    )
-    return some
+    """Return the designs of some points, one after the other.
+
+    Args:
+        design: Designs whose arrays broadcast to a shape.
+        shape: The shape.
+        at: Indices of the points along each axis of the shape.
+    """
+
+    def select(values: Array) -> Array:
+        return np.broadcast_to(values, shape)[at] if values.ndim else values
+
+    selected: Design = changed(design, select)
+    return selected
 
 
 def _over(extreme: np.ufunc, values: Array) -> Array:
-    """The extreme over directions and angles of what is a number."""
+    """Return the extreme over directions and angles, NaN left out."""
     spread = np.broadcast_to(values, np.broadcast_shapes(values.shape, (1, 1)))
     return np.asarray(extreme.reduce(spread, axis=(-2, -1)))
 
 
 def _largest_gap(values: Array, flexion: Flags) -> Array:
-    """The largest difference between the directions at one elbow angle."""
-    ways = np.ravel(flexion)
-    if ways.all() or not ways.any():
+    """Return the largest difference between both directions at one elbow angle."""
+    directions = np.ravel(flexion)
+    if directions.all() or not directions.any():
         return np.full(values.shape[:-2], np.nan)
-    there, back = (np.compress(ways == way, values, axis=-2)[..., :1, :] for way in (True, False))
-    return _over(np.fmax, np.abs(there - back))
+    forward = np.compress(directions, values, axis=-2)[..., :1, :]
+    back = np.compress(~directions, values, axis=-2)[..., :1, :]
+    return _over(np.fmax, np.abs(forward - back))

@@ -1,9 +1,10 @@
 """A tendon in a curved sheath with Coulomb friction (Eqs. 6 and 13, Appendix A).
 
-Along the sheath dF/ds = σ μ κ F, where σ is -1 for a tendon that is pulled toward the motor and +1 for one that is
-dragged toward the elbow. For the ratio of the tensions only the total curvature φ = ∫κ ds matters (Eq. A.17), whatever
-the route in three dimensions; the elongation (Eq. 13) supposes that the curvature is spread evenly along the sheath.
-`Sheathed` is all that the model asks of one: nobody else knows μφ.
+Along the sheath dF/ds = σ μ κ F, where σ is -1 for a tendon that is pulled toward the motor and +1
+for one that is dragged toward the elbow. For the ratio of the tensions only the total curvature
+φ = ∫κ ds matters (Eq. A.17), whatever the route in three dimensions; the elongation (Eq. 13)
+supposes that the curvature is spread evenly along the sheath. The rest of the model takes only
+`Sheathed` from here: nothing else knows μφ.
 """
 
 from __future__ import annotations
@@ -17,23 +18,36 @@ import numpy as np
 from tendon_cli.model.design import Side
 from tendon_cli.model.kinematics import Array, Flag, Real
 
-_SERIES_BELOW, _TERMS = 0.3, 14  # leaves 1e-17 of the derivative
+_SERIES_BELOW = 0.3
+"""Magnitude of the exponent below which the slope of the elongation is summed as a series."""
+_TERMS = 14
+"""Terms of that series; they leave 1e-17 of the slope."""
 
 TOWARD_MOTOR = -1.0
 TOWARD_ELBOW = 1.0
 
 
 def capstan_ratio(friction: Real, bend_angle: Real, toward: Real) -> Array:
-    """Distal over proximal tension, e^{σμφ} (Eqs. 6 and A.17); `toward` is σ."""
+    """Return the ratio of distal to proximal tension, e^{σμφ} (Eqs. 6 and A.17).
+
+    Args:
+        friction: μ.
+        bend_angle: φ, rad.
+        toward: σ, TOWARD_MOTOR or TOWARD_ELBOW.
+    """
     return np.exp(np.multiply(np.multiply(toward, friction), bend_angle))
 
 
 def relative_elongation(exponent: Any) -> Any:
-    """(e^z - 1)/z, the elongation of a tendon over that without friction; 1 in the limit z → 0.
+    """Return (e^z - 1)/z, the elongation of a tendon over that without friction.
 
-    With z = σμφ it is per proximal tension, with z = -σμφ per distal tension (Eq. 13, β/L).
+    It is 1 in the limit z → 0. With z = σμφ it is per proximal tension, with z = -σμφ per distal
+    tension (Eq. 13, β/L).
+
+    Args:
+        exponent: z, of any shape.
     """
-    if hasattr(exponent, "elongation"):  # of series, in proofs
+    if hasattr(exponent, "elongation"):  # a series, in proofs
         return exponent.elongation()
     z = np.asarray(exponent)
     with np.errstate(invalid="ignore"):
@@ -48,7 +62,16 @@ def tendon_compliance(
     bend_angle: Real,
     toward: Real,
 ) -> Array:
-    """Elongation of a round tendon per newton at its distal end (Eq. 13), m/N."""
+    """Return the elongation of a round tendon per newton at its distal end (Eq. 13), m/N.
+
+    Args:
+        length: L, m.
+        diameter: d, m.
+        youngs_modulus: E, Pa.
+        friction: μ.
+        bend_angle: φ, rad.
+        toward: σ, TOWARD_MOTOR or TOWARD_ELBOW.
+    """
     area = np.pi * np.square(diameter) / 4.0
     exponent = np.multiply(np.multiply(-np.asarray(toward), friction), bend_angle)
     compliance: Array = length / (area * youngs_modulus) * relative_elongation(exponent)
@@ -56,33 +79,39 @@ def tendon_compliance(
 
 
 def elongation_slope(exponent: Real) -> Array:
-    """Derivative of `relative_elongation`: (e^z - (e^z - 1)/z)/z, 1/2 in the limit z → 0."""
+    """Return the derivative of `relative_elongation`, (e^z - (e^z - 1)/z)/z.
+
+    It is 1/2 in the limit z → 0.
+
+    Args:
+        exponent: z, of any shape.
+    """
     z = np.asarray(exponent)
     series = np.zeros(z.shape)
     for term in range(_TERMS, 0, -1):  # Σ n z^(n-1)/(n+1)!
         series = 1.0 + series * z * (term + 1) / (term * (term + 2))
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(
-            np.abs(z) < _SERIES_BELOW, 0.5 * series, (np.exp(z) - relative_elongation(z)) / z
-        )
+        closed = (np.exp(z) - relative_elongation(z)) / z
+        return np.where(np.abs(z) < _SERIES_BELOW, 0.5 * series, closed)
 
 
 @dataclass(frozen=True, eq=False)
 class Sheathed:
-    """What a sheathed tendon, its spring and its anchor do to tension, in a direction and at the joint's angles."""
+    """A tendon in its sheath with spring and anchor, in a direction and at angles of the joint."""
 
     capstan: Array
     """Distal over proximal tension."""
     tendon: Array
     """Elongation of the tendon per distal newton, m/N."""
     spring: Array
-    """Extension of the spring per distal newton: 1 / K_SE at the joint, e^(-σμφ) / K_SE at the motor, m/N."""
+    """Extension of the spring per distal newton: 1 / K_SE at the joint, e^(-σμφ) / K_SE at the
+    motor, m/N."""
     anchor: Array
-    """1 / K_t, by how much the tissue behind the anchor gives per newton, m/N."""
+    """1 / K_t, displacement of the tissue behind the anchor per newton, m/N."""
     at_motor: Flag = False
-    """Whether the spring sits at the motor's end, else at the joint's."""
+    """True where the spring sits at the motor's end, else at the joint's."""
     exponent_rate: Real = 0.0
-    """-σμ dφ/dθ, where the bend follows the joint."""
+    """-σμ dφ/dθ; 0 unless the bend follows the joint."""
 
     @cached_property
     def compliance(self) -> Array:
@@ -92,9 +121,8 @@ class Sheathed:
     @property
     def compliance_rate(self) -> Array:
         """dc/dθ, m/(N rad)."""
-        return np.asarray(
-            self._tendon_rate + self.spring * np.where(self.at_motor, self.exponent_rate, 0.0)
-        )
+        spring_exponent_rate = np.where(self.at_motor, self.exponent_rate, 0.0)
+        return np.asarray(self._tendon_rate + self.spring * spring_exponent_rate)
 
     @property
     def exponent(self) -> Array:
@@ -103,43 +131,46 @@ class Sheathed:
 
     @property
     def _tendon_rate(self) -> Array:
+        """Derivative of `tendon` by θ, m/(N rad)."""
         share = elongation_slope(self.exponent) / relative_elongation(self.exponent)
         return np.asarray(self.tendon * share * self.exponent_rate)
 
     @property
     def strain(self) -> Array:
-        """∫ (F/T)² ds / AE, twice the tendon's strain energy over the square of its distal tension T, m/N.
+        """∫ (F/T)² ds / AE, twice the tendon's strain energy over T², m/N; T is the distal tension.
 
-        With F = T e^(as/L) from the elbow on it is L/(AE) (e^(2a) - 1)/(2a), where c_Ten has a once.
+        With F = T e^(as/L) from the elbow on it is L/(AE) (e^(2a) - 1)/(2a), where c_Ten has a
+        once.
         """
-        return np.asarray(
-            self.tendon
-            * relative_elongation(2.0 * self.exponent)
-            / relative_elongation(self.exponent)
-        )
+        doubled = self.tendon * relative_elongation(2.0 * self.exponent)
+        return np.asarray(doubled / relative_elongation(self.exponent))
 
     @property
     def _strain_rate(self) -> Array:
+        """Derivative of `strain` by θ, m/(N rad)."""
         slope = 2.0 * elongation_slope(2.0 * self.exponent) * self.exponent_rate
         return np.asarray(self.tendon * slope / relative_elongation(self.exponent))
 
     @property
     def _spring_energy(self) -> Array:
+        """Twice the spring's energy over the square of the distal tension, m/N."""
         return np.where(self.at_motor, self.spring / self.capstan, self.spring)
 
     @property
     def gives(self) -> Array:
-        """Twice the energy that tendon, spring and anchor store over the square of the distal tension, m/N."""
+        """Twice the energy of tendon, spring and anchor over the distal tension squared, m/N."""
         return np.asarray(self._spring_energy + self.anchor + self.strain)
 
     def storing(self, tension: Array, tension_rate: Array, turning: Real = 1.0) -> Array:
-        """dU/dθ of the energy that they store, by the distal tension and its rate (N, N/rad), N m.
+        """Return dU/dθ, the rate of the energy that tendon, spring and anchor store, N m.
 
-        Per second if the rate is and the joint turns by `turning` (rad/s).
+        Args:
+            tension: Distal tension, N.
+            tension_rate: Its rate, N/rad; with N/s the result is per second, W.
+            turning: Rate of the joint: 1, or its speed in rad/s if rates are per second.
         """
-        rate = self._strain_rate + 2.0 * self._spring_energy * np.where(
-            self.at_motor, self.exponent_rate, 0.0
-        )
+        spring_exponent_rate = np.where(self.at_motor, self.exponent_rate, 0.0)
+        rate = self._strain_rate + 2.0 * self._spring_energy * spring_exponent_rate
         return np.asarray(
             self.gives * tension * tension_rate + 0.5 * rate * tension * tension * turning
         )
@@ -147,35 +178,47 @@ class Sheathed:
     def friction_rate(
         self, tension: Array, tension_rate: Array, path_rate: Real, turning: Real = 1.0
     ) -> Array:
-        """∫ dF/ds du/dθ ds over the sheath: what friction takes, N m, by the distal tension T and its rate (N, N/rad).
+        """Return ∫ dF/ds du/dθ ds over the sheath, the rate of the work that friction takes, N m.
 
-        The path outside of the sheath shortens by `path_rate` (m/rad), so that the tendon moves toward the motor by
-        that and by what gives at the joint's end. Further along it moves faster by dT/dθ w(s), w the elongation from
-        the joint to s per newton, so that the integral is (e^a - 1) T slides + T dT/dθ ∫ (dF/ds)/T w ds; by parts the
-        last one is e^a c_Ten less `strain`. A bend that follows the joint adds T² (e^a dc_Ten/dθ - dstrain/dθ / 2).
+        The path outside of the sheath shortens by `path_rate`, so that the tendon moves toward the
+        motor by that and by what gives at the joint's end. Further along it moves faster by
+        dT/dθ w(s), w the elongation from the joint to s per newton, so that the integral is
+        (e^a - 1) T slides + T dT/dθ ∫ (dF/ds)/T w ds; by parts the last one is e^a c_Ten less
+        `strain`. A bend that follows the joint adds T² (e^a dc_Ten/dθ - dstrain/dθ / 2).
+
+        Args:
+            tension: Distal tension T, N.
+            tension_rate: dT/dθ, N/rad; with N/s the result is per second, W.
+            path_rate: Shortening of the path outside of the sheath, m/rad or m/s.
+            turning: Rate of the joint: 1, or its speed in rad/s if rates are per second.
         """
         near = 1.0 / self.capstan
-        slides = (
-            path_rate + (self.anchor + np.where(self.at_motor, 0.0, self.spring)) * tension_rate
-        )
+        gives_at_joint = self.anchor + np.where(self.at_motor, 0.0, self.spring)
+        slides = path_rate + gives_at_joint * tension_rate
         bending = (near * self._tendon_rate - 0.5 * self._strain_rate) * turning
         along = tension_rate * (near * self.tendon - self.strain) + tension * bending
         return np.asarray(tension * ((near - 1.0) * slides + along))
 
 
 def sheath_of(side: Side, toward: Real, angle: Real) -> Sheathed:
-    """Capstan ratio and distal compliances of a side (Eqs. 6 and 13) at angles of the joint; `toward` is σ."""
+    """Return capstan ratio and distal compliances of a side (Eqs. 6 and 13).
+
+    Args:
+        side: Tendon, sheath, spring and anchor.
+        toward: σ, TOWARD_MOTOR or TOWARD_ELBOW.
+        angle: Angles of the joint, rad.
+    """
     bend, bend_rate = side.bend(angle)
     capstan = capstan_ratio(side.friction, bend, toward)
-    softness = np.divide(1.0, side.spring_stiffness)
+    spring = np.divide(1.0, side.spring_stiffness)
+    if np.any(side.spring_at_motor):
+        spring = np.where(side.spring_at_motor, spring / capstan, spring)
     return Sheathed(
         capstan=capstan,
         tendon=tendon_compliance(
             side.length, side.diameter, side.youngs_modulus, side.friction, bend, toward
         ),
-        spring=np.where(side.spring_at_motor, softness / capstan, softness)
-        if np.any(side.spring_at_motor)
-        else softness,
+        spring=spring,
         anchor=np.divide(1.0, side.anchor_stiffness),
         at_motor=side.spring_at_motor,
         exponent_rate=np.multiply(np.multiply(-np.asarray(toward), side.friction), bend_rate),
@@ -185,6 +228,15 @@ def sheath_of(side: Side, toward: Real, angle: Real) -> Sheathed:
 def sheaths_of(
     flexor: Side, extensor: Side, angle: Real, flexion: Flag
 ) -> tuple[Sheathed, Sheathed]:
-    """Flexor and extensor. In flexion the flexor is pulled toward the motor, the extensor dragged toward the elbow."""
+    """Return the sheaths of flexor and extensor.
+
+    In flexion the flexor is pulled toward the motor and the extensor dragged toward the elbow.
+
+    Args:
+        flexor: Side of the flexor.
+        extensor: Side of the extensor.
+        angle: Angles of the joint, rad.
+        flexion: True in flexion, else extension.
+    """
     pulled = np.where(flexion, TOWARD_MOTOR, TOWARD_ELBOW)
     return sheath_of(flexor, pulled, angle), sheath_of(extensor, -pulled, angle)

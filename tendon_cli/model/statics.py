@@ -1,15 +1,16 @@
 """Balance of the elbow and of the one motor that turns both spools (Eqs. 4, 5 and 12-20).
 
-The unknowns are the distal tensions x (flexor) and y (extensor). With c the distal compliance of a side,
+The unknowns are the distal tensions x (flexor) and y (extensor). With c the distal compliance of a
+side,
 
     J_f x - J_e y = τ_a                                   elbow balance, Eq. 5, whose J^e is -J_e
     η (c_f x - c_f0 F0_f) + c_e y - c_e0 F0_e = H_e - η H_f    both spools turn together, Eqs. 12-16
 
-with c0 the compliance in the posture in which the pretension is set; only a bend that follows the joint makes it
-another.
+with c0 the compliance in the posture in which the pretension is set; only a bend that follows the
+joint makes it another.
 
-The sign of the right side and the simultaneous solution depart from the paper's text; only so do its own figures
-come out (see docs/physics.md).
+The sign of the right side and the simultaneous solution depart from the paper's text; only so do
+its own figures come out (see docs/physics.md).
 """
 
 from __future__ import annotations
@@ -26,16 +27,16 @@ TAUT, FLEXOR_SLACK, EXTENSOR_SLACK, BOTH_SLACK, NO_EQUILIBRIUM = range(5)
 STATUS_NAMES = ("taut", "flexor slack", "extensor slack", "both slack", "no equilibrium")
 Status = npt.NDArray[np.int8]
 SLACK_TOLERANCE = 1e-9
-"""A tension counts as negative below this share of the largest force of its state. At exactly the required pretension a
-third of random designs would otherwise be slack by rounding."""
+"""Share of the largest force of a state, below minus which a tension counts as negative. At exactly
+the required pretension a third of random designs would otherwise be slack by rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class Coupling:
-    """What ties the two tensions together in a state; arrays that broadcast against each other."""
+    """Equations that tie the two tensions of a state together; all fields broadcast."""
 
     moment_arm: Array
-    """J_f where both tendons can turn the joint, not a number where J_f <= 0 or J_e <= 0, m."""
+    """J_f where both tendons can turn the joint, NaN where J_f <= 0 or J_e <= 0, m."""
     extensor_arm: Real
     """J_e, m."""
     ratio: Real
@@ -50,7 +51,7 @@ class Coupling:
     """τ_a, N m."""
 
     resting: tuple[Array, Array] | None = None
-    """c_f and c_e in the posture in which the pretension is set, if they are others there, m/N."""
+    """c_f and c_e in the posture in which the pretension is set, m/N; None if they are the same."""
 
     @cached_property
     def compliance(self) -> Array:
@@ -59,18 +60,26 @@ class Coupling:
 
     @cached_property
     def flexor_share(self) -> Array:
-        """η c_f of that, as a share."""
+        """η c_f as a share of η c_f + c_e."""
         return np.asarray(self.ratio * self.flexor_compliance * (1.0 / self.compliance))
 
     @cached_property
     def common_compliance(self) -> Array:
-        """η c_f + c_e where the pretension is set: by how much D grows per newton of it on both sides, m/N."""
+        """η c_f + c_e where the pretension is set, m/N: growth of D per newton on both sides."""
         if self.resting is None:
             return self.compliance
-        return np.asarray(self.ratio * self.resting[0] + self.resting[1])
+        flexor, extensor = self.resting
+        return np.asarray(self.ratio * flexor + extensor)
 
     def common_pretension(self, flexor: Real, extensor: Real) -> Array:
-        """The pretension of both sides that does what two different ones do, N: each counts by its compliance."""
+        """Return the pretension of both sides that does what two different ones do, N.
+
+        Each side's pretension counts by its compliance.
+
+        Args:
+            flexor: Pretension of the flexor, N.
+            extensor: Pretension of the extensor, N.
+        """
         share = self.flexor_share
         if self.resting is not None:
             share = np.asarray(self.ratio * self.resting[0] * (1.0 / self.common_compliance))
@@ -79,26 +88,30 @@ class Coupling:
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """How the tensions of a state follow its pretension F: straight lines with one kink.
+    """Tensions of a state as functions of its pretension F: straight lines with one kink.
 
-    With v = max(F - F*, lowest) and F* what is required
+    With v = max(F - F*, lowest) and F* the required pretension
 
         x = flexor_floor + flexor_gain v,   y = extensor_floor + extensor_gain v
 
-    Above F* both tendons are taut; below, unilateral tendons keep what balances the load, and the rest of
-    the path is loose. Nothing here depends on F, so a sweep over pretension needs it once.
+    Above F* both tendons are taut; below, unilateral tendons keep what balances the load, and the
+    rest of the path is loose. Nothing here depends on F, so a sweep over pretension needs it once.
     """
 
     required: Array
-    """F*, the smallest pretension of both sides that keeps the state taut, N; not a number without an equilibrium.
+    """F*, the smallest pretension of both sides that keeps the state taut, N; NaN without an
+    equilibrium.
 
-    It is (max(η c_f τ_a / J_f, -c_e τ_a / J_e) - h) / (η c_f + c_e), negative where any would do. The largest over a
-    design's states, and 0, is the required pretension F0*.
+    It is (max(η c_f τ_a / J_f, -c_e τ_a / J_e) - h) / (η c_f + c_e), negative where any would do.
+    The largest over a design's states, and 0, is the required pretension F0*.
     """
     unilateral: Flag
+    """True where tendons cannot push; else the paper's bilateral model."""
     flexor_limit: Array
-    """Pretension below which the flexor counts as slack, N: what is required but for rounding, or minus infinity."""
+    """Pretension below which the flexor counts as slack, N: the required one but for rounding, or
+    minus infinity."""
     extensor_limit: Array
+    """Pretension below which the extensor counts as slack, N."""
     flexor_floor: Array
     """x at F*, N."""
     flexor_gain: Array
@@ -108,11 +121,11 @@ class Response:
     extensor_gain: Array
     """dy/dF where taut."""
     idle: Flags
-    """Whether there is next to no load, so that unilateral tendons are slack both at once."""
+    """True where there is next to no load, so that unilateral tendons go slack both at once."""
 
     @cached_property
     def lowest(self) -> Array:
-        """0 for unilateral tendons, minus infinity in the bilateral model, whose lines have no kink."""
+        """Least v, N: 0 for unilateral tendons, minus infinity for bilateral ones, without kink."""
         return np.where(self.unilateral, np.zeros_like(self.required), -np.inf)
 
     @cached_property
@@ -122,36 +135,45 @@ class Response:
 
 
 def respond(state: Coupling, *, unilateral: Flag = True) -> Response:
-    """The tensions of a state as functions of its pretension.
+    """Return the tensions of a state as functions of its pretension.
 
-    The two equations give x_b and y_b, both rising with F; each side's tension vanishes at another pretension.
-    With τ_a >= 0 the extensor is the first to go slack as F falls, else the flexor; the other tension is then what
-    balances the load. Unilateral tendons, which cannot push, stay there: a complementarity problem with this one
-    solution for J > 0. Bilateral ones go on along the same lines.
+    The two equations give x_b and y_b, both rising with F; each side's tension vanishes at another
+    pretension. With τ_a >= 0 the extensor is the first to go slack as F falls, else the flexor; the
+    other tension is then what balances the load. Unilateral tendons, which cannot push, stay there:
+    a complementarity problem with this one solution for J > 0. Bilateral ones go on along the same
+    lines.
     """
-    radius, arm = np.asarray(state.extensor_arm), state.moment_arm
-    per_compliance, per_radius, per_arm = 1.0 / state.compliance, 1.0 / radius, 1.0 / arm
-    flexor_share, extensor_share = state.flexor_share, state.extensor_compliance * per_compliance
+    radius = np.asarray(state.extensor_arm)
+    arm = state.moment_arm
+    per_compliance = 1.0 / state.compliance
+    per_radius = 1.0 / radius
+    per_arm = 1.0 / arm
+    flexor_share = state.flexor_share
+    extensor_share = state.extensor_compliance * per_compliance
+
     floor_x = np.maximum(state.elbow_torque * per_arm, 0.0)
     floor_y = np.maximum(-state.elbow_torque * per_radius, 0.0)
     spread = flexor_share * radius + extensor_share * arm
     required = flexor_share * floor_x + extensor_share * floor_y - state.mismatch * per_compliance
     if state.resting is not None:
         grown = state.common_compliance / state.compliance
-        spread, required = spread / grown, required / grown
+        spread = spread / grown
+        required = required / grown
     flexor_gain = radius / spread
     extensor_gain = flexor_gain * (arm * per_radius)
-    # With no torque to balance unilateral tendons are slack both at once, else the one that the torque does not load.
-    load, backward = np.maximum(floor_x, floor_y), state.elbow_torque < 0.0
+
+    # Without a torque to balance, unilateral tendons go slack both at once, else the one that the
+    # torque does not load.
+    load = np.maximum(floor_x, floor_y)
+    backward = state.elbow_torque < 0.0
     idle = load <= SLACK_TOLERANCE * np.abs(required)
     limit = required - _tolerance(load, required) * spread * np.where(backward, per_radius, per_arm)
-    flexor_limit, extensor_limit = (
-        np.where(idle | slack, limit, -np.inf) for slack in (backward, ~backward)
-    )
+    flexor_limit = np.where(idle | backward, limit, -np.inf)
+    extensor_limit = np.where(idle | ~backward, limit, -np.inf)
     if not np.all(unilateral):
-        on_flexor, on_extensor = _side_limits(state, flexor_gain, extensor_gain)
-        flexor_limit = np.where(unilateral, flexor_limit, on_flexor)
-        extensor_limit = np.where(unilateral, extensor_limit, on_extensor)
+        flexor_bilateral, extensor_bilateral = _bilateral_limits(state, flexor_gain, extensor_gain)
+        flexor_limit = np.where(unilateral, flexor_limit, flexor_bilateral)
+        extensor_limit = np.where(unilateral, extensor_limit, extensor_bilateral)
     return Response(
         required=required,
         unilateral=unilateral,
@@ -165,13 +187,13 @@ def respond(state: Coupling, *, unilateral: Flag = True) -> Response:
     )
 
 
-def _side_limits(state: Coupling, flexor_gain: Array, extensor_gain: Array) -> tuple[Array, Array]:
-    """Pretensions below which flexor and extensor are each in negative tension, N, in the bilateral model."""
+def _bilateral_limits(
+    state: Coupling, flexor_gain: Array, extensor_gain: Array
+) -> tuple[Array, Array]:
+    """Pretensions below which flexor and extensor tension is negative, N: the bilateral model."""
     common = state.common_compliance
-    at_flexor, at_extensor = (
-        state.elbow_torque / state.moment_arm,
-        -state.elbow_torque / state.extensor_arm,
-    )
+    at_flexor = state.elbow_torque / state.moment_arm
+    at_extensor = -state.elbow_torque / state.extensor_arm
     for_extensor = (state.ratio * state.flexor_compliance * at_flexor - state.mismatch) / common
     for_flexor = (state.extensor_compliance * at_extensor - state.mismatch) / common
     return (
@@ -181,62 +203,59 @@ def _side_limits(state: Coupling, flexor_gain: Array, extensor_gain: Array) -> t
 
 
 def _tolerance(tension: Array, pretension: Array) -> Array:
-    """How far below zero a tension may be by rounding: a share of the largest force of the state."""
+    """Rounding of a tension below zero, N: a share of the largest force of the state."""
     return np.asarray(SLACK_TOLERANCE * np.maximum(np.abs(tension), np.abs(pretension)))
 
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """The solution of a state at a pretension; without an equilibrium its numbers are NaN."""
+    """Solution of a state at a pretension; its numbers are NaN without an equilibrium."""
 
     coupling: Coupling
     response: Response
     pretension: Array
-    """Of both sides, or what does the same, N."""
+    """Pretension of both sides, or the one that does the same, N."""
 
     @cached_property
     def margin(self) -> Array:
-        """By how much that is above the smallest that keeps the state taut, N."""
+        """Pretension above the smallest that keeps the state taut, N."""
         return np.asarray(self.pretension - self.response.required)
 
     @cached_property
     def flexor(self) -> Array:
         """x, distal flexor tension, N."""
         response = self.response
-        return np.asarray(
-            response.flexor_gain * np.maximum(self.margin, response.lowest) + response.flexor_floor
-        )
+        v = np.maximum(self.margin, response.lowest)
+        return np.asarray(response.flexor_gain * v + response.flexor_floor)
 
     @cached_property
     def extensor(self) -> Array:
         """y, distal extensor tension, N."""
         response = self.response
-        return np.asarray(
-            response.extensor_gain * np.maximum(self.margin, response.lowest)
-            + response.extensor_floor
-        )
+        v = np.maximum(self.margin, response.lowest)
+        return np.asarray(response.extensor_gain * v + response.extensor_floor)
 
     @cached_property
     def flexor_slack(self) -> Flags:
-        """Whether the flexor is."""
+        """True where the flexor is slack."""
         return np.asarray(self.pretension < self.response.flexor_limit)
 
     @cached_property
     def extensor_slack(self) -> Flags:
-        """Likewise the extensor."""
+        """True where the extensor is slack."""
         return np.asarray(self.pretension < self.response.extensor_limit)
 
     @cached_property
     def status(self) -> Status:
         """Index into STATUS_NAMES."""
-        slack = self.flexor_slack * np.int8(FLEXOR_SLACK) + self.extensor_slack * np.int8(
-            EXTENSOR_SLACK
-        )
-        return np.where(np.isnan(self.coupling.moment_arm), np.int8(NO_EQUILIBRIUM), slack)
+        flexor = self.flexor_slack * np.int8(FLEXOR_SLACK)
+        extensor = self.extensor_slack * np.int8(EXTENSOR_SLACK)
+        has_no_equilibrium = np.isnan(self.coupling.moment_arm)
+        return np.where(has_no_equilibrium, np.int8(NO_EQUILIBRIUM), flexor + extensor)
 
     @cached_property
     def is_slack(self) -> Flags:
-        """Whether either side is."""
+        """True where either side is slack."""
         return np.asarray(self.pretension < self.response.limit)
 
     @property
@@ -259,6 +278,15 @@ def solve(
     unilateral: Flag = True,
     response: Response | None = None,
 ) -> Balance:
-    """Distal tensions and status; `response` is what `respond` gives, for whoever has it already."""
+    """Solve for distal tensions and status.
+
+    Args:
+        state: Equations of the state.
+        flexor_pretension: Pretension of the flexor, N.
+        extensor_pretension: Pretension of the extensor, N.
+        unilateral: True where tendons cannot push; else the paper's bilateral model.
+        response: Result of `respond` for this state, if it is known already.
+    """
     response = respond(state, unilateral=unilateral) if response is None else response
-    return Balance(state, response, state.common_pretension(flexor_pretension, extensor_pretension))
+    pretension = state.common_pretension(flexor_pretension, extensor_pretension)
+    return Balance(state, response, pretension)

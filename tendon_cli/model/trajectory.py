@@ -1,6 +1,7 @@
 """A motion in time: speed, acceleration and direction of the joint along its samples.
 
-The tendons are in balance at each of them: what moves in time is the joint alone, by the inertia of limb and load.
+The tendons are in balance at each sample: only the joint moves in time, by the inertia of limb and
+load.
 """
 
 from __future__ import annotations
@@ -13,72 +14,111 @@ from tendon_cli.model.kinematics import Array, Flags, Real
 
 
 class Trajectory:
-    """Samples of a motion in time, (K,), of which each is known by its angle; no two have the same to the last bit."""
+    """Samples of a motion in time, (K,).
+
+    A sample is found by its angle, so equal angles are made to differ in the last bits.
+    """
 
     def __init__(self, time: Array, angle: Array, derivatives: Array, reversal: float) -> None:
-        """Times (s), angles (rad), three derivatives (3, K), by how much (rad) friction's direction lags (`ways`)."""
-        self.time, self.derivatives, self.reversal = time, derivatives, reversal
+        """Sort the samples by their angles and find the direction of each.
+
+        Args:
+            time: Times (K,), s.
+            angle: Angles (K,), rad.
+            derivatives: First three derivatives of the angle by time (3, K), rad/s, rad/s², rad/s³.
+            reversal: Angle by which friction's direction lags behind a turn (`ways`), rad.
+        """
+        self.time = time
+        self.derivatives = derivatives
+        self.reversal = reversal
         self.flexion = ways(angle, reversal)
         self._order = np.argsort(angle, kind="stable")
-        self._ascending = angle[self._order]
-        for at in range(1, len(angle)):
-            self._ascending[at] = max(
-                self._ascending[at], np.nextafter(self._ascending[at - 1], np.inf)
-            )
+        ascending = angle[self._order]
+        for place in range(1, len(angle)):
+            next_number = np.nextafter(ascending[place - 1], np.inf)
+            ascending[place] = max(ascending[place], next_number)
+        self._ascending = ascending
         self.angle = np.empty(len(angle))
-        self.angle[self._order] = self._ascending
+        self.angle[self._order] = ascending
 
     @property
     def speed(self) -> Array:
-        """rad/s."""
+        """Speed at each sample (K,), rad/s."""
         return np.asarray(self.derivatives[0])
 
     @property
     def acceleration(self) -> Array:
-        """rad/s²."""
+        """Acceleration at each sample (K,), rad/s²."""
         return np.asarray(self.derivatives[1])
 
     @property
     def weights(self) -> Array:
-        """Of each sample in an integral over time, s (trapezoids)."""
+        """Weight of each sample in an integral over time by trapezoids (K,), s."""
         steps = np.diff(self.time)
         return np.asarray(0.5 * (np.append(steps, 0.0) + np.insert(steps, 0, 0.0)))
 
     def at(self, angle: Real) -> Array:
-        """The derivatives at angles of samples, (3, ...); all are 0 at any other, where the joint rests."""
+        """Return the derivatives at angles of samples.
+
+        Args:
+            angle: Angles of any shape, rad.
+
+        Returns:
+            Three derivatives (3, ...), rad/s, rad/s², rad/s³. All are 0 at an angle that no sample
+            has, where the joint rests.
+        """
         wanted = np.asarray(np.real(angle))
-        near = np.minimum(np.searchsorted(self._ascending, wanted), len(self._order) - 1)
-        sample, is_one = self._order[near], self._ascending[near] == wanted
-        return np.where(is_one, self.derivatives[:, sample], 0.0)
+        place = np.minimum(np.searchsorted(self._ascending, wanted), len(self._order) - 1)
+        sample = self._order[place]
+        is_sampled = self._ascending[place] == wanted
+        return np.where(is_sampled, self.derivatives[:, sample], 0.0)
 
     @property
     def turning(self) -> tuple[Trajectory, Trajectory]:
-        """The same where friction turns a sample earlier, and a sample later, whatever peaks lie between samples."""
-        room = np.abs(np.diff(self.angle, 2)).max() / 8.0
-        early, late = copy(self), copy(self)
-        early.flexion = np.append(
-            ways(self.angle, max(0.0, self.reversal - room))[1:], self.flexion[-1]
-        )
-        late.flexion = np.insert(ways(self.angle, self.reversal + room)[:-1], 0, self.flexion[0])
+        """The motion with friction that turns a sample earlier, and one with a sample later.
+
+        They include every turn that is possible with peaks between the samples.
+        """
+        # A parabola rises above its samples by up to an eighth of their second difference.
+        peak = np.abs(np.diff(self.angle, 2)).max() / 8.0
+        early_flexion = ways(self.angle, max(0.0, self.reversal - peak))
+        late_flexion = ways(self.angle, self.reversal + peak)
+        early = copy(self)
+        early.flexion = np.append(early_flexion[1:], self.flexion[-1])
+        late = copy(self)
+        late.flexion = np.insert(late_flexion[:-1], 0, self.flexion[0])
         return early, late
 
 
 def ways(angle: Array, reversal: float) -> Flags:
-    """Whether friction is that of flexion: it turns once the angle has come back by `reversal` (rad).
+    """Return the samples of an angle at which friction is that of flexion.
 
-    At rest it is that of the last motion, at first that of the next.
+    Friction turns once the angle has come back by `reversal`. At rest it is that of the last
+    motion; before the first motion it is that of the next.
+
+    Args:
+        angle: Angles in the order of time (K,), rad.
+        reversal: Angle by which friction's direction lags behind a turn, rad.
+
+    Returns:
+        True in flexion, False in extension (K,).
     """
-    flexion, way, furthest, first = np.empty(len(angle), np.bool_), 0, angle[0], angle[0]
-    for at, value in enumerate(angle):
-        if way == 0:
-            way = 0 if abs(value - first) <= reversal else int(np.sign(value - first))
+    flexion = np.empty(len(angle), np.bool_)
+    first = angle[0]
+    furthest = angle[0]
+    direction = 0  # 1 in flexion, -1 in extension, 0 before the first motion
+    for place, value in enumerate(angle):
+        if direction == 0:
+            if abs(value - first) > reversal:
+                direction = int(np.sign(value - first))
             furthest = value
-            flexion[: at + 1] = way > 0
-        elif way * (furthest - value) > reversal:
-            way, furthest = -way, value
+            flexion[: place + 1] = direction > 0
+        elif direction * (furthest - value) > reversal:
+            direction = -direction
+            furthest = value
         else:
-            furthest = max(way * furthest, way * value) * way
-        flexion[at] = way > 0
-    if way == 0:
+            furthest = max(direction * furthest, direction * value) * direction
+        flexion[place] = direction > 0
+    if direction == 0:
         flexion[:] = angle[-1] >= angle[0]
     return flexion

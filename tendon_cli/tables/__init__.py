@@ -1,1 +1,1 @@
-"""Parquet tables with units, checksums and the study they answer: written whole or not at all, verified when read."""
+"""Parquet tables with units, checksums and their study: written whole or not at all, verified."""

@@ -1,8 +1,9 @@
 """One digest over every byte of a table file, kept inside the file.
 
-A Parquet page carries a checksum, but page headers and the footer do not, and there a flipped bit may change a name, a
-unit or a number without anybody noticing. So the footer holds the SHA-256 of the whole file, taken with zeros in the
-place of the digest itself. It lets a table that was moved away from its run folder vouch for itself.
+A Parquet page carries a checksum, but page headers and the footer do not, and there a flipped bit
+may change a name, a unit or a number without anybody noticing. So the footer holds the SHA-256 of
+the whole file, taken with zeros in the place of the digest itself. It lets a table that was moved
+away from its run folder vouch for itself.
 """
 
 from __future__ import annotations
@@ -18,31 +19,37 @@ from tendon_cli.files import open_file
 KEY = "tendon.digest"
 PLACEHOLDER = "sha256:" + "0" * 64
 _ZEROS = b"0" * 64
-# How the footer (Thrift's compact protocol) holds our key and value: each a string field with its length before it. No
-# text of a study has such control characters, so that nothing else in a footer looks like it.
+# The footer (Thrift's compact protocol) holds the key and the value each as a string field with its
+# length before it. No text of a study has such control characters, so that nothing else in a footer
+# looks like it.
 _MARK = b"\x18%c%s\x18%csha256:" % (len(KEY), KEY.encode(), len(PLACEHOLDER))
 _LONGEST_FOOTER = 256 * 1024 * 1024
 _STEP = 1 << 20
 
 
 class StampedSink(RawIOBase):
-    """A file that a Parquet writer fills; it hashes what passes, and puts the digest into the footer at the end."""
+    """A file that a Parquet writer fills, and that gets its digest into the footer at the end.
+
+    Args:
+        file: File that takes the bytes. Closing the sink leaves it open, to be stamped.
+    """
 
     def __init__(self, file: BinaryIO | RawIOBase) -> None:
         self._file = file
-        self._passed = hashlib.sha256()
+        self._written = hashlib.sha256()
         self._before_footer = hashlib.sha256()
         self._footer: list[bytes] | None = None
         self.size = 0
+        """Number of bytes written."""
         self.footer = b""
-        """As it was stamped."""
+        """Footer with the digest; empty before `stamp`."""
         self.discards = False
-        """Set if the file is given up: nothing more is written."""
+        """True if the file is given up: nothing more is written."""
 
     def write(self, data: Any) -> int:
         """Pass bytes on to the file."""
         if not self.discards:
-            self._passed.update(data)
+            self._written.update(data)
             if self._footer is not None:
                 self._footer.append(bytes(data))
             self._file.write(data)
@@ -50,25 +57,25 @@ class StampedSink(RawIOBase):
         return len(data)
 
     def tell(self) -> int:
-        """How many bytes were written."""
+        """Return the number of bytes written."""
         return self.size
 
     def writable(self) -> bool:
-        """It can be written to until it is closed, which leaves the file open to be stamped."""
+        """Return True until the sink is closed."""
         return not self.closed
 
     def begin_footer(self) -> None:
-        """All pages are written; what follows is the footer."""
-        self._before_footer = self._passed.copy()
+        """Mark the end of all pages: what follows is the footer."""
+        self._before_footer = self._written.copy()
         self._footer = []
 
     def stamp(self) -> str:
-        """Put the digest into the finished file; returns the SHA-256 of the file as it then is."""
+        """Put the digest into the finished file, and return the SHA-256 of the file with it."""
         footer = b"".join(self._footer or [])
         start = _digest_in(footer)
         if start is None:
             raise ValueError("the footer has no place for a digest")
-        self.footer = footer[:start] + self._passed.hexdigest().encode() + footer[start + 64 :]
+        self.footer = footer[:start] + self._written.hexdigest().encode() + footer[start + 64 :]
         self._file.seek(self.size - len(footer))
         self._file.write(self.footer)
         self._before_footer.update(self.footer)
@@ -76,7 +83,10 @@ class StampedSink(RawIOBase):
 
 
 def is_intact(path: Path) -> bool | None:
-    """Whether every byte of a table file is as it was written; None if the file bears no digest of ours."""
+    """Return True if every byte of a table file is as it was written, else False.
+
+    Return None if the file has no digest of tendon's.
+    """
     with open_file(path) as file:
         end = file.seek(0, os.SEEK_END)
         file.seek(max(0, end - 8))
@@ -95,13 +105,13 @@ def is_intact(path: Path) -> bool | None:
 
 
 def file_sha256(path: Path) -> str:
-    """SHA-256 of a file as it is."""
+    """Return the SHA-256 of a file."""
     with open_file(path) as file:
         return _digest_of(file, os.fstat(file.fileno()).st_size).hexdigest()
 
 
 def _digest_of(file: BinaryIO, count: int) -> hashlib._Hash:
-    """Of the first `count` bytes of a file."""
+    """Digest the first `count` bytes of a file."""
     digest = hashlib.sha256()
     file.seek(0)
     while count > 0 and (piece := file.read(min(count, _STEP))):
@@ -111,5 +121,7 @@ def _digest_of(file: BinaryIO, count: int) -> hashlib._Hash:
 
 
 def _digest_in(footer: bytes) -> int | None:
-    """Offset in a footer of the 64 hexadecimal digits of the digest; None unless there is exactly one place."""
-    return footer.index(_MARK) + len(_MARK) if footer.count(_MARK) == 1 else None
+    """Return the offset of the digest's 64 digits in a footer, or None unless there is just one."""
+    if footer.count(_MARK) != 1:
+        return None
+    return footer.index(_MARK) + len(_MARK)

@@ -1,4 +1,4 @@
-"""Reading tables back: nothing that is damaged, incomplete or foreign is ever taken for a result."""
+"""Read tables back: nothing that is damaged, incomplete or foreign is ever taken for a result."""
 
 from __future__ import annotations
 
@@ -21,15 +21,16 @@ from tendon_cli.files import read_file
 from tendon_cli.tables.digest import is_intact
 
 RECORDS = {"sweep": "run.json", "design": "design.json"}
-"""By the command that a run is of, the name of its record in the run's folder."""
+"""Name of the record in a run's folder, by the command of the run."""
 _LONGEST_RECORD = 2**30
+"""Largest size of a record that is read, bytes."""
 
 
 class AnyTable(ABC):
-    """Rows in the order of their product: on the disk, in memory, or worked out when they are read."""
+    """Rows in the order of their product: on the disk, in memory, or computed when read."""
 
     files: tuple[Path, ...] = ()
-    """What is named if something is wrong."""
+    """Files that a message names if something is wrong."""
 
     @property
     @abstractmethod
@@ -45,27 +46,32 @@ class AnyTable(ABC):
     def parts(
         self, columns: Sequence[str] | None = None, wanted: npt.NDArray[np.int64] | None = None
     ) -> Iterator[tuple[int, pa.Table]]:
-        """Part by part, each with the number of its first row; with `wanted` only those that have such rows."""
+        """Yield each part with the number of its first row.
+
+        Args:
+            columns: Names of the columns to read, by default all.
+            wanted: Numbers of rows; parts without any of them may be left out.
+        """
 
     def stretches(self, columns: Sequence[str], rows: int = 1 << 14) -> Iterator[pa.Table]:
-        """Some columns, at most so many rows at a time, in constant memory."""
+        """Yield some columns, at most `rows` rows at a time, in constant memory."""
         for _, part in self.parts(columns):
             for batch in part.to_batches(rows):
                 yield pa.Table.from_batches([batch])
 
     @cached_property
     def facts(self) -> dict[str, Any]:
-        """What the table knows of itself: `table`, `study`, `study_hash`, `versions`, `part`."""
+        """Facts of the table: `table`, `study`, `study_hash`, `versions`, `part`."""
         return _facts(self.schema)
 
     def read(self, columns: Sequence[str] | None = None) -> pa.Table:
-        """The whole table, or some of its columns."""
+        """Read the whole table, or some of its columns."""
         return pa.concat_tables(part for _, part in self.parts(columns))
 
 
 @dataclass(frozen=True)
 class TableInMemory(AnyTable):
-    """A table in memory, read as those on the disk are."""
+    """A table in memory, read like one on the disk."""
 
     whole: pa.Table
 
@@ -84,13 +90,16 @@ class TableInMemory(AnyTable):
         columns: Sequence[str] | None = None,
         wanted: npt.NDArray[np.int64] | None = None,  # noqa: ARG002
     ) -> Iterator[tuple[int, pa.Table]]:
-        """As of any table."""
+        """Yield the table as a single part."""
         yield 0, self.whole.select(list(columns)) if columns else self.whole
 
 
 @dataclass(frozen=True)
 class TableFiles(AnyTable):
-    """A table on the disk: one file, or the parts of a folder, in the order of the rows. All verified."""
+    """A table on the disk: one file, or the parts of a folder in the order of the rows.
+
+    `open_table` verifies them.
+    """
 
     files: tuple[Path, ...]
 
@@ -106,42 +115,46 @@ class TableFiles(AnyTable):
 
     @cached_property
     def _lengths(self) -> list[int]:
+        """Number of rows in each file."""
         return [pq.read_metadata(file).num_rows for file in self.files]
 
     def parts(
         self, columns: Sequence[str] | None = None, wanted: npt.NDArray[np.int64] | None = None
     ) -> Iterator[tuple[int, pa.Table]]:
-        """As of any table."""
+        """Yield the table of each file with the number of its first row."""
+        names = list(columns) if columns else None
         first = 0
         for file, length in zip(self.files, self._lengths, strict=True):
-            if wanted is None or ((first <= wanted) & (wanted < first + length)).any():
-                # Not pq.read_table, which imports pandas.
-                with (
-                    _damage_in(file),
-                    pq.ParquetFile(
-                        pa.memory_map(str(file)), page_checksum_verification=True
-                    ) as all_,
-                ):
-                    part = all_.read(columns=list(columns) if columns else None)
-                yield first, part
-            first += length
+            stop = first + length
+            if wanted is None or ((first <= wanted) & (wanted < stop)).any():
+                yield first, _read_part(file, names)
+            first = stop
 
     def stretches(self, columns: Sequence[str], rows: int = 1 << 14) -> Iterator[pa.Table]:
-        """As of any table."""
-        how = {"page_checksum_verification": True, "buffer_size": 1 << 20, "pre_buffer": False}
+        """Yield some columns, at most `rows` rows at a time, in constant memory."""
+        options = {"page_checksum_verification": True, "buffer_size": 1 << 20, "pre_buffer": False}
         for file in self.files:
-            with _damage_in(file), pq.ParquetFile(str(file), **how) as whole:
-                for batch in whole.iter_batches(rows, columns=list(columns), use_threads=False):
+            with _damage_in(file), pq.ParquetFile(str(file), **options) as parquet:
+                for batch in parquet.iter_batches(rows, columns=list(columns), use_threads=False):
                     yield pa.Table.from_batches([batch])
+
+
+def _read_part(file: Path, columns: list[str] | None) -> pa.Table:
+    """Read a file; raises InputError if it is damaged."""
+    # pq.read_table would import pandas.
+    with _damage_in(file):
+        source = pa.memory_map(str(file))
+        with pq.ParquetFile(source, page_checksum_verification=True) as parquet:
+            return parquet.read(columns=columns)
 
 
 @contextlib.contextmanager
 def _damage_in(file: Path) -> Iterator[None]:
-    """What the library says of a damaged file as an InputError."""
+    """Raise errors of the library about a damaged file as InputError."""
     try:
         yield
     except UnicodeDecodeError:
-        raise _damaged(file, "a name in it is no text") from None
+        raise _damaged(file, "a name in it is not text") from None
     except FileNotFoundError:
         raise InputError("no such table", where=str(file)) from None
     except (pa.ArrowException, OSError) as error:
@@ -153,87 +166,106 @@ def _damage_in(file: Path) -> Iterator[None]:
 
 
 def open_table(path: Path) -> TableFiles:
-    """A table of ours, from its file or the folder of its parts, every byte verified; raises InputError."""
-    files = tuple(sorted(path.glob("part-*.parquet"), key=_by_number)) if path.is_dir() else (path,)
+    """Open a table of tendon's with every byte verified.
+
+    Args:
+        path: File of the table, or the folder of its parts.
+
+    Raises:
+        InputError: The table is damaged or incomplete, is not one of tendon's, or does not belong
+            to the run in whose folder it is.
+    """
+    files = [path]
+    if path.is_dir():
+        files = sorted(path.glob("part-*.parquet"), key=_by_number)
     if not files:
         raise InputError("holds no parts of a table", where=str(path))
     for file in files:
         _verify(file)
-    table = TableFiles(files)
+    table = TableFiles(tuple(files))
     try:
         _check_whole(path, files, [_facts(pq.read_schema(file)) for file in files])
     except (KeyError, TypeError, AttributeError, ValueError):
         raise InputError(
             "does not say what table it is", where=str(path), hint="`tendon sweep` writes it anew"
         ) from None
-    _check_place(path, table)
+    _check_run(path, table)
     return table
 
 
-def _check_place(path: Path, table: TableFiles) -> None:
-    """A table that stands in a run's folder is one of that run; raises InputError."""
+def _check_run(path: Path, table: TableFiles) -> None:
+    """Raise InputError if a table in a run's folder is not one of that run."""
+    folder = path.parent
     for name in RECORDS.values():
         try:
-            record = json.loads(read_file(path.parent / name, _LONGEST_RECORD))
-            here = (record["study_hash"], record["results_version"])
-            sizes = {str(entry["path"]): entry["size"] for entry in record["files"]}
+            record = json.loads(read_file(folder / name, _LONGEST_RECORD))
+            run_version = (record["study_hash"], record["results_version"])
+            all_recorded = {str(entry["path"]): entry["size"] for entry in record["files"]}
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
-            continue  # no record, or none as tendon writes it: whoever needs the run complains of that
-        standing = {str(file.relative_to(path.parent)): file.stat().st_size for file in table.files}
-        listed = {file: size for file, size in sizes.items() if file.partition("/")[0] == path.name}
-        of_another = (table.facts["study_hash"], table.facts.get("results_version")) != here
-        if of_another or (listed and listed != standing):
-            hint = "it was copied here, or left by another run; name it where it belongs, or move it elsewhere"
+            continue  # no record, or none as tendon writes it: readers of the run report that
+        version = (table.facts["study_hash"], table.facts.get("results_version"))
+        sizes = {str(file.relative_to(folder)): file.stat().st_size for file in table.files}
+        recorded = {
+            file: size for file, size in all_recorded.items() if file.partition("/")[0] == path.name
+        }
+        if version != run_version or (recorded and recorded != sizes):
             raise InputError(
                 f"does not belong to the run that {name} in its folder describes",
                 where=str(path),
-                hint=hint,
+                hint="it was copied here, or left by another run; name it where it belongs, "
+                "or move it elsewhere",
             )
 
 
 def study_hash_of(file: Path) -> str | None:
-    """The study that a file is a table of; None where it is no table of ours, or damaged."""
+    """Return the hash of a table's study; None if the file is damaged or no table of tendon's."""
     try:
         return _facts(pq.read_schema(file)).get("study_hash")
     except (pa.ArrowException, OSError, ValueError):
         return None
 
 
-def _check_whole(path: Path, files: tuple[Path, ...], facts: list[dict[str, Any]]) -> None:
-    """All parts are there, in their order, of one table of one study; raises InputError."""
+_OF_ONE_TABLE = ("table", "study_hash", "results_version")
+"""Facts that all parts of a table share."""
+
+
+def _check_whole(path: Path, files: Sequence[Path], facts: list[dict[str, Any]]) -> None:
+    """Raise InputError unless all parts of one table of one study are there, in their order."""
     first = facts[0]
-    for file, each in zip(files, facts, strict=True):
-        if (
-            any(each.get(name) != first.get(name) for name in _OF_ONE_TABLE)
-            or each["part"]["of"] != first["part"]["of"]
-        ):
+    total = first["part"]["of"]
+    for file, own in zip(files, facts, strict=True):
+        is_other_table = any(own.get(name) != first.get(name) for name in _OF_ONE_TABLE)
+        if is_other_table or own["part"]["of"] != total:
             raise InputError("belongs to another table than its neighbours", where=str(file))
-    of, indices = first["part"]["of"], [each["part"]["index"] for each in facts]
-    if not path.is_dir() and of > 1:
-        hint = "name the folder that holds all parts"
-        raise InputError(f"is part {indices[0]} of {of} of a table", where=str(path), hint=hint)
-    missing = sorted(set(range(of)) - set(indices))
+    indices = [own["part"]["index"] for own in facts]
+    if not path.is_dir() and total > 1:
+        raise InputError(
+            f"is part {indices[0]} of {total} of a table",
+            where=str(path),
+            hint="name the folder that holds all parts",
+        )
+    missing = sorted(set(range(total)) - set(indices))
     if missing:
         raise InputError(
-            f"{len(missing)} of {of} parts are missing, the first is part {missing[0]}",
+            f"{len(missing)} of {total} parts are missing, the first is part {missing[0]}",
             where=str(path),
         )
-    if indices != list(range(of)):
-        raise InputError("parts stand twice or under each other's names", where=str(path))
-
-
-_OF_ONE_TABLE = ("table", "study_hash", "results_version")
+    if indices != list(range(total)):
+        raise InputError("some parts are there twice or have each other's names", where=str(path))
 
 
 def _by_number(part: Path) -> tuple[int, str]:
-    """Parts in the order of their numbers, whatever their digits."""
+    """Sort key that puts parts in the order of their numbers, whatever their digits."""
     return len(part.name), part.name
 
 
 def _verify(file: Path) -> None:
+    """Raise InputError unless every byte of a file is as tendon wrote it."""
     with _damage_in(file):
         intact = is_intact(file)
-        metadata = (pq.read_schema(file).metadata or {}) if intact is not False else {}
+        metadata: dict[bytes, bytes] = {}
+        if intact is not False:
+            metadata = pq.read_schema(file).metadata or {}
         if intact is None and not any(key.startswith(b"tendon.") for key in metadata):
             raise InputError(
                 "is not a table written by tendon", where=str(file), hint="run `tendon sweep` first"
@@ -243,6 +275,7 @@ def _verify(file: Path) -> None:
 
 
 def _facts(schema: pa.Schema) -> dict[str, Any]:
+    """Return the facts that a schema holds, by name."""
     metadata = schema.metadata or {}
     prefix = b"tendon."
     return {

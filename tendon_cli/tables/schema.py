@@ -1,4 +1,4 @@
-"""What a table's columns are: names, types, units and meaning, as Arrow and pandas have them; and their values."""
+"""Columns of tables and their values: names, types, units and meaning for Arrow and pandas."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ ROW_GROUP = 2**17
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table. A text column holds positions in `choices`; `is_axis` marks what few values repeat in.
-
-    A column of numbers that cannot be null in its table is not `nullable`: it is smaller, and sooner written.
-
-    `quantity` is the name of what it holds in `quantities`; what is none goes by the column's name.
-    """
+    """A column of a table."""
 
     name: str
     kind: Kind
     unit: str
     long_name: str
     is_axis: bool = False
+    """True if few values repeat in it."""
     choices: tuple[str, ...] = ()
+    """Words of a text column, which holds positions in them."""
     quantity: str = ""
+    """Name in `quantities`; without one the column's name stands for it."""
     nullable: bool = True
+    """False if a column of numbers is never null in its table: it is smaller, and sooner
+    written."""
 
     @classmethod
     def of(
@@ -50,31 +50,36 @@ class Column:
         is_axis: bool = False,
         nullable: bool = True,
     ) -> Column:
-        """A column of numbers of a quantity, under its name or another."""
-        named = name or quantity.name
-        meaning = quantity.unit, quantity.long_name
+        """Return a column of numbers of a quantity, under its name or another."""
         return cls(
-            named, "number", *meaning, is_axis=is_axis, quantity=quantity.name, nullable=nullable
+            name=name or quantity.name,
+            kind="number",
+            unit=quantity.unit,
+            long_name=quantity.long_name,
+            is_axis=is_axis,
+            quantity=quantity.name,
+            nullable=nullable,
         )
 
     @cached_property
     def type(self) -> pa.DataType:
-        """The Arrow type; text is a dictionary, which pandas reads as a categorical."""
+        """Arrow type; text is a dictionary, which pandas reads as a categorical."""
         if self.kind == "text":
-            return pa.dictionary(pa.int8() if self.dtype == np.int8 else pa.int32(), pa.string())
+            index = pa.int8() if self.dtype == np.int8 else pa.int32()
+            return pa.dictionary(index, pa.string())
         return {"number": pa.float64(), "count": pa.int64(), "truth": pa.bool_()}[self.kind]
 
     @cached_property
     def dtype(self) -> np.dtype[Any]:
-        """What its values are collected as; text by its place in `choices`."""
-        place = np.int8 if len(self.choices) < 128 else np.int32
-        return np.dtype(
-            {"number": np.float64, "text": place, "count": np.int64, "truth": np.bool_}[self.kind]
-        )
+        """NumPy type in which its values are collected; text by its position in `choices`."""
+        position = np.int8 if len(self.choices) < 128 else np.int32
+        types = {"number": np.float64, "text": position, "count": np.int64, "truth": np.bool_}
+        return np.dtype(types[self.kind])
 
     @cached_property
     def words(self) -> pa.StringArray:
-        """Its choices as Arrow has them; built from buffers, because the library's conversions import pandas."""
+        """Arrow array of its choices."""
+        # Built from buffers, because the library's conversions import pandas.
         encoded = [word.encode() for word in self.choices]
         ends = np.cumsum([0, *map(len, encoded)], dtype=np.int32)
         return pa.StringArray.from_buffers(
@@ -83,7 +88,7 @@ class Column:
 
     @property
     def field(self) -> pa.Field:
-        """The Arrow field with its unit and meaning as metadata."""
+        """Arrow field with its unit and meaning as metadata."""
         meaning = {
             "unit": self.unit,
             "long_name": self.long_name,
@@ -96,20 +101,28 @@ class Column:
 
 @dataclass(frozen=True)
 class TableLayout:
-    """The layout of a file of a table: its columns, its schema with what it says of itself, and how many rows."""
+    """Layout of a table file."""
 
     columns: tuple[Column, ...]
     schema: pa.Schema
+    """Arrow schema with the facts of the table."""
     rows: int
     at_once: int = ROW_GROUP
-    """How many rows are collected before they are written: a multiple of `row_group`."""
+    """Number of rows that are collected before they are written: a multiple of `row_group`."""
     row_group: int = ROW_GROUP
+    """Number of rows in a row group."""
 
 
 def schema_of(columns: Sequence[Column], facts: Mapping[str, Any]) -> pa.Schema:
-    """The Arrow schema of a table; each fact becomes a JSON text under `tendon.<name>` in the file's metadata.
+    """Return the Arrow schema of a table.
 
-    The key that pandas keeps its attributes under is set too, so that `DataFrame.attrs["units"]` has the units.
+    The key that pandas keeps its attributes under is set too, so that `DataFrame.attrs["units"]`
+    has the units.
+
+    Args:
+        columns: Columns of the table.
+        facts: Values that JSON can hold; each becomes a text under `tendon.<name>` in the metadata
+            of the file.
     """
     attributes = {
         "units": {column.name: column.unit for column in columns},
@@ -122,7 +135,7 @@ def schema_of(columns: Sequence[Column], facts: Mapping[str, Any]) -> pa.Schema:
 
 
 def versions() -> dict[str, str]:
-    """The versions that the bytes of a table may depend on."""
+    """Return the versions on which the bytes of a table may depend."""
     return {
         "tendon": __version__,
         "python": platform.python_version(),
@@ -131,13 +144,19 @@ def versions() -> dict[str, str]:
     }
 
 
-# --- Values ----------------------------------------------------------------------------------------------------------
+# --- Values ---------------------------------------------------------------------------------------
 
 
 def array_of(column: Column, values: npt.NDArray[Any], *, nulls: bool | None = None) -> pa.Array:
-    """Values as Arrow has them, without a copy; NaN becomes null, text positions a dictionary.
+    """Return values as an Arrow array, without a copy; the library's conversions import pandas.
 
-    `nulls` says whether any is NaN; None if they are to be searched for it. The library's conversions import pandas.
+    Args:
+        column: Column of the values.
+        values: Numbers, in which NaN stands for null, or positions of text.
+        nulls: True if any value is NaN, False if none is; None to search them.
+
+    Raises:
+        RuntimeError: A value is NaN in a column that cannot be null.
     """
     if column.kind == "text":
         positions = _from_buffers(column.type.index_type, values)
@@ -149,13 +168,14 @@ def array_of(column: Column, values: npt.NDArray[Any], *, nulls: bool | None = N
 
 
 def _from_buffers(kind: pa.DataType, values: npt.NDArray[Any], *, nulls: bool = False) -> pa.Array:
+    """Return an Arrow array of a type over the memory of values."""
     valid = pa.py_buffer(np.packbits(~np.isnan(values), bitorder="little")) if nulls else None
     data = np.packbits(values, bitorder="little") if kind == pa.bool_() else values
     return pa.Array.from_buffers(kind, len(values), [valid, pa.py_buffer(data)])
 
 
 def _has_nan(values: npt.NDArray[Any]) -> bool:
-    """Whether any is NaN: then the smallest is, which one thread finds soonest.
+    """Return True if any value is NaN: then the smallest is, which one thread finds soonest.
 
     A sum of squares by BLAS starts threads, whose waiting took half of a sweep's processor time.
     """
@@ -163,29 +183,32 @@ def _has_nan(values: npt.NDArray[Any]) -> bool:
 
 
 def arrays_of(columns: Sequence[Column], table: pa.Table) -> dict[str, npt.NDArray[Any]]:
-    """Columns as they are written from: NaN for null, text by its place among the column's choices."""
+    """Return columns as they are written: NaN for null, text by its position in the choices."""
     arrays = {}
     for column in columns:
         values = as_numpy(table[column.name])
         if column.kind == "text":
-            places = {word: place for place, word in enumerate(column.choices)}
-            values = np.array([places[word] for word in values])
+            positions = {word: position for position, word in enumerate(column.choices)}
+            values = np.array([positions[word] for word in values])
         arrays[column.name] = values.astype(column.dtype)
     return arrays
 
 
 def as_numpy(column: pa.ChunkedArray) -> npt.NDArray[Any]:
-    """Numbers and truths with NaN for null, words with ""; by ways of pyarrow that do not import pandas."""
+    """Return a column as NumPy has it: numbers and truths with NaN for null, words with "".
+
+    It goes without those functions of pyarrow that import pandas.
+    """
     if pa.types.is_string(column.type):
         return np.array([word or "" for word in column.to_pylist()], dtype=object)
     if pa.types.is_dictionary(column.type):
         return np.concatenate([_NO_WORDS, *map(_words, column.chunks)])
-    numbers = (
-        column if column.type == pa.float64() else column.cast(pa.float64())
-    )  # which imports a library, 50 ms
-    return np.array(
-        np.from_dlpack((numbers.fill_null(_NAN) if column.null_count else numbers).combine_chunks())
-    )
+    numbers = column
+    if column.type != pa.float64():  # a cast imports a library, 50 ms
+        numbers = column.cast(pa.float64())
+    if column.null_count:
+        numbers = numbers.fill_null(_NAN)
+    return np.array(np.from_dlpack(numbers.combine_chunks()))
 
 
 _NAN = pa.Array.from_buffers(pa.float64(), 1, [None, pa.py_buffer(np.array([np.nan]))])[0]
@@ -193,6 +216,7 @@ _NO_WORDS = np.zeros(0, dtype=object)
 
 
 def _words(chunk: pa.DictionaryArray) -> npt.NDArray[Any]:
-    known = np.array(["", *chunk.dictionary.to_pylist()], dtype=object)
-    places = as_numpy(pa.chunked_array([chunk.indices]))
-    return np.asarray(known[np.nan_to_num(places + 1.0).astype(np.int64)])
+    """Return the words of a dictionary array, "" for null."""
+    words = np.array(["", *chunk.dictionary.to_pylist()], dtype=object)
+    positions = as_numpy(pa.chunked_array([chunk.indices]))
+    return np.asarray(words[np.nan_to_num(positions + 1.0).astype(np.int64)])
