@@ -10,11 +10,11 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.question import LOADS, Flags
-from tendon_cli.answers.solve import Solutions, under_each, worst_columns
+from tendon_cli.answers.question import LOADS
+from tendon_cli.answers.solve import Solutions, quantities_under_each, worst_columns
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import contact_pressure
 from tendon_cli.model.motor_window import narrowed
 from tendon_cli.model.trajectory import Trajectory
@@ -49,7 +49,7 @@ def worst_between(
     Between two angles a quantity may exceed both by an eighth of its second difference. Wherever twice that makes it
     the worst, it is taken at denser angles and at the tops of the parabolas through these.
     """
-    whole = under_each(problem, numbers, pretension, served)
+    whole = quantities_under_each(problem, numbers, pretension, served)
     most, known = whole.max(axis=1), np.isfinite(whole)
     least = np.where(known, whole, np.inf).min(axis=1)
     with np.errstate(invalid="ignore"):
@@ -114,7 +114,7 @@ def estimated(problem: Problem, numbers: Numbers, one: Solutions, ends: Ends) ->
     if not problem.bounds.of_motion and trajectory is None:
         return None
     within, common = (
-        problem.finished(ends, numbers),
+        problem.finish_ends(ends, numbers),
         (one["pretension_from"][0], one["pretension_to"][0]),
     )
     low, high = (

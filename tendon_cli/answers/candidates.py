@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.question import SERVED, USUAL, Columns, Goal, goals_of, select_numbers
+from tendon_cli.answers.question import SERVED, USUAL, ColumnArrays, Goal, goals_of, select_numbers
 from tendon_cli.answers.solve import (
     WORST,
     Solutions,
     of_columns,
     of_rows,
-    severest,
-    without_worst,
+    severest_conditions,
+    solve_windows,
     worst,
 )
 from tendon_cli.engine.task import Note
@@ -104,14 +104,14 @@ def solved_part(problem: Problem, rows: Rows) -> Solutions:
     if not leaves_out(problem):
         return of_rows(problem, rows)
     numbers, goals = problem.choices.numbers(rows), goals_of(problem.study)
-    solved, served = without_worst(problem, numbers, len(rows))
+    solved, served = solve_windows(problem, numbers, len(rows))
     solved = Solutions(solved.results, rows, problem.choices.columns(rows))
 
     def given(chosen: Rows) -> tuple[Numbers, Array]:
         return select_numbers(numbers, chosen), solved["pretension"][chosen]
 
     first = np.array([np.argmax(solved["served"])])
-    few = severest(problem, *given(first), served[first], _SEVEREST)
+    few = severest_conditions(problem, *given(first), served[first], _SEVEREST)
     bounds = worst(problem.under(few), *given(np.arange(len(rows))), served[:, few])
     known = worst(problem, *given(first), served[first])
     for name, values in bounds.items():
@@ -186,7 +186,7 @@ def refined(problem: Problem, goals: tuple[Goal, ...], start: Solutions) -> Solu
     scale = np.maximum(np.abs(before), 1e-300)
     with_worst = any(goal.column in WORST for goal in goals)
 
-    def columns(at: Array) -> Columns:
+    def columns(at: Array) -> ColumnArrays:
         """Whole choices at points, (points, ranges), each 0 to 1; all else as the start has it."""
         rest = {name: np.repeat(values[:1], len(at)) for name, values in start.columns.items()}
         return rest | {
@@ -202,7 +202,7 @@ def refined(problem: Problem, goals: tuple[Goal, ...], start: Solutions) -> Solu
         )
         return np.asarray(np.where(np.isfinite(costs), costs, 4.0 * _PENALTY))
 
-    at = np.array([_place(axis, start.one(axis.column)) for axis in axes])
+    at = np.array([_place(axis, start.scalar(axis.column)) for axis in axes])
     steps = np.array([1.0 / (len(axis) - 1) for axis in axes])
     best = of_columns(problem, columns(_evolved(cost, at, steps, generations)[np.newaxis]), 1)
     after = best.scores(goals)[0]

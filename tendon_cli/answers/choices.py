@@ -41,7 +41,7 @@ class Choices(Task):
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self.stop = problem, problem.stop
-        self.persons = problem.one_by_one
+        self.persons = problem.group_axis
         """The axis of persons or draws, each of whom has a row of a table that is written last."""
         if len(problem.choices) * len(problem.conditions) * problem.states_per_design >= 2**63:
             raise SizeError("more than 2^63 states", hint="fewer values on an axis")

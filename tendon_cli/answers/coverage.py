@@ -15,9 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.model.kinematics import Array
-
-Flags = npt.NDArray[np.bool_]
+from tendon_cli.model.kinematics import Array, Flags
 
 ROUNDING = 1e-12  # shares that are equal but for the rounding of sums
 

@@ -82,7 +82,7 @@ def sampled(problem: Problem, choice: Solutions) -> Problem:
     binding = np.unique(problem.groups[np.minimum(ends, len(problem.groups) - 1)])
     order = np.random.default_rng(1).permutation(groups)
     chosen = np.concatenate([binding, order[~np.isin(order, binding)]])[:most]
-    return problem.of_groups(np.sort(chosen))
+    return problem.select_groups(np.sort(chosen))
 
 
 def _now(problem: Problem, numbers: Numbers, key: str) -> float:
@@ -114,7 +114,7 @@ def _fix(problem: Problem, numbers: Numbers, key: str, before: float) -> dict[st
     after = min(values, key=lambda value: abs(np.log(value / before)))
     solved = tried(np.array([after]), with_worst=True)
     costs = {
-        name: solved.one(name) if np.isfinite(solved.one(name)) else None
+        name: solved.scalar(name) if np.isfinite(solved.scalar(name)) else None
         for name in ("pretension", *WORST)
     }
     printed, pretension = _printed(tried, keys()[key].number.quantity, before, after)
@@ -131,7 +131,7 @@ def _printed(
         solved = tried(np.array([parse_measure(text.replace(",", ""), of.dimension).si]))
         if solved["feasible"][0]:
             at, low, high = (
-                solved.one(name) for name in ("pretension", "pretension_from", "pretension_to")
+                solved.scalar(name) for name in ("pretension", "pretension_from", "pretension_to")
             )
             return text, say.within(at, low, high, digits=3)
     return repr(after), ""

@@ -20,12 +20,12 @@ from tendon_cli.answers.coverage import (
 )
 from tendon_cli.answers.phrases import LESS, MORE, NEITHER, population_share, row_words, why_not
 from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.question import Columns, Flags
+from tendon_cli.answers.question import ColumnArrays
 from tendon_cli.answers.sensitivity import indices
 from tendon_cli.answers.setup import FEW, settings, study_arm
 from tendon_cli.answers.solve import Solutions
 from tendon_cli.model.body import DIMENSIONS
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import LIMIT_NAMES, Codes
 from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, Axis, Rows
 from tendon_cli.studies.people.population import Population as People
@@ -50,7 +50,7 @@ class GroupWindows:
     high_condition: Rows
 
     @classmethod
-    def of(cls, problem: Problem, columns: Columns) -> GroupWindows:
+    def of(cls, problem: Problem, columns: ColumnArrays) -> GroupWindows:
         """Those of all groups of a question, for one choice."""
         windows = problem.windows(problem.numbers_of(columns), 1)
         shape = (int(problem.groups[-1]) + 1, -1)
@@ -86,7 +86,9 @@ def population(
 ) -> dict[str, Any]:
     """What a choice, `row` of the table, is to persons or draws, whose windows these are; as recorded."""
     weighting, people = problem.weighting, people_of(problem)
-    pretension, served, most = (chosen.one(name) for name in ("pretension", "served_at", "served"))
+    pretension, served, most = (
+        chosen.scalar(name) for name in ("pretension", "served_at", "served")
+    )
     curve = coverage.curve(windows.low, windows.high, weighting)
     count = len(curve.pretension)
     kept = np.unique(np.linspace(0, count - 1, min(count, _MOST_OF_CURVE)).round().astype(np.int64))
@@ -119,7 +121,7 @@ def population(
 
 def _set(problem: Problem, chosen: Solutions) -> dict[str, list[float]]:
     """What gauges show on nine persons of ten, of few on all, at the choice's pretension: from, to, N."""
-    axis = problem.one_by_one
+    axis = problem.group_axis
     if axis is None:
         return {}
     numbers, each = problem.numbers_of(chosen.columns), chosen["pretension"][:1]

@@ -12,10 +12,10 @@ from tendon_cli import say
 from tendon_cli.answers.between_samples import estimated, worst_between
 from tendon_cli.answers.coverage import grouped
 from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.question import LEAN, LOADS, Flags
-from tendon_cli.answers.solve import Solutions, without_worst
+from tendon_cli.answers.question import LEAN, LOADS
+from tendon_cli.answers.solve import Solutions, solve_windows
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.proof import MOST_CELLS, Cells, Proof, cells_of, prove
 from tendon_cli.model.setting import pretension_of
 from tendon_cli.model.whole_motion import refined
@@ -168,7 +168,7 @@ def certified(problem: Problem, one: Solutions) -> tuple[Solutions, Certificate,
     if provable:
         one = _solved_again(exactly, numbers, one, ends)
     for _ in range(_ROUNDS if provable else 0):
-        low, high = _served(exactly, exactly.finished(ends, numbers), one)
+        low, high = _served(exactly, exactly.finish_ends(ends, numbers), one)
         margin = min(_MARGIN, 0.25 * float(np.max(high - low)))
         asked = held.select((high - low)[held.row] >= 2.0 * margin)
         proof = asked.proved(low + margin, high - margin)
@@ -199,7 +199,11 @@ def certified(problem: Problem, one: Solutions) -> tuple[Solutions, Certificate,
     )
     known = {"between_samples": np.array([say.STATUSES.index(status)])}
     certificate = Certificate(status, cells, 0.0 if is_open else margin, estimate)
-    return replace(one, results=one.results | known), certificate, exactly.finished(ends, numbers)
+    return (
+        replace(one, results=one.results | known),
+        certificate,
+        exactly.finish_ends(ends, numbers),
+    )
 
 
 def _served(problem: Problem, ends: Ends, one: Solutions) -> tuple[Array, Array]:
@@ -283,6 +287,6 @@ def _tightest(
 
 def _solved_again(problem: Problem, numbers: Numbers, one: Solutions, ends: Ends) -> Solutions:
     """One choice, from ends of its windows over all angles."""
-    solved, held = without_worst(problem, numbers, 1, problem.finished(ends, numbers))
+    solved, held = solve_windows(problem, numbers, 1, problem.finish_ends(ends, numbers))
     worsts = worst_between(problem, numbers, solved["pretension"], held)
     return replace(one, results=solved.with_worst(slice(None), worsts).results)

@@ -231,7 +231,7 @@ def _conflicts(named: Named, kept: Solutions, counts: Counter[Pair]) -> Iterator
     of_pairs = candidates.conflicts_of(kept)
     for pair, count in counts.most_common():
         closest = candidates.nearest(kept.select(of_pairs[pair]))
-        gap = closest.one("pretension_from") - closest.one("pretension_to")
+        gap = closest.scalar("pretension_from") - closest.scalar("pretension_to")
         yield {
             "limits": list(pair),
             "choices": count,

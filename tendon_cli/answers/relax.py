@@ -143,12 +143,12 @@ def _least(problem: Problem, ask: Ask) -> dict[str, Any]:
     solved = tried(after, rows)
     best = solved.select([int(np.lexsort((-solved["tolerance"], -solved["served_at"]))[0])])
     columns = {
-        axis.column: axis.names[best[axis.column][0]] if axis.names else best.one(axis.column)
+        axis.column: axis.names[best[axis.column][0]] if axis.names else best.scalar(axis.column)
         for axis in problem.choices.axes
     }
     values = {name: RIGID if value == np.inf else value for name, value in columns.items()}
     record |= {"after": after, "printed": printed, "choice": int(best.row[0]), "values": values}
-    return record | {"pretension": best.one("pretension"), "served": best.one("served_at")}
+    return record | {"pretension": best.scalar("pretension"), "served": best.scalar("served_at")}
 
 
 # --- In words --------------------------------------------------------------------------------------------------------

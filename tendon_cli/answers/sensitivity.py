@@ -87,7 +87,7 @@ def _of_state(alone: Problem, choice: Solutions, end: str, design: Design) -> Sl
     code, state, between = (
         int(choice[f"{end}_by"][0]),
         int(choice[f"{end}_state"][0]),
-        choice.one(f"{end}_angle"),
+        choice.scalar(f"{end}_angle"),
     )
     direction, place = divmod(state, alone.angles.size)
     angle = np.array([[float(alone.angles[0, place]) if np.isnan(between) else between]])
@@ -105,7 +105,7 @@ def _of_state(alone: Problem, choice: Solutions, end: str, design: Design) -> Sl
 def _of_motor(alone: Problem, choice: Solutions, end: str, design: Design) -> Slope:
     """Of an end F that a limit on the motor sets: its excess e is 0 there, so that dF/dp = -(de/dp)/(de/dF)."""
     name, state = LIMIT_NAMES[choice[f"{end}_by"][0]], int(choice[f"{end}_state"][0])
-    pretension = choice.one(f"pretension_{end}")
+    pretension = choice.scalar(f"pretension_{end}")
 
     def slope(changed: Design, bounds: Bounds) -> float:
         by_number, by_pretension = (

@@ -15,7 +15,7 @@ import numpy as np
 from tendon_cli import say
 from tendon_cli.answers.phrases import Row
 from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.solve import Solutions, severest, worst
+from tendon_cli.answers.solve import Solutions, severest_conditions, worst
 from tendon_cli.model.actuator import evaluate
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
@@ -113,7 +113,7 @@ def remarks(problem: Problem, choice: Solutions) -> Iterator[Row]:
     numbers = problem.numbers_of(choice.columns)
     everyone = np.ones((1, len(problem.conditions)), dtype=np.bool_)
     if "max_contact_pressure" not in problem.bounds:
-        pressure, width = choice.one("max_contact_pressure"), ""
+        pressure, width = choice.scalar("max_contact_pressure"), ""
         if np.isnan(pressure):
             strapped = problem.saying(
                 {"arm.contact_width": np.full(len(problem.conditions), STRAP)}
@@ -126,9 +126,11 @@ def remarks(problem: Problem, choice: Solutions) -> Iterator[Row]:
     if "max_tension" not in problem.bounds:
         design = problem.design(numbers)
         diameter = float(min(np.min(design.flexor.diameter), np.min(design.extensor.diameter)))
-        yield from _of_rope(choice.one("max_tension"), diameter)
+        yield from _of_rope(choice.scalar("max_tension"), diameter)
     if not {"max_spring_extension", "min_spring_room"} & set(problem.bounds):
-        few = problem.under(severest(problem, numbers, choice["pretension"], everyone, 1))
+        few = problem.under(
+            severest_conditions(problem, numbers, choice["pretension"], everyone, 1)
+        )
         yield from _of_spring(few, few.design(numbers, pretension=choice["pretension"]))
 
 
@@ -175,7 +177,7 @@ def drift_of(problem: Problem, choice: Solutions) -> tuple[float, Drift] | None:
 
     None if it is not stability that bounds the window above.
     """
-    high, state = choice.one("pretension_to"), int(choice["to_state"][0])
+    high, state = choice.scalar("pretension_to"), int(choice["to_state"][0])
     is_stability = state >= 0 and LIMIT_NAMES[choice["to_by"][0]] == "min_elbow_stiffness"
     if not (is_stability and np.isfinite(high) and problem.bounds["min_elbow_stiffness"] == 0.0):
         return None

@@ -11,12 +11,12 @@ from tendon_cli import say
 from tendon_cli.answers.coverage import share_served
 from tendon_cli.answers.people import GroupWindows, people_of
 from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.question import Columns, Flags
+from tendon_cli.answers.question import ColumnArrays
 from tendon_cli.answers.setup import SET, setting_columns, settings, study_arm
 from tendon_cli.answers.solve import WORST, Solutions
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.design import F0
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import Axis, Rows
@@ -78,7 +78,9 @@ def choice_columns(problem: Problem) -> tuple[Column, ...]:
     )
 
 
-def choice_rows(problem: Problem, choices: Solutions, refined: Flags, on_front: Flags) -> Columns:
+def choice_rows(
+    problem: Problem, choices: Solutions, refined: Flags, on_front: Flags
+) -> ColumnArrays:
     """Rows of `choices.parquet`; text as positions among the column's words."""
     rows = choices.results | choices.columns | {"refined": refined, "on_front": on_front}
     low, high, at = (choices[name] for name in ("pretension_from", "pretension_to", "pretension"))
@@ -101,12 +103,11 @@ def condition_columns(problem: Problem) -> tuple[Column, ...]:
     return (*map(_of_axis, problem.conditions.axes), weighting)
 
 
-def condition_rows(problem: Problem) -> Columns:
+def condition_rows(problem: Problem) -> ColumnArrays:
     """Rows of `conditions.parquet`."""
     count, given = len(problem.conditions), problem.conditions.weighting
-    return problem.conditions.columns(np.arange(count)) | {
-        "weighting": np.ones(count) if given is None else given
-    }
+    columns: ColumnArrays = problem.conditions.columns(np.arange(count))
+    return columns | {"weighting": np.ones(count) if given is None else given}
 
 
 # --- Persons and draws -----------------------------------------------------------------------------------------------
@@ -139,8 +140,8 @@ def person_columns(problem: Problem, axis: Axis) -> tuple[Column, ...]:
 
 
 def person_rows(
-    problem: Problem, axis: Axis, windows: GroupWindows, columns: Columns, pretension: float
-) -> Columns:
+    problem: Problem, axis: Axis, windows: GroupWindows, columns: ColumnArrays, pretension: float
+) -> ColumnArrays:
     """A row per person under one choice at its pretension (N): its window is of at least `serve` of its draws.
 
     With completions the bodies drawn of a person are draws, too; body and tensions to set are their means.
@@ -150,7 +151,7 @@ def person_rows(
     count = len(axis) // bodies
     served = windows.served(pretension).reshape(count, -1)
     low, high, first, last = _windows(problem, windows, served.shape)
-    rows: Columns = {
+    rows: ColumnArrays = {
         axis.column: np.arange(count),
         "weighting": np.ones(count)
         if axis.weighting is None
@@ -215,7 +216,7 @@ def _finite(ends: Array) -> Array:
     return np.where(np.isinf(ends), np.nan, ends)
 
 
-def as_records(columns: tuple[Column, ...], rows: Columns) -> list[dict[str, Any]]:
+def as_records(columns: tuple[Column, ...], rows: ColumnArrays) -> list[dict[str, Any]]:
     """Rows as a JSON text has them: words for positions, null for what is not a number."""
     listed = {column.name: _as_list(column, np.asarray(rows[column.name])) for column in columns}
     return [dict(zip(listed, values, strict=True)) for values in zip(*listed.values(), strict=True)]
