@@ -76,8 +76,8 @@ class Named:
 
     def prove(self, proofs: Proofs) -> None:
         """Prove the windows of all, those named first at first."""
-        self.best = {column: proofs.of(one) for column, one in self.best.items()}
-        self.front = None if self.front is None else proofs.of(self.front)
+        self.best = {column: proofs.prove(one) for column, one in self.best.items()}
+        self.front = None if self.front is None else proofs.prove(self.front)
 
     def records(self, choices: Solutions) -> list[dict[str, Any]]:
         """Choices as rows of the table, with their numbers there."""
@@ -132,12 +132,13 @@ def findings(
     while True:
         named, proofs = Named.of(problem, kept), Proofs(problem)
         named.prove(proofs)
-        proved = proofs.of(kept.select(np.isin(kept.row, asked))) if len(asked) else None
+        proved = proofs.prove(kept.select(np.isin(kept.row, asked))) if len(asked) else None
         seemed = kept.row[kept["feasible"]]
         lost = [
-            one
-            for one, *_ in proofs.done.values()
-            if not one["feasible"].item() and one.row.item() in seemed
+            proved_choice.choice
+            for proved_choice in proofs.done.values()
+            if not proved_choice.choice["feasible"].item()
+            and proved_choice.choice.row.item() in seemed
         ]
         if not lost:
             break
@@ -145,9 +146,11 @@ def findings(
         kept, feasible = Solutions.concatenate([kept.select(others), *lost]), feasible - len(lost)
     chosen, between, ends = next(iter(named.best.values()), None), None, None
     if chosen is not None:
-        _, certificate, ends = next(iter(proofs.done.values()))
+        first = next(iter(proofs.done.values()))
+        certificate, ends = first.certificate, first.ends
         each = [
-            {"choice": one.row.item(), **asdict(known)} for one, known, _ in proofs.done.values()
+            {"choice": one.choice.row.item(), **asdict(one.certificate)}
+            for one in proofs.done.values()
         ]
         of_all = {
             "method": METHOD,
