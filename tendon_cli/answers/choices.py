@@ -37,7 +37,7 @@ _LEAST_BYTES = 40
 
 
 class Choices(Task):
-    """Every choice of a question, folded to the window of its conditions."""
+    """Task that folds every choice of a question to the window of its conditions."""
 
     verb = "design"
 
