@@ -1,1 +1,1 @@
-"""Answers to design questions: which pretension, which choice, what binds, and what would fix it."""
+"""Answers to design questions: the best pretension and choice, what binds, what would fix it."""

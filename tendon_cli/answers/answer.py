@@ -1,4 +1,4 @@
-"""What `tendon design` gives."""
+"""The result of `tendon design`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MOST_WINDOWS = 10**7
-_UNDER = "pretension that keeps every limit under this condition alone; there is none if from is above to"
+_UNDER = (
+    "pretension that keeps every limit under this condition alone; there is none if from is above"
+    " to"
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -26,25 +29,33 @@ class Answer(Result):
 
     @property
     def best(self) -> dict[str, Any] | None:
-        """The best choice as a row of `choices`: the compromise of several goals; None if no choice has a window."""
+        """Best choice as a row of `choices`: with several goals the best compromise.
+
+        None if no choice has a window.
+        """
         best: dict[str, Any] | None = self.record["best"]
         return best
 
     @property
     def best_by(self) -> pd.DataFrame:
-        """The best choice by each goal, a row per goal; without goals by those that every study has."""
+        """Best choice by each goal, a row per goal.
+
+        A study without goals has the goals that every study has.
+        """
         import pandas as pd
 
         rows = dict(self.record["best_by"])
-        known = self.front or ([self.best] if self.best else [])
-        for goal in (Goal(**each) for each in self.record["goals"] if known):
-            scores = goal.score(np.array([row[goal.column] for row in known], dtype=np.float64))
-            rows[goal.column] = known[int(np.argmax(scores))]
+        candidates = self.front or ([self.best] if self.best else [])
+        goals = [Goal(**goal) for goal in self.record["goals"]]
+        if candidates:
+            for goal in goals:
+                values = np.array([row[goal.column] for row in candidates], dtype=np.float64)
+                rows[goal.column] = candidates[int(np.argmax(goal.score(values)))]
         return pd.DataFrame.from_dict(rows, orient="index")
 
     @property
     def feasible(self) -> int:
-        """How many choices have a window."""
+        """Number of choices that have a window."""
         return int(self.record["feasible"])
 
     @property
@@ -54,12 +65,12 @@ class Answer(Result):
 
     @property
     def fixes(self) -> list[dict[str, Any]]:
-        """What would give a window if no choice has one, the least change first."""
+        """Changes that would give a window if no choice has one, the least change first."""
         return list(self.record["fixes"])
 
     @property
     def conflicts(self) -> list[dict[str, Any]]:
-        """Which limits leave choices without a window, in how many, and by how much."""
+        """Limits that leave choices without a window, in how many choices, and by how much."""
         return list(self.record["conflicts"])
 
     @property
@@ -69,24 +80,31 @@ class Answer(Result):
 
     @cached_property
     def choices(self) -> pd.DataFrame:
-        """A row per choice."""
+        """Table with a row per choice."""
         return framed(self.table("choices"))
 
     @cached_property
     def persons(self) -> pd.DataFrame:
-        """A row per person under the choice named first; raises InputError if the question has no people."""
+        """Table with a row per person under the choice named first.
+
+        Raises:
+            InputError: The question has no people.
+        """
         return framed(self.table("persons"))
 
     @cached_property
     def conditions(self) -> pd.DataFrame:
-        """A row per condition."""
+        """Table with a row per condition."""
         return framed(self.table("conditions"))
 
     def to_xarray(self) -> xr.Dataset:
-        """The columns of choices over their axes, less refined ones, and the window of each under each condition alone.
+        """Return the columns of choices over their axes, and their windows under each condition.
 
-        `window_from` and `window_to` are worked out from the recorded study, for up to ten million windows. Needs the
-        package xarray; raises UsageError without.
+        Refined choices are left out. `window_from` and `window_to`, the window under each condition
+        alone, are worked out from the recorded study, for up to ten million windows.
+
+        Raises:
+            UsageError: The package xarray is missing.
         """
         import pyarrow.compute as pc  # only who asks for this pays for its import
 
@@ -102,8 +120,8 @@ class Answer(Result):
             self.table("conditions"), {"condition": self.record["conditions"]}
         )
         problem = question(recorded_study(self.record))
-        if len(problem.choices) * len(problem.conditions) <= _MOST_WINDOWS:
-            count = len(problem.choices)
+        count = len(problem.choices)
+        if count * len(problem.conditions) <= _MOST_WINDOWS:
             ends = problem.ends(problem.choices.numbers(np.arange(count)), count)
             for name, values, which in (
                 ("window_from", ends.low, "smallest"),
@@ -114,17 +132,12 @@ class Answer(Result):
                     "long_name": f"{which} pretension",
                     "description": f"{which} {_UNDER}",
                 }
-                choices[name] = (
-                    (*sizes, "condition"),
-                    values.reshape(*sizes.values(), -1),
-                    attributes,
-                )
+                over_axes = values.reshape(*sizes.values(), -1)
+                choices[name] = ((*sizes, "condition"), over_axes, attributes)
         coordinates = {name: along_own_axes(name, choices.pop(name)) for name in names}
-        coordinates |= {
-            f"condition_{name}": variable
-            for name, variable in conditions.items()
-            if name != "condition"
-        }
+        for name, variable in conditions.items():
+            if name != "condition":
+                coordinates[f"condition_{name}"] = variable
         facts = {name: self.record[name] for name in ("name", "title", "study_hash")}
         dataset: xr.Dataset = library.Dataset(choices, coordinates, facts)
         return dataset

@@ -1,4 +1,4 @@
-"""Which choices are best, which may matter to an answer, and better ones between the points of the grid."""
+"""Candidates for an answer: the best choices, those that may matter, and better ones in between."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.question import SERVED, USUAL, Columns, Goal, goals_of, select_numbers
+from tendon_cli.answers.question import SERVED, USUAL, ColumnArrays, Goal, goals_of, select_numbers
 from tendon_cli.answers.solve import (
     WORST,
     Solutions,
     of_columns,
     of_rows,
-    severest,
-    without_worst,
+    severest_conditions,
+    solve_windows,
     worst,
 )
 from tendon_cli.engine.task import Note
@@ -23,159 +23,213 @@ from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
 from tendon_cli.space.axis import Axis, Numbers, Rows
 
-Pair = tuple[str, ...]
-"""The limit that asks for more pretension and the one that asks for less; one alone that no pretension can keep."""
+LimitPair = tuple[str, ...]
+"""The limit that asks for more pretension and the one that asks for less, by name.
+
+A single name is that of a limit that no pretension can keep.
+"""
 
 STATES_FOR_ALL = 2**30
-"""States of all choices under persons or draws, beyond which the worst is worked out for the relevant ones alone."""
+"""States of all choices under persons or draws, beyond which only relevant ones get their worst."""
 
 _PENALTY = 1e3
+"""Cost of a share of a goal that is lost; choices without a window cost twice this, and more."""
 _AT_ONCE_PER_RANGE = 10
+"""Points of a generation, for each range that is searched."""
 _GENERATIONS = 120
 _FEWEST_GENERATIONS = 20
-_STATES = 4e7  # most states of one search
+_STATES = 4e7
+"""Most states of one search."""
 _NEAR_AN_EDGE = 1e-4
+"""Distance from the end of a range within which the end itself is tried, as a share of it."""
 _SEVEREST = 8
-_UNKNOWN = dict(
-    zip(WORST, (-np.inf, -np.inf, 0.0, np.inf, -np.inf), strict=True)
-)  # better than any worst there is
+"""Conditions for each quantity of which the worst bounds that over all conditions."""
+_BEST_BOUNDS = {
+    "max_tension": -np.inf,
+    "max_spring_extension": -np.inf,
+    "peak_motor_torque": 0.0,
+    "min_elbow_stiffness": np.inf,
+    "max_contact_pressure": -np.inf,
+}
+"""Values that are better than any worst there is."""
 
 
-def conflicts_of(solutions: Solutions) -> dict[Pair, Rows]:
-    """What leaves choices without a window, and the places of those choices."""
-    low, high, at = (solutions[name] for name in ("pretension_from", "pretension_to", "pretension"))
+def conflicts_of(solutions: Solutions) -> dict[LimitPair, Rows]:
+    """Return the limits that leave choices without a window, and the places of these choices."""
+    low = solutions["pretension_from"]
+    high = solutions["pretension_to"]
+    pretension = solutions["pretension"]
     # A given pretension may miss a window at one of its ends.
-    below, above = solutions.has_window & (at < low), solutions.has_window & (at > high)
-    first = np.where(above, solutions["to_by"], solutions["from_by"])
-    second = np.where(np.isnan(low) | below | above, NOTHING, solutions["to_by"])
+    is_below = solutions.has_window & (pretension < low)
+    is_above = solutions.has_window & (pretension > high)
+    first = np.where(is_above, solutions["to_by"], solutions["from_by"])
+    is_alone = np.isnan(low) | is_below | is_above
+    second = np.where(is_alone, NOTHING, solutions["to_by"])
     rows = np.flatnonzero(~solutions["feasible"])
     codes, kind = np.unique(np.column_stack([first, second])[rows], axis=0, return_inverse=True)
-    pairs: dict[Pair, Rows] = {}
-    for place, each in enumerate(codes.tolist()):
-        pair = tuple(dict.fromkeys(LIMIT_NAMES[code] for code in each if code != NOTHING))
-        pairs[pair] = np.union1d(pairs.get(pair, rows[:0]), rows[kind.ravel() == place])
-    return pairs
+    conflicts: dict[LimitPair, Rows] = {}
+    for place, pair_codes in enumerate(codes.tolist()):
+        names = [LIMIT_NAMES[code] for code in pair_codes if code != NOTHING]
+        pair = tuple(dict.fromkeys(names))
+        of_codes = rows[kind.ravel() == place]
+        conflicts[pair] = np.union1d(conflicts.get(pair, rows[:0]), of_codes)
+    return conflicts
 
 
 def nearest(solutions: Solutions) -> Solutions:
-    """The one of some choices without a window that is nearest to have one: it serves most, and misses by least."""
-    low, high = solutions["pretension_from"], solutions["pretension_to"]
-    with np.errstate(invalid="ignore"):
-        gap = (low - high) / (np.abs(low) + np.abs(high))
+    """Return the choice that is nearest to a window: it serves most, and misses by least."""
+    gap = _relative_gap(solutions)
     order = np.lexsort((solutions.row, np.where(np.isnan(gap), np.inf, gap), -solutions["served"]))
     return solutions.select(order[:1])
 
 
+def _relative_gap(solutions: Solutions) -> Array:
+    """Return (from - to)/(|from| + |to|); NaN if nothing bounds the window."""
+    low = solutions["pretension_from"]
+    high = solutions["pretension_to"]
+    with np.errstate(invalid="ignore"):
+        return np.asarray((low - high) / (np.abs(low) + np.abs(high)))
+
+
 def best_of(solutions: Solutions, scores: Array) -> int:
-    """The place of the highest score; of equals, such as all that serve everyone, that of the largest tolerance."""
-    return int(
-        np.lexsort((-solutions.scores((Goal("tolerance", maximise=True),))[:, 0], -scores))[0]
-    )
+    """Return the place of the highest score, (choices,).
+
+    Of equal ones, such as all that serve everyone, it is that of the largest tolerance.
+    """
+    tolerance = solutions.scores((Goal("tolerance", maximise=True),))[:, 0]
+    return int(np.lexsort((-tolerance, -scores))[0])
 
 
 def relevant(solutions: Solutions, goals: tuple[Goal, ...]) -> Rows:
-    """The best by each goal, the front, the one that serves most, and for each conflict the nearest to a window."""
-    keep = [np.array([np.argmax(solutions["served"])])]
+    """Return the places of choices that an answer may name, ascending.
+
+    They are the best by each goal, the front, the one that serves most, and for each conflict the
+    one that is nearest to a window.
+    """
+    places = [np.array([np.argmax(solutions["served"])])]
     if solutions["feasible"].any():
         feasible = np.flatnonzero(solutions["feasible"])
-        some = solutions.select(feasible)
-        scores = some.scores(goals or (SERVED, *USUAL))
-        keep += [feasible[[best_of(some, column)]] for column in scores.T]
-        keep += [feasible[front(scores)]] if len(goals) > 1 else []
+        selected = solutions.select(feasible)
+        scores = selected.scores(goals or (SERVED, *USUAL))
+        places += [feasible[[best_of(selected, of_goal)]] for of_goal in scores.T]
+        if len(goals) > 1:
+            places.append(feasible[front(scores)])
     for rows in conflicts_of(solutions).values():
-        keep.append(rows[solutions.row[rows] == nearest(solutions.select(rows)).row])
-    return np.unique(np.concatenate(keep))
+        is_nearest = solutions.row[rows] == nearest(solutions.select(rows)).row
+        places.append(rows[is_nearest])
+    return np.unique(np.concatenate(places))
 
 
 def leaves_out(problem: Problem) -> bool:
-    """Whether the worst at its pretension is left out of choices that do not matter."""
+    """True if choices that do not matter are left without the worst at their pretension."""
     goals = {goal.column: goal.maximise for goal in goals_of(problem.study)}
-    bounded = all(goals[name] == (name == "min_elbow_stiffness") for name in WORST if name in goals)
+    has_bounds = all(
+        goals[name] == (name == "min_elbow_stiffness") for name in WORST if name in goals
+    )
     states = len(problem.choices) * len(problem.conditions) * problem.states_per_design
-    return problem.conditions.groups is not None and bounded and states > STATES_FOR_ALL
+    return problem.conditions.groups is not None and has_bounds and states > STATES_FOR_ALL
 
 
 def solved_part(problem: Problem, rows: Rows) -> Solutions:
-    """Choices by their rows, solved, with the worst at the pretension of each or, if possible, of the relevant.
+    """Solve choices by their rows, with the worst at the pretension of each, or of the relevant.
 
-    The worst over a few conditions bounds the worst over all. With such bounds the relevant ones are chosen, worked
-    out, and chosen again, until all of them are: no other is better than its bound, so these are the right ones.
+    The worst over a few conditions bounds the worst over all. By such bounds the relevant ones are
+    chosen, worked out, and chosen again, until all of them are known: no other choice is better
+    than its bound, so these are the right ones.
     """
     if not leaves_out(problem):
         return of_rows(problem, rows)
-    numbers, goals = problem.choices.numbers(rows), goals_of(problem.study)
-    solved, served = without_worst(problem, numbers, len(rows))
+    goals = goals_of(problem.study)
+    numbers = problem.choices.numbers(rows)
+    solved, served = solve_windows(problem, numbers, len(rows))
     solved = Solutions(solved.results, rows, problem.choices.columns(rows))
 
-    def given(chosen: Rows) -> tuple[Numbers, Array]:
-        return select_numbers(numbers, chosen), solved["pretension"][chosen]
+    def at_pretension(places: Rows) -> tuple[Numbers, Array]:
+        """Select numbers and pretensions of choices."""
+        return select_numbers(numbers, places), solved["pretension"][places]
 
     first = np.array([np.argmax(solved["served"])])
-    few = severest(problem, *given(first), served[first], _SEVEREST)
-    bounds = worst(problem.under(few), *given(np.arange(len(rows))), served[:, few])
-    known = worst(problem, *given(first), served[first])
+    few = severest_conditions(problem, *at_pretension(first), served[first], _SEVEREST)
+    bounds = worst(problem.under(few), *at_pretension(np.arange(len(rows))), served[:, few])
+    known = worst(problem, *at_pretension(first), served[first])
     for name, values in bounds.items():
-        if not np.isnan(
-            known[name][0]
-        ):  # what is not asked for, as pressure without a strap, has no bound
-            bounds[name] = np.where(np.isnan(values), _UNKNOWN[name], values)
-    solved = solved.with_worst(slice(None), bounds, has_worst=False).with_worst(first, known)
-    while rest := [row for row in relevant(solved, goals) if not solved["has_worst"][row]]:
-        missing = np.array(rest)
-        solved = solved.with_worst(missing, worst(problem, *given(missing), served[missing]))
+        # A quantity that has no value, such as pressure without a strap, has no bound.
+        if not np.isnan(known[name][0]):
+            bounds[name] = np.where(np.isnan(values), _BEST_BOUNDS[name], values)
+    solved = solved.with_worst(slice(None), bounds, has_worst=False)
+    solved = solved.with_worst(first, known)
+    while True:
+        places = relevant(solved, goals)
+        missing = places[~solved["has_worst"][places]]
+        if not len(missing):
+            break
+        values_of_missing = worst(problem, *at_pretension(missing), served[missing])
+        solved = solved.with_worst(missing, values_of_missing)
     left = np.flatnonzero(~solved["has_worst"])
     return solved.with_worst(left, dict.fromkeys(WORST, np.asarray(np.nan)), has_worst=False)
 
 
 def summarised(choices: Solutions, goals: tuple[Goal, ...]) -> Note:
-    """What matters of some choices, as JSON has it: counts, conflicts, and the rows that may be named."""
+    """Return the note of a part for JSON: counts, conflicts, and the rows that may be named."""
+    conflicts = conflicts_of(choices)
     return {
         "choices": len(choices),
         "feasible": int(choices["feasible"].sum()),
-        "conflicts": [[list(pair), len(rows)] for pair, rows in conflicts_of(choices).items()],
+        "conflicts": [[list(pair), len(rows)] for pair, rows in conflicts.items()],
         "rows": choices.row[relevant(choices, goals)].tolist(),
     }
 
 
-# --- Comparing -------------------------------------------------------------------------------------------------------
+# --- Comparing ------------------------------------------------------------------------------------
 
 
 def front(scores: Array) -> Rows:
-    """Rows, ascending, that no other row beats: is as good in every goal and better in one. `scores` is (rows, goals).
+    """Return the rows of scores, (rows, goals), that no other row beats, ascending.
 
-    Of rows that are equal in every goal the first stands for all.
+    A row beats another if it is as good in every goal and better in one. Of rows that are equal in
+    every goal the first stands for all.
     """
     _, first = np.unique(scores, axis=0, return_index=True)
-    rest, kept = (
-        first[np.lexsort(scores[first].T)[::-1]],
-        [],
-    )  # no row is beaten by one that comes after it
+    # In this order no row is beaten by one that comes after it.
+    rest = first[np.lexsort(scores[first].T)[::-1]]
+    unbeaten = []
     while len(rest):
-        kept.append(rest[0])
-        rest = rest[~np.all(scores[rest[0]] >= scores[rest], axis=1)]
-    return np.sort(np.array(kept, dtype=np.int64))
+        best = rest[0]
+        unbeaten.append(best)
+        is_beaten = np.all(scores[best] >= scores[rest], axis=1)
+        rest = rest[~is_beaten]
+    return np.sort(np.array(unbeaten, dtype=np.int64))
 
 
 def losses(scores: Array) -> Array:
-    """What each row of a front gives up of each goal, as a share of what the front spans: 0 is best, 1 worst."""
+    """Return the share of each goal's span that a row of the front loses: 0 is best, 1 worst."""
     span = np.ptp(scores, axis=0)
     return np.asarray((scores.max(axis=0) - scores) / np.where(span > 0.0, span, 1.0))
 
 
 def compromise(scores: Array) -> int:
-    """The row of a front, (rows, goals), that gives up the least of the goal of which it gives up most."""
-    given_up = losses(scores)
-    return int(np.lexsort((given_up.sum(axis=1), given_up.max(axis=1)))[0])
+    """Return the row of a front, (rows, goals), whose largest loss in any goal is the smallest."""
+    lost = losses(scores)
+    return int(np.lexsort((lost.sum(axis=1), lost.max(axis=1)))[0])
 
 
-# --- Between the points of the grid ----------------------------------------------------------------------------------
+# --- Between the points of the grid ---------------------------------------------------------------
 
 
 def refined(problem: Problem, goals: tuple[Goal, ...], start: Solutions) -> Solutions | None:
-    """A choice between the points of the grid, better than `start`, one of its choices with a window.
+    """Search a better choice between the points of the grid.
 
-    With one goal it is the best; with several it is as good in all of them, and better in their sum. None if the
-    search finds nothing better, or there is no range, or too many conditions to search.
+    With one goal it is the best; with several it is as good in all of them, and better in their
+    sum.
+
+    Args:
+        problem: The question.
+        goals: Goals by which it is better.
+        start: A choice of the grid with a window.
+
+    Returns:
+        The choice; None if the search finds nothing better, if there is no range to search, or if
+        there are too many conditions.
     """
     axes = [axis for axis in problem.choices.axes if axis.is_range]
     at_once = _AT_ONCE_PER_RANGE * len(axes) * len(problem.conditions) * problem.states_per_design
@@ -186,53 +240,65 @@ def refined(problem: Problem, goals: tuple[Goal, ...], start: Solutions) -> Solu
     scale = np.maximum(np.abs(before), 1e-300)
     with_worst = any(goal.column in WORST for goal in goals)
 
-    def columns(at: Array) -> Columns:
-        """Whole choices at points, (points, ranges), each 0 to 1; all else as the start has it."""
-        rest = {name: np.repeat(values[:1], len(at)) for name, values in start.columns.items()}
-        return rest | {
-            axis.column: _value(axis, place) for axis, place in zip(axes, at.T, strict=True)
-        }
+    def columns(points: Array) -> ColumnArrays:
+        """Return whole choices at points, (points, ranges), 0 to 1; the rest is as in `start`."""
+        whole = {name: np.repeat(values[:1], len(points)) for name, values in start.columns.items()}
+        for axis, places in zip(axes, points.T, strict=True):
+            whole[axis.column] = _value(axis, places)
+        return whole
 
-    def cost(at: Array) -> Array:
-        tried = of_columns(problem, columns(at.T), at.shape[1], with_worst=with_worst)
-        gain = (tried.scores(goals) - before) / scale
+    def cost(points: Array) -> Array:
+        """Return the cost of points, (ranges, points), the less the better."""
+        tried = of_columns(problem, columns(points.T), points.shape[1], with_worst=with_worst)
+        gain = (tried.scores(goals) - before) / scale  # (points, goals)
         lost = np.sum(np.maximum(0.0, -gain), axis=1) if len(goals) > 1 else 0.0
-        costs = np.where(
-            tried["feasible"], -np.sum(gain, axis=1) + _PENALTY * lost, _infeasible(problem, tried)
-        )
+        of_feasible = -np.sum(gain, axis=1) + _PENALTY * lost
+        costs = np.where(tried["feasible"], of_feasible, _cost_without_window(problem, tried))
         return np.asarray(np.where(np.isfinite(costs), costs, 4.0 * _PENALTY))
 
-    at = np.array([_place(axis, start.one(axis.column)) for axis in axes])
+    place = np.array([_place(axis, start.scalar(axis.column)) for axis in axes])
     steps = np.array([1.0 / (len(axis) - 1) for axis in axes])
-    best = of_columns(problem, columns(_evolved(cost, at, steps, generations)[np.newaxis]), 1)
+    point = _evolved(cost, place, steps, generations)
+    best = of_columns(problem, columns(point[np.newaxis]), 1)
     after = best.scores(goals)[0]
-    better = np.all(after >= before) and np.any(after > before + 1e-9 * scale)
-    return best if better else None
+    is_better = np.all(after >= before) and np.any(after > before + 1e-9 * scale)
+    return best if is_better else None
 
 
 def _value(axis: Axis, place: Array) -> Array:
-    """Values of a range at places from 0 to 1 along its grid."""
-    first, last = axis.values[0], axis.values[-1]
+    """Return values of a range at places from 0 to 1 along its grid."""
+    first = axis.values[0]
+    last = axis.values[-1]
     inner = first * (last / first) ** place if axis.is_log else first + (last - first) * place
-    return np.asarray(np.where(place <= 0.0, first, np.where(place >= 1.0, last, inner)))
+    from_first = np.where(place >= 1.0, last, inner)
+    return np.asarray(np.where(place <= 0.0, first, from_first))
 
 
 def _place(axis: Axis, value: float) -> float:
-    ends = np.array([axis.values[0], value, axis.values[-1]])
-    first, at, last = np.log(ends) if axis.is_log else ends
-    return float(np.clip((at - first) / (last - first), 0.0, 1.0))
+    """Return the place of a value, 0 to 1, along the grid of a range."""
+    points = np.array([axis.values[0], value, axis.values[-1]])
+    first, middle, last = np.log(points) if axis.is_log else points
+    return float(np.clip((middle - first) / (last - first), 0.0, 1.0))
 
 
-def _infeasible(problem: Problem, solutions: Solutions) -> Array:
-    """What a choice without a window costs: the less, the nearer it is to one."""
-    low, high = solutions["pretension_from"], solutions["pretension_to"]
-    with np.errstate(invalid="ignore"):  # nothing bounds the window
-        gap = (low - high) / (np.abs(low) + np.abs(high))
-    return 2.0 * _PENALTY + (gap if problem.enough >= 1.0 else problem.enough - solutions["served"])
+def _cost_without_window(problem: Problem, solutions: Solutions) -> Array:
+    """Return the cost of choices without a window: the less, the nearer they are to one."""
+    if problem.enough >= 1.0:
+        return 2.0 * _PENALTY + _relative_gap(solutions)
+    return np.asarray(2.0 * _PENALTY + (problem.enough - solutions["served"]))
 
 
 def _evolved(cost: Callable[[Array], Array], start: Array, steps: Array, generations: int) -> Array:
-    """The point of least cost, by differential evolution from around a start, then tried at the edges it is near to."""
+    """Return the point of least cost, by differential evolution from around a start.
+
+    Edges that it is near to are tried as well.
+
+    Args:
+        cost: Function from points, (ranges, points), to costs, (points,).
+        start: First point, (ranges,), each 0 to 1.
+        steps: Steps of the grid, (ranges,).
+        generations: Most generations.
+    """
     from scipy.optimize import Bounds, differential_evolution
 
     count = _AT_ONCE_PER_RANGE * len(start)
@@ -240,10 +306,9 @@ def _evolved(cost: Callable[[Array], Array], start: Array, steps: Array, generat
     near = np.clip(start + steps * random.normal(size=(count // 2, len(start))), 0.0, 1.0)
     anywhere = random.random((count - len(near) - 1, len(start)))
     vectorized: Any = cost  # the stubs know of one point at a time only
-    box = Bounds(np.zeros(len(start)), np.ones(len(start)))
     best = differential_evolution(
         vectorized,
-        box,
+        Bounds(np.zeros(len(start)), np.ones(len(start))),
         init=np.vstack([start, near, anywhere]),
         maxiter=generations,
         tol=1e-9,
@@ -253,6 +318,7 @@ def _evolved(cost: Callable[[Array], Array], start: Array, steps: Array, generat
         vectorized=True,
         rng=random,
     ).x
-    at_edge = np.where(best < _NEAR_AN_EDGE, 0.0, np.where(best > 1.0 - _NEAR_AN_EDGE, 1.0, best))
+    at_edge = np.where(best > 1.0 - _NEAR_AN_EDGE, 1.0, best)
+    at_edge = np.where(best < _NEAR_AN_EDGE, 0.0, at_edge)
     tried = np.vstack([best, at_edge])
     return np.asarray(tried[np.argmin(cost(tried.T))])

@@ -1,8 +1,9 @@
-"""Which share of persons, draws or conditions one pretension serves, and which few suits together serve most.
+"""The share of persons, draws or conditions that one pretension serves, and the few best suits.
 
-The share changes only where a window begins or ends, so all follows from the sorted ends. Windows are closed: two that
-only touch share one pretension. Of each suit only the largest sets matter, those between an end at which a window
-begins and the next one, at which a window ends; which few of these serve most is a problem of maximal coverage.
+The share changes only where a window begins or ends, so all follows from the sorted ends. Windows
+are closed: two that only touch share one pretension. Only the largest sets of persons that a suit
+serves matter, those between an end at which a window begins and the next one, at which a window
+ends; which few of these serve most is a problem of maximal coverage.
 """
 
 from __future__ import annotations
@@ -15,153 +16,205 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Flags
 
-Flags = npt.NDArray[np.bool_]
-
-ROUNDING = 1e-12  # shares that are equal but for the rounding of sums
+ROUNDING = 1e-12
+"""Difference of shares that are equal but for the rounding of sums."""
 
 
 @dataclass(frozen=True, eq=False)
 class Coverage:
-    """What one pretension can serve, for each choice."""
+    """Windows and shares that one pretension can serve, for each choice, (choices,)."""
 
-    low: Array  # where the widest interval that serves enough begins, N; NaN where no pretension serves enough
-    high: Array  # and where it ends, N; infinite where nothing bounds it
-    windows: npt.NDArray[np.int64]  # how many such intervals there are
-    served: Array  # the largest share that one pretension serves
-    best_low: Array  # the widest interval of those pretensions, N; NaN where none serves any
+    low: Array
+    """Lower end of the widest interval that serves enough, N; NaN if no pretension does."""
+    high: Array
+    """Upper end, N; infinite if nothing bounds it."""
+    windows: npt.NDArray[np.int64]
+    """Number of such intervals."""
+    served: Array
+    """Largest share that one pretension serves."""
+    best_low: Array
+    """Lower end of the widest interval that serves this share, N; NaN if none serves any."""
     best_high: Array
+    """Upper end, N."""
 
 
 def share_served(low: Array, high: Array, weighting: Array, *, enough: float = 1.0) -> Coverage:
-    """Coverage of the windows of groups, (choices, groups), by their weighting, (groups,).
+    """Return what one pretension can serve of groups.
 
-    A window is from `low` to `high` (N), empty where low > high or not a number. `enough` is a share of the weighting.
+    Args:
+        low: Lower ends of the windows, (choices, groups), N. A window is empty where low > high, or
+            where an end is NaN.
+        high: Upper ends.
+        weighting: Weights of the groups, (groups,).
+        enough: Share of the weighting that a window must serve.
     """
     is_open = low <= high
     weight = np.where(is_open, normalised(weighting), 0.0)
-    ends = np.concatenate([np.where(is_open, low, np.inf), np.where(is_open, high, np.inf)], axis=1)
-    # Beginnings stand before ends, and stay so where both are at one pretension: windows that touch overlap there.
+    starts = np.where(is_open, low, np.inf)
+    stops = np.where(is_open, high, np.inf)
+    ends = np.concatenate([starts, stops], axis=1)
+    # Beginnings stand before ends, and stay so where both are at one pretension: windows that touch
+    # overlap there.
     order = np.argsort(ends, axis=1, kind="stable")
-    at = np.take_along_axis(ends, order, axis=1)
-    share = np.cumsum(
-        np.take_along_axis(np.concatenate([weight, -weight], axis=1), order, axis=1), axis=1
-    )
+    sorted_ends = np.take_along_axis(ends, order, axis=1)
+    changes = np.take_along_axis(np.concatenate([weight, -weight], axis=1), order, axis=1)
+    share = np.cumsum(changes, axis=1)
     served = np.max(share, axis=1)
     served = np.where(served > 1.0 - ROUNDING, 1.0, np.maximum(served, 0.0))
     served = np.where(is_open.any(axis=1), served, 0.0)
-    best_low, best_high, _ = _widest(
-        at, share >= np.maximum(served, ROUNDING)[:, np.newaxis] - ROUNDING / 2
-    )
-    low, high, windows = _widest(at, share >= max(enough, ROUNDING) - ROUNDING / 2)
-    return Coverage(low, high, windows, served, best_low, best_high)
+    is_most = share >= np.maximum(served, ROUNDING)[:, np.newaxis] - ROUNDING / 2
+    best_low, best_high, _ = _widest(sorted_ends, is_most)
+    is_enough = share >= max(enough, ROUNDING) - ROUNDING / 2
+    widest_low, widest_high, windows = _widest(sorted_ends, is_enough)
+    return Coverage(widest_low, widest_high, windows, served, best_low, best_high)
 
 
-def _widest(at: Array, enough: Flags) -> tuple[Array, Array, npt.NDArray[np.int64]]:
-    """The widest run of ends after which the share is enough, with the end after it; and how many runs there are."""
-    places = np.arange(at.shape[1])
-    before = np.zeros_like(enough)
-    before[:, 1:] = enough[:, :-1]
-    began = np.maximum.accumulate(np.where(enough & ~before, places, 0), axis=1)
-    stops = before & ~enough
-    start = np.take_along_axis(at, began, axis=1)
+def _widest(ends: Array, is_enough: Flags) -> tuple[Array, Array, npt.NDArray[np.int64]]:
+    """Find the widest run of ends after which the share is enough.
+
+    Args:
+        ends: Sorted ends of windows, (choices, ends), N.
+        is_enough: True where the share after an end is enough.
+
+    Returns:
+        First end of the run and the end after it, (choices,) N, NaN if there is no run; and the
+        number of runs.
+    """
+    places = np.arange(ends.shape[1])
+    is_enough_before = np.zeros_like(is_enough)
+    is_enough_before[:, 1:] = is_enough[:, :-1]
+    begins = is_enough & ~is_enough_before
+    stops = is_enough_before & ~is_enough
+    began = np.maximum.accumulate(np.where(begins, places, 0), axis=1)
+    start = np.take_along_axis(ends, began, axis=1)
     with np.errstate(invalid="ignore"):
-        width = np.where(stops, at - start, -1.0)
+        width = np.where(stops, ends - start, -1.0)
     widest = np.argmax(width, axis=1)[:, np.newaxis]
-    some = stops.any(axis=1)
-    low, high = (np.take_along_axis(values, widest, axis=1)[:, 0] for values in (start, at))
-    return np.where(some, low, np.nan), np.where(some, high, np.nan), np.sum(stops, axis=1)
+    low = np.take_along_axis(start, widest, axis=1)[:, 0]
+    high = np.take_along_axis(ends, widest, axis=1)[:, 0]
+    has_run = stops.any(axis=1)
+    return np.where(has_run, low, np.nan), np.where(has_run, high, np.nan), np.sum(stops, axis=1)
 
 
 def grouped(low: Array, high: Array, groups: npt.NDArray[np.int64]) -> tuple[Array, Array]:
-    """The windows that serve every condition of a group, (choices, groups), from those of conditions.
+    """Return the ends of windows that serve every condition of a group, (choices, groups), N.
 
-    `groups` numbers the group of each condition, from 0 and ascending; not a number where one of its windows is none.
+    Args:
+        low: Lower ends of the windows of conditions, (choices, conditions), N.
+        high: Upper ends.
+        groups: Group of each condition, from 0 and ascending.
+
+    Returns:
+        Lower and upper ends; NaN if no pretension could do in one of the conditions.
     """
     firsts = np.flatnonzero(np.diff(groups, prepend=-1))
     return np.maximum.reduceat(low, firsts, axis=1), np.minimum.reduceat(high, firsts, axis=1)
 
 
 def serves(low: Array, high: Array, pretension: Array | float) -> Flags:
-    """Whether pretensions are in windows, but for rounding."""
+    """True where pretensions are in windows, but for rounding."""
     with np.errstate(invalid="ignore"):
-        return np.asarray(
-            (low <= pretension * (1 + ROUNDING)) & (pretension <= high * (1 + ROUNDING))
-        )
+        is_above_low = low <= pretension * (1 + ROUNDING)
+        is_below_high = pretension <= high * (1 + ROUNDING)
+    return np.asarray(is_above_low & is_below_high)
 
 
 def normalised(weighting: Array) -> Array:
-    """Weights that add up to 1, whatever their size."""
+    """Return weights that add up to 1, whatever their size."""
     scaled = weighting / np.max(weighting)
     return np.asarray(scaled / np.sum(scaled))
 
 
 def effective_count(weighting: Array) -> float:
-    """How many persons of equal weighting say as much: (Σw)² / Σw² (Kish)."""
+    """Return the number of equally weighted persons that say as much: (Σw)² / Σw² (Kish)."""
     return float(1.0 / np.sum(np.square(normalised(weighting))))
 
 
 def share_at(pretension: Array | float, low: Array, high: Array, weighting: Array) -> Array:
-    """The share of windows, from `low` to `high`, that hold each pretension; a window may be empty or NaN."""
+    """Return the share of windows that hold each pretension.
+
+    Args:
+        pretension: Pretensions, N.
+        low: Lower ends of the windows, (windows,), N; a window may be empty or NaN.
+        high: Upper ends.
+        weighting: Weights of the windows.
+    """
     is_open = low <= high
-    starts, ends, weights = low[is_open], high[is_open], normalised(weighting)[is_open]
-    begun = _summed(np.asarray(pretension), starts, weights, "right")
-    over = _summed(np.asarray(pretension), ends, weights, "left")
-    return np.clip(begun - over, 0.0, 1.0)
+    weights = normalised(weighting)[is_open]
+    begun = _weight_up_to(np.asarray(pretension), low[is_open], weights, "right")
+    ended = _weight_up_to(np.asarray(pretension), high[is_open], weights, "left")
+    return np.clip(begun - ended, 0.0, 1.0)
 
 
-def _summed(at: Array, ends: Array, weighting: Array, side: Literal["left", "right"]) -> Array:
-    """The weighting of ends up to some places, those at the place itself included on the right."""
+def _weight_up_to(
+    places: Array, ends: Array, weighting: Array, side: Literal["left", "right"]
+) -> Array:
+    """Sum the weights of ends up to some places; ends at the place itself count on the right."""
     order = np.argsort(ends, kind="stable")
     sums = np.concatenate([[0.0], np.cumsum(weighting[order])])
-    return np.asarray(sums[np.searchsorted(ends[order], at, side=side)])
+    return np.asarray(sums[np.searchsorted(ends[order], places, side=side)])
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """The share that is served over pretension: constant between ends of windows, which belong to the windows."""
+    """The share that is served over pretension.
 
-    pretension: Array  # every end of a window, ascending, each twice, N
-    share: Array  # first at that end, then between it and the next
-    low: Array  # the 95 % interval of each share
+    It is constant between ends of windows, which belong to the windows.
+    """
+
+    pretension: Array
+    """Ends of all windows, ascending, each twice, N."""
+    share: Array
+    """Share at that end, then between it and the next."""
+    low: Array
+    """Lower end of the 95 % interval of each share."""
     high: Array
+    """Upper end of the 95 % interval."""
 
     @property
     def best(self) -> float:
-        """The middle of the first stretch of pretension that serves most, N."""
+        """Middle of the first stretch of pretension that serves most, N."""
         is_most = self.share >= self.share.max() - ROUNDING
         first = int(np.argmax(is_most))
         after = first + int(np.argmin(np.append(is_most[first:], False)))
-        return (
-            float(self.pretension[first] + self.pretension[min(after, len(self.pretension) - 1)])
-            / 2.0
-        )
+        last = min(after, len(self.pretension) - 1)
+        return float(self.pretension[first] + self.pretension[last]) / 2.0
 
 
 def curve(low: Array, high: Array, weighting: Array) -> Curve:
-    """The share served over all pretensions from the first window's beginning to the last one's end."""
+    """Return the share served from the first window's beginning to the last one's end.
+
+    Args:
+        low: Lower ends of the windows, (windows,), N.
+        high: Upper ends.
+        weighting: Weights of the windows.
+    """
     is_open = low <= high
     ends = np.unique(np.concatenate([low[is_open], high[is_open]]))
     ends = ends[np.isfinite(ends)]
     between = np.append((ends[:-1] + ends[1:]) / 2.0, np.nextafter(ends[-1:], np.inf))
-    shares = [share_at(place, low, high, weighting) for place in (ends, between)]
-    share, count = np.column_stack(shares).ravel(), effective_count(weighting)
-    intervals = np.reshape([say.interval(each, count) for each in share.tolist()], (-1, 2))
+    at_ends = share_at(ends, low, high, weighting)
+    after_ends = share_at(between, low, high, weighting)
+    share = np.column_stack([at_ends, after_ends]).ravel()
+    count = effective_count(weighting)
+    intervals = np.reshape([say.interval(value, count) for value in share.tolist()], (-1, 2))
     return Curve(np.repeat(ends, 2), share, intervals[:, 0], intervals[:, 1])
 
 
-# --- A few suits -----------------------------------------------------------------------------------------------------
+# --- A few suits ----------------------------------------------------------------------------------
 
 
 class Sizes(NamedTuple):
     """The suits that together serve most."""
 
-    choices: tuple[int, ...]  # rows of the windows, ascending
-    pretensions: tuple[
-        float, ...
-    ]  # one for each suit, N: the middle of those at which it serves the same persons
-    share: float  # of the weighting
+    choices: tuple[int, ...]
+    """Rows of the windows, ascending."""
+    pretensions: tuple[float, ...]
+    """Pretension of each suit, N: the middle of those at which it serves the same persons."""
+    share: float
+    """Share of the weighting."""
 
 
 def best_sizes(
@@ -171,18 +224,27 @@ def best_sizes(
     most: int,
     check_stopped: Callable[[], None] = lambda: None,
 ) -> tuple[Sizes, ...]:
-    """With one suit, two and so on to `most` those that serve the largest share; further ones only if they serve more.
+    """Return the suits that serve the largest share, with one suit, with two, and so on.
 
-    `low` and `high` are the ends of the windows, N, of shape (choices, persons), empty where low > high or NaN.
-    `check_stopped` is called before each search, and may raise to end it.
+    A further suit counts only if it serves more.
+
+    Args:
+        low: Lower ends of the windows, (choices, persons), N. A window is empty where low > high,
+            or where an end is NaN.
+        high: Upper ends.
+        weighting: Weights of the persons.
+        most: Largest number of suits.
+        check_stopped: Called before each search; it may raise to end it.
     """
-    choice, pretension, serves = _largest_sets(low, high)
-    weights, best = normalised(weighting), [Sizes((), (), 0.0)]
+    choice, pretension, is_served = _largest_sets(low, high)
+    weights = normalised(weighting)
+    best = [Sizes((), (), 0.0)]
     for count in range(1, most + 1):
         check_stopped()
-        chosen = _needed(serves, weights, _covering(serves, weights, count) if len(choice) else [])
-        chosen.sort(key=lambda at: (choice[at], pretension[at]))
-        served = serves[chosen].any(axis=0)
+        covering = _covering(is_served, weights, count) if len(choice) else []
+        chosen = _without_idle(is_served, weights, covering)
+        chosen.sort(key=lambda row: (choice[row], pretension[row]))
+        served = is_served[chosen].any(axis=0)
         share = 1.0 if served.all() else float(min(weights[served].sum(), 1.0))
         sizes = Sizes(tuple(choice[chosen].tolist()), tuple(pretension[chosen].tolist()), share)
         best.append(sizes if share > best[-1].share + ROUNDING else best[-1])
@@ -190,34 +252,49 @@ def best_sizes(
 
 
 def _largest_sets(low: Array, high: Array) -> tuple[npt.NDArray[np.int64], Array, Flags]:
-    """For each choice the pretensions whose set of persons served no other contains, and whom each serves."""
-    choices, pretensions, serves = [], [np.empty(0)], [np.empty((0, low.shape[1]), dtype=np.bool_)]
+    """Return the largest sets of persons that a choice serves at one pretension.
+
+    Args:
+        low: Lower ends of the windows, (choices, persons), N.
+        high: Upper ends.
+
+    Returns:
+        Choice and pretension (N) of each set, (sets,), and its persons, (sets, persons). No other
+        set of the same choice contains them.
+    """
+    choices = []
+    pretensions = [np.empty(0)]
+    is_served = [np.empty((0, low.shape[1]), dtype=np.bool_)]
     for choice, (starts, stops) in enumerate(zip(low, high, strict=True)):
         is_open = starts <= stops
         ends = np.concatenate([starts[is_open], stops[is_open]])
         order = np.argsort(ends, kind="stable")  # at one pretension windows begin before others end
-        begins = order < is_open.sum()
-        last = np.flatnonzero(begins[:-1] & ~begins[1:])
-        begin, end = ends[order[last]], ends[order[last + 1]]
-        serves.append((starts <= begin[:, np.newaxis]) & (begin[:, np.newaxis] <= stops))
+        is_beginning = order < is_open.sum()
+        last = np.flatnonzero(is_beginning[:-1] & ~is_beginning[1:])
+        begin = ends[order[last]]
+        end = ends[order[last + 1]]
+        is_served.append((starts <= begin[:, np.newaxis]) & (begin[:, np.newaxis] <= stops))
         choices += [choice] * len(last)
         pretensions.append(np.where(np.isinf(end), begin, (begin + end) / 2.0))
-    return np.array(choices, dtype=np.int64), np.concatenate(pretensions), np.concatenate(serves)
+    return np.array(choices, dtype=np.int64), np.concatenate(pretensions), np.concatenate(is_served)
 
 
-def _covering(serves: Flags, weights: Array, most: int) -> list[int]:
-    """The at most `most` sets whose union weighs most: chosen sets are 1, a person is served by a chosen set or not."""
+def _covering(is_served: Flags, weights: Array, most: int) -> list[int]:
+    """Choose at most `most` sets, (sets, persons), whose union weighs most.
+
+    In the mixed-integer program a variable is 1 for a chosen set, and for a person whom a chosen
+    set serves.
+    """
     if most == 1:
-        return [int(np.argmax(serves @ weights))]
+        return [int(np.argmax(is_served @ weights))]
     from scipy.optimize import Bounds, LinearConstraint, milp
     from scipy.sparse import csr_array, eye_array, hstack
 
-    kinds, kind_of = np.unique(
-        serves, axis=1, return_inverse=True
-    )  # persons whom the same sets serve are one
+    # Persons whom the same sets serve count as one.
+    kinds, kind_of = np.unique(is_served, axis=1, return_inverse=True)
     weight = np.bincount(kind_of.ravel(), weights=weights, minlength=kinds.shape[1])
     sets, persons = kinds.shape
-    # person <= sum of the chosen sets that serve him; the sets chosen are at most `most`.
+    # A person is at most the sum of the chosen sets that serve him; at most `most` sets are chosen.
     covered = hstack([csr_array(-kinds.T.astype(np.float64)), eye_array(persons)])
     chosen = np.concatenate([np.ones(sets), np.zeros(persons)])
     solved = milp(
@@ -233,10 +310,10 @@ def _covering(serves: Flags, weights: Array, most: int) -> list[int]:
     return np.flatnonzero(np.asarray(solved.x)[:sets] > 0.5).tolist()
 
 
-def _needed(serves: Flags, weights: Array, chosen: list[int]) -> list[int]:
-    """The chosen sets without those that serve nobody whom the others do not."""
-    for at in sorted(chosen, key=lambda at: float(serves[at] @ weights)):
-        others = [other for other in chosen if other != at]
-        if not (serves[at] & ~serves[others].any(axis=0)).any():
+def _without_idle(is_served: Flags, weights: Array, chosen: list[int]) -> list[int]:
+    """Return the chosen sets without those that serve nobody whom the others do not."""
+    for row in sorted(chosen, key=lambda row: float(is_served[row] @ weights)):
+        others = [other for other in chosen if other != row]
+        if not (is_served[row] & ~is_served[others].any(axis=0)).any():
             chosen = others
     return chosen

@@ -1,4 +1,4 @@
-"""What would give a choice without a window one: the least change of each parameter."""
+"""Fixes for a choice without a window: the least change of each parameter that gives it one."""
 
 from __future__ import annotations
 
@@ -32,32 +32,40 @@ PARAMETERS = {
     "tendon.length": (0.2, 5.0),
     "tendon.diameter": (4e-4, 4e-3),
 }
-"""What a designer can change, and between which values that is plausible, SI."""
+"""Parameters that a designer can change, and the plausible range of each, SI."""
 
 _POINTS = 65
+"""Values tried on the way to the end of a plausible range."""
 _SECTIONS = 16
+"""Values tried between two of these."""
+_ZOOMS = 4
+"""Times that a narrow window is sought between three values."""
 _ROUNDS = 14
-_MOST = (
-    250_000  # states of one choice under all conditions; beyond it, some conditions stand for all
-)
-_OF_MOTOR = 50  # states that take as long as one does with limits on the motor
+"""Rounds in which the value at which a window opens is narrowed down."""
+_MOST = 250_000
+"""States of one choice under all conditions; beyond it, some conditions stand for all."""
+_OF_MOTOR = 50
+"""States that take as long as one does with limits on the motor."""
 _FEW = 8
+"""Groups that are kept at least."""
 
-First = Callable[[Array], tuple[int | None, int]]
-"""Of some values the first that gives a window, and the one that is nearest to do so."""
+FirstOpen = Callable[[Array], tuple[int | None, int]]
+"""Function from values to the place of the first that gives a window, and of the nearest to it."""
 
 
 def fixes(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
-    """What each parameter alone does for one choice, as recorded, the least change first.
+    """Return what each parameter alone does for one choice, as recorded, the least change first.
 
-    SI; `after` is null if no value within the plausible range gives a window, else `printed` is a value as a study can
-    have it, rounded so that it gives one, too, and `printed_pretension` is one of that, N.
+    Values are SI. `after` is null if no value within the plausible range gives a window. Otherwise
+    `printed` is a value that a study can have, rounded so that it gives one, too, and
+    `printed_pretension` is a pretension in that window, N.
     """
     numbers = problem.numbers_of(choice.columns)
-    before = {
-        key: value for key in PARAMETERS if 0.0 < (value := _now(problem, numbers, key)) < np.inf
-    }
-    all_fixes = [_fix(problem, numbers, key, value) for key, value in before.items()]
+    all_fixes = []
+    for key in PARAMETERS:
+        before = _current_value(problem, numbers, key)
+        if 0.0 < before < np.inf:
+            all_fixes.append(_fix(problem, numbers, key, before))
     return sorted(
         all_fixes,
         key=lambda fix: abs(np.log(fix["after"] / fix["before"])) if fix["after"] else np.inf,
@@ -65,118 +73,142 @@ def fixes(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
 
 
 def sampled(problem: Problem, choice: Solutions) -> Problem:
-    """The same question under as many of its persons, draws or conditions as changes can be tried for.
+    """Return the question under as many persons, draws or conditions as changes can be tried for.
 
-    They are drawn at random, but for those that bind the choice.
+    They are drawn at random, besides those that bind the choice.
     """
     groups = len(problem.weighting)
-    of_choice = (
-        len(problem.conditions)
-        * problem.states_per_design
-        * (_OF_MOTOR if problem.bounds.of_motion else 1)
-    )
-    most = max(_FEW, groups * _MOST // of_choice)
+    states = len(problem.conditions) * problem.states_per_design
+    if problem.bounds.of_motion:
+        states *= _OF_MOTOR
+    most = max(_FEW, groups * _MOST // states)
     if most >= groups:
         return problem
     ends = np.array([choice["from_condition"][0], choice["to_condition"][0]])
     binding = np.unique(problem.groups[np.minimum(ends, len(problem.groups) - 1)])
     order = np.random.default_rng(1).permutation(groups)
     chosen = np.concatenate([binding, order[~np.isin(order, binding)]])[:most]
-    return problem.of_groups(np.sort(chosen))
+    return problem.select_groups(np.sort(chosen))
 
 
-def _now(problem: Problem, numbers: Numbers, key: str) -> float:
-    """A parameter's value in a choice; NaN if it differs between conditions or sides."""
+def _current_value(problem: Problem, numbers: Numbers, key: str) -> float:
+    """Return a parameter's value in a choice; NaN if it differs between conditions or sides."""
     space = problem.choices.at(numbers, problem.condition_numbers)
     if key in problem.condition_numbers or key in space.of_sides:
         return np.nan
-    return float(np.asarray(replace(space.number(key), scales=()).within(space.whole)).item())
+    unscaled = replace(space.number(key), scales=())
+    return float(np.asarray(unscaled.within(space.whole)).item())
 
 
 def _fix(problem: Problem, numbers: Numbers, key: str, before: float) -> dict[str, Any]:
+    """Return the record of the least change of one parameter that gives a choice a window."""
     low, high = PARAMETERS[key]
 
-    def tried(values: Array, *, with_worst: bool = False) -> Solutions:
+    def solve_at(values: Array, *, with_worst: bool = False) -> Solutions:
+        """Solve the choice with each value of the parameter."""
         changed = {name: np.repeat(value, len(values)) for name, value in numbers.items()}
         return solve(problem, changed | {key: values}, len(values), with_worst=with_worst)
 
-    def first(values: Array) -> tuple[int | None, int]:
-        solved = tried(values)
-        opens = solved["feasible"]
+    def first_open(values: Array) -> tuple[int | None, int]:
+        solved = solve_at(values)
+        is_open = solved["feasible"]
         nearest = int(np.argsort(_width(problem, solved), kind="stable")[-1])
-        return int(np.argmax(opens)) if opens.any() else None, nearest
+        return int(np.argmax(is_open)) if is_open.any() else None, nearest
 
-    ends = [end for end in (low, high) if (end - before) * (end - low - (high - end)) > 0.0]
-    values = [value for end in ends if (value := _nearest(first, before, end)) is not None]
+    ends = []
+    if low < before:
+        ends.append(low)
+    if before < high:
+        ends.append(high)
+    nearest_values = [_nearest_open(first_open, before, end) for end in ends]
+    values = [value for value in nearest_values if value is not None]
     record = {"parameter": key, "before": before, "after": None, "plausible": (low, high)}
     if not values:
         return record | {"pretension": None, "printed": "", "printed_pretension": ""}
     after = min(values, key=lambda value: abs(np.log(value / before)))
-    solved = tried(np.array([after]), with_worst=True)
-    costs = {
-        name: solved.one(name) if np.isfinite(solved.one(name)) else None
-        for name in ("pretension", *WORST)
+    solved = solve_at(np.array([after]), with_worst=True)
+    results = {name: solved.scalar(name) for name in ("pretension", *WORST)}
+    printed, pretension = _printed(solve_at, keys()[key].number.quantity, before, after)
+    return {
+        **record,
+        "after": after,
+        **{name: value if np.isfinite(value) else None for name, value in results.items()},
+        "printed": printed,
+        "printed_pretension": pretension,
     }
-    printed, pretension = _printed(tried, keys()[key].number.quantity, before, after)
-    return record | {"after": after, **costs, "printed": printed, "printed_pretension": pretension}
 
 
 def _printed(
-    tried: Callable[[Array], Solutions], of: Quantity, before: float, after: float
+    solve_at: Callable[[Array], Solutions], quantity: Quantity, before: float, after: float
 ) -> tuple[str, str]:
-    """The shortest text of a value beyond `after` that opens a window when it is typed in, and a pretension in it."""
+    """Return the shortest text of a value beyond `after` that gives a window when it is typed in.
+
+    The second text is a pretension in that window.
+    """
     toward = np.inf if after > before else -np.inf
     for digits in range(3, 16):
-        text = say.quantity(of, after, digits, toward=toward)
-        solved = tried(np.array([parse_measure(text.replace(",", ""), of.dimension).si]))
+        text = say.quantity(quantity, after, digits, toward=toward)
+        value = parse_measure(text.replace(",", ""), quantity.dimension).si
+        solved = solve_at(np.array([value]))
         if solved["feasible"][0]:
-            at, low, high = (
-                solved.one(name) for name in ("pretension", "pretension_from", "pretension_to")
-            )
-            return text, say.within(at, low, high, digits=3)
+            pretension = solved.scalar("pretension")
+            low = solved.scalar("pretension_from")
+            high = solved.scalar("pretension_to")
+            return text, say.within(pretension, low, high, digits=3)
     return repr(after), ""
 
 
-def _nearest(first: First, before: float, end: float) -> float | None:
-    """The value nearest to `before`, on the way to `end`, that opens a window."""
+def _nearest_open(first_open: FirstOpen, before: float, end: float) -> float | None:
+    """Return the value nearest to `before`, on the way to `end`, that gives a window."""
     values = np.geomspace(before, end, _POINTS)
-    at, nearest = first(values)
-    for _ in range(
-        4
-    ):  # between three values, where a narrow window may hide: around the nearest to have one
-        if at is not None:
+    place, nearest = first_open(values)
+    # A narrow window may hide between three values, around the one that is nearest to have one.
+    for _ in range(_ZOOMS):
+        if place is not None:
             break
-        values = np.geomspace(
-            values[max(nearest - 1, 0)], values[min(nearest + 1, len(values) - 1)], _SECTIONS
-        )
-        at, nearest = first(values)
-    if not at:
-        return None if at is None else float(values[0])
-    return edge(first, float(values[at - 1]), float(values[at]), _SECTIONS, _ROUNDS)
+        below = values[max(nearest - 1, 0)]
+        above = values[min(nearest + 1, len(values) - 1)]
+        values = np.geomspace(below, above, _SECTIONS)
+        place, nearest = first_open(values)
+    if place is None:
+        return None
+    if place == 0:
+        return float(values[0])
+    return edge(first_open, float(values[place - 1]), float(values[place]), _SECTIONS, _ROUNDS)
 
 
 def edge(
-    first: First,
+    first_open: FirstOpen,
     empty: float,
     open_: float,
     sections: int,
     rounds: int,
     spaced: Callable[..., Array] = np.linspace,
 ) -> float:
-    """Where a window opens between two values; the last that has one."""
+    """Narrow down the value at which a window opens, and return the last that has one.
+
+    Args:
+        first_open: Function from values to the place of the first that gives a window.
+        empty: A value without a window.
+        open_: A value with one.
+        sections: Values in each round.
+        rounds: Most rounds.
+        spaced: Function that spaces values between two, such as `numpy.geomspace`.
+    """
     for _ in range(rounds):
         values = spaced(empty, open_, sections)
         values[-1] = open_
-        inner, _ = first(values[1:-1])
-        at = sections - 1 if inner is None else inner + 1
-        if (empty, open_) == (values[at - 1], values[at]):
+        inner, _ = first_open(values[1:-1])
+        place = sections - 1 if inner is None else inner + 1
+        if (empty, open_) == (values[place - 1], values[place]):
             break
-        empty, open_ = float(values[at - 1]), float(values[at])
+        empty = float(values[place - 1])
+        open_ = float(values[place])
     return open_
 
 
 def _width(problem: Problem, solutions: Solutions) -> Array:
-    """How far a window is open, N; if a share is asked for, by how much more than enough is served."""
+    """Return the width of windows, N, or if a share is enough, the share served beyond it."""
     if problem.enough < 1.0:
         return solutions["served"] - problem.enough
     with np.errstate(invalid="ignore"):
@@ -185,14 +217,17 @@ def _width(problem: Problem, solutions: Solutions) -> Array:
 
 
 def fixes_table(fixes: list[Row]) -> Iterator[say.Block]:
-    """What each parameter alone would have to become, as a table."""
+    """Yield the table of what each parameter alone would have to become."""
     lines = [["", "N", *COSTS.values()]]
-    for fix in (fix for fix in fixes if fix["after"] is not None):
+    idle = []
+    for fix in fixes:
+        if fix["after"] is None:
+            idle.append(keys()[fix["parameter"]].number.quantity.symbol)
+            continue
         before = parameter(fix["parameter"], fix["before"])
         lines.append([f"{before} to {fix['printed']}", fix["printed_pretension"], *costs(fix)])
     yield say.heading("What would help, all else equal")
-    yield from [say.table(lines)] if len(lines) > 1 else ()
-    idle = [
-        keys()[fix["parameter"]].number.quantity.symbol for fix in fixes if fix["after"] is None
-    ]
-    yield from say.items([f"no plausible value of these helps: {', '.join(idle)}"] if idle else [])
+    if len(lines) > 1:
+        yield say.table(lines)
+    if idle:
+        yield from say.items([f"no plausible value of these helps: {', '.join(idle)}"])

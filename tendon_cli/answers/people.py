@@ -1,4 +1,4 @@
-"""For whom, and how sure: what one choice is to every person, or over draws of what is uncertain, as recorded."""
+"""One choice for every person, or over draws of what is uncertain, as an answer records it."""
 
 from __future__ import annotations
 
@@ -20,127 +20,159 @@ from tendon_cli.answers.coverage import (
 )
 from tendon_cli.answers.phrases import LESS, MORE, NEITHER, population_share, row_words, why_not
 from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.question import Columns, Flags
+from tendon_cli.answers.question import ColumnArrays
 from tendon_cli.answers.sensitivity import indices
 from tendon_cli.answers.setup import FEW, settings, study_arm
 from tendon_cli.answers.solve import Solutions
 from tendon_cli.model.body import DIMENSIONS
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import LIMIT_NAMES, Codes
 from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, Axis, Rows
 from tendon_cli.studies.people.population import Population as People
 from tendon_cli.studies.values import RIGID
 
 MOST_SIZES = 3
-_MOST_ALONG = 16  # values of an axis among which sizes are chosen
-_MOST_PERSONS = 1000  # persons by whom sizes are chosen: the first so many, as the search grows with their square
+_MOST_ALONG = 16
+"""Values of an axis among which sizes are chosen."""
+_MOST_PERSONS = 1000
+"""Persons for whom sizes are chosen, the first ones: the search grows with their square."""
 _MOST_OF_CURVE = 1000
 _MOST_NAMES = 100
 
 
 @dataclass(frozen=True, eq=False)
 class GroupWindows:
-    """The windows of groups, such as persons, of one choice over their other conditions, each of shape (groups,)."""
+    """Windows of one choice for groups, such as persons, over their other conditions, (groups,)."""
 
-    low: Array  # N; empty where low > high, NaN where no pretension could do
+    low: Array
+    """Lower end, N. The window is empty where low > high, NaN where no pretension could do."""
     high: Array
-    low_by: Codes  # index into `LIMIT_NAMES`, or -1
+    """Upper end, N."""
+    low_by: Codes
+    """Limit that binds below: index into `LIMIT_NAMES`, or -1."""
     high_by: Codes
-    low_condition: Rows  # the row of conditions that binds
+    """Limit that binds above."""
+    low_condition: Rows
+    """Row of the condition that binds below."""
     high_condition: Rows
+    """Row of the condition that binds above."""
 
     @classmethod
-    def of(cls, problem: Problem, columns: Columns) -> GroupWindows:
-        """Those of all groups of a question, for one choice."""
+    def of(cls, problem: Problem, columns: ColumnArrays) -> GroupWindows:
+        """Return the windows of all groups of a question for one choice, given by its columns."""
         windows = problem.windows(problem.numbers_of(columns), 1)
-        shape = (int(problem.groups[-1]) + 1, -1)
-        low, high = windows.low.reshape(shape), windows.high.reshape(shape)
-        at_low, at_high = np.argmax(low, axis=1), np.argmin(high, axis=1)  # NaN counts as the first
-        first, rows = np.arange(shape[0]) * low.shape[1], np.arange(shape[0])
-        codes = (
-            windows.low_by.reshape(shape)[rows, at_low],
-            windows.high_by.reshape(shape)[rows, at_high],
+        groups = int(problem.groups[-1]) + 1
+        low = windows.low.reshape(groups, -1)  # (groups, conditions of each)
+        high = windows.high.reshape(groups, -1)
+        first_binding = np.argmax(low, axis=1)  # a NaN counts as the largest, and as the smallest
+        last_binding = np.argmin(high, axis=1)
+        rows = np.arange(groups)
+        first_condition = rows * low.shape[1]
+        return cls(
+            low=low[rows, first_binding],
+            high=high[rows, last_binding],
+            low_by=windows.low_by.reshape(groups, -1)[rows, first_binding],
+            high_by=windows.high_by.reshape(groups, -1)[rows, last_binding],
+            low_condition=first_condition + first_binding,
+            high_condition=first_condition + last_binding,
         )
-        return cls(low[rows, at_low], high[rows, at_high], *codes, first + at_low, first + at_high)
 
     def served(self, pretension: float) -> Flags:
-        """Which of them a pretension serves."""
+        """True where a pretension, N, serves a group."""
         return serves(self.low, self.high, pretension)
 
 
 def people_of(problem: Problem) -> People | None:
-    """Whose windows are asked for; None if they are those of draws."""
+    """Return the people of a question; None if it is about draws."""
     study = problem.study
-    return (
-        study.people.population if study.people is not None and PERSON_AXIS in study.axes else None
-    )
+    if study.people is None or PERSON_AXIS not in study.axes:
+        return None
+    return study.people.population
 
 
 def person_of(problem: Problem, groups: Rows) -> Rows:
-    """The row of the population that each of some groups belongs to, for a question of people."""
-    return groups // (len(problem.axes[DRAW_AXIS]) if DRAW_AXIS in problem.axes else 1)
+    """Return the row of the population that each group belongs to, for a question of people."""
+    draws = len(problem.axes[DRAW_AXIS]) if DRAW_AXIS in problem.axes else 1
+    return groups // draws
 
 
 def population(
     problem: Problem, chosen: Solutions, row: dict[str, Any], windows: GroupWindows
 ) -> dict[str, Any]:
-    """What a choice, `row` of the table, is to persons or draws, whose windows these are; as recorded."""
-    weighting, people = problem.weighting, people_of(problem)
-    pretension, served, most = (chosen.one(name) for name in ("pretension", "served_at", "served"))
+    """Return what a choice is for persons or draws, as recorded.
+
+    Args:
+        problem: The question.
+        chosen: The choice.
+        row: Its row of the table.
+        windows: Its windows for all groups.
+    """
+    weighting = problem.weighting
+    people = people_of(problem)
+    pretension = chosen.scalar("pretension")
+    served = chosen.scalar("served_at")
+    largest_share = chosen.scalar("served")
     curve = coverage.curve(windows.low, windows.high, weighting)
     count = len(curve.pretension)
-    kept = np.unique(np.linspace(0, count - 1, min(count, _MOST_OF_CURVE)).round().astype(np.int64))
+    points = np.linspace(0, count - 1, min(count, _MOST_OF_CURVE))
+    thinned = np.unique(points.round().astype(np.int64))
+    effective = effective_count(weighting)
     record = {
         "choice": row["choice"],
         "values": {axis.column: row[axis.column] for axis in problem.choices.axes},
         "kind": problem.counted,
         "count": len(windows.low),
-        "effective_count": effective_count(weighting),
+        "effective_count": effective,
         "counts": problem.counts,
         "window": [row["pretension_from"], row["pretension_to"]],
         "pretension": row["pretension"],
         "served": served,
-        "interval_95": list(say.interval(served, effective_count(weighting))),
-        "largest_share": most,
-        "largest_share_at": curve.best if most > 0.0 else None,
-        "set": {} if people is None else _set(problem, chosen),
+        "interval_95": list(say.interval(served, effective)),
+        "largest_share": largest_share,
+        "largest_share_at": curve.best if largest_share > 0.0 else None,
+        "set": {} if people is None else _spread_of_settings(problem, chosen),
         "by": [] if people is None else _by_sex(problem, people, windows.served(pretension)),
-        "curve": {name: values[kept].tolist() for name, values in vars(curve).items()},
+        "curve": {name: values[thinned].tolist() for name, values in vars(curve).items()},
         "not_served": not_served(problem, windows, pretension),
         "sizes": {} if people is None else dict(_sizes(problem, chosen)),
         "sobol": indices(problem, problem.numbers_of(chosen.columns)),
     }
-    at = "" if row["pretension"] is None else f"{say.number(row['pretension'])} N "
-    what = row_words(problem.choices, record["values"])
-    return record | {
-        "title": ", ".join(filter(None, (what, f"{at}serves {population_share(record)}")))
-    }
+    share = f"serves {population_share(record)}"
+    if row["pretension"] is not None:
+        share = f"{say.number(row['pretension'])} N {share}"
+    choice = row_words(problem.choices, record["values"])
+    return record | {"title": f"{choice}, {share}" if choice else share}
 
 
-def _set(problem: Problem, chosen: Solutions) -> dict[str, list[float]]:
-    """What gauges show on nine persons of ten, of few on all, at the choice's pretension: from, to, N."""
-    axis = problem.one_by_one
+def _spread_of_settings(problem: Problem, chosen: Solutions) -> dict[str, list[float]]:
+    """Return what gauges show at the choice's pretension, from and to, N.
+
+    The range holds nine persons of ten, or if they are few all of them.
+    """
+    axis = problem.group_axis
     if axis is None:
         return {}
-    numbers, each = problem.numbers_of(chosen.columns), chosen["pretension"][:1]
-    values = settings(study_arm(problem, numbers, each, axis), len(axis))
-    ends = (0.05, 0.95) if problem.counts[PERSON_AXIS] >= FEW else (0.0, 1.0)
-    return {name: np.quantile(shown, ends).tolist() for name, shown in values.items()}
+    design = study_arm(problem, problem.numbers_of(chosen.columns), chosen["pretension"][:1], axis)
+    shares = (0.05, 0.95) if problem.counts[PERSON_AXIS] >= FEW else (0.0, 1.0)
+    tensions = settings(design, len(axis))
+    return {name: np.quantile(values, shares).tolist() for name, values in tensions.items()}
 
 
 def _by_sex(problem: Problem, people: People, served: Flags) -> list[dict[str, Any]]:
-    """The share that the pretension serves among men and among women."""
+    """Return the share that the pretension serves among men and among women."""
     if problem.study.design.by != "sex":
         return []
-    weighting, shares = problem.weighting, []
+    weighting = problem.weighting
     rows = person_of(problem, np.arange(len(weighting)))
     sexes = np.array(people.sexes)[rows]
+    shares = []
     for sex in dict.fromkeys(sexes.tolist()):
-        of_sex = np.flatnonzero(sexes == sex)
-        weights = normalised(weighting[of_sex])
-        share = 1.0 if served[of_sex].all() else float(min(weights[served[of_sex]].sum(), 1.0))
-        persons = len(np.unique(rows[of_sex] // people.completions))
-        effective = effective_count(weighting[of_sex]) * persons / len(of_sex)
+        groups = np.flatnonzero(sexes == sex)
+        weights = normalised(weighting[groups])
+        is_served = served[groups]
+        share = 1.0 if is_served.all() else float(min(weights[is_served].sum(), 1.0))
+        persons = len(np.unique(rows[groups] // people.completions))
+        effective = effective_count(weighting[groups]) * persons / len(groups)
         shares.append(
             {
                 "sex": sex,
@@ -153,43 +185,49 @@ def _by_sex(problem: Problem, people: People, served: Flags) -> list[dict[str, A
 
 
 def not_served(problem: Problem, windows: GroupWindows, pretension: float) -> list[dict[str, Any]]:
-    """Those whom a pretension (N) does not serve, by reason, the most frequent first, as recorded.
+    """Return those whom a pretension does not serve, by reason, as recorded.
 
-    Of each reason the limit that is not kept, or if no pretension would do, both that conflict; for each limit the
-    condition under which most of them meet it; and who they are, the farthest first.
+    The most frequent reason is the first. A reason has the limit that is not kept, or if no
+    pretension would do, both that conflict; for each limit the condition under which most of them
+    meet it; and who they are, the farthest from being served first.
+
+    Args:
+        problem: The question.
+        windows: Windows of one choice for all groups.
+        pretension: Its pretension, N.
     """
-    people, weights = people_of(problem), normalised(problem.weighting)
-    out = np.flatnonzero(~windows.served(pretension))
-    low, high = windows.low[out], windows.high[out]
-    needs = np.where(low <= high, np.where(low > pretension, MORE, LESS), NEITHER)
+    people = people_of(problem)
+    weights = normalised(problem.weighting)
+    groups = np.flatnonzero(~windows.served(pretension))
+    low = windows.low[groups]
+    high = windows.high[groups]
+    more_or_less = np.where(low > pretension, MORE, LESS)
+    needs = np.where(low <= high, more_or_less, NEITHER)
     missing = np.fmax(low - pretension, pretension - high)
-    above, below = (
-        np.where(needs == LESS, -1, windows.low_by[out]),
-        np.where(needs == MORE, -1, windows.high_by[out]),
-    )
-    kinds, reasons = [*zip(needs.tolist(), above.tolist(), below.tolist(), strict=True)], []
-    for need, *codes in dict.fromkeys(kinds):
-        places = [at for at, kind in enumerate(kinds) if kind == (need, *codes)]
-        members = out[places][np.argsort(-missing[places], kind="stable")]
-        by = {
-            LIMIT_NAMES[code]: end
-            for code, end in zip(codes[::-1], ("high", "low"), strict=True)
-            if code >= 0
-        }
-        limits = [*by][::-1]
-        conditions = [
-            _usual(problem, getattr(windows, f"{by[limit]}_condition")[members]) for limit in limits
-        ]
-        share, names, bodies = (
-            float(weights[members].sum()),
-            list[str](),
-            dict[str, dict[str, float]](),
-        )
+    low_by = np.where(needs == LESS, -1, windows.low_by[groups])
+    high_by = np.where(needs == MORE, -1, windows.high_by[groups])
+    kinds = list(zip(needs.tolist(), low_by.tolist(), high_by.tolist(), strict=True))
+    reasons = []
+    for kind in dict.fromkeys(kinds):
+        need, low_code, high_code = kind
+        places = [place for place, other in enumerate(kinds) if other == kind]
+        farthest_first = np.argsort(-missing[places], kind="stable")
+        members = groups[places][farthest_first]
+        limits = []
+        conditions = []
+        if low_code >= 0:
+            limits.append(LIMIT_NAMES[low_code])
+            conditions.append(_most_frequent(problem, windows.low_condition[members]))
+        if high_code >= 0 and high_code != low_code:
+            limits.append(LIMIT_NAMES[high_code])
+            conditions.append(_most_frequent(problem, windows.high_condition[members]))
+        share = float(weights[members].sum())
+        names: list[str] = []
+        bodies: dict[str, dict[str, float]] = {}
         if people is not None:
             rows = person_of(problem, members)
-            names = list(
-                dict.fromkeys(people.persons[at] for at in (rows // people.completions).tolist())
-            )
+            persons = (rows // people.completions).tolist()
+            names = list(dict.fromkeys(people.persons[person] for person in persons))
             bodies = dict(_differences(people, rows))
         reasons.append(
             {
@@ -207,72 +245,74 @@ def not_served(problem: Problem, windows: GroupWindows, pretension: float) -> li
     return sorted(reasons, key=lambda reason: (-reason["share"], -reason["count"]))
 
 
-def _usual(problem: Problem, conditions: Rows) -> int:
-    """The condition that binds most of some groups, as that of the first group in which it does."""
-    each = len(problem.conditions) // (int(problem.groups[-1]) + 1)
-    within = conditions % each
+def _most_frequent(problem: Problem, conditions: Rows) -> int:
+    """Return the condition that binds in most groups, as that of the first of these groups."""
+    per_group = len(problem.conditions) // (int(problem.groups[-1]) + 1)
+    within = conditions % per_group
     return int(conditions[np.argmax(within == np.bincount(within).argmax())])
 
 
 def _differences(people: People, members: Rows) -> Iterator[tuple[str, dict[str, float]]]:
-    """The dimensions in which some persons differ from everyone, SI, the largest difference first."""
+    """Yield the dimensions in which persons differ from everyone, the largest difference first.
+
+    Means are SI; `deviations` is the difference in standard deviations.
+    """
     weights = normalised(people.weighting)
     mean = weights @ people.values
     deviation = np.sqrt(weights @ np.square(people.values - mean))
-    theirs = people.values[members].mean(axis=0)
+    mean_of_members = people.values[members].mean(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        apart = np.where(deviation > 0.0, (theirs - mean) / deviation, 0.0)
-    for at in np.argsort(-np.abs(apart), kind="stable"):
-        each = {
-            "theirs": float(theirs[at]),
-            "of_all": float(mean[at]),
-            "deviations": float(apart[at]),
+        difference = np.where(deviation > 0.0, (mean_of_members - mean) / deviation, 0.0)
+    for dimension in np.argsort(-np.abs(difference), kind="stable"):
+        record = {
+            "theirs": float(mean_of_members[dimension]),
+            "of_all": float(mean[dimension]),
+            "deviations": float(difference[dimension]),
         }
-        yield DIMENSIONS[at], each
+        yield DIMENSIONS[dimension], record
 
 
 def _sizes(problem: Problem, chosen: Solutions) -> Iterator[tuple[str, list[dict[str, Any]]]]:
-    """For each axis of the choices the best few suits along it, all else as in the one chosen."""
+    """Yield the best few suits along each axis of the choices, all else as in the one chosen."""
     draws = len(problem.weighting) // problem.counts[PERSON_AXIS]
     persons = min(problem.counts[PERSON_AXIS], _MOST_PERSONS)
-    each = len(problem.conditions) // len(problem.weighting)
-    some = problem.under(np.arange(persons * each * draws))
+    per_group = len(problem.conditions) // len(problem.weighting)
+    conditions = persons * per_group * draws
+    weighting = problem.weighting[: persons * draws : draws]
+    of_persons = problem.under(np.arange(conditions))
     for axis in problem.choices.axes:
-        along = np.unique(
-            np.linspace(0, len(axis) - 1, min(len(axis), _MOST_ALONG)).round().astype(np.int64)
-        )
+        spread = np.linspace(0, len(axis) - 1, min(len(axis), _MOST_ALONG))
+        along = np.unique(spread.round().astype(np.int64))
         if len(along) < 2:
             continue
         columns = {
             name: np.repeat(values[:1], len(along)) for name, values in chosen.columns.items()
         }
         columns[axis.column] = along if axis.names else axis.values[along]
-        windows = some.ends(problem.numbers_of(columns), len(along))
-        low, high = grouped(windows.low, windows.high, problem.groups[: persons * each * draws])
+        ends = of_persons.ends(problem.numbers_of(columns), len(along))
+        low, high = grouped(ends.low, ends.high, problem.groups[:conditions])
         if draws > 1:  # the window of a person is of enough of the draws
-            pairs = (low.reshape(-1, draws), high.reshape(-1, draws))
-            covered = coverage.share_served(*pairs, np.ones(draws), enough=problem.enough)
-            low, high = covered.low.reshape(len(low), -1), covered.high.reshape(len(low), -1)
-        best = best_sizes(
-            low,
-            high,
-            problem.weighting[: persons * draws : draws],
-            MOST_SIZES,
-            problem.check_stopped,
-        )
+            covered = coverage.share_served(
+                low.reshape(-1, draws),
+                high.reshape(-1, draws),
+                np.ones(draws),
+                enough=problem.enough,
+            )
+            low = covered.low.reshape(len(along), -1)
+            high = covered.high.reshape(len(along), -1)
+        best = best_sizes(low, high, weighting, MOST_SIZES, problem.check_stopped)
         yield axis.column, [_size(axis, along, sizes, persons) for sizes in best]
 
 
 def _size(axis: Axis, along: Rows, sizes: Sizes, persons: int) -> dict[str, Any]:
-    values = [axis.names[at] if axis.names else float(axis.values[at]) for at in along.tolist()]
-    suits = [
-        (values[at], pretension)
-        for at, pretension in zip(sizes.choices, sizes.pretensions, strict=True)
-    ]
+    """Return the record of the best few suits, whose choices are places in `along`."""
+    suits = []
+    for choice, pretension in zip(sizes.choices, sizes.pretensions, strict=True):
+        place = along[choice]
+        value = axis.names[place] if axis.names else float(axis.values[place])
+        suits.append({"value": RIGID if value == np.inf else value, "pretension": pretension})
     return {
-        "choices": [
-            {"value": RIGID if value == np.inf else value, "pretension": at} for value, at in suits
-        ],
+        "choices": suits,
         "served": sizes.share,
         "interval_95": list(say.interval(sizes.share, persons)),
         "persons": persons,

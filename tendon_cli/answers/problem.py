@@ -1,4 +1,4 @@
-"""A design question: what a study asks, and how windows of its choices over its conditions are worked out."""
+"""Windows of a question's choices under its conditions, in portions that memory has room for."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import numpy as np
 
 from tendon_cli import kernel, say
 from tendon_cli.answers.coverage import grouped, share_served
-from tendon_cli.answers.question import Flags, Question, select_numbers
+from tendon_cli.answers.question import Question, select_numbers
 from tendon_cli.engine.plan import bounds_of
 from tendon_cli.errors import UsageError
 from tendon_cli.model import whole_motion, window
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.motor_window import narrowed
 from tendon_cli.model.window import Ends, Window
 from tendon_cli.space.axis import PRETENSION, Numbers, Rows, split_side
@@ -27,182 +27,246 @@ from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import Values
 from tendon_cli.units import shorten
 
-_STATES_AT_ONCE = 2**21  # so that the model's arrays stay within a few megabytes each
-_MOTOR_IN_NUMPY = (
-    8  # by how much fewer are at once with limits on the motor, of which all states have arrays
-)
+_STATES_AT_ONCE = 2**21
+"""States in one portion, so that each array of the model stays within a few megabytes."""
+_MOTOR_IN_NUMPY = 8
+"""Factor by which a portion is smaller with limits on the motor, whose arrays hold all states."""
 _REFINED_AT_ONCE = 2**12
 _SEVERAL = {"peak_motor_power", "max_motor_work_in", "max_friction_loss", "min_efficiency"}
+"""Limits that several intervals of pretension may keep."""
 
 
 @dataclass(frozen=True, eq=False)
 class Problem(Question):
-    """What is asked, and the windows of its choices."""
+    """A design question together with the windows of its choices."""
 
     def windows(self, numbers: Numbers, count: int) -> Window:
-        """The windows of `count` choices, (choices, conditions), with the limits that bind."""
+        """Return windows with the limits that bind, (choices, conditions).
+
+        Args:
+            numbers: Numbers of the choices, (choices,) each.
+            count: Number of choices.
+        """
         return cast("Window", self.ends(numbers, count, named=True))
 
     def ends(self, numbers: Numbers, count: int, *, named: bool = False) -> Ends:
-        """The same in half the time: windows where naming the limits costs nothing, else their ends alone."""
-        return self.finished(self.ends_over_angles(numbers, count), numbers, named=named)
+        """Return the ends of windows, (choices, conditions), in half the time of `windows`.
 
-    def finished(self, ends: Ends, numbers: Numbers, *, named: bool = False) -> Ends:
-        """Ends within all limits and as they are read, of those that limits on states set as F0."""
-        of_motion, whole, shape = bool(self.bounds.of_motion), dict[str, Any](), ends.low.shape
+        They are whole windows if `named`, or if the limits that bind follow without more work.
+        """
+        ends = self.ends_over_angles(numbers, count)
+        return self.finish_ends(ends, numbers, named=named)
+
+    def finish_ends(self, ends: Ends, numbers: Numbers, *, named: bool = False) -> Ends:
+        """Return ends within all limits, as they are read, from those of limits on states, as F0.
+
+        Args:
+            ends: Ends of `ends_over_angles`, (choices, conditions).
+            numbers: Numbers of the choices.
+            named: True to name the limits that bind, too.
+        """
+        of_motion = bool(self.bounds.of_motion)
         named = named or of_motion or kernel.kind() is None
         if not named and self.is_f0:
             return ends
+        finished: dict[str, Any] = {}
         for rows, conditions, design in self.chunks(numbers, len(ends.low)):
-            each = Ends(**{name: values[rows, conditions] for name, values in vars(ends).items()})
+            part = Ends(**{name: values[rows, conditions] for name, values in vars(ends).items()})
             if named:
-                each = window.named(each, design, self.angles, self.flexion, self.bounds)
+                part = window.named(part, design, self.angles, self.flexion, self.bounds)
             if of_motion:
-                window_of = cast("Window", each)
-                each = narrowed(
-                    window_of, design, self.angles, self.flexion, self.bounds, self.loads
+                part = narrowed(
+                    cast("Window", part),
+                    design,
+                    self.angles,
+                    self.flexion,
+                    self.bounds,
+                    self.loads,
                 )
-            for name, values in vars(window.as_read(each, design)).items():
-                whole.setdefault(name, np.empty(shape, dtype=values.dtype))[rows, conditions] = (
-                    values
-                )
-        return Window(**whole) if named else Ends(**whole)
+            for name, values in vars(window.as_read(part, design)).items():
+                if name not in finished:
+                    finished[name] = np.empty(ends.low.shape, dtype=values.dtype)
+                finished[name][rows, conditions] = values
+        return Window(**finished) if named else Ends(**finished)
 
     def ends_over_angles(self, numbers: Numbers, count: int) -> Ends:
-        """Ends that limits on states set, (choices, conditions), as F0; those that may matter are of all angles."""
-        whole: dict[str, Any] = {}
-        still = self.study.trajectory is not None or self.angles.size < 3
-        angles = self.angles if still else whole_motion.with_edges(self.angles)
-        for rows, conditions, design in self.chunks(numbers, count):
-            shape = rows.stop - rows.start, conditions.stop - conditions.start
-            folded, states = window.begin(shape), (*shape, len(self.flexion), angles.size)
-            kernel.fold_window(folded, State.of(design, angles, self.flexion), self.bounds, states)
-            for name, values in vars(window.finished(folded, design, self.bounds)).items():
-                every = whole.setdefault(
-                    name, np.empty((count, len(self.conditions)), dtype=values.dtype)
-                )
-                every[rows, conditions] = values
-        ends = Ends(**whole)
-        if still:
-            return ends
-        inner = [
-            whole_motion.without_edges(state, self.angles)
-            for state in (ends.low_state, ends.high_state)
-        ]
-        for name, may_bind, is_inner in zip(
-            ("low", "high"), self._may_bind(ends), inner, strict=True
-        ):
-            value, state, angle = (getattr(ends, f"{name}{of}") for of in ("", "_state", "_angle"))
-            at = np.nonzero(may_bind & is_inner & (state >= 0) & np.isfinite(ends.low))
-            for part in self.cut(len(at[0]), _REFINED_AT_ONCE):
-                some = at[0][part], at[1][part]
-                of_pairs = (
-                    self.paired(numbers, *some),
-                    state[some],
-                    value[some],
-                    self.angles.ravel(),
-                )
-                tightest = whole_motion.refined(
-                    *of_pairs, self.flexion, self.bounds, upper=name == "high"
-                )
-                value[some], state[some], angle[some] = tightest
+        """Return the ends that limits on states set, (choices, conditions), as F0.
+
+        Ends that may matter to their choice are those over all angles, others over `angles` alone.
+        """
+        is_continuous = self.study.trajectory is None and self.angles.size >= 3
+        if not is_continuous:
+            return self._ends_over_states(numbers, count, self.angles)
+        ends = self._ends_over_states(numbers, count, whole_motion.with_edges(self.angles))
+        self._refine_between_angles(ends, numbers)
         return ends
 
-    def _may_bind(self, ends: Ends) -> tuple[Flags, Flags]:
-        """Which lower and upper ends, (choices, conditions), may set those of their choices, whichever angles bind."""
-        if (
-            not 0.0 < self.near < np.inf or not self.is_f0
-        ):  # the order of readings may be another one
-            return (np.full(ends.low.shape, self.near > 0.0),) * 2
-        low, high = [ends.low.max(axis=1)], [ends.high.min(axis=1)]
-        if self.enough < 1.0:
-            of_groups = grouped(ends.low, ends.high, self.groups)
-            covered = share_served(*of_groups, self.weighting, enough=self.enough)
-            low, high = (
-                [*low, covered.low, covered.best_low],
-                [*high, covered.high, covered.best_high],
+    def _ends_over_states(self, numbers: Numbers, count: int, angles: Array) -> Ends:
+        """Fold the states at `angles`, (1, K) rad, into ends, (choices, conditions), as F0."""
+        folded: dict[str, Any] = {}
+        for rows, conditions, design in self.chunks(numbers, count):
+            shape = (rows.stop - rows.start, conditions.stop - conditions.start)
+            state = State.of(design, angles, self.flexion)
+            tightest = window.begin(shape)
+            kernel.fold_window(
+                tightest, state, self.bounds, (*shape, len(self.flexion), angles.size)
             )
-        return _near(ends.low, low, self.near), _near(ends.high, high, self.near)
+            part = window.finished(tightest, design, self.bounds)
+            for name, values in vars(part).items():
+                if name not in folded:
+                    folded[name] = np.empty((count, len(self.conditions)), dtype=values.dtype)
+                folded[name][rows, conditions] = values
+        return Ends(**folded)
+
+    def _refine_between_angles(self, ends: Ends, numbers: Numbers) -> None:
+        """Seek the ends that may bind between the angles, in place.
+
+        Args:
+            ends: Ends over the angles `with_edges`; their states become those of `angles`.
+            numbers: Numbers of the choices.
+        """
+        low_may_bind, high_may_bind = self._may_bind(ends)
+        sides = (
+            (False, low_may_bind, ends.low, ends.low_state, ends.low_angle),
+            (True, high_may_bind, ends.high, ends.high_state, ends.high_angle),
+        )
+        for upper, may_bind, value, state, angle in sides:
+            is_inner = whole_motion.without_edges(state, self.angles)
+            is_sought = may_bind & is_inner & (state >= 0) & np.isfinite(ends.low)
+            rows, conditions = np.nonzero(is_sought)
+            for part in self.cut(len(rows), _REFINED_AT_ONCE):
+                pairs = (rows[part], conditions[part])
+                value[pairs], state[pairs], angle[pairs] = whole_motion.refined(
+                    self.paired(numbers, *pairs),
+                    state[pairs],
+                    value[pairs],
+                    self.angles.ravel(),
+                    self.flexion,
+                    self.bounds,
+                    upper=upper,
+                )
+
+    def _may_bind(self, ends: Ends) -> tuple[Flags, Flags]:
+        """Select the lower and upper ends, (choices, conditions), that may set those of a choice.
+
+        They may do so at any angle near the one that binds among `angles`.
+        """
+        # The order of readings may differ from that of F0: then all are sought.
+        if not 0.0 < self.near < np.inf or not self.is_f0:
+            all_or_none = np.full(ends.low.shape, self.near > 0.0)
+            return all_or_none, all_or_none
+        low = [ends.low.max(axis=1)]
+        high = [ends.high.min(axis=1)]
+        if self.enough < 1.0:
+            group_low, group_high = grouped(ends.low, ends.high, self.groups)
+            covered = share_served(group_low, group_high, self.weighting, enough=self.enough)
+            low += [covered.low, covered.best_low]
+            high += [covered.high, covered.best_high]
+        return _near_any(ends.low, low, self.near), _near_any(ends.high, high, self.near)
 
     def chunks(
         self, numbers: Numbers, count: int, pretension: Array | None = None
     ) -> Iterator[tuple[slice, slice, Design]]:
-        """Choices and conditions that are worked out together, and their designs: several of both.
+        """Yield choices and conditions that are worked out together, and their designs.
 
-        So what depends on one of these alone is worked out once. Raises Stopped between them if that is asked for.
+        A portion has several of both, so that what depends on one of them alone is worked out once.
+
+        Args:
+            numbers: Numbers of the choices.
+            count: Number of choices.
+            pretension: Pretensions of the choices, (choices,), N.
+
+        Raises:
+            Stopped: The run was cancelled.
         """
-        under = len(self.conditions)
-        most = max(
-            1,
-            _STATES_AT_ONCE
-            // self.states_per_design
-            // (_MOTOR_IN_NUMPY if self.bounds.of_motion else 1),
-        )
-        width = min(under, max(1, most // min(count, 2 * math.isqrt(most))))
+        most = _STATES_AT_ONCE // self.states_per_design
+        if self.bounds.of_motion:
+            most //= _MOTOR_IN_NUMPY
+        most = max(1, most)
+        width = min(len(self.conditions), max(1, most // min(count, 2 * math.isqrt(most))))
         step = max(1, most // width)
-        at = {**numbers, **({} if pretension is None else {PRETENSION: pretension})}
-        for conditions in self.cut(under, width):
+        of_choices = numbers if pretension is None else {**numbers, PRETENSION: pretension}
+        for conditions in self.cut(len(self.conditions), width):
             for rows in self.cut(count, step):
-                yield (
-                    rows,
-                    conditions,
-                    self.design(
-                        select_numbers(at, rows), select_numbers(self.condition_numbers, conditions)
-                    ),
-                )
+                of_conditions = select_numbers(self.condition_numbers, conditions)
+                design = self.design(select_numbers(of_choices, rows), of_conditions)
+                yield rows, conditions, design
 
     def cut(self, count: int, most: int) -> Iterator[slice]:
-        """As many at once as memory has room for; raises Stopped between them."""
+        """Yield slices of at most `most` of `count` items.
+
+        Raises:
+            Stopped: The run was cancelled.
+        """
         for start in range(0, count, most):
             self.check_stopped()
             yield slice(start, min(start + most, count))
 
 
-def _near(ends: Array, of: list[Array], share: float) -> Flags:
-    """Which ends lie so near to one of some of their choices that other angles may make them this."""
-    near = np.zeros(ends.shape, dtype=np.bool_)
+def _near_any(ends: Array, references: list[Array], share: float) -> Flags:
+    """True where ends, (choices, conditions), lie near a reference of their choice, (choices,)."""
+    is_near = np.zeros(ends.shape, dtype=np.bool_)
     with np.errstate(invalid="ignore"):
-        for each in of:
-            near |= (
-                np.abs(ends - each[:, np.newaxis]) <= share * (1.0 + np.abs(each))[:, np.newaxis]
-            )
-    return near
+        for reference in references:
+            distance = np.abs(ends - reference[:, np.newaxis])
+            is_near |= distance <= share * (1.0 + np.abs(reference))[:, np.newaxis]
+    return is_near
 
 
 def question(study: Study) -> Problem:
-    """What a study asks of `tendon design`."""
+    """Return the question that a study asks of `tendon design`."""
     space = space_of(study).unset()
+    pretension = study.design.pretension
     problem = Problem(
         study=study,
         choices=space.choices,
         conditions=space.conditions,
         bounds=bounds_of(study),
         enough=study.serve,
-        middle=study.design.pretension == "middle",
-        given=study.design.pretension.single
-        if isinstance(study.design.pretension, Values)
-        else None,
+        middle=pretension == "middle",
+        given=pretension.single if isinstance(pretension, Values) else None,
     )
-    return replace(problem, notes=(*study.warnings, *_left_out(problem)))
+    return replace(problem, notes=(*study.warnings, *_notes(problem)))
 
 
-def _left_out(problem: Problem) -> Iterator[str]:
-    """What the study says of pretension, which is solved for; what is assumed of persons; what is not drawn."""
+def _notes(problem: Problem) -> Iterator[str]:
+    """Yield notes on what is left out, on intervals, on people and on what is not drawn."""
     study = problem.study
-    given = [key for key in study.numbers if split_side(key)[0] == PRETENSION]
-    if any(split_side(key)[1] for key in given):
-        yield "the study's pretensions per side are left out: one of both sides is solved for"
-    if any(study.numbers[key].is_axis for key in given):
-        yield "the study's values of pretension are left out: the window is solved exactly, without them"
-    if any(split_side(key)[0] == PRETENSION for case in study.cases for key in case_numbers(case)):
-        yield "the pretensions of the study's cases are left out: one of all is solved for"
-    if ends := problem.sampled_intervals:
-        sampled, not_proved = say.proved(say.SAMPLED), say.proved(say.OPEN)
-        yield f"{', '.join(ends)}: {sampled} at both ends of the interval; what lies between is {not_proved}"
-    if within := problem.whole_intervals:
-        yield f"{', '.join(within)}: the window holds for the whole interval; the worst values are those at its ends"
-    if several := [name for name in study.limits if name in _SEVERAL]:
-        yield f"{', '.join(several)}: where several intervals of pretension keep to this, the widest is used"
+    pretensions = [key for key in study.numbers if split_side(key)[0] == PRETENSION]
+    of_cases = [split_side(key)[0] for case in study.cases for key in case_numbers(case)]
+    if any(split_side(key)[1] for key in pretensions):
+        yield (
+            "the study's pretensions per side are left out: one pretension for both sides is solved"
+            " for"
+        )
+    if any(study.numbers[key].is_axis for key in pretensions):
+        yield (
+            "the study's values of pretension are left out: the window is solved exactly,"
+            " without them"
+        )
+    if PRETENSION in of_cases:
+        yield (
+            "the pretensions of the study's cases are left out: one pretension for all is solved"
+            " for"
+        )
+    if problem.sampled_intervals:
+        names = ", ".join(problem.sampled_intervals)
+        yield (
+            f"{names}: {say.proved(say.SAMPLED)} at both ends of the interval; what lies between"
+            f" is {say.proved(say.OPEN)}"
+        )
+    if problem.whole_intervals:
+        names = ", ".join(problem.whole_intervals)
+        yield (
+            f"{names}: the window holds for the whole interval; the worst values are those at its"
+            " ends"
+        )
+    several = [name for name in study.limits if name in _SEVERAL]
+    if several:
+        yield (
+            f"{', '.join(several)}: where several intervals of pretension keep to this,"
+            " the widest is used"
+        )
     if study.people is not None and study.people.content is None:
         yield from study.people.population.notes
     if study.uncertain and study.uncertainty is None:
@@ -212,13 +276,18 @@ def _left_out(problem: Problem) -> Iterator[str]:
 
 
 def rows_to_prove(problem: Problem) -> Rows:
-    """The choices that the study names in `[design] prove`; raises UsageError for what is no row of the choices."""
-    count, rows = len(problem.choices), problem.study.design.prove
-    for text in rows:
+    """Return the choices that the study names in `[design] prove`, ascending.
+
+    Raises:
+        UsageError: A text is no row of the choices.
+    """
+    count = len(problem.choices)
+    texts = problem.study.design.prove
+    for text in texts:
         if not text.isdecimal() or int(text) >= count:
             raise UsageError(
                 f'"{shorten(text)}" is no row of choices.parquet',
                 where="--prove",
                 hint=f"0 to {count - 1}",
             )
-    return np.unique(np.array([int(text) for text in rows], dtype=np.int64))
+    return np.unique(np.array([int(text) for text in texts], dtype=np.int64))

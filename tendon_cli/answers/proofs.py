@@ -1,8 +1,7 @@
-"""Proofs that the window of a choice holds between the samples: at every angle, load and posture, and in a box."""
+"""Proofs that the window of a choice holds at every angle, load and posture, and over a box."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,277 +11,382 @@ from tendon_cli import say
 from tendon_cli.answers.between_samples import estimated, worst_between
 from tendon_cli.answers.coverage import grouped
 from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.question import LEAN, LOADS, Flags
-from tendon_cli.answers.solve import Solutions, without_worst
+from tendon_cli.answers.question import LEAN, LOADS
+from tendon_cli.answers.solve import Solutions, solve_windows
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.proof import MOST_CELLS, Cells, Proof, cells_of, prove
 from tendon_cli.model.setting import pretension_of
 from tendon_cli.model.whole_motion import refined
 from tendon_cli.model.window import Ends, Positions
 from tendon_cli.space.axis import Numbers, Rows, scale_of
 
-_MARGIN = 1e-6  # N; by which a window is proved at either end less than it is given: there a limit is just kept
-_ENDLESS = 1e6  # N; how far a window is proved that nothing bounds
-_ARCS = 8  # of an interval of postures, at first
-_ROUNDS = 24  # in which a proof may find what an end is tightened by
-_CLIMBS, _MOST_CLIMBED = (
-    60,
-    16,
-)  # steps in a box to where a limit asks for most, from so many points
-_FIRST_STEP, _LAST_STEP = (
-    0.25,
-    1e-4,
-)  # as shares of half the box: an end is off by the square of the last
+_MARGIN = 1e-6
+"""Distance from both ends within which a window is not proved, N: there a limit is just kept."""
+_ENDLESS = 1e6
+"""Pretension up to which a window is proved that nothing bounds, N."""
+_ARCS = 8
+"""Arcs into which an interval of postures is cut at first."""
+_ROUNDS = 24
+"""Rounds in which a proof may find states by which an end is tightened."""
+_CLIMBS = 60
+"""Steps in a box to the point where a limit asks for most."""
+_MOST_CLIMBED = 16
+"""Points in the box from which such steps are taken."""
+_FIRST_STEP = 0.25
+"""First step in the box, as a share of half its width."""
+_LAST_STEP = 1e-4
+"""Last step in the box: an end is off by its square."""
 
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """What is known of the window of one choice between the samples."""
+    """Result of the proof of one choice's window between the samples."""
 
     status: str
+    """One of `say.STATUSES`."""
     cells: int
-    margin: float  # N
-    estimate: float | None = None  # by how much its ends may be off that are not proved, N
+    """Number of cells that were tried."""
+    margin: float
+    """Distance from both ends within which the window is not proved, N."""
+    estimate: float | None = None
+    """Estimated error of the ends that are not proved, N."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Held:
-    """What a window is held to: conditions, each in one posture of the upper arm or in all between two, over a box."""
+class _ConditionArcs:
+    """Conditions that a window must satisfy, each over an arc of postures and over the box.
+
+    An arc is one posture of the upper arm, or all postures between two.
+    """
 
     problem: Problem
-    numbers: Numbers  # of the choice
-    row: Rows  # of the conditions; of those that differ in the box alone the first
+    numbers: Numbers
+    """Numbers of the choice."""
+    row: Rows
+    """Rows of the conditions; the first of those that differ only within the box."""
     low: Array
-    high: Array  # inclinations of the upper arm, rad; NaN where that of the condition holds
+    """Smallest inclination of the upper arm, rad; NaN for that of the condition itself."""
+    high: Array
+    """Largest inclination of the upper arm, rad; NaN for that of the condition itself."""
 
     @classmethod
-    def of(cls, problem: Problem, numbers: Numbers) -> _Held:
-        """The conditions but those with a load between others; of an interval of postures ends and arcs between."""
-        needed = np.ones(len(problem.conditions), dtype=np.bool_)
-        places = problem.conditions.places(np.arange(len(needed)))
+    def of(cls, problem: Problem, numbers: Numbers) -> _ConditionArcs:
+        """Return the conditions that imply all others.
+
+        They are those with the smallest or the largest load, and of an interval of postures its
+        ends and the arcs between.
+        """
+        is_needed = np.ones(len(problem.conditions), dtype=np.bool_)
+        places = problem.conditions.places(np.arange(len(is_needed)))
         for axis in problem.conditions.axes:
             if axis.key in LOADS:
-                needed &= np.isin(
-                    axis.values[places[axis.key]], (axis.values.min(), axis.values.max())
-                )
+                extremes = (axis.values.min(), axis.values.max())
+                is_needed &= np.isin(axis.values[places[axis.key]], extremes)
         for axis in problem.box:
-            needed &= places[axis.key] == 0
-        rows = np.flatnonzero(needed)
-        if (leaning := problem.leaning) is None:
-            return cls(problem, numbers, rows, *np.full((2, len(rows)), np.nan))
+            is_needed &= places[axis.key] == 0
+        rows = np.flatnonzero(is_needed)
+        leaning = problem.leaning
+        if leaning is None:
+            unset = np.full(len(rows), np.nan)
+            return cls(problem, numbers, rows, unset, unset)
         rows = rows[places[LEAN][rows] == 0]
         edges = np.linspace(leaning.values.min(), leaning.values.max(), _ARCS + 1)
-        low, high = np.append(edges[:-1], edges[[0, -1]]), np.append(edges[1:], edges[[0, -1]])
+        low = np.append(edges[:-1], edges[[0, -1]])
+        high = np.append(edges[1:], edges[[0, -1]])
         return cls(
             problem,
             numbers,
-            np.repeat(rows, len(low)),
-            np.tile(low, len(rows)),
-            np.tile(high, len(rows)),
+            row=np.repeat(rows, len(low)),
+            low=np.tile(low, len(rows)),
+            high=np.tile(high, len(rows)),
         )
 
     def __len__(self) -> int:
         return len(self.row)
 
-    def select(self, which: Any) -> _Held:
-        """Some of them."""
+    def select(self, which: Any) -> _ConditionArcs:
+        """Select arcs by index or mask."""
         return replace(self, row=self.row[which], low=self.low[which], high=self.high[which])
 
-    def halved(self, which: Flags) -> _Held:
-        """All, some of them in two."""
-        some, middle = self.select(which), 0.5 * (self.low + self.high)[which]
+    def halve(self, which: Flags) -> _ConditionArcs:
+        """Return all arcs, the selected ones cut in two."""
+        rest = self.select(~which)
+        cut = self.select(which)
+        middle = cut.middles.low
         return replace(
             self,
-            row=np.concatenate([self.row[~which], some.row, some.row]),
-            low=np.concatenate([self.low[~which], some.low, middle]),
-            high=np.concatenate([self.high[~which], middle, some.high]),
+            row=np.concatenate([rest.row, cut.row, cut.row]),
+            low=np.concatenate([rest.low, cut.low, middle]),
+            high=np.concatenate([rest.high, middle, cut.high]),
         )
 
     @property
-    def middles(self) -> _Held:
-        """The posture in the middle of each."""
+    def middles(self) -> _ConditionArcs:
+        """Postures in the middle of the arcs."""
         middle = 0.5 * (self.low + self.high)
         return replace(self, low=middle, high=middle)
 
     def design(self, shares: Array | float = 0.0) -> Design:
-        """Designs, (held, 1, 1), each at a point of the box, (held, its numbers) from -1 to 1.
+        """Return designs at points of the box, (arcs, 1, 1).
 
-        Limits are linear in sine and cosine of the forearm's inclination: what holds at the point where the tangents at
-        the ends of an arc meet, and at both ends of all arcs, holds on the arcs. There the weights are larger.
+        Limits are linear in sine and cosine of the forearm's inclination: what holds at the point
+        where the tangents at the ends of an arc meet, and at both ends of all arcs, holds on the
+        arcs. The weights are larger at that point.
+
+        Args:
+            shares: Place of each number in the box, (arcs, numbers), from -1 to 1.
         """
-        box, above = self.problem.box, dict[str, Array]()
-        each = np.broadcast_to(shares, (len(self), len(box)))
-        for axis, share in zip(box, each.T, strict=True):
-            low, high = axis.values.min(), axis.values.max()
-            above[axis.key] = 0.5 * (low + high) + 0.5 * (high - low) * share
+        box = self.problem.box
+        numbers: dict[str, Array] = {}
+        points = np.broadcast_to(shares, (len(self), len(box)))
+        for axis, share in zip(box, points.T, strict=True):
+            low = axis.values.min()
+            high = axis.values.max()
+            numbers[axis.key] = 0.5 * (low + high) + 0.5 * (high - low) * share
         if not np.isnan(self.low).all():
-            grown = (1.0 + 1e-12) / np.cos(0.5 * (self.high - self.low))
-            above |= {scale_of(key): grown for key in ("arm.forearm_mass", "load.mass")}
-            above[LEAN] = self.middles.low
-        return self.problem.paired(self.numbers, np.zeros_like(self.row), self.row, above)
+            growth = (1.0 + 1e-12) / np.cos(0.5 * (self.high - self.low))
+            numbers[scale_of("arm.forearm_mass")] = growth
+            numbers[scale_of("load.mass")] = growth
+            numbers[LEAN] = self.middles.low
+        return self.problem.paired(self.numbers, np.zeros_like(self.row), self.row, numbers)
 
-    def proved(self, low: Array, high: Array) -> Proof:
-        """What holds of the choice from `low` to `high`, (conditions,) N as they are read."""
-        problem, design = self.problem, self.design()
-        span, sides = (
-            (float(problem.angles.min()), float(problem.angles.max())),
-            np.eye(len(problem.box)),
-        )
-        at_low, at_high = (
-            np.broadcast_to(
-                pretension_of(design, end[self.row, np.newaxis, np.newaxis]), (len(self), 1, 1)
-            ).ravel()
-            for end in (low, np.minimum(high, _ENDLESS))
-        )
-        cells = cells_of(len(self), span, problem.flexion, design.knots, len(sides))
+    def prove(self, low: Array, high: Array) -> Proof:
+        """Prove that all limits are kept from `low` to `high`, (conditions,) N as they are read."""
+        problem = self.problem
+        design = self.design()
+        angles = (float(problem.angles.min()), float(problem.angles.max()))
+        sides = np.eye(len(problem.box))
+        cells = cells_of(len(self), angles, problem.flexion, design.knots, len(sides))
         return prove(
-            design, cells, at_low, at_high, problem.bounds, [self.design(side) for side in sides]
+            design,
+            cells,
+            self._as_f0(design, low),
+            self._as_f0(design, np.minimum(high, _ENDLESS)),
+            problem.bounds,
+            [self.design(side) for side in sides],
         )
+
+    def _as_f0(self, design: Design, pretension: Array) -> Array:
+        """Return pretensions, (conditions,) N as they are read, as F0 of the arcs, (arcs,) N."""
+        of_arcs = pretension_of(design, pretension[self.row, np.newaxis, np.newaxis])
+        return np.broadcast_to(of_arcs, (len(self), 1, 1)).ravel()
+
+
+@dataclass(frozen=True, eq=False)
+class ProvedChoice:
+    """A choice whose window was proved, or tightened until it could be."""
+
+    choice: Solutions
+    certificate: Certificate
+    ends: Ends
+    """Ends of its windows as they are read, (1, conditions)."""
 
 
 class Proofs:
-    """The choices that an answer names, each proved once, with the ends of its windows as they are read."""
+    """Choices that an answer names, each proved once."""
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        self.done: dict[tuple[float, ...], tuple[Solutions, Certificate, Ends]] = {}
+        self.done: dict[tuple[float, ...], ProvedChoice] = {}
+        """Proved choices by their values of each axis, in the order in which they were proved."""
 
-    def of(self, some: Solutions) -> Solutions:
-        """Choices with their windows proved, or tightened."""
-        ones = []
-        for one in (some.select([at]) for at in range(len(some))):
-            place = tuple(float(values[0]) for values in one.columns.values())
-            if place not in self.done:
-                self.done[place] = certified(self.problem, one)
-            ones.append(self.done[place][0])
-        return Solutions.concatenate(ones)
+    def prove(self, choices: Solutions) -> Solutions:
+        """Return choices with their windows proved, or tightened."""
+        proved = []
+        for place in range(len(choices)):
+            choice = choices.select([place])
+            values = tuple(float(column[0]) for column in choice.columns.values())
+            if values not in self.done:
+                self.done[values] = prove_choice(self.problem, choice)
+            proved.append(self.done[values].choice)
+        return Solutions.concatenate(proved)
 
 
-def certified(problem: Problem, one: Solutions) -> tuple[Solutions, Certificate, Ends]:
-    """One choice with its window proved; tightened where the proof meets a state that does not keep a limit."""
-    exactly = replace(problem, near=np.inf) if problem.enough < 1.0 else problem
-    numbers, status, cells, margin = problem.numbers_of(one.columns), say.SAMPLED, 0, 0.0
-    held, ends = _Held.of(problem, numbers), exactly.ends_over_angles(numbers, 1)
-    provable = one.has_window.item() and problem.study.trajectory is None
-    if provable:
-        one = _solved_again(exactly, numbers, one, ends)
-    for _ in range(_ROUNDS if provable else 0):
-        low, high = _served(exactly, exactly.finished(ends, numbers), one)
+def prove_choice(problem: Problem, choice: Solutions) -> ProvedChoice:
+    """Prove the window of one choice; tighten it around each state that breaks a limit."""
+    if problem.enough < 1.0:
+        problem = replace(problem, near=np.inf)
+    numbers = problem.numbers_of(choice.columns)
+    status = say.SAMPLED
+    cells = 0
+    margin = 0.0
+    arcs = _ConditionArcs.of(problem, numbers)
+    ends = problem.ends_over_angles(numbers, 1)
+    rounds = 0
+    if choice.has_window.item() and problem.study.trajectory is None:
+        rounds = _ROUNDS
+        choice = _solve_again(problem, numbers, choice, ends)
+    for _ in range(rounds):
+        low, high = _served_windows(problem, problem.finish_ends(ends, numbers), choice)
         margin = min(_MARGIN, 0.25 * float(np.max(high - low)))
-        asked = held.select((high - low)[held.row] >= 2.0 * margin)
-        proof = asked.proved(low + margin, high - margin)
-        status, cells, broken = say.OPEN, cells + proof.cells, proof.broken
-        failing = np.unique(np.concatenate([broken.row, proof.left.row]))
+        arcs = arcs.select((high - low)[arcs.row] >= 2.0 * margin)
+        proof = arcs.prove(low + margin, high - margin)
+        cells += proof.cells
+        failing = np.unique(np.concatenate([proof.broken.row, proof.left.row]))
         if not len(failing):
             status = say.SAMPLED if problem.is_sampled else say.PROVEN
             break
+        status = say.OPEN
         if cells > MOST_CELLS:
             break
-        points, arcs = asked, asked.high[failing] > asked.low[failing]
-        if arcs.any():
-            points = asked.select(failing).middles
-            broken = points.proved(low + margin, high - margin).broken
+        broken = proof.broken
+        postures = arcs
+        can_halve = arcs.high[failing] > arcs.low[failing]
+        if can_halve.any():
+            # What breaks a limit where two tangents meet need not break it on the arc.
+            postures = arcs.select(failing).middles
+            broken = postures.prove(low + margin, high - margin).broken
         if len(broken):
-            ends = _tightened(exactly, ends, broken, points)
-            one = _solved_again(exactly, numbers, one, ends)
-            if not one.has_window.item():
+            ends = _tighten(problem, ends, broken, postures)
+            choice = _solve_again(problem, numbers, choice, ends)
+            if not choice.has_window.item():
                 break
-        elif not arcs.any():
+        elif not can_halve.any():
             break
-        which = np.zeros(len(asked), dtype=np.bool_)
-        which[failing[arcs]] = True
-        held = asked.halved(which)
+        halves = np.zeros(len(arcs), dtype=np.bool_)
+        halves[failing[can_halve]] = True
+        arcs = arcs.halve(halves)
     is_open = status == say.OPEN
-    estimate = (
-        None if is_open or not one.has_window.item() else estimated(problem, numbers, one, ends)
-    )
-    known = {"between_samples": np.array([say.STATUSES.index(status)])}
+    estimate = None
+    if not is_open and choice.has_window.item():
+        estimate = estimated(problem, numbers, choice, ends)
     certificate = Certificate(status, cells, 0.0 if is_open else margin, estimate)
-    return replace(one, results=one.results | known), certificate, exactly.finished(ends, numbers)
+    known = {"between_samples": np.array([say.STATUSES.index(status)])}
+    choice = replace(choice, results=choice.results | known)
+    return ProvedChoice(choice, certificate, problem.finish_ends(ends, numbers))
 
 
-def _served(problem: Problem, ends: Ends, one: Solutions) -> tuple[Array, Array]:
-    """Between which pretensions, as they are read, conditions must hold, (conditions,); empty where they need not."""
-    low, high = one["pretension_from"], one["pretension_to"]
+def _served_windows(problem: Problem, ends: Ends, choice: Solutions) -> tuple[Array, Array]:
+    """Return the pretensions, from and to, at which each condition must hold, (conditions,).
+
+    They are as they are read, N, and empty under a condition that need not be served.
+    """
+    low = choice["pretension_from"]
+    high = choice["pretension_to"]
     if problem.enough >= 1.0:
-        return np.repeat(low, len(problem.conditions)), np.repeat(high, len(problem.conditions))
-    begin, end = (each[0] for each in grouped(ends.low, ends.high, problem.groups))
-    return np.maximum(begin, low)[problem.groups], np.minimum(end, high)[problem.groups]
+        count = len(problem.conditions)
+        return np.repeat(low, count), np.repeat(high, count)
+    group_low, group_high = grouped(ends.low, ends.high, problem.groups)
+    served_low = np.maximum(group_low[0], low)
+    served_high = np.minimum(group_high[0], high)
+    return served_low[problem.groups], served_high[problem.groups]
 
 
-def _tightened(problem: Problem, ends: Ends, broken: Cells, held: _Held) -> Ends:
-    """Ends of one choice, tightened around the states in which a limit is not kept."""
+def _tighten(problem: Problem, ends: Ends, broken: Cells, postures: _ConditionArcs) -> Ends:
+    """Return ends of one choice, tightened around the states that break a limit.
+
+    Args:
+        problem: The question.
+        ends: Ends over all angles, (1, conditions), as F0.
+        broken: Cells in whose middle a limit is not kept; their rows are places in `postures`.
+        postures: Conditions in single postures.
+    """
     ends = Ends(**{name: values.copy() for name, values in vars(ends).items()})
-    angles, middle = problem.angles.ravel(), broken.middle
+    angles = problem.angles.ravel()
+    middle = broken.middle  # (cells, 1 + numbers): angle, rad, and place in the box
     direction = (broken.flexion[:, np.newaxis] == problem.flexion.ravel()).argmax(axis=1)
-    state = direction * len(angles) + np.abs(middle[:, :1] - angles).argmin(axis=1)
-    for name, upper in (("low", False), ("high", True)):
+    nearest = np.abs(middle[:, :1] - angles).argmin(axis=1)
+    state = direction * len(angles) + nearest
+    sides = (
+        (False, ends.low, ends.low_state, ends.low_angle),
+        (True, ends.high, ends.high_state, ends.high_angle),
+    )
+    for upper, value, binding_state, binding_angle in sides:
         which = np.flatnonzero(broken.upper == upper)
-        # Of cells that differ in the box alone the first.
-        which = which[
-            np.unique(np.stack([broken.row, state])[:, which], axis=1, return_index=True)[1]
-        ]
+        # The first of several cells stands for those that differ only within the box.
+        kinds = np.stack([broken.row[which], state[which]])
+        which = which[np.unique(kinds, axis=1, return_index=True)[1]]
         if not len(which):
             continue
-        some = held.select(broken.row[which])
-        tightest = _tightest(some, middle[which], state[which], upper=upper)
-        value, of_state, of_angle = (
-            getattr(ends, f"{name}{of}") for of in ("", "_state", "_angle")
-        )
-        for at, end, its_state, its_angle in zip(tightest[0], *tightest[1], strict=True):
-            if (end < value[0, at]) if upper else (end > value[0, at]):
-                value[0, at], of_state[0, at], of_angle[0, at] = end, its_state, its_angle
+        selected = postures.select(broken.row[which])
+        conditions, tightest = _tightest_ends(selected, middle[which], state[which], upper=upper)
+        for condition, end, end_state, end_angle in zip(conditions, *tightest, strict=True):
+            before = value[0, condition]
+            is_tighter = end < before if upper else end > before
+            if is_tighter:
+                value[0, condition] = end
+                binding_state[0, condition] = end_state
+                binding_angle[0, condition] = end_angle
     return ends
 
 
-def _tightest(
-    held: _Held, points: Array, state: Positions, *, upper: bool
-) -> tuple[Rows, Sequence[Array | Positions]]:
-    """Conditions and their ends (N, state, angle), sought from points (angle, place in the box) and nearby states."""
-    problem, sign, shares = held.problem, -1.0 if upper else 1.0, points[:, 1:]
+def _tightest_ends(
+    postures: _ConditionArcs, points: Array, state: Positions, *, upper: bool
+) -> tuple[Rows, list[Any]]:
+    """Seek the tightest ends near points at which a limit is broken.
+
+    Args:
+        postures: Conditions in single postures.
+        points: An angle, rad, and a place in the box for each, (postures, 1 + numbers).
+        state: Nearest state of each.
+        upper: True for upper ends.
+
+    Returns:
+        The conditions, and for each the end (N, as F0), its state and its angle (rad). In a box
+        they are those of the tightest ends alone.
+    """
+    problem = postures.problem
+    box = problem.box
+    sign = -1.0 if upper else 1.0
+    shares = points[:, 1:]
 
     def ends_at(
-        some: _Held, shares: Array, near: Positions, start: Array | None = None
+        selected: _ConditionArcs, shares: Array, state: Positions, start: Array | None = None
     ) -> list[Any]:
-        none = np.full(len(near), -sign * np.inf)
-        given = problem.angles.ravel(), problem.flexion, problem.bounds
-        return [*refined(some.design(shares), near, none, *given, upper=upper, start=start)]
+        """Return ends (N), states and angles (rad) at points of the box."""
+        unbounded = np.full(len(state), -sign * np.inf)
+        return list(
+            refined(
+                selected.design(shares),
+                state,
+                unbounded,
+                problem.angles.ravel(),
+                problem.flexion,
+                problem.bounds,
+                upper=upper,
+                start=start,
+            )
+        )
 
-    near, here = ends_at(held, shares, state), ends_at(held, shares, state, points[:, 0])
+    from_states = ends_at(postures, shares, state)
+    from_points = ends_at(postures, shares, state, points[:, 0])
+    is_tighter = sign * from_points[0] > sign * from_states[0]
     best = [
-        np.where(sign * here[0] > sign * near[0], new, old)
-        for new, old in zip(here, near, strict=True)
+        np.where(is_tighter, new, old) for new, old in zip(from_points, from_states, strict=True)
     ]
-    if not problem.box:
-        return held.row, best
-    first = np.argsort(-sign * best[0])[:_MOST_CLIMBED]
-    held, shares, best, step = (
-        held.select(first),
-        shares[first],
-        [each[first] for each in best],
-        _FIRST_STEP,
-    )
-    ways = np.concatenate([np.eye(len(problem.box)), -np.eye(len(problem.box))])
-    each = np.repeat(np.arange(len(held)), len(ways))
+    if not box:
+        return postures.row, best
+
+    # Climb in the box from the tightest ends: each step tries both directions of every number.
+    tightest_first = np.argsort(-sign * best[0])[:_MOST_CLIMBED]
+    postures = postures.select(tightest_first)
+    shares = shares[tightest_first]
+    best = [values[tightest_first] for values in best]
+    step = _FIRST_STEP
+    directions = np.concatenate([np.eye(len(box)), -np.eye(len(box))])
+    starts = np.arange(len(postures))
+    tried = np.repeat(starts, len(directions))
     for _ in range(_CLIMBS):
-        points = np.clip(shares[each] + step * np.tile(ways, (len(held), 1)), -1.0, 1.0)
-        tightest = ends_at(held.select(each), points, best[1][each])
-        top = (sign * tightest[0]).reshape(len(held), -1).argmax(axis=1) + np.arange(
-            len(held)
-        ) * len(ways)
-        better = sign * tightest[0][top] > sign * best[0]
-        shares = np.where(better[:, np.newaxis], points[top], shares)
-        best = [np.where(better, new[top], old) for new, old in zip(tightest, best, strict=True)]
-        if not better.any():
+        moves = step * np.tile(directions, (len(postures), 1))
+        points = np.clip(shares[tried] + moves, -1.0, 1.0)
+        tightest = ends_at(postures.select(tried), points, best[1][tried])
+        of_starts = (sign * tightest[0]).reshape(len(postures), -1)
+        top = of_starts.argmax(axis=1) + starts * len(directions)
+        is_tighter = sign * tightest[0][top] > sign * best[0]
+        shares = np.where(is_tighter[:, np.newaxis], points[top], shares)
+        best = [
+            np.where(is_tighter, new[top], old) for new, old in zip(tightest, best, strict=True)
+        ]
+        if not is_tighter.any():
             step *= 0.5
             if step < _LAST_STEP:
                 break
-    return held.row, best
+    return postures.row, best
 
 
-def _solved_again(problem: Problem, numbers: Numbers, one: Solutions, ends: Ends) -> Solutions:
-    """One choice, from ends of its windows over all angles."""
-    solved, held = without_worst(problem, numbers, 1, problem.finished(ends, numbers))
-    worsts = worst_between(problem, numbers, solved["pretension"], held)
-    return replace(one, results=solved.with_worst(slice(None), worsts).results)
+def _solve_again(problem: Problem, numbers: Numbers, choice: Solutions, ends: Ends) -> Solutions:
+    """Solve one choice by the ends of its windows over all angles, (1, conditions), as F0."""
+    solved, served = solve_windows(problem, numbers, 1, problem.finish_ends(ends, numbers))
+    worst_values = worst_between(problem, numbers, solved["pretension"], served)
+    return replace(choice, results=solved.with_worst(slice(None), worst_values).results)

@@ -1,4 +1,4 @@
-"""What is asked: the choices and conditions of a study, its limits and goals, and the designs of both."""
+"""A design question: choices and conditions of a study, its limits and goals, and its designs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tendon_cli.errors import Stopped
 from tendon_cli.model import whole_motion
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import F0, READINGS, Design
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.space.axis import (
     DRAW_AXIS,
     PERSON_AXIS,
@@ -29,41 +29,37 @@ from tendon_cli.space.axis import (
 from tendon_cli.space.space import Space
 from tendon_cli.studies.study import Study
 
-Flags = npt.NDArray[np.bool_]
-Columns = dict[str, npt.NDArray[Any]]
+ColumnArrays = dict[str, npt.NDArray[Any]]
+"""Arrays of one length by the names of a table's columns."""
 
+LOADS = ("load.mass", "load.scale")
+"""A list of one of these means all values between, too. For other numbers only an interval does."""
 LINEAR = (
-    "load.mass",
-    "load.scale",
+    *LOADS,
     "arm.forearm_mass",
     "arm.forearm_com",
     "arm.load_distance",
     "joint.stiffness",
     "joint.rest_angle",
 )
-"""Every limit on states is linear in each of these, so that what suits both ends suits all between."""
-LOADS = LINEAR[
-    :2
-]  # of these a list is meant with all between; of others that hold an interval alone is
-LEAN = "arm.upper_arm_angle"  # and linear in sine and cosine of this
+"""Every limit on states is linear in each: what suits both ends suits all values between."""
+LEAN = "arm.upper_arm_angle"
+"""Every limit on states is linear in the sine and cosine of this."""
 _ENDS_SUFFICE = (*LINEAR, LEAN, PRETENSION)
 
 
 @dataclass(frozen=True)
 class Goal:
-    """A column of the choices that is to be as small, or as large, as can be."""
+    """A column of the choices to make as small, or as large, as possible."""
 
     column: str
     maximise: bool
 
     def score(self, values: Array) -> Array:
-        """The larger the better; a torque counts by its magnitude, and what is null is worst."""
-        sized = (
-            np.abs(values)
-            if self.column == "peak_motor_torque"
-            else np.asarray(values, dtype=np.float64)
-        )
-        return np.where(np.isnan(sized), -np.inf, sized if self.maximise else -sized)
+        """Return scores, the larger the better; a torque counts by its magnitude, null is worst."""
+        is_torque = self.column == "peak_motor_torque"
+        sizes = np.abs(values) if is_torque else np.asarray(values, dtype=np.float64)
+        return np.where(np.isnan(sizes), -np.inf, sizes if self.maximise else -sizes)
 
 
 USUAL = (
@@ -73,119 +69,130 @@ USUAL = (
     Goal("max_spring_extension", maximise=False),
     Goal("peak_motor_torque", maximise=False),
 )
-"""Where a study names no goal, the best by each of these."""
-SERVED = Goal(
-    "served", maximise=True
-)  # before them where there are people or draws: the most universal choice
+"""An answer names the best choice by each of these if the study names no goal."""
+SERVED = Goal("served", maximise=True)
+"""The most universal choice; it comes before the usual goals if there are people or draws."""
 
 
 def goals_of(study: Study) -> tuple[Goal, ...]:
-    """The goals of a study, in its order; none where it leaves them open."""
-    least = tuple(Goal(column, maximise=False) for column in study.design.minimise)
-    return (*least, *(Goal(column, maximise=True) for column in study.design.maximise))
+    """Return the goals of a study in its order; none if it leaves them open."""
+    smallest = tuple(Goal(column, maximise=False) for column in study.design.minimise)
+    largest = tuple(Goal(column, maximise=True) for column in study.design.maximise)
+    return (*smallest, *largest)
 
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What is asked: over which choices, under which conditions, within which limits."""
+    """A design question: over which choices, under which conditions, within which limits."""
 
     study: Study
     choices: Space
     conditions: Space
     bounds: Bounds
-    enough: float = 1.0  # the share that a window must serve
-    middle: bool = True  # a choice is set in the middle of its window, else at its least pretension
-    given: float | None = (
-        None  # the pretension of every choice, N, if the question has one; its window is solved, too
-    )
+    enough: float = 1.0
+    """Share that a window must serve."""
+    middle: bool = True
+    """True if a choice is set in the middle of its window, else at its least pretension."""
+    given: float | None = None
+    """Pretension of every choice, N, if the question gives one; windows are solved nevertheless."""
     near: float = 0.01
-    """The share within which ends of conditions are sought between the angles, which may set those of their choice; the
-    grid is off by a thousandth. Below 0 none is, and with infinity every one."""
-    notes: tuple[str, ...] = ()  # what was left out of the question, and why
-    stop: threading.Event = field(
-        default_factory=threading.Event
-    )  # set when whoever asked wants no answer any more
+    """Relative distance from the end of a choice's window within which an end under one condition
+    is sought between the angles, because it may set the end of the choice.
+
+    The grid is off by a thousandth. Below 0 no end is sought, with infinity every end.
+    """
+    notes: tuple[str, ...] = ()
+    """Sentences on what was left out of the question, and why."""
+    stop: threading.Event = field(default_factory=threading.Event)
+    """Event that cancels the run."""
 
     @property
     def goals(self) -> tuple[Goal, ...]:
-        """The goals of the study, or if it leaves them open those by each of which an answer names the best."""
+        """Goals of the study, or if it leaves them open the usual ones."""
         usual = USUAL if self.conditions.groups is None else (SERVED, *USUAL)
         return goals_of(self.study) or usual
 
     @cached_property
     def angles(self) -> Array:
-        """Elbow angles at which states are taken, (1, K), rad: those of a trajectory, or evenly from first to last."""
+        """Elbow angles of the states, (1, K), rad.
+
+        They are those of a trajectory, or evenly spaced from the first to the last of the study.
+        """
         if self.study.trajectory is not None:
             return self.study.angles[np.newaxis]
         return whole_motion.grid(self.study.angles)
 
     @property
     def flexion(self) -> Flags:
-        """Whether each direction is flexion, (D, 1), or each sample of a trajectory, (1, K)."""
+        """True where a direction is flexion, (D, 1), or a sample of a trajectory, (1, K)."""
         return self.study.flexion
 
     @property
     def states_per_design(self) -> int:
-        """Directions times elbow angles."""
+        """Number of directions times number of elbow angles."""
         return self.angles.size * len(self.flexion)
 
     @cached_property
     def axes(self) -> dict[str, Axis]:
-        """Those of the conditions, by their keys."""
+        """Axes of the conditions by their keys."""
         return {axis.key: axis for axis in self.conditions.axes}
 
     @cached_property
     def condition_numbers(self) -> Numbers:
-        """What all conditions say of the study's numbers."""
+        """Numbers that all conditions set, (conditions,) each."""
         return self.conditions.numbers(np.arange(len(self.conditions)))
 
     @cached_property
     def groups(self) -> Rows:
-        """The group of each condition: what must be served together to count."""
+        """Group of each condition, (conditions,); one counts if all its conditions are served."""
         groups = self.conditions.groups
         return np.arange(len(self.conditions)) if groups is None else groups
 
     @cached_property
     def weighting(self) -> Array:
-        """Of each group, the largest between a half and 1, so that sums stay finite."""
+        """Weight of each group, (groups,), the largest between a half and 1: sums stay finite."""
         weights = self.conditions.weighting
         if weights is None:
             return np.ones(self.groups[-1] + 1)
-        each = weights[np.flatnonzero(np.diff(self.groups, prepend=-1))]
-        return np.asarray(np.ldexp(each, -int(np.frexp(np.max(each))[1])))
+        first_conditions = np.flatnonzero(np.diff(self.groups, prepend=-1))
+        of_groups = weights[first_conditions]
+        _, exponent = np.frexp(np.max(of_groups))
+        return np.asarray(np.ldexp(of_groups, -int(exponent)))
 
     def under(self, conditions: Rows) -> Self:
-        """The same question under some of its conditions alone, each of which counts by itself."""
+        """Return this question for some of its conditions, each of which then counts by itself."""
         numbers = select_numbers(self.condition_numbers, conditions)
-        return replace(self, conditions=Space((Axis.of_points(numbers, len(conditions)),)))
+        points = Axis.of_points(numbers, len(conditions))
+        return replace(self, conditions=Space((points,)))
 
-    def of_groups(self, chosen: Rows) -> Self:
-        """The same question for some of those who count together, ascending."""
-        rows = np.flatnonzero(np.isin(self.groups, chosen))
-        space = self.under(rows).conditions
-        weighting, groups = (
-            self.weighting[self.groups[rows]],
-            np.searchsorted(chosen, self.groups[rows]),
+    def select_groups(self, groups: Rows) -> Self:
+        """Return this question for some of its groups, which are given in ascending order."""
+        rows = np.flatnonzero(np.isin(self.groups, groups))
+        selected = replace(
+            self.under(rows).conditions,
+            weighting=self.weighting[self.groups[rows]],
+            groups=np.searchsorted(groups, self.groups[rows]),
         )
-        return replace(self, conditions=replace(space, weighting=weighting, groups=groups))
+        return replace(self, conditions=selected)
 
     def saying(self, numbers: Numbers) -> Self:
-        """The same question where its conditions say something else, or more, of the study's numbers."""
-        rows = Axis.of_points({**self.condition_numbers, **numbers}, len(self.conditions))
-        return replace(self, conditions=replace(self.conditions, axes=(rows,)))
+        """Return this question with other, or more, numbers set by its conditions."""
+        points = Axis.of_points({**self.condition_numbers, **numbers}, len(self.conditions))
+        return replace(self, conditions=replace(self.conditions, axes=(points,)))
 
     def bounded(self, name: str, value: float) -> Self:
-        """The same question with another value of one limit, or of the speed."""
+        """Return this question with another value of one limit, or of the speed."""
         return replace(self, bounds=self.bounds.changed(name, value))
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many persons and draws there are, by the keys of their axes; a share is of the pairs if of both.
+        """Numbers of persons and of draws by the keys of their axes.
 
-        Bodies drawn of a person are draws.
+        If there are both, a share is of their pairs. Bodies drawn for a person count as draws.
         """
         counts = {key: len(self.axes[key]) for key in (PERSON_AXIS, DRAW_AXIS) if key in self.axes}
-        bodies = self.study.people.population.completions if self.study.people is not None else 1
+        people = self.study.people
+        bodies = people.population.completions if people is not None else 1
         if PERSON_AXIS in counts and bodies > 1:
             return {
                 PERSON_AXIS: counts[PERSON_AXIS] // bodies,
@@ -195,100 +202,117 @@ class Question:
 
     @property
     def counted(self) -> str:
-        """What a share is of: "persons", "pairs" of person and draw, "draws" or "conditions"."""
+        """Noun for what a share counts: "persons", "pairs", "draws" or "conditions"."""
         kinds = tuple(self.counts)
-        return "pairs" if len(kinds) == 2 else f"{kinds[0]}s" if kinds else "conditions"
+        if len(kinds) == 2:
+            return "pairs"
+        return f"{kinds[0]}s" if kinds else "conditions"
 
     @property
-    def one_by_one(self) -> Axis | None:
-        """The axis of persons, or if there are none of draws; None if there are neither."""
+    def group_axis(self) -> Axis | None:
+        """Axis of persons, or if there are none of draws; None if there are neither."""
         return self.axes.get(PERSON_AXIS) or self.axes.get(DRAW_AXIS)
 
-    def numbers_of(self, columns: Columns) -> Numbers:
-        """What choices, given by their columns, say of the study's numbers."""
+    def numbers_of(self, columns: ColumnArrays) -> Numbers:
+        """Return the numbers that choices, given by their columns, set."""
         numbers: dict[str, Array] = {}
         for axis in self.choices.axes:
             values = columns[axis.column]
-            numbers |= (
-                {key: each[values] for key, each in axis.numbers.items()}
-                if axis.names
-                else {axis.key: values}
-            )
+            if axis.names:
+                numbers |= {key: of_names[values] for key, of_names in axis.numbers.items()}
+            else:
+                numbers[axis.key] = values
         return numbers
 
     def design(
         self, numbers: Numbers, conditions: Numbers | None = None, pretension: Array | None = None
     ) -> Design:
-        """Designs (choices, conditions, 1, 1) of some choices under all conditions, or those given, as they vary.
+        """Return the designs of some choices under conditions, as they vary.
 
-        A condition says more than a choice. `pretension` has the shape (choices,).
+        A number of a condition takes precedence over that of a choice.
+
+        Args:
+            numbers: Numbers of the choices, (choices,) each.
+            conditions: Numbers of the conditions, (conditions,) each; all conditions by default.
+            pretension: Pretensions of the choices, (choices,), N.
+
+        Returns:
+            Designs that broadcast to (choices, conditions, 1, 1).
         """
-        at = numbers if pretension is None else {**numbers, PRETENSION: pretension}
-        return self.choices.at(
-            at, self.condition_numbers if conditions is None else conditions
-        ).design()
+        of_choices = numbers if pretension is None else {**numbers, PRETENSION: pretension}
+        under = self.condition_numbers if conditions is None else conditions
+        return self.choices.at(of_choices, under).design()
 
     def paired(
         self, numbers: Numbers, rows: Rows, condition: Rows, above: Numbers | None = None
     ) -> Design:
-        """Designs (pairs, 1, 1) of choices, each under one condition, and by what is said above these."""
-        under = {**select_numbers(self.condition_numbers, condition), **(above or {})}
-        points = Axis.of_points(over(select_numbers(numbers, rows), under), len(rows))
+        """Return the designs of choices, each under one condition, (pairs, 1, 1).
+
+        Args:
+            numbers: Numbers of the choices.
+            rows: Choice of each pair, as a place in `numbers`.
+            condition: Condition of each pair.
+            above: Numbers of the pairs that take precedence over those of both.
+        """
+        of_conditions = select_numbers(self.condition_numbers, condition)
+        of_pairs = over(select_numbers(numbers, rows), {**of_conditions, **(above or {})})
+        points = Axis.of_points(of_pairs, len(rows))
         return Space((points,), self.choices.single).design()
 
     @cached_property
     def box(self) -> tuple[Axis, ...]:
-        """Intervals that proofs hold for as a box; of the others those in which limits are not linear are sampled."""
-        provable = self.is_f0 and self.study.trajectory is None
-        return tuple(
-            axis for axis in self._curved if provable and not axis.key.startswith("setting.")
-        )
+        """Intervals over which a proof holds as a box; other nonlinear ones are only sampled."""
+        if not self.is_f0 or self.study.trajectory is not None:
+            return ()
+        intervals = self._nonlinear_intervals
+        return tuple(axis for axis in intervals if not axis.key.startswith("setting."))
 
     @property
-    def _curved(self) -> list[Axis]:
-        """Intervals in which limits are not linear."""
-        intervals = (axis for axis in self.conditions.axes if axis.is_interval)
+    def _nonlinear_intervals(self) -> list[Axis]:
+        """Intervals of numbers in which limits are not linear."""
+        intervals = [axis for axis in self.conditions.axes if axis.is_interval]
         return [axis for axis in intervals if split_side(axis.key)[0] not in _ENDS_SUFFICE]
 
     @property
     def leaning(self) -> Axis | None:
-        """The interval of postures of the upper arm, if there is one."""
+        """Interval of postures of the upper arm; None if there is none."""
         axis = self.axes.get(LEAN)
         return axis if axis is not None and axis.is_interval else None
 
     @property
     def sampled_intervals(self) -> tuple[str, ...]:
-        """The keys of those that are solved at their ends alone."""
-        return tuple(axis.key for axis in self._curved if axis not in self.box)
+        """Keys of the intervals that are solved at their ends alone."""
+        return tuple(axis.key for axis in self._nonlinear_intervals if axis not in self.box)
 
     @property
     def whole_intervals(self) -> tuple[str, ...]:
-        """The keys of those whose inside may be worse than both ends, and for all of which windows are proved."""
-        is_whole = self.leaning is not None and self.study.trajectory is None
-        return (*([LEAN] if is_whole else []), *(axis.key for axis in self.box))
+        """Keys of the intervals whose inside may be worse than both ends, but is proved as well."""
+        of_box = tuple(axis.key for axis in self.box)
+        leans = self.leaning is not None and self.study.trajectory is None
+        return (LEAN, *of_box) if leans else of_box
 
     @property
     def is_sampled(self) -> bool:
-        """Whether something that is asked has no proof."""
+        """True if a part of the question has no proof."""
         return bool(self.bounds.of_motion or self.sampled_intervals or self.study.trajectory)
 
     @property
     def loads(self) -> tuple[float, float] | None:
-        """The least and the largest load, kg, if there are several."""
+        """Smallest and largest load, kg; None if no axis of the conditions is the load."""
         axis = self.axes.get("load.mass")
         return None if axis is None else (float(axis.values.min()), float(axis.values.max()))
 
     @property
     def is_f0(self) -> bool:
-        """Whether pretensions are those of the model, and no readings."""
+        """True if pretensions are those of the model, F0, and not readings of a gauge."""
         return READINGS[int(self.choices.single.get(READ, 0.0))] == F0
 
     def check_stopped(self) -> None:
-        """Raises Stopped if nobody wants an answer any more."""
+        """Raise Stopped if the run was cancelled."""
         if self.stop.is_set():
             raise Stopped
 
 
 def select_numbers(numbers: Numbers, rows: Rows | slice) -> dict[str, Array]:
-    """What some choices or conditions say of the study's numbers."""
+    """Select some rows of every number, such as some choices or conditions."""
     return {key: values[rows] for key, values in numbers.items()}

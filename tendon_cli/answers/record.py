@@ -1,4 +1,4 @@
-"""The record of an answer: what is best, what binds it, and if nothing suits, why and what would help."""
+"""The record of an answer: what is best and what binds it, or why nothing suits and what helps."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ import numpy as np
 
 from tendon_cli.answers import candidates
 from tendon_cli.answers.between_samples import METHOD, curves_of, scope
-from tendon_cli.answers.candidates import Pair
+from tendon_cli.answers.candidates import LimitPair
 from tendon_cli.answers.fixes import fixes, sampled
 from tendon_cli.answers.problem import Problem, rows_to_prove
-from tendon_cli.answers.proofs import Proofs
+from tendon_cli.answers.proofs import Proofs, ProvedChoice
 from tendon_cli.answers.question import Goal, goals_of
 from tendon_cli.answers.relax import relaxations
 from tendon_cli.answers.sensitivity import sensitivities
@@ -26,158 +26,203 @@ from tendon_cli.engine.task import Note
 from tendon_cli.model.window import Ends
 
 _REFINED_ON_FRONT = 24
+"""Most choices of a front that are refined between the points of the grid."""
 
 
 @dataclass(eq=False)
-class Named:
-    """The choices that an answer names, with their windows proved."""
+class NamedChoices:
+    """Choices that an answer names, with their windows proved."""
 
     problem: Problem
-    goals: tuple[Goal, ...]  # of the study; none if it leaves them open
+    goals: tuple[Goal, ...]
+    """Goals of the study; none if it leaves them open."""
     best: dict[str, Solutions] = field(default_factory=dict)
-    """The best choice by each goal's column; if several goals make a front, its best compromise under an empty name."""
+    """Best choice by each goal's column; the best compromise of a front under an empty name."""
     gains: dict[str, float] = field(default_factory=dict)
-    """By what share of its score a refined choice beats the best of the grid, by goal's column."""
+    """Share of its score by which a refined choice beats the best of the grid, by goal's column."""
     front: Solutions | None = None
-    """Choices that no other beats, if there are several goals; in the order of the first goal."""
+    """Choices that no other beats, in the order of the first goal; None without several goals."""
     given_up: float | None = None
-    """Of what the goals span on the front, the largest share that the best compromise gives up of any."""
+    """Largest share of the span of any goal on the front that the best compromise gives up."""
     places: dict[tuple[Any, ...], int] = field(default_factory=dict)
-    """Where those between the points of the grid stand in the table, after all others."""
+    """Places in the table of choices between the points of the grid, after all others."""
 
     @classmethod
-    def of(cls, problem: Problem, kept: Solutions) -> Named:
-        """The best of some choices, which may be improved between the points of the grid."""
+    def of(cls, problem: Problem, choices: Solutions) -> NamedChoices:
+        """Return the best of some choices, refined between the points of the grid if possible."""
         named = cls(problem, goals_of(problem.study))
-        feasible = kept.select(kept["feasible"])
-        for goal in problem.goals if len(feasible) else ():
-            start = feasible.select([candidates.best_of(feasible, feasible.scores((goal,))[:, 0])])
-            named.best[goal.column] = candidates.refined(problem, (goal,), start) or start
-            before, after = (one.scores((goal,)).item() for one in (start, named.best[goal.column]))
+        feasible = choices.select(choices["feasible"])
+        if not len(feasible):
+            return named
+        for goal in problem.goals:
+            scores = feasible.scores((goal,))[:, 0]
+            start = feasible.select([candidates.best_of(feasible, scores)])
+            best = candidates.refined(problem, (goal,), start) or start
+            before = start.scores((goal,)).item()
+            after = best.scores((goal,)).item()
+            named.best[goal.column] = best
             if after != before and before:
                 named.gains[goal.column] = (after - before) / abs(before)
-        if len(named.goals) > 1 and len(feasible):
-            named.front = named.numbered(
-                _front(problem, named.goals, feasible, [*named.best.values()])
-            )
+        if len(named.goals) > 1:
+            on_front = _front(problem, named.goals, feasible, list(named.best.values()))
+            named.front = named.with_rows(on_front)
             scores = named.front.scores(named.goals)
             named.best = {"": named.front.select([candidates.compromise(scores)])}
             named.given_up = float(candidates.losses(scores).max(axis=1).min())
-        named.best = {column: named.numbered(one) for column, one in named.best.items()}
+        named.best = {column: named.with_rows(choice) for column, choice in named.best.items()}
         return named
 
-    def numbered(self, some: Solutions) -> Solutions:
-        """Choices of which those between the points of the grid follow all others in the table, each place once."""
-        rows = some.row.copy()
-        for at in np.flatnonzero(rows < 0):
-            place = tuple(values[at].item() for values in some.columns.values())
-            rows[at] = len(self.problem.choices) + self.places.setdefault(place, len(self.places))
-        return replace(some, row=rows)
+    def with_rows(self, choices: Solutions) -> Solutions:
+        """Number choices that have no row yet: they follow all others in the table, each once."""
+        rows = choices.row.copy()
+        for place in np.flatnonzero(rows < 0):
+            values = tuple(column[place].item() for column in choices.columns.values())
+            after_grid = self.places.setdefault(values, len(self.places))
+            rows[place] = len(self.problem.choices) + after_grid
+        return replace(choices, row=rows)
 
     def prove(self, proofs: Proofs) -> None:
-        """Prove the windows of all, those named first at first."""
-        self.best = {column: proofs.of(one) for column, one in self.best.items()}
-        self.front = None if self.front is None else proofs.of(self.front)
+        """Prove the windows of all choices, the one that is named first at first."""
+        self.best = {column: proofs.prove(choice) for column, choice in self.best.items()}
+        if self.front is not None:
+            self.front = proofs.prove(self.front)
 
     def records(self, choices: Solutions) -> list[dict[str, Any]]:
-        """Choices as rows of the table, with their numbers there."""
+        """Return choices as rows of the table, with their numbers there."""
         is_refined = choices.row >= len(self.problem.choices)
         on_front = np.full(len(choices), self.front is not None or len(self.goals) == 1)
-        rows = as_records(
-            choice_columns(self.problem), choice_rows(self.problem, choices, is_refined, on_front)
-        )
+        rows = choice_rows(self.problem, choices, is_refined, on_front)
+        records = as_records(choice_columns(self.problem), rows)
         return [
-            {"choice": number, **row}
-            for number, row in zip(choices.row.tolist(), rows, strict=True)
+            {"choice": number, **record}
+            for number, record in zip(choices.row.tolist(), records, strict=True)
         ]
 
 
 def _front(
     problem: Problem, goals: tuple[Goal, ...], feasible: Solutions, bests: list[Solutions]
 ) -> Solutions:
-    """The front, each of its choices made better between the points of the grid if that is possible."""
+    """Return the front, its choices refined between the points of the grid if possible.
 
-    def ordered(some: Solutions) -> Solutions:
-        some = some.select(candidates.front(some.scores(goals)))
-        return some.select(np.argsort(-some.scores(goals)[:, 0], kind="stable"))
+    Args:
+        problem: The question.
+        goals: Goals of the study, at least two.
+        feasible: Choices of the grid with a window.
+        bests: The best choice by each goal.
+    """
 
-    on_front = ordered(feasible)
-    if len(on_front) > _REFINED_ON_FRONT and any(axis.is_range for axis in problem.choices.axes):
-        on_front = on_front.select(
-            np.linspace(0, len(on_front) - 1, _REFINED_ON_FRONT).round().astype(np.int64)
-        )
-    ones = [on_front.select([at]) for at in range(len(on_front))]
-    return ordered(
-        Solutions.concatenate(
-            [candidates.refined(problem, goals, one) or one for one in ones] + bests
-        )
-    )
+    def front_of(choices: Solutions) -> Solutions:
+        """Select the front, in the order of the first goal."""
+        unbeaten = choices.select(candidates.front(choices.scores(goals)))
+        return unbeaten.select(np.argsort(-unbeaten.scores(goals)[:, 0], kind="stable"))
+
+    on_front = front_of(feasible)
+    count = len(on_front)
+    if count > _REFINED_ON_FRONT and any(axis.is_range for axis in problem.choices.axes):
+        places = np.linspace(0, count - 1, _REFINED_ON_FRONT).round().astype(np.int64)
+        on_front = on_front.select(places)
+    choices = []
+    for place in range(len(on_front)):
+        choice = on_front.select([place])
+        choices.append(candidates.refined(problem, goals, choice) or choice)
+    return front_of(Solutions.concatenate(choices + bests))
 
 
 def findings(
     problem: Problem, notes: Sequence[Note]
 ) -> tuple[dict[str, Any], Solutions, dict[str, Any]]:
-    """The record of an answer, from the notes of all parts; the choice named first, or that serves most; its row.
+    """Make the record of an answer.
 
-    Choices that may matter are solved again, whoever solved them before. One that seems to have a window may lose it by
-    the proof: then all begins anew with what that says.
+    Choices that may matter are solved again, whoever solved them before. A choice that seems to
+    have a window may lose it by the proof: then all begins anew with that knowledge.
+
+    Args:
+        problem: The question.
+        notes: Notes of all parts.
+
+    Returns:
+        The record; the choice that is named first, or else the one that serves most; its row in
+        the table.
     """
-    asked = rows_to_prove(problem)
-    kept = of_rows(
-        problem, np.unique([*(row for note in notes for row in note["rows"]), *asked.tolist()])
-    )
-    counts, feasible = Counter[Pair](), sum(note["feasible"] for note in notes)
+    to_prove = rows_to_prove(problem)
+    relevant_rows = [row for note in notes for row in note["rows"]]
+    relevant = of_rows(problem, np.unique([*relevant_rows, *to_prove.tolist()]))
+    feasible = sum(note["feasible"] for note in notes)
+    conflicts = Counter[LimitPair]()
     for note in notes:
-        counts.update({tuple(names): count for names, count in note["conflicts"]})
+        conflicts.update({tuple(names): count for names, count in note["conflicts"]})
     while True:
-        named, proofs = Named.of(problem, kept), Proofs(problem)
+        named = NamedChoices.of(problem, relevant)
+        proofs = Proofs(problem)
         named.prove(proofs)
-        proved = proofs.of(kept.select(np.isin(kept.row, asked))) if len(asked) else None
-        seemed = kept.row[kept["feasible"]]
-        lost = [
-            one
-            for one, *_ in proofs.done.values()
-            if not one["feasible"].item() and one.row.item() in seemed
-        ]
+        proved = None
+        if len(to_prove):
+            proved = proofs.prove(relevant.select(np.isin(relevant.row, to_prove)))
+        lost = _lost_windows(relevant, proofs)
         if not lost:
             break
-        others = ~np.isin(kept.row, [one.row.item() for one in lost])
-        kept, feasible = Solutions.concatenate([kept.select(others), *lost]), feasible - len(lost)
-    chosen, between, ends = next(iter(named.best.values()), None), None, None
+        is_unchanged = ~np.isin(relevant.row, [choice.row.item() for choice in lost])
+        relevant = Solutions.concatenate([relevant.select(is_unchanged), *lost])
+        feasible -= len(lost)
+    chosen = next(iter(named.best.values()), None)
+    between = None
+    ends = None
     if chosen is not None:
-        _, certificate, ends = next(iter(proofs.done.values()))
-        each = [
-            {"choice": one.row.item(), **asdict(known)} for one, known, _ in proofs.done.values()
-        ]
-        of_all = {
-            "method": METHOD,
-            "scope": scope(problem),
-            "curves": curves_of(problem, chosen, ends),
-        }
-        between = {**asdict(certificate), "choices": each, **of_all}
+        of_chosen = next(iter(proofs.done.values()))
+        between = _between_samples(problem, chosen, of_chosen, proofs)
+        ends = of_chosen.ends
     record = {
         "choices": sum(note["choices"] for note in notes),
         "conditions": len(problem.conditions),
         "feasible": feasible,
         "serve": problem.enough,
-        **_of_named(problem, named, chosen, ends),
+        **_best_record(problem, named, chosen, ends),
         "between_samples": between,
         "proved": [] if proved is None else named.records(proved),
-        **_of_none(problem, named, kept, counts, chosen),
+        **_conflict_record(problem, named, relevant, conflicts, chosen),
         "population": None,
     }
-    chosen = kept.select([int(np.argmax(kept["served"]))]) if chosen is None else chosen
+    if chosen is None:
+        chosen = relevant.select([int(np.argmax(relevant["served"]))])
     return record, chosen, named.records(chosen)[0]
 
 
-# --- The record ------------------------------------------------------------------------------------------------------
+def _lost_windows(relevant: Solutions, proofs: Proofs) -> list[Solutions]:
+    """Return proved choices that have no window, although they seemed to have one before."""
+    seemed_feasible = relevant.row[relevant["feasible"]]
+    choices = [proved.choice for proved in proofs.done.values()]
+    return [
+        choice
+        for choice in choices
+        if not choice["feasible"].item() and choice.row.item() in seemed_feasible
+    ]
 
 
-def _of_named(
-    problem: Problem, named: Named, chosen: Solutions | None, ends: Ends | None
+def _between_samples(
+    problem: Problem, chosen: Solutions, of_chosen: ProvedChoice, proofs: Proofs
 ) -> dict[str, Any]:
-    """What is best, and what that is on the bench. SI values, null for what is not a number."""
-    best = {column: named.records(one)[0] for column, one in named.best.items()}
+    """Return the record of the proofs, of all choices and of the one that is named first."""
+    of_each = [
+        {"choice": proved.choice.row.item(), **asdict(proved.certificate)}
+        for proved in proofs.done.values()
+    ]
+    return {
+        **asdict(of_chosen.certificate),
+        "choices": of_each,
+        "method": METHOD,
+        "scope": scope(problem),
+        "curves": curves_of(problem, chosen, of_chosen.ends),
+    }
+
+
+# --- The record -----------------------------------------------------------------------------------
+
+
+def _best_record(
+    problem: Problem, named: NamedChoices, chosen: Solutions | None, ends: Ends | None
+) -> dict[str, Any]:
+    """Return the record of what is best, and of that on the bench: SI, null for no number."""
+    best = {column: named.records(choice)[0] for column, choice in named.best.items()}
     return {
         "goals": [asdict(goal) for goal in named.goals],
         "best": next(iter(best.values()), None),
@@ -192,46 +237,58 @@ def _of_named(
 
 
 def _window_for_all(problem: Problem, ends: Ends) -> list[float | None] | None:
-    """The interval in which a choice serves all, N; None if there is none, or if all is what is asked for."""
+    """Return the window that serves all, N; None if there is none, or if the study asks for all."""
     if problem.enough >= 1.0:
         return None
-    low, high = float(ends.low.max()), float(ends.high.min())
-    return [low, high if math.isfinite(high) else None] if low <= high else None
+    low = float(ends.low.max())
+    high = float(ends.high.min())
+    if not low <= high:
+        return None
+    return [low, high if math.isfinite(high) else None]
 
 
-def _of_none(
-    problem: Problem, named: Named, kept: Solutions, counts: Counter[Pair], chosen: Solutions | None
+def _conflict_record(
+    problem: Problem,
+    named: NamedChoices,
+    relevant: Solutions,
+    conflicts: Counter[LimitPair],
+    chosen: Solutions | None,
 ) -> dict[str, Any]:
-    """What leaves choices without a window, and if it leaves all, what would help; notes."""
+    """Return the record of conflicts, of what would help if no choice has a window, and notes."""
     notes = [*problem.notes]
     if candidates.leaves_out(problem):
         notes.append(
-            f"all {len(problem.choices):,} choices have their window; the worst values at their pretension are worked"
-            " out for those that may matter, and are null in the others"
+            f"all {len(problem.choices):,} choices have their window; the worst values at their"
+            " pretension are worked out for those that may matter, and are null in the others"
         )
     record: dict[str, Any] = {"fixes": [], "would_take": [], "notes": notes}
-    record["conflicts"] = [*_conflicts(named, kept, counts)]
+    record["conflicts"] = [*_conflicts(named, relevant, conflicts)]
     if chosen is None:
-        some = sampled(problem, closest := candidates.nearest(kept))
-        if len(some.weighting) < len(problem.weighting):
-            of_all = f"{len(some.weighting):,} of the {len(problem.weighting):,} {problem.counted}"
+        closest = candidates.nearest(relevant)
+        tried = sampled(problem, closest)
+        if len(tried.weighting) < len(problem.weighting):
+            share = f"{len(tried.weighting):,} of the {len(problem.weighting):,} {problem.counted}"
             notes.append(
-                f"what would help is worked out for {of_all}: those that bind, and others at random"
+                f"what would help is worked out for {share}: those that bind, and others at random"
             )
-        record["fixes"] = fixes(some, closest)
-        record["would_take"] = relaxations(problem, {limit for pair in counts for limit in pair})
+        limits = {limit for pair in conflicts for limit in pair}
+        record["fixes"] = fixes(tried, closest)
+        record["would_take"] = relaxations(problem, limits)
     return record
 
 
-def _conflicts(named: Named, kept: Solutions, counts: Counter[Pair]) -> Iterator[dict[str, Any]]:
-    """Pairs of limits that leave choices without a window, the most frequent first, and what relaxing one would take.
+def _conflicts(
+    named: NamedChoices, relevant: Solutions, conflicts: Counter[LimitPair]
+) -> Iterator[dict[str, Any]]:
+    """Yield the limits that leave choices without a window, the most frequent conflict first.
 
-    `gap` is by how much the pretensions asked for miss each other, N, in the choice that is nearest to a window.
+    `gap` is the distance between the pretensions asked for, N, in the choice that is nearest to a
+    window; null if there is no such distance.
     """
-    of_pairs = candidates.conflicts_of(kept)
-    for pair, count in counts.most_common():
-        closest = candidates.nearest(kept.select(of_pairs[pair]))
-        gap = closest.one("pretension_from") - closest.one("pretension_to")
+    rows_of_pairs = candidates.conflicts_of(relevant)
+    for pair, count in conflicts.most_common():
+        closest = candidates.nearest(relevant.select(rows_of_pairs[pair]))
+        gap = closest.scalar("pretension_from") - closest.scalar("pretension_to")
         yield {
             "limits": list(pair),
             "choices": count,
@@ -241,15 +298,17 @@ def _conflicts(named: Named, kept: Solutions, counts: Counter[Pair]) -> Iterator
 
 
 def named_rows(record: Mapping[str, Any]) -> tuple[dict[int, dict[str, Any]], list[dict[str, Any]]]:
-    """The choices that a record names, by their rows in the table, and those of them that the grid has not.
+    """Return the choices that a record names.
 
-    The latter stand in the table after all others, in the order that is given.
+    Returns:
+        Those of the grid by their rows in the table, ascending, and those between its points,
+        which follow all others in the table, in this order.
     """
-    rows = [
-        *record["proved"],
-        *([record["best"]] if record["best"] else []),
-        *record["best_by"].values(),
-    ]
-    named = {row["choice"]: row for row in (*rows, *record["front"])}
-    of_grid = {choice: row for choice, row in sorted(named.items()) if choice < record["choices"]}
-    return of_grid, [named[choice] for choice in sorted(named) if choice >= record["choices"]]
+    rows = [*record["proved"]]
+    if record["best"]:
+        rows.append(record["best"])
+    rows += [*record["best_by"].values(), *record["front"]]
+    named = {row["choice"]: row for row in rows}
+    of_grid = {choice: named[choice] for choice in sorted(named) if choice < record["choices"]}
+    refined = [named[choice] for choice in sorted(named) if choice >= record["choices"]]
+    return of_grid, refined

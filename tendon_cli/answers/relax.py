@@ -1,7 +1,7 @@
-"""What it would take that some choice has a window: the least change of one thing that is asked for, all else equal.
+"""Relaxations: the least change of one demand, all else equal, that gives some choice a window.
 
-Eased more, each thing leaves more choices with a window, so that bisection over these finds the least change; of
-postures and anchors that is not proved.
+The more a demand is relaxed, the more choices have a window, so that bisection over these finds the
+least change; for postures and anchors that is not proved.
 """
 
 from __future__ import annotations
@@ -25,133 +25,175 @@ from tendon_cli.studies.study import keys
 from tendon_cli.studies.values import RIGID
 from tendon_cli.units import parse_measure
 
-_MOST = (
-    2**28
-)  # states of all choices under all conditions; of more choices some are tried, evenly taken
+_MOST = 2**28
+"""States of all choices under all conditions; of more choices some are tried, evenly spaced."""
 _ROUNDS = 12
-_FARTHEST = 10.0  # times a limit
-_SOFTER = 40.0  # by how much less stiffness than asked for is tried, N m/rad
-_WIDTH, _WIDEST = "arm.contact_width", 0.2  # of a strap, m
-_ANCHOR, _FIRMEST = "anchor.stiffness", 1e5  # of tissue and cuff, N/m
+_SECTIONS = 3
+_FARTHEST = 10.0
+"""Factor up to which an upper limit is raised."""
+_SOFTER = 40.0
+"""Stiffness by which less than asked for is tried, N m/rad."""
+_WIDTH = "arm.contact_width"
+_WIDEST = 0.2
+"""Widest strap that is tried, m."""
+_ANCHOR = "anchor.stiffness"
+_FIRMEST = 1e5
+"""Firmest tissue and cuff that is tried, N/m."""
 
 
-class Ask(NamedTuple):
-    """Something that is asked for, and could be asked less of."""
+class Demand(NamedTuple):
+    """A demand of the study that could be relaxed."""
 
     key: str
-    before: float  # SI; of several values the largest magnitude
+    before: float
+    """Value in the study, SI; of several values the largest magnitude."""
     farthest: float
-    rows: Rows  # the choices for which it counts
+    """Value up to which it is relaxed, SI."""
+    rows: Rows
+    """Choices for which it counts."""
 
     @property
     def quantity(self) -> Quantity:
-        """What it is."""
+        """Quantity of the value."""
         return _quantity_of(self.key)
 
-    def eased(
+    def relaxed(
         self, problem: Problem, value: float, numbers: Numbers, count: int
     ) -> tuple[Problem, Numbers]:
-        """The question for `count` choices with a value in its place; those of a condition drawn together toward 0."""
+        """Return the question with another value of this demand.
+
+        Values of conditions are scaled toward 0 together.
+
+        Args:
+            problem: The question.
+            value: The value, SI.
+            numbers: Numbers of the choices.
+            count: Number of choices.
+
+        Returns:
+            The question and the numbers of the choices.
+        """
         if self.key.startswith("limits."):
             return problem.bounded(self.key.removeprefix("limits."), value), numbers
-        given = problem.condition_numbers.get(self.key)
-        if given is None:
+        of_conditions = problem.condition_numbers.get(self.key)
+        if of_conditions is None:
             return problem, {**numbers, self.key: np.full(count, value)}
-        return problem.saying({self.key: given * (value / np.abs(given).max())}), numbers
+        scaled = of_conditions * (value / np.abs(of_conditions).max())
+        return problem.saying({self.key: scaled}), numbers
 
 
 def _quantity_of(key: str) -> Quantity:
+    """Return the quantity of a number, or of a limit, by its key."""
     limit = key.removeprefix("limits.")
-    return (
-        keys()[key].number.quantity
-        if limit == key
-        else QUANTITIES.get(limit, QUANTITIES["pretension"])
-    )
+    if limit == key:
+        return keys()[key].number.quantity
+    return QUANTITIES.get(limit, QUANTITIES["pretension"])
 
 
 def relaxations(problem: Problem, limits: set[str]) -> list[dict[str, Any]]:
-    """For each thing asked for the least change that gives some choice a window, as recorded; SI.
+    """Return the least change of each demand that gives some choice a window, as recorded.
 
-    `limits` are those that leave choices without one. `after` is null if even `farthest` gives none; `served` is the
-    largest share then, else that of the choice named at `pretension`, N.
+    Args:
+        problem: The question.
+        limits: Limits that leave choices without a window.
+
+    Returns:
+        Records, SI. `after` is null if even `farthest` gives no window; `served` is then the
+        largest share, else that of the choice that is named, at `pretension`, N.
     """
     count = len(problem.choices)
-    most = max(1, _MOST // (len(problem.conditions) * problem.states_per_design))
+    states = len(problem.conditions) * problem.states_per_design
+    most = max(1, _MOST // states)
     rows = np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
-    return [_least(problem, ask) for ask in _asks(problem, limits, rows)]
+    return [_least_change(problem, demand) for demand in _demands(problem, limits, rows)]
 
 
-def _asks(problem: Problem, limits: set[str], rows: Rows) -> Iterator[Ask]:
+def _demands(problem: Problem, limits: set[str], rows: Rows) -> Iterator[Demand]:
+    """Yield the demands of a study that could be relaxed."""
     for name in sorted(limits & set(problem.bounds)):
-        value, is_stiffness = float(problem.bounds[name]), name == "min_elbow_stiffness"
-        farthest = (
-            value - _SOFTER
-            if is_stiffness
-            else 0.0
-            if LIMITS[name].from_below
-            else _FARTHEST * value
-        )
+        value = float(problem.bounds[name])
+        is_stiffness = name == "min_elbow_stiffness"
+        if is_stiffness:
+            farthest = value - _SOFTER
+        elif LIMITS[name].from_below:
+            farthest = 0.0
+        else:
+            farthest = _FARTHEST * value
         if (value > 0.0 or is_stiffness) and np.isfinite(value):
-            yield Ask(f"limits.{name}", value, farthest, rows)
+            yield Demand(f"limits.{name}", value, farthest, rows)
+
     single = problem.choices.single
-    widths = np.asarray(
-        problem.choices.numbers(rows).get(_WIDTH, np.full(len(rows), single.get(_WIDTH, np.nan)))
-    )
-    of_choices = [Ask(_ANCHOR, float(single.get(_ANCHOR, np.inf)), _FIRMEST, rows)]
+    of_choices = []
     if "max_contact_pressure" in limits:
-        of_choices.insert(
-            0, Ask(_WIDTH, float(widths.max()), _WIDEST, rows[widths == widths.max()])
-        )
-    for ask in of_choices:
-        if 0.0 < ask.before < ask.farthest and ask.key not in problem.condition_numbers:
-            yield ask
+        same_width = np.full(len(rows), single.get(_WIDTH, np.nan))
+        widths = np.asarray(problem.choices.numbers(rows).get(_WIDTH, same_width))
+        is_widest = widths == widths.max()
+        of_choices.append(Demand(_WIDTH, float(widths.max()), _WIDEST, rows[is_widest]))
+    of_choices.append(Demand(_ANCHOR, float(single.get(_ANCHOR, np.inf)), _FIRMEST, rows))
+    for demand in of_choices:
+        is_plausible = 0.0 < demand.before < demand.farthest
+        if is_plausible and demand.key not in problem.condition_numbers:
+            yield demand
+
     for key in ("load.mass", "arm.upper_arm_angle"):
         values = problem.condition_numbers.get(key)
         if values is not None and np.ptp(values) > 0.0:
-            yield Ask(key, float(np.abs(values).max()), 0.0, rows)
+            yield Demand(key, float(np.abs(values).max()), 0.0, rows)
 
 
-def _least(problem: Problem, ask: Ask) -> dict[str, Any]:
-    def tried(value: float, rows: Rows) -> Solutions:
-        asked, numbers = ask.eased(problem, value, problem.choices.numbers(rows), len(rows))
-        solved = solve(asked, numbers, len(rows), with_worst=False)
+def _least_change(problem: Problem, demand: Demand) -> dict[str, Any]:
+    """Return the record of the least change of one demand."""
+
+    def solve_with(value: float, rows: Rows) -> Solutions:
+        """Solve choices with another value of the demand."""
+        relaxed, numbers = demand.relaxed(problem, value, problem.choices.numbers(rows), len(rows))
+        solved = solve(relaxed, numbers, len(rows), with_worst=False)
         return Solutions(solved.results, rows, problem.choices.columns(rows))
 
     record: dict[str, Any] = {
-        "key": ask.key,
-        "before": ask.before,
-        "farthest": ask.farthest,
+        "key": demand.key,
+        "before": demand.before,
+        "farthest": demand.farthest,
         "after": None,
     }
-    solved = tried(ask.farthest, ask.rows)
+    solved = solve_with(demand.farthest, demand.rows)
     if not solved["feasible"].any():
         return record | {"printed": "", "choice": None, "served": float(solved["served"].max())}
     rows = solved.row[solved["feasible"]]
 
-    def first(values: Array) -> tuple[int | None, int]:
+    def first_open(values: Array) -> tuple[int | None, int]:
+        """Try a value, and go on with the choices that it gives a window."""
         nonlocal rows
-        some = tried(values.item(), rows)["feasible"]
-        rows = rows[some] if some.any() else rows
-        return 0 if some.any() else None, 0
+        is_feasible = solve_with(values.item(), rows)["feasible"]
+        if not is_feasible.any():
+            return None, 0
+        rows = rows[is_feasible]
+        return 0, 0
 
-    spaced = np.geomspace if ask.key == _ANCHOR else np.linspace
-    least = edge(first, ask.before, ask.farthest, 3, _ROUNDS, spaced)
-    printed = say.quantity(
-        ask.quantity, least, toward=np.inf if ask.farthest > ask.before else -np.inf
-    )
-    after = parse_measure(printed.replace(",", ""), ask.quantity.dimension).si
-    solved = tried(after, rows)
+    spaced = np.geomspace if demand.key == _ANCHOR else np.linspace
+    least = edge(first_open, demand.before, demand.farthest, _SECTIONS, _ROUNDS, spaced)
+    toward = np.inf if demand.farthest > demand.before else -np.inf
+    printed = say.quantity(demand.quantity, least, toward=toward)
+    after = parse_measure(printed.replace(",", ""), demand.quantity.dimension).si
+    solved = solve_with(after, rows)
     best = solved.select([int(np.lexsort((-solved["tolerance"], -solved["served_at"]))[0])])
-    columns = {
-        axis.column: axis.names[best[axis.column][0]] if axis.names else best.one(axis.column)
-        for axis in problem.choices.axes
+    values: dict[str, Any] = {}
+    for axis in problem.choices.axes:
+        place_or_value = best[axis.column][0]
+        value = axis.names[place_or_value] if axis.names else float(place_or_value)
+        values[axis.column] = RIGID if value == np.inf else value
+    return {
+        **record,
+        "after": after,
+        "printed": printed,
+        "choice": int(best.row[0]),
+        "values": values,
+        "pretension": best.scalar("pretension"),
+        "served": best.scalar("served_at"),
     }
-    values = {name: RIGID if value == np.inf else value for name, value in columns.items()}
-    record |= {"after": after, "printed": printed, "choice": int(best.row[0]), "values": values}
-    return record | {"pretension": best.one("pretension"), "served": best.one("served_at")}
 
 
-# --- In words --------------------------------------------------------------------------------------------------------
+# --- In words -------------------------------------------------------------------------------------
 
 _WORDS = {
     "load.mass": "loads of at most {} instead of {}",
@@ -162,20 +204,22 @@ _WORDS = {
 
 
 def relaxations_in_words(problem: Problem, relaxations: list[Row]) -> Iterator[str]:
-    """What each thing that is asked for would have to become."""
-    idle = []
-    for each in relaxations:
-        key, of = each["key"], _quantity_of(each["key"])
+    """Say what each demand would have to become."""
+    not_enough = []
+    for record in relaxations:
+        key = record["key"]
+        quantity = _quantity_of(key)
         text = _WORDS.get(key, f"{key.removeprefix('limits.')} = {{}} instead of {{}}")
-        if each["after"] is None:
-            idle.append(text.partition(" instead of")[0].format(say.quantity(of, each["farthest"])))
+        if record["after"] is None:
+            farthest = say.quantity(quantity, record["farthest"])
+            not_enough.append(text.partition(" instead of")[0].format(farthest))
             continue
-        share = "all" if each["served"] >= 1.0 else f"{say.percent(each['served'])} of the"
+        changed = text.format(record["printed"], say.quantity(quantity, record["before"]))
         others = Space(tuple(axis for axis in problem.choices.axes if axis.key != key))
-        what = ", ".join(
-            filter(None, (row_words(others, each["values"]), f"{say.number(each['pretension'])} N"))
-        )
-        changed = text.format(each["printed"], say.quantity(of, each["before"]))
-        yield f"{changed}: {what} serves {share} {problem.counted}"
-    if idle:
-        yield f"not enough alone: {', '.join(idle)}"
+        choice = row_words(others, record["values"])
+        pretension = f"{say.number(record['pretension'])} N"
+        suit = f"{choice}, {pretension}" if choice else pretension
+        share = "all" if record["served"] >= 1.0 else f"{say.percent(record['served'])} of the"
+        yield f"{changed}: {suit} serves {share} {problem.counted}"
+    if not_enough:
+        yield f"not enough alone: {', '.join(not_enough)}"

@@ -1,6 +1,7 @@
-"""How both ends of a window move with every number of the study, by derivative in the state that binds.
+"""Sensitivity of a window: derivatives of its ends by every number of a study, and Sobol indices.
 
-And where the uncertainty of a window comes from: Sobol indices of uncertain numbers, and of bodies as one group.
+The derivatives are exact in the state that binds. The indices say which uncertain numbers, and the
+dimensions of a body as one group, make a window uncertain.
 """
 
 from __future__ import annotations
@@ -27,109 +28,126 @@ from tendon_cli.space.space import Space
 from tendon_cli.studies.study import keys
 from tendon_cli.studies.values import quantile
 
-_STEP = 1e-30  # of an imaginary change: a complex step has no error of difference, so it may be as small as can be
-_FACTORS = (0.99, 1.01)  # by which a number is changed to see whether its derivative says enough
-_NEAR = 3  # states apart that count as the same, for the angle that binds moves with most numbers
+_STEP = 1e-30
+"""Imaginary step: it has no error of difference, so that it may be as small as can be."""
+_FACTORS = (0.99, 1.01)
+"""Factors by which a number is changed to see whether its derivative says enough."""
+_NEAR = 3
+"""Distance of states that count as the same, for the binding angle moves with most numbers."""
 
-Slope = Callable[
-    [Design, Bounds], float
-]  # how an end moves with what is complex in a design or in the bounds, N
+Slope = Callable[[Design, Bounds], float]
+"""Function from designs and bounds with a complex number to the derivative of an end by it, N."""
 
 
 def sensitivities(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
-    """How both ends of one choice's window move, as recorded, the largest per 1 % first.
+    """Return how both ends of one choice's window move, as recorded, the largest per 1 % first.
 
-    `slope` is N per SI unit of a number, by its dotted key, or of a limit, `limits.` and its name; `steady` is whether
-    the same limit binds in the same state when the number is 1 % larger or smaller. An end that no limit on motion
-    sets has none.
+    `key` is the dotted key of a number, or `limits.` and the name of a limit, and `slope` is N per
+    its SI unit; `steady` is true if the same limit binds in the same state when the number is 1 %
+    larger or smaller. An end that no limit on motion sets has none.
     """
-    slopes = [each for end in ("from", "to") for each in _of_end(problem, choice, end)]
-    return sorted(slopes, key=lambda each: -abs(each["per_percent"]))
+    records = [*_of_end(problem, choice, "from"), *_of_end(problem, choice, "to")]
+    return sorted(records, key=lambda record: -abs(record["per_percent"]))
 
 
 def _of_end(problem: Problem, choice: Solutions, end: str) -> Iterator[dict[str, Any]]:
-    code, state, condition = (int(choice[f"{end}_{of}"][0]) for of in ("by", "state", "condition"))
+    """Yield the record of each number that moves one end, "from" or "to"."""
+    code = int(choice[f"{end}_by"][0])
+    state = int(choice[f"{end}_state"][0])
+    condition = int(choice[f"{end}_condition"][0])
     name = LIMIT_NAMES[code]
     of_motion = code >= 0 and name in LIMITS and LIMITS[name].of_motion
-    if not (state >= 0 or of_motion) or not np.isfinite(choice[f"pretension_{end}"][0]):
+    if state < 0 and not of_motion:
         return
-    numbers, alone = problem.numbers_of(choice.columns), problem.under(np.array([condition]))
-    design, bounds = alone.design(numbers), alone.bounds
-    slope = (_of_motor if of_motion else _of_state)(alone, choice, end, design)
+    if not np.isfinite(choice[f"pretension_{end}"][0]):
+        return
+    numbers = problem.numbers_of(choice.columns)
+    alone = problem.under(np.array([condition]))
+    bounds = alone.bounds
+    design = alone.design(numbers)
+    slope = (
+        _slope_of_motor_end(alone, choice, end, design)
+        if of_motion
+        else _slope_of_state_end(alone, choice, end)
+    )
 
     def record(key: str, value: float, moved: float, *, steady: bool = True) -> dict[str, Any]:
-        each = {"end": end, "key": key, "value": value, "slope": moved, "steady": steady}
-        return {**each, "per_percent": moved * value / 100.0}
+        return {
+            "end": end,
+            "key": key,
+            "value": value,
+            "slope": moved,
+            "steady": steady,
+            "per_percent": moved * value / 100.0,
+        }
 
-    values = _numbers_at(alone, numbers)
+    values = _numbers_under(alone, numbers)
     steady = _steady(problem, numbers, values, end, (code, state))
     for key, value in values.items():
-        changed = alone.design(
-            numbers, {**alone.condition_numbers, key: np.array([value + _STEP * 1j])}
-        )
+        stepped = {**alone.condition_numbers, key: np.array([value + _STEP * 1j])}
+        changed = alone.design(numbers, stepped)
         yield record(key, value, slope(changed, bounds), steady=steady[key])
     if name not in bounds:
         return
-    has_speed = (
-        "motion.speed" in (need.key for need in LIMITS[name].needs)
-        and problem.study.trajectory is None
-    )
-    of_bounds = {"motion.speed": ("speed", bounds.speed)} if has_speed else {}
-    for key, (bound, given) in {**of_bounds, f"limits.{name}": (name, bounds[name])}.items():
-        value = float(given)
-        yield record(
-            key, value, slope(design, bounds.changed(bound, np.asarray(value + _STEP * 1j)))
-        )
+    needs = [need.key for need in LIMITS[name].needs]
+    if "motion.speed" in needs and problem.study.trajectory is None:
+        speed = float(bounds.speed)
+        stepped_bounds = bounds.changed("speed", np.asarray(speed + _STEP * 1j))
+        yield record("motion.speed", speed, slope(design, stepped_bounds))
+    limit = float(bounds[name])
+    stepped_bounds = bounds.changed(name, np.asarray(limit + _STEP * 1j))
+    yield record(f"limits.{name}", limit, slope(design, stepped_bounds))
 
 
-def _of_state(alone: Problem, choice: Solutions, end: str, design: Design) -> Slope:  # noqa: ARG001
-    """Of an end that a limit on a state sets: it is where the limit is just kept."""
-    code, state, between = (
-        int(choice[f"{end}_by"][0]),
-        int(choice[f"{end}_state"][0]),
-        choice.one(f"{end}_angle"),
-    )
+def _slope_of_state_end(alone: Problem, choice: Solutions, end: str) -> Slope:
+    """Return the slope of an end that a limit on a state sets: there the limit is just kept."""
+    code = int(choice[f"{end}_by"][0])
+    state = int(choice[f"{end}_state"][0])
+    angle_between = choice.scalar(f"{end}_angle")
     direction, place = divmod(state, alone.angles.size)
-    angle = np.array([[float(alone.angles[0, place]) if np.isnan(between) else between]])
-    ways = np.broadcast_to(alone.flexion, (len(alone.flexion), alone.angles.size))
-    flexion = np.array([[bool(ways[direction, place])]])
+    angle = float(alone.angles[0, place]) if np.isnan(angle_between) else angle_between
+    of_states = np.broadcast_to(alone.flexion, (len(alone.flexion), alone.angles.size))
+    elbow_angle = np.array([[angle]])
+    flexion = np.array([[bool(of_states[direction, place])]])
 
     def slope(changed: Design, bounds: Bounds) -> float:
-        kept = limit_end(code, changed, angle, flexion, bounds, upper=end == "to")
+        kept = limit_end(code, changed, elbow_angle, flexion, bounds, upper=end == "to")
         read = kept if code == LIMIT_PRETENSION else shown(changed, kept)
         return float(read.imag.item()) / _STEP
 
     return slope
 
 
-def _of_motor(alone: Problem, choice: Solutions, end: str, design: Design) -> Slope:
-    """Of an end F that a limit on the motor sets: its excess e is 0 there, so that dF/dp = -(de/dp)/(de/dF)."""
-    name, state = LIMIT_NAMES[choice[f"{end}_by"][0]], int(choice[f"{end}_state"][0])
-    pretension = choice.one(f"pretension_{end}")
+def _slope_of_motor_end(alone: Problem, choice: Solutions, end: str, design: Design) -> Slope:
+    """Return the slope of an end F that a limit on the motor sets.
+
+    Its excess e is 0 there, so that dF/dp = -(de/dp)/(de/dF).
+    """
+    name = LIMIT_NAMES[choice[f"{end}_by"][0]]
+    state = int(choice[f"{end}_state"][0])
+    pretension = choice.scalar(f"pretension_{end}")
+
+    def excess_of(changed: Design, bounds: Bounds, at_pretension: complex) -> complex:
+        return excess(name, changed, alone.angles, alone.flexion, bounds, at_pretension, state)
 
     def slope(changed: Design, bounds: Bounds) -> float:
-        by_number, by_pretension = (
-            excess(name, each, alone.angles, alone.flexion, held, at, state).imag
-            for each, held, at in (
-                (changed, bounds, pretension),
-                (design, alone.bounds, pretension + _STEP * 1j),
-            )
-        )
+        by_number = excess_of(changed, bounds, pretension).imag
+        by_pretension = excess_of(design, alone.bounds, pretension + _STEP * 1j).imag
         return -by_number / by_pretension
 
     return slope
 
 
-def _numbers_at(alone: Problem, numbers: Numbers) -> dict[str, float]:
-    """Every number that counts for a choice under one condition, by its key; of one side where the sides differ."""
+def _numbers_under(alone: Problem, numbers: Numbers) -> dict[str, float]:
+    """Return every number that counts for a choice under one condition, by its key.
+
+    It is the key of one side where the sides differ.
+    """
     space = alone.choices.at(numbers, alone.condition_numbers)
     values = {}
     for (key, side), number in space.of_the_model.items():
-        if (
-            key not in (PRETENSION, *WORDS)
-            and key in keys()
-            and not isinstance(number.value, Spline)
-        ):
+        is_number = key in keys() and not isinstance(number.value, Spline)
+        if is_number and key not in (PRETENSION, *WORDS):
             name = of_side(key, side) if side and key in space.of_sides else key
             values[name] = float(np.asarray(number.within(space.whole)).item())
     return {key: value for key, value in values.items() if np.isfinite(value)}
@@ -138,126 +156,168 @@ def _numbers_at(alone: Problem, numbers: Numbers) -> dict[str, float]:
 def _steady(
     problem: Problem, numbers: Numbers, values: dict[str, float], end: str, binding: tuple[int, int]
 ) -> dict[str, bool]:
-    """Whether the same limit binds in the same state when each number is 1 % larger, and smaller, in every condition.
+    """Return true for numbers that may be 1 % larger or smaller while the same limit binds.
 
-    Numbers that no condition says are changed as choices are, all of them at once.
+    They are changed in every condition. Numbers that no condition sets are changed as choices are,
+    all of them at once.
+
+    Args:
+        problem: The question.
+        numbers: Numbers of the choice, (1,) each.
+        values: Numbers under the condition that binds, by key.
+        end: "from" or "to".
+        binding: Code of the limit that binds, and the state.
     """
-    of_conditions = {key: each for key, each in problem.condition_numbers.items() if key in values}
-    alone = [key for key in values if key not in of_conditions]
-    changed = {key: np.full(2 * len(alone), each[0]) for key, each in numbers.items()}
-    for row, key in enumerate(alone):
-        column = changed.setdefault(key, np.full(2 * len(alone), np.nan))
-        column[2 * row : 2 * row + 2] = values[key] * np.array(_FACTORS)
-    rows = [_binds(problem, changed, 2 * len(alone), end, binding)] if alone else []
+    of_conditions = {
+        key: given for key, given in problem.condition_numbers.items() if key in values
+    }
+    of_choices = [key for key in values if key not in of_conditions]
+    count = len(_FACTORS) * len(of_choices)
+    changed = {key: np.full(count, value[0]) for key, value in numbers.items()}
+    for place, key in enumerate(of_choices):
+        column = changed.setdefault(key, np.full(count, np.nan))
+        column[2 * place : 2 * place + 2] = values[key] * np.array(_FACTORS)
+    is_same = []
+    if of_choices:
+        is_same.append(_binds(problem, changed, count, end, binding))
     for key, given in of_conditions.items():
-        scaled = np.where(np.isnan(given), values[key], given)
-        rows += [
-            _binds(problem.saying({key: scaled * factor}), numbers, 1, end, binding)
-            for factor in _FACTORS
-        ]
-    pairs = np.all(np.concatenate(rows).reshape(-1, 2), axis=1)
-    return dict(zip([*alone, *of_conditions], np.asarray(pairs).tolist(), strict=True))
+        known = np.where(np.isnan(given), values[key], given)
+        for factor in _FACTORS:
+            scaled = problem.saying({key: known * factor})
+            is_same.append(_binds(scaled, numbers, 1, end, binding))
+    steady = np.all(np.concatenate(is_same).reshape(-1, 2), axis=1).tolist()
+    return dict(zip([*of_choices, *of_conditions], steady, strict=True))
 
 
 def _binds(
     problem: Problem, numbers: Numbers, count: int, end: str, binding: tuple[int, int]
 ) -> Flags:
-    """Of choices, whether a limit binds in a state, or next to it."""
+    """True for choices in which a limit binds in a state, or next to it."""
+    code, state = binding
     solved = solve(replace(problem, near=-1.0), numbers, count, with_worst=False)
-    near = np.abs(solved[f"{end}_state"] - binding[1]) <= _NEAR
-    return np.asarray((solved[f"{end}_by"] == binding[0]) & near)
+    is_near = np.abs(solved[f"{end}_state"] - state) <= _NEAR
+    return np.asarray((solved[f"{end}_by"] == code) & is_near)
 
 
-# --- Sobol indices ---------------------------------------------------------------------------------------------------
+# --- Sobol indices --------------------------------------------------------------------------------
 
-BODY = "body"  # all dimensions of a body together: they are correlated, so that none has an index alone
+BODY = "body"
+"""Name of all dimensions of a body together: they are correlated, so none has its own index."""
 
-_STATES = 2e7  # most states that are worked out for the indices
-_MOST, _FEWEST = 4096, 64
+_STATES = 2e7
+"""Most states that are worked out for the indices."""
+_MOST_POINTS = 4096
+_FEWEST_POINTS = 64
 _RESAMPLES = 200
 
-Ends = Callable[
-    [Array], Array
-]  # from points of the unit cube, (points, inputs), to results, (results, points)
+ResultsAt = Callable[[Array], Array]
+"""Function from points of the unit cube, (points, inputs), to results, (results, points)."""
 
 
 def sobol(
-    ends: Ends, inputs: tuple[str, ...], names: tuple[str, ...], count: int, seed: int
+    results_at: ResultsAt, inputs: tuple[str, ...], names: tuple[str, ...], count: int, seed: int
 ) -> Iterator[Any]:
-    """First-order and total indices of results by Saltelli's design of `count` (a power of two) Sobol points.
+    """Yield first-order and total indices of results, by Saltelli's design of Sobol points.
 
-    Standard errors are of the bootstrap. A result that is not finite everywhere, or never changes, has no indices.
+    Standard errors are of the bootstrap. A result that is not finite everywhere, or never changes,
+    has no indices.
+
+    Args:
+        results_at: Function from points to results.
+        inputs: Names of the inputs.
+        names: Names of the results.
+        count: Number of points, a power of two.
+        seed: Seed of the random numbers.
     """
     from scipy import stats  # only uncertain numbers pay for its import
 
-    random, width = np.random.default_rng([seed, 7]), len(inputs)
-    a, b = np.split(stats.qmc.Sobol(2 * width, rng=random, bits=64).random(count), 2, axis=1)
-    mixed = [np.where(np.arange(width) == at, b, a) for at in range(width)]
-    results = ends(np.concatenate([a, b, *mixed])).reshape(len(names), width + 2, count)
-    # SciPy's bootstrap draws anew each time, so that the same question would not have the same answer.
+    random = np.random.default_rng([seed, 7])
+    width = len(inputs)
+    points = stats.qmc.Sobol(2 * width, rng=random, bits=64).random(count)
+    a, b = np.split(points, 2, axis=1)
+    mixed = [np.where(np.arange(width) == place, b, a) for place in range(width)]
+    results = results_at(np.concatenate([a, b, *mixed])).reshape(len(names), width + 2, count)
+    # SciPy's bootstrap draws anew each time: the same question would not have the same answer.
     draws = random.integers(count, size=(_RESAMPLES, count))
-
-    def indices(values: Array) -> Array:
-        """Saltelli et al. 2010, table 2, (b) and (f)."""
-        of_a, of_b, of_mixed = values[0], values[1], values[2:]
-        first = np.mean(of_b * (of_mixed - of_a), axis=-1)
-        total = 0.5 * np.mean(np.square(of_a - of_mixed), axis=-1)
-        return np.asarray(np.stack([first, total]) / np.var(values[:2]))
 
     for name, values in zip(names, results, strict=True):
         if not np.isfinite(values).all() or np.ptp(values) == 0.0:
             continue
-        apart = values - values[:2].mean()
-        first_error, total_error = np.std(
-            [indices(apart[:, some]) for some in draws], axis=0, ddof=1
-        )
-        first, total = indices(apart)
-        columns = {"first": first, "first_standard_error": first_error}
-        columns |= {"total": total, "total_standard_error": total_error}
-        of_inputs = {
-            key: {"name": _words(key), **{what: float(row[at]) for what, row in columns.items()}}
-            for at, key in enumerate(inputs)
-        }
+        centred = values - values[:2].mean()
+        resampled = [_saltelli(centred[:, draw]) for draw in draws]
+        first_error, total_error = np.std(resampled, axis=0, ddof=1)
+        first, total = _saltelli(centred)
+        of_inputs = {}
+        for place, key in enumerate(inputs):
+            of_inputs[key] = {
+                "name": _words(key),
+                "first": float(first[place]),
+                "first_standard_error": float(first_error[place]),
+                "total": float(total[place]),
+                "total_standard_error": float(total_error[place]),
+            }
         yield {"end": name, "standard_deviation": float(np.std(values[0])), "inputs": of_inputs}
 
 
+def _saltelli(values: Array) -> Array:
+    """Return first-order and total indices, (2, inputs).
+
+    They are those of Saltelli et al. 2010, table 2, (b) and (f).
+
+    Args:
+        values: A result at the points a, at b, and at a with each input of b, (2 + inputs, points).
+    """
+    at_a = values[0]
+    at_b = values[1]
+    at_mixed = values[2:]
+    first = np.mean(at_b * (at_mixed - at_a), axis=-1)
+    total = 0.5 * np.mean(np.square(at_a - at_mixed), axis=-1)
+    return np.asarray(np.stack([first, total]) / np.var(values[:2]))
+
+
 def _words(key: str) -> str:
+    """Say the name of an input."""
     if key not in keys():
         return key
+    name = say.column(keys()[key].number.quantity.name)
     side = say.side_of(key)
-    return say.column(keys()[key].number.quantity.name) + (f" of the {side}" if side else "")
+    return f"{name} of the {side}" if side else name
 
 
 def indices(problem: Problem, numbers: Numbers) -> list[dict[str, Any]]:
-    """The indices of both ends of one choice's window over all its conditions but persons and draws, as recorded."""
+    """Return the indices of both ends of one choice's window, as recorded.
+
+    The window is over all conditions but persons and draws, which vary.
+    """
     study = problem.study
     if study.uncertainty is None or not study.uncertain:
         return []
     people = study.people.population if study.people is not None else None
-    whose = problem.axes.get(PERSON_AXIS)
-    inputs = (*study.uncertain, *((BODY,) if whose is not None and len(whose) > 1 else ()))
-    others = [each for each in problem.conditions.axes if each.key not in (PERSON_AXIS, DRAW_AXIS)]
-    each_point = problem.states_per_design * max(1, int(np.prod([len(axis) for axis in others])))
-    most = max(_STATES / (each_point * (len(inputs) + 2)), 1.0)
-    count = int(2 ** np.clip(np.floor(np.log2(most)), np.log2(_FEWEST), np.log2(_MOST)))
+    person_axis = problem.axes.get(PERSON_AXIS)
+    inputs = tuple(study.uncertain)
+    if person_axis is not None and len(person_axis) > 1:
+        inputs = (*inputs, BODY)
+    others = [axis for axis in problem.conditions.axes if axis.key not in (PERSON_AXIS, DRAW_AXIS)]
+    conditions = int(np.prod([len(axis) for axis in others]))
+    states = problem.states_per_design * max(1, conditions)
+    most = max(_STATES / (states * (len(inputs) + 2)), 1.0)
+    exponent = np.clip(np.floor(np.log2(most)), np.log2(_FEWEST_POINTS), np.log2(_MOST_POINTS))
 
-    def ends(points: Array) -> Array:
+    def ends_at(points: Array) -> Array:
+        """Return both ends of the window at points of the unit cube, (2, points) N."""
         drawn: dict[str, Array] = {}
-        if whose is not None and people is not None:  # the persons at these shares of the weighting
+        if person_axis is not None and people is not None:
+            # The last input is a share of the weighting: it selects a person.
             up_to = np.cumsum(normalised(people.weighting))
-            persons = np.minimum(
-                np.searchsorted(up_to, points[:, -1], side="right"), len(people) - 1
-            )
-            drawn |= {key: values[persons] for key, values in whose.numbers.items()}
-        drawn |= {
-            key: quantile(known, points[:, at])
-            for at, (key, known) in enumerate(study.uncertain.items())
-        }
+            places = np.searchsorted(up_to, points[:, -1], side="right")
+            persons = np.minimum(places, len(people) - 1)
+            drawn |= {key: values[persons] for key, values in person_axis.numbers.items()}
+        for place, (key, known) in enumerate(study.uncertain.items()):
+            drawn[key] = quantile(known, points[:, place])
         axis = replace(Axis.of_points(drawn), key=DRAW_AXIS)
         asked = replace(problem, conditions=Space((axis, *others)).grouped())
         windows = asked.ends(numbers, 1)
         return np.concatenate(grouped(windows.low, windows.high, asked.groups))
 
-    return list(
-        sobol(ends, inputs, ("pretension_from", "pretension_to"), count, study.uncertainty.seed)
-    )
+    ends = ("pretension_from", "pretension_to")
+    return list(sobol(ends_at, inputs, ends, int(2**exponent), study.uncertainty.seed))

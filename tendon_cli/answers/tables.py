@@ -1,4 +1,7 @@
-"""The tables of an answer: a row per choice, per condition, and per person or draw under the choice named first."""
+"""Tables of an answer: a row per choice, per condition, and per person or draw.
+
+Rows of persons or draws are under the choice that the answer names first.
+"""
 
 from __future__ import annotations
 
@@ -11,12 +14,12 @@ from tendon_cli import say
 from tendon_cli.answers.coverage import share_served
 from tendon_cli.answers.people import GroupWindows, people_of
 from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.question import Columns, Flags
-from tendon_cli.answers.setup import SET, setting_columns, settings, study_arm
+from tendon_cli.answers.question import ColumnArrays
+from tendon_cli.answers.setup import SETTING_COLUMNS, setting_columns, settings, study_arm
 from tendon_cli.answers.solve import WORST, Solutions
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.design import F0
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import Axis, Rows
@@ -24,7 +27,8 @@ from tendon_cli.studies.study import keys
 from tendon_cli.studies.values import RIGID
 from tendon_cli.tables.schema import Column
 
-_LIMITS = ("", *LIMIT_NAMES)  # by a limit's code and one: NOTHING is -1
+_LIMITS = ("", *LIMIT_NAMES)
+"""Names by a limit's code and one, because the code NOTHING is -1."""
 _BINDS = tuple(
     Column(f"{end}_condition", "count", "1", "row of conditions that binds")
     for end in ("from", "to")
@@ -33,10 +37,11 @@ _SEX = Column("sex", "text", "1", "sex", choices=("male", "female"))
 
 
 def choice_columns(problem: Problem) -> tuple[Column, ...]:
-    """Columns of `choices.parquet`."""
-    directions, neither = ("", *problem.study.motion.direction), "or what no pretension could keep"
-    read = problem.study.setting.read
+    """Return the columns of `choices.parquet`."""
+    directions = ("", *problem.study.motion.direction)
+    neither = "or what no pretension could keep"
     of_state = "direction of the state that binds; empty where the limit belongs to none"
+    read = problem.study.setting.read
     return (
         *map(_of_axis, problem.choices.axes),
         Column("refined", "truth", "1", "a point between those of the grid"),
@@ -51,14 +56,12 @@ def choice_columns(problem: Problem) -> tuple[Column, ...]:
         Column("from_by", "text", "1", f"limit that binds below, {neither}", choices=_LIMITS),
         Column("to_by", "text", "1", f"limit that binds above, {neither}", choices=_LIMITS),
         *_BINDS,
-        *(
-            Column(f"{end}_direction", "text", "1", of_state, choices=directions)
-            for end in ("from", "to")
-        ),
-        *(Column.of(QUANTITIES["elbow_angle"], f"{end}_elbow_angle") for end in ("from", "to")),
-        *_of_quantities(
-            "served", "served_at", "pretension", *WORST, *SET, "tolerance_length", read=read
-        ),
+        Column("from_direction", "text", "1", of_state, choices=directions),
+        Column("to_direction", "text", "1", of_state, choices=directions),
+        Column.of(QUANTITIES["elbow_angle"], "from_elbow_angle"),
+        Column.of(QUANTITIES["elbow_angle"], "to_elbow_angle"),
+        *_of_quantities("served", "served_at", "pretension", *WORST, read=read),
+        *_of_quantities(*SETTING_COLUMNS, "tolerance_length", read=read),
         Column(
             "between_samples",
             "text",
@@ -78,55 +81,70 @@ def choice_columns(problem: Problem) -> tuple[Column, ...]:
     )
 
 
-def choice_rows(problem: Problem, choices: Solutions, refined: Flags, on_front: Flags) -> Columns:
-    """Rows of `choices.parquet`; text as positions among the column's words."""
+def choice_rows(
+    problem: Problem, choices: Solutions, refined: Flags, on_front: Flags
+) -> ColumnArrays:
+    """Return rows of `choices.parquet`; a text is its place among the column's words.
+
+    Args:
+        problem: The question.
+        choices: The choices.
+        refined: True for a choice between the points of the grid.
+        on_front: True for a choice that no other beats.
+    """
     rows = choices.results | choices.columns | {"refined": refined, "on_front": on_front}
-    low, high, at = (choices[name] for name in ("pretension_from", "pretension_to", "pretension"))
-    rows["pretension_to"] = _finite(high)
+    rows["pretension_to"] = _finite(choices["pretension_to"])
     for end in ("from", "to"):
-        state, angle = choices[f"{end}_state"], choices[f"{end}_angle"]
+        state = choices[f"{end}_state"]
+        angle = choices[f"{end}_angle"]
         direction, place = np.divmod(state, problem.angles.size)
-        rows[f"{end}_by"] = choices[f"{end}_by"].astype(np.int64) + 1
         if problem.study.trajectory is not None:
             direction = np.where(problem.flexion[0, place], 0, 1)
+        angle_of_state = np.where(state < 0, np.nan, problem.angles[0, place])
+        rows[f"{end}_by"] = choices[f"{end}_by"].astype(np.int64) + 1
         rows[f"{end}_direction"] = np.where(state < 0, 0, direction + 1)
-        of_state = np.where(state < 0, np.nan, problem.angles[0, place])
-        rows[f"{end}_elbow_angle"] = np.where(np.isnan(angle), of_state, angle)
-    return rows | setting_columns(problem, problem.numbers_of(choices.columns), low, high, at)
+        rows[f"{end}_elbow_angle"] = np.where(np.isnan(angle), angle_of_state, angle)
+    return rows | setting_columns(
+        problem,
+        problem.numbers_of(choices.columns),
+        choices["pretension_from"],
+        choices["pretension_to"],
+        choices["pretension"],
+    )
 
 
 def condition_columns(problem: Problem) -> tuple[Column, ...]:
-    """Columns of `conditions.parquet`."""
+    """Return the columns of `conditions.parquet`."""
     weighting = Column("weighting", "number", "1", "how much the condition counts in a share")
     return (*map(_of_axis, problem.conditions.axes), weighting)
 
 
-def condition_rows(problem: Problem) -> Columns:
-    """Rows of `conditions.parquet`."""
-    count, given = len(problem.conditions), problem.conditions.weighting
-    return problem.conditions.columns(np.arange(count)) | {
-        "weighting": np.ones(count) if given is None else given
-    }
+def condition_rows(problem: Problem) -> ColumnArrays:
+    """Return the rows of `conditions.parquet`."""
+    count = len(problem.conditions)
+    weighting = problem.conditions.weighting
+    rows: ColumnArrays = problem.conditions.columns(np.arange(count))
+    rows["weighting"] = np.ones(count) if weighting is None else weighting
+    return rows
 
 
-# --- Persons and draws -----------------------------------------------------------------------------------------------
+# --- Persons and draws ----------------------------------------------------------------------------
 
 
 def person_columns(problem: Problem, axis: Axis) -> tuple[Column, ...]:
-    """Columns of `persons.parquet`, or of `draws.parquet`."""
+    """Return the columns of `persons.parquet`, or of `draws.parquet`."""
     people = people_of(problem)
-    ends = (("from", "below"), ("to", "above"))
     names = axis.names if people is None else people.persons
+    sex = (_SEX,) if people is not None and people.sexes else ()
+    dimensions = DIMENSIONS if people is not None else ()
     return (
         Column(axis.column, "text", "1", axis.meaning, is_axis=True, choices=names),
-        *((_SEX,) if people is not None and people.sexes else ()),
+        *sex,
         Column("weighting", "number", "1", "how much it counts in a share"),
-        *_of_quantities(*(DIMENSIONS if people is not None else ())),
+        *_of_quantities(*dimensions),
         *_of_quantities("pretension_from", "pretension_to", read=problem.study.setting.read),
-        *(
-            Column(f"{end}_by", "text", "1", f"limit that binds {word}", choices=_LIMITS)
-            for end, word in ends
-        ),
+        Column("from_by", "text", "1", "limit that binds below", choices=_LIMITS),
+        Column("to_by", "text", "1", "limit that binds above", choices=_LIMITS),
         *_BINDS,
         Column(
             "served",
@@ -134,107 +152,140 @@ def person_columns(problem: Problem, axis: Axis) -> tuple[Column, ...]:
             "1",
             "whether the pretension of the choice serves it; of several draws the share",
         ),
-        *_of_quantities(*SET),
+        *_of_quantities(*SETTING_COLUMNS),
     )
 
 
 def person_rows(
-    problem: Problem, axis: Axis, windows: GroupWindows, columns: Columns, pretension: float
-) -> Columns:
-    """A row per person under one choice at its pretension (N): its window is of at least `serve` of its draws.
+    problem: Problem, axis: Axis, windows: GroupWindows, columns: ColumnArrays, pretension: float
+) -> ColumnArrays:
+    """Return a row per person, or per draw, under one choice.
 
-    With completions the bodies drawn of a person are draws, too; body and tensions to set are their means.
+    The window of a person serves at least the share `serve` of its draws. With completions the
+    bodies drawn of a person are draws, too; body and tensions to set are their means.
+
+    Args:
+        problem: The question.
+        axis: Axis of the persons or draws.
+        windows: Windows of the choice for all groups.
+        columns: Columns of the choice, (1,) each.
+        pretension: Its pretension, N.
     """
     people = people_of(problem)
     bodies = 1 if people is None else people.completions
     count = len(axis) // bodies
-    served = windows.served(pretension).reshape(count, -1)
-    low, high, first, last = _windows(problem, windows, served.shape)
-    rows: Columns = {
+    weighting = np.ones(count)
+    if axis.weighting is not None:
+        weighting = axis.weighting.reshape(count, -1).sum(axis=1)
+    served = windows.served(pretension).reshape(count, -1)  # (persons, draws)
+    low, high, low_group, high_group = _person_windows(problem, windows, served.shape)
+    rows: ColumnArrays = {
         axis.column: np.arange(count),
-        "weighting": np.ones(count)
-        if axis.weighting is None
-        else axis.weighting.reshape(count, -1).sum(axis=1),
+        "weighting": weighting,
         "pretension_from": low,
         "pretension_to": _finite(high),
-        "from_by": windows.low_by[first].astype(np.int64) + 1,
-        "to_by": windows.high_by[last].astype(np.int64) + 1,
-        "from_condition": windows.low_condition[first],
-        "to_condition": windows.high_condition[last],
+        "from_by": windows.low_by[low_group].astype(np.int64) + 1,
+        "to_by": windows.high_by[high_group].astype(np.int64) + 1,
+        "from_condition": windows.low_condition[low_group],
+        "to_condition": windows.high_condition[high_group],
         "served": served.mean(axis=1),
     }
     if people is not None:
         mean = people.values.reshape(count, bodies, -1).mean(axis=1)
-        rows |= {name: mean[:, at] for at, name in enumerate(DIMENSIONS)}
-        sexes = people.sexes[::bodies]
-        rows |= {"sex": np.array([_SEX.choices.index(sex) for sex in sexes])} if sexes else {}
+        for place, dimension in enumerate(DIMENSIONS):
+            rows[dimension] = mean[:, place]
+        if people.sexes:
+            sexes = people.sexes[::bodies]
+            rows["sex"] = np.array([_SEX.choices.index(sex) for sex in sexes])
     design = study_arm(problem, problem.numbers_of(columns), np.array([pretension]), axis)
-    set_ = settings(design, len(axis))
-    return rows | {name: values.reshape(count, -1).mean(axis=1) for name, values in set_.items()}
+    for name, values in settings(design, len(axis)).items():
+        rows[name] = values.reshape(count, -1).mean(axis=1)
+    return rows
 
 
-def _windows(
+def _person_windows(
     problem: Problem, windows: GroupWindows, shape: tuple[int, ...]
 ) -> tuple[Array, Array, Rows, Rows]:
-    """The window of each person, and the group that binds at each end of it."""
-    low, high = windows.low.reshape(shape), windows.high.reshape(shape)
-    first, last = np.argmax(low, axis=1), np.argmin(high, axis=1)
-    start, rows = np.arange(shape[0]) * shape[1], np.arange(shape[0])
-    ends = low[rows, first], high[rows, last]
-    if shape[1] > 1:
-        covered = share_served(low, high, np.ones(shape[1]), enough=problem.enough)
-        some = ~np.isnan(covered.low)
-        first = np.where(some, np.argmax(low == covered.low[:, np.newaxis], axis=1), first)
-        last = np.where(some, np.argmax(high == covered.high[:, np.newaxis], axis=1), last)
-        ends = np.where(some, covered.low, ends[0]), np.where(some, covered.high, ends[1])
-    return *ends, start + first, start + last
+    """Return the window of each person, N, and the group that binds at each end of it.
+
+    Args:
+        problem: The question.
+        windows: Windows of one choice for all groups.
+        shape: Number of persons, and of the draws of each.
+    """
+    persons, draws = shape
+    low = windows.low.reshape(shape)
+    high = windows.high.reshape(shape)
+    rows = np.arange(persons)
+    low_draw = np.argmax(low, axis=1)
+    high_draw = np.argmin(high, axis=1)
+    common_low = low[rows, low_draw]
+    common_high = high[rows, high_draw]
+    if draws > 1:
+        covered = share_served(low, high, np.ones(draws), enough=problem.enough)
+        has_window = ~np.isnan(covered.low)
+        at_low = np.argmax(low == covered.low[:, np.newaxis], axis=1)
+        at_high = np.argmax(high == covered.high[:, np.newaxis], axis=1)
+        low_draw = np.where(has_window, at_low, low_draw)
+        high_draw = np.where(has_window, at_high, high_draw)
+        common_low = np.where(has_window, covered.low, common_low)
+        common_high = np.where(has_window, covered.high, common_high)
+    first_group = rows * draws
+    return common_low, common_high, first_group + low_draw, first_group + high_draw
 
 
-# --- Columns and values ----------------------------------------------------------------------------------------------
+# --- Columns and values ---------------------------------------------------------------------------
 
 
 def _of_quantities(*names: str, read: str = F0) -> tuple[Column, ...]:
-    """Columns of quantities; those of pretension say how it is read."""
-    of = (
-        (Column.of(QUANTITIES[name]), name.startswith("pretension") and read != F0)
-        for name in names
-    )
-    return tuple(
-        replace(each, long_name=f"{each.long_name}, read as {read}") if other else each
-        for each, other in of
-    )
+    """Return columns of quantities; those of pretension say how it is read."""
+    columns = []
+    for name in names:
+        column = Column.of(QUANTITIES[name])
+        if name.startswith("pretension") and read != F0:
+            column = replace(column, long_name=f"{column.long_name}, read as {read}")
+        columns.append(column)
+    return tuple(columns)
 
 
 def _of_axis(axis: Axis) -> Column:
+    """Return the column of an axis."""
     if axis.names:
         return Column(axis.column, "text", "1", axis.meaning, is_axis=True, choices=axis.names)
     return Column.of(keys()[axis.key].number.quantity, axis.column, is_axis=True)
 
 
 def _finite(ends: Array) -> Array:
+    """Return ends with NaN for infinity."""
     return np.where(np.isinf(ends), np.nan, ends)
 
 
-def as_records(columns: tuple[Column, ...], rows: Columns) -> list[dict[str, Any]]:
-    """Rows as a JSON text has them: words for positions, null for what is not a number."""
-    listed = {column.name: _as_list(column, np.asarray(rows[column.name])) for column in columns}
-    return [dict(zip(listed, values, strict=True)) for values in zip(*listed.values(), strict=True)]
+def as_records(columns: tuple[Column, ...], rows: ColumnArrays) -> list[dict[str, Any]]:
+    """Return rows for JSON: words for places among words, None for what is not a number."""
+    lists = {column.name: _as_list(column, np.asarray(rows[column.name])) for column in columns}
+    return [dict(zip(lists, values, strict=True)) for values in zip(*lists.values(), strict=True)]
 
 
 def _as_list(column: Column, values: np.ndarray[Any, Any]) -> list[Any]:
+    """Return the values of a column for JSON."""
     if column.kind == "text":
-        return [column.choices[at] or None for at in values]
-    if column.kind == "number":
-        endless = RIGID if column.is_axis else None
-        return [
-            value if np.isfinite(value) else endless if value == np.inf else None
-            for value in values.tolist()
-        ]
-    return list(values.tolist())
+        return [column.choices[place] or None for place in values]
+    if column.kind != "number":
+        return list(values.tolist())
+    infinite = RIGID if column.is_axis else None
+    numbers = []
+    for value in values.tolist():
+        if np.isfinite(value):
+            numbers.append(value)
+        else:
+            numbers.append(infinite if value == np.inf else None)
+    return numbers
 
 
 def as_value(column: Column, value: Any) -> Any:
-    """A value of a record as its column holds it."""
+    """Return a value of a record as its column holds it."""
     if column.kind == "text":
         return column.choices.index(value or "")
-    return np.inf if value == RIGID else np.nan if value is None else value
+    if value == RIGID:
+        return np.inf
+    return np.nan if value is None else value

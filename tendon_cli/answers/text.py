@@ -1,4 +1,4 @@
-"""An answer in blocks, made of its record: the answer in one sentence, then why, then alternatives."""
+"""An answer in blocks, made of its record: one sentence, then the reasons, then alternatives."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ from tendon_cli.answers.relax import relaxations_in_words
 from tendon_cli.answers.setup import drift_in_words, on_whom, posture, to_set
 from tendon_cli.studies.study import keys
 
-_MOST_ALTERNATIVES, _MOST_MOVES = 8, 5
+_MOST_ALTERNATIVES = 8
+_MOST_MOVES = 5
+_HARDLY_ANY = 1e-4
+"""Tolerance up to which it counts as none."""
 _WORST = {
     "max_tension": "a tension of",
     "max_spring_extension": "a spring extension of",
@@ -27,187 +30,219 @@ _WORST = {
 
 
 def blocks_of(problem: Problem, record: Row) -> Iterator[say.Block]:
-    """The whole answer, what it is to persons or draws, and notes."""
-    yield from _no_window(problem, record) if record["best"] is None else _answer(problem, record)
+    """Yield the whole answer, what it is for persons or draws, and notes."""
+    if record["best"] is None:
+        yield from _no_window(problem, record)
+    else:
+        yield from _answer(problem, record)
     if record["population"] is not None:
         yield from phrases.population_blocks(problem, record["population"])
     yield from ({"note": note} for note in record["notes"])
 
 
 def _list(heading: str, texts: Iterable[str]) -> Iterator[say.Block]:
-    """A list under its heading; nothing if it is empty."""
-    some = [*texts]
-    if some:
+    """Yield a list under its heading; nothing if it is empty."""
+    items = [*texts]
+    if items:
         yield say.heading(heading)
-        yield from say.items(some)
+        yield from say.items(items)
 
 
-# --- There is a window -----------------------------------------------------------------------------------------------
+# --- There is a window ----------------------------------------------------------------------------
 
 
 def _answer(problem: Problem, record: Row) -> Iterator[say.Block]:
+    """Yield the answer if a choice has a window."""
     yield say.sentence(f"{_first_sentence(problem, record)} {say.proof(record['between_samples'])}")
     yield from _list("Why", _why(problem, record))
-    yield from _list(
-        f"To set it{on_whom(problem)}: {posture(problem, record['setting'])}",
-        to_set(problem, record),
-    )
-    yield from _list(
-        "Before you build it", (f"{each['text']} ({each['source']})" for each in record["remarks"])
-    )
+    in_posture = posture(problem, record["setting"])
+    yield from _list(f"To set it{on_whom(problem)}: {in_posture}", to_set(problem, record))
+    remarks = (f"{remark['text']} ({remark['source']})" for remark in record["remarks"])
+    yield from _list("Before you build it", remarks)
     yield from _list("What moves the window most, per 1 %", _moves(record["sensitivities"]))
     yield from _alternatives(problem, record)
     yield from _list("Question to be proved", (_proved(problem, row) for row in record["proved"]))
     if record["choices"] > 1:
+        choices = say.counted(record["choices"], "choice")
         have = "has" if record["feasible"] == 1 else "have"
-        yield say.sentence(
-            f"{record['feasible']:,} of {say.counted(record['choices'], 'choice')} {have} a window."
-        )
-    yield from say.items(_in_choices(problem, each) for each in record["conflicts"])
+        yield say.sentence(f"{record['feasible']:,} of {choices} {have} a window.")
+    yield from say.items(_in_choices(problem, conflict) for conflict in record["conflicts"])
 
 
 def _first_sentence(problem: Problem, record: Row) -> str:
-    """The pretension, whom it serves, and between which ends that holds."""
-    best, (noun, at) = record["best"], say.reading(problem.study.setting.read)
-    what = row_words(problem.choices, best)
-    start, (low, high) = f"{what}: a {noun}" if what else f"A {noun}", ends_of(best)
+    """Say the pretension, whom it serves, and between which ends that holds."""
+    best = record["best"]
+    noun, where = say.reading(problem.study.setting.read)
+    low, high = ends_of(best)
+    choice = row_words(problem.choices, best)
+    start = f"{choice}: a {noun}" if choice else f"A {noun}"
     served = best["served_at"]
     whom = _all_of(problem) if served >= 1.0 else f"{say.percent(served)} of {_everyone(problem)}"
     if problem.given is not None:
-        return f"{start} of {say.number(problem.given)} N{at} suits {whom}; {phrases.margins(problem, best)}."
+        pretension = say.number(problem.given)
+        margins = phrases.margins(problem, best)
+        return f"{start} of {pretension} N{where} suits {whom}; {margins}."
     either_way = f", {_tolerance(best)} % either way" if np.isfinite(high) else ""
     if problem.enough >= 1.0 or len(problem.weighting) == 1:
         then = f"suits {whom}; anything {_span(low, high)} does{either_way}"
     else:
-        then = f"serves {whom}; at least {say.percent(problem.enough)} are served {_span(low, high)}{either_way}"
-        if (ends := record["window_for_all"]) is not None:
-            of_all = (ends[0], np.inf if ends[1] is None else ends[1])
-            then += ", all of them " + ("there" if of_all == (low, high) else _span(*of_all))
-    return f"{start} of {_set(best)}{at} {then}.{_why_first(problem, record)}"
+        enough = say.percent(problem.enough)
+        then = f"serves {whom}; at least {enough} are served {_span(low, high)}{either_way}"
+        window_for_all = record["window_for_all"]
+        if window_for_all is not None:
+            all_low, all_high = window_for_all
+            all_high = np.inf if all_high is None else all_high
+            is_same = (all_low, all_high) == (low, high)
+            then += ", all of them " + ("there" if is_same else _span(all_low, all_high))
+    return f"{start} of {_pretension(best)}{where} {then}.{_why_first(problem, record)}"
 
 
-def _set(row: Row) -> str:
+def _pretension(row: Row) -> str:
+    """Say the pretension of a choice, rounded so that it stays in its window."""
     return f"{say.within(row['pretension'], *ends_of(row))} N"
 
 
 def _span(low: float, high: float) -> str:
-    return f"from {say.number(low)}" + (
-        f" to {say.number(high)} N" if np.isfinite(high) else " N on"
-    )
+    """Say a window: "from 100 to 120 N"."""
+    if np.isfinite(high):
+        return f"from {say.number(low)} to {say.number(high)} N"
+    return f"from {say.number(low)} N on"
 
 
 def _tolerance(row: Row) -> str:
-    """The tolerance in percent; what is hardly any is none."""
-    return say.number(100.0 * row["tolerance"], 2) if row["tolerance"] > 1e-4 else "0"
+    """Say the tolerance in percent; hardly any is none."""
+    if row["tolerance"] > _HARDLY_ANY:
+        return say.number(100.0 * row["tolerance"], 2)
+    return "0"
 
 
 def _everyone(problem: Problem) -> str:
+    """Say what a share counts."""
     return phrases.everyone(problem.counts, len(problem.weighting), problem.counted)
 
 
 def _all_of(problem: Problem) -> str:
-    """What a pretension must suit."""
+    """Say what a pretension must suit."""
     whom = _everyone(problem)
-    if problem.counted == "conditions" and len(problem.weighting) == 1:
+    is_single = len(problem.weighting) == 1
+    if problem.counted == "conditions" and is_single:
         return "the design"
     if whom.startswith("this"):
-        return f"all of {whom}" if len(problem.weighting) > 1 else whom
+        return whom if is_single else f"all of {whom}"
     return f"all {whom}"
 
 
 def _why_first(problem: Problem, record: Row) -> str:
-    """Why this choice is named first."""
+    """Say why this choice is named first."""
     if record["choices"] == 1:
         return ""
     if record["given_up"] is not None:
         share = say.percent(record["given_up"])
-        return f" It is the best compromise on the front: it gives up at most {share} of the range of any goal."
-    return f" It has the {_superlative(problem.goals[0])} of {say.counted(record['choices'], 'choice')}."
+        return (
+            f" It is the best compromise on the front: it gives up at most {share} of the range of"
+            " any goal."
+        )
+    choices = say.counted(record["choices"], "choice")
+    return f" It has the {_superlative(problem.goals[0])} of {choices}."
 
 
 def _superlative(goal: Goal) -> str:
+    """Say what is best by a goal: "largest tolerance"."""
     return f"{'largest' if goal.maximise else 'smallest'} {_name(goal.column)}"
 
 
 def _name(column: str) -> str:
+    """Say the name of a column without its extreme: "tension" of "max tension"."""
     return say.column(column).removeprefix("max ").removeprefix("min ").removeprefix("peak ")
 
 
 def _why(problem: Problem, record: Row) -> Iterator[str]:
-    """What binds at both ends, the worst in between, and ranges at whose ends the best is."""
+    """Say what binds at both ends, the worst in between, and where a range should be wider."""
     best = record["best"]
     yield phrases.end_words(problem, best, "from")
     yield f"{phrases.end_words(problem, best, 'to')}{drift_in_words(record['drift'])}"
     worst = [
-        f"{word} {say.quantity(name, best[name])}" for name, word in _WORST.items() if best[name]
+        f"{words} {say.quantity(name, best[name])}" for name, words in _WORST.items() if best[name]
     ]
-    yield f"at {_set(best)} the worst is {say.listed(worst)}"
+    yield f"at {_pretension(best)} the worst is {say.listed(worst)}"
     yield from _edges(problem, best)
 
 
 def _proved(problem: Problem, row: Row) -> str:
-    known = (
-        f"{say.window(*ends_of(row))}, {say.proved(row['between_samples'])}"
-        if row["feasible"]
-        else "no window"
-    )
-    return f"{row_words(problem.choices, row) or 'the design'}: {known}"
+    """Say the window of a choice that was to be proved."""
+    result = "no window"
+    if row["feasible"]:
+        result = f"{say.window(*ends_of(row))}, {say.proved(row['between_samples'])}"
+    return f"{row_words(problem.choices, row) or 'the design'}: {result}"
 
 
 def _edges(problem: Problem, best: Row) -> Iterator[str]:
-    """Where the best is at the end of a range that was asked for."""
-    for axis in (axis for axis in problem.choices.axes if axis.is_range):
+    """Say where the best choice is at the end of a range of the study."""
+    for axis in problem.choices.axes:
+        if not axis.is_range:
+            continue
         value = float(best[axis.column])
         for edge, word in ((axis.values.min(), "lower"), (axis.values.max(), "upper")):
             if abs(value - edge) <= 1e-9 * abs(edge):
                 symbol = keys()[axis.key].number.quantity.symbol
-                yield f"{symbol} is at its {word} end, {parameter(axis.key, value)}: widen the range"
+                at_edge = parameter(axis.key, value)
+                yield f"{symbol} is at its {word} end, {at_edge}: widen the range"
 
 
 def _moves(moves: list[Row]) -> Iterator[str]:
-    """What moves the ends of the window most."""
+    """Say which numbers move the ends of the window most."""
     for end, word in (("from", "lower"), ("to", "upper")):
-        of_end = [each for each in moves if each["end"] == end and each["per_percent"]][
-            :_MOST_MOVES
-        ]
+        of_end = [move for move in moves if move["end"] == end and move["per_percent"]]
         if of_end:
-            yield f"{word} end: {', '.join(map(_move, of_end))}"
-    if any(not each["steady"] for each in moves):
+            yield f"{word} end: {', '.join(_move(move) for move in of_end[:_MOST_MOVES])}"
+    if any(not move["steady"] for move in moves):
         yield "* within 1 % another limit or state takes over"
 
 
-def _move(each: Row) -> str:
-    key = each["key"].removeprefix("limits.")
-    name = keys()[each["key"]].number.quantity.symbol if each["key"] in keys() else say.column(key)
-    return f"{name} {each['per_percent']:+.2g} N{'' if each['steady'] else '*'}"
+def _move(move: Row) -> str:
+    """Say how a number moves an end: "K +1.2 N"."""
+    key = move["key"]
+    name = say.column(key.removeprefix("limits."))
+    if key in keys():
+        name = keys()[key].number.quantity.symbol
+    return f"{name} {move['per_percent']:+.2g} N{'' if move['steady'] else '*'}"
 
 
-# --- Other choices ---------------------------------------------------------------------------------------------------
+# --- Other choices --------------------------------------------------------------------------------
 
 
 def _alternatives(problem: Problem, record: Row) -> Iterator[say.Block]:
-    """The best by each goal, or the front, as a small table."""
-    goals, front = problem.goals, record["front"]
-    by_goal = {goals[0].column: record["best"]} if record["goals"] else record["best_by"]
-    rows = [(_superlative(goal), by_goal[goal.column]) for goal in goals if goal.column in by_goal]
-    head = "Best by"
+    """Yield the best by each goal, or the front, as a small table."""
+    front = record["front"]
     if front:
         head = f"The front ({say.counted(len(front), 'choice')}; no other is better in every goal)"
         rows = [("", row) for row in front[:: max(1, len(front) // _MOST_ALTERNATIVES)]]
-    elif record["choices"] + sum(bool(row["refined"]) for _, row in rows) < 2:
-        return
-    some = problem.enough < 1.0
-    lines = [["", "", "window N", "±%", "N", *["served"] * some, *COSTS.values()]]
+    else:
+        head = "Best by"
+        goals = problem.goals
+        best_by = {goals[0].column: record["best"]} if record["goals"] else record["best_by"]
+        rows = [
+            (_superlative(goal), best_by[goal.column]) for goal in goals if goal.column in best_by
+        ]
+        refined = sum(bool(row["refined"]) for _, row in rows)
+        if record["choices"] + refined < 2:
+            return
+    shows_share = problem.enough < 1.0
+    share_head = ["served"] if shows_share else []
+    lines = [["", "", "window N", "±%", "N", *share_head, *COSTS.values()]]
     for name, row in rows:
         low, high = ends_of(row)
+        mark = "~" if row["refined"] else ""
+        upper = "on" if np.isinf(high) else f"to {say.number(high, 3)}"
+        share = [say.percent(row["served_at"])] if shows_share else []
         lines.append(
             [
                 name,
-                ("~" if row["refined"] else "") + row_words(problem.choices, row),
-                f"{say.number(low, 3)} {'on' if np.isinf(high) else f'to {say.number(high, 3)}'}",
+                mark + row_words(problem.choices, row),
+                f"{say.number(low, 3)} {upper}",
                 _tolerance(row),
                 say.number(row["pretension"], 3),
-                *[say.percent(row["served_at"])] * some,
+                *share,
                 *costs(row),
             ]
         )
@@ -222,51 +257,52 @@ def _alternatives(problem: Problem, record: Row) -> Iterator[say.Block]:
         )
 
 
-# --- There is none ---------------------------------------------------------------------------------------------------
+# --- There is none --------------------------------------------------------------------------------
 
 
 def _no_window(problem: Problem, record: Row) -> Iterator[say.Block]:
-    choices, (noun, where) = record["choices"], say.reading(problem.study.setting.read)
-    which = "" if choices == 1 else f", whichever of {choices:,} choices is taken"
-    whom = (
-        _all_of(problem)
-        if problem.enough >= 1.0
-        else f"{say.percent(problem.enough)} of {_everyone(problem)}"
-    )
-    at = f"No {noun}{where} suits"
+    """Yield the answer if no choice has a window."""
+    choices = record["choices"]
+    noun, where = say.reading(problem.study.setting.read)
+    whichever = "" if choices == 1 else f", whichever of {choices:,} choices is taken"
+    whom = _all_of(problem)
+    if problem.enough < 1.0:
+        whom = f"{say.percent(problem.enough)} of {_everyone(problem)}"
+    start = f"No {noun}{where} suits"
     if problem.given is not None:
-        at = f"A {noun} of {say.number(problem.given)} N{where} does not suit"
-    yield say.sentence(f"{at} {whom}{which}.")
-    yield from _list(
-        "Why", (text for each in record["conflicts"] for text in _conflict(problem, record, each))
+        start = f"A {noun} of {say.number(problem.given)} N{where} does not suit"
+    yield say.sentence(f"{start} {whom}{whichever}.")
+    reasons = (
+        text for conflict in record["conflicts"] for text in _conflict(problem, record, conflict)
     )
-    yield from _list(
-        "What it would take, all else equal", relaxations_in_words(problem, record["would_take"])
-    )
+    yield from _list("Why", reasons)
+    changes = relaxations_in_words(problem, record["would_take"])
+    yield from _list("What it would take, all else equal", changes)
     if record["fixes"]:
         yield from fixes_table(record["fixes"])
 
 
 def _in_choices(problem: Problem, conflict: Row) -> str:
-    """In how many choices two limits exclude each other, and how."""
-    choices, limits = say.counted(conflict["choices"], "choice"), conflict["limits"]
-    if (
-        problem.given is not None
-        and conflict["nearest"]["pretension_from"] is not None
-        and len(limits) == 1
-    ):
-        return f"in {choices} {say.number(problem.given)} N does not do: {phrases.broken(problem, limits[0])}"
+    """Say in how many choices two limits exclude each other, and how."""
+    choices = say.counted(conflict["choices"], "choice")
+    limits = conflict["limits"]
+    has_window = conflict["nearest"]["pretension_from"] is not None
+    if problem.given is not None and has_window and len(limits) == 1:
+        broken = phrases.broken(problem, limits[0])
+        return f"in {choices} {say.number(problem.given)} N does not do: {broken}"
     return f"in {choices} {say.conflict(limits, problem.study.limits)}"
 
 
 def _conflict(problem: Problem, record: Row, conflict: Row) -> Iterator[str]:
-    """What leaves some choices without a window, and what relaxing a limit would take."""
+    """Say what leaves some choices without a window, and how far the nearest is from one."""
     row = conflict["nearest"]
     low, high = ends_of(row)
     if record["choices"] > 1:
-        yield f"{_in_choices(problem, conflict)}; nearest to a window: {row_words(problem.choices, row)}"
+        nearest = row_words(problem.choices, row)
+        yield f"{_in_choices(problem, conflict)}; nearest to a window: {nearest}"
     if low is None:
-        yield f"at any pretension {phrases.broken(problem, row['from_by'])}{phrases.where(problem, row, 'from')}"
+        broken = phrases.broken(problem, row["from_by"])
+        yield f"at any pretension {broken}{phrases.where(problem, row, 'from')}"
     elif problem.given is not None and low <= high:
         end = "from" if problem.given < low else "to"
         yield f"{phrases.end_words(problem, row, end)}; {phrases.margins(problem, row)}"
