@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.friction.estimate import Estimated
+from tendon_cli.friction.estimate import FrictionEstimate
 from tendon_cli.friction.usable_rows import Log, noise_of
 
 FEW, FEW_SHARE = 4, 0.03
@@ -61,7 +61,11 @@ class FrictionUncertainty:
 
 
 def uncertainty_of(
-    result: Estimated, log: Log, unit: str, bend_share: float, cells: tuple[float, float] | None
+    result: FrictionEstimate,
+    log: Log,
+    unit: str,
+    bend_share: float,
+    cells: tuple[float, float] | None,
 ) -> FrictionUncertainty:
     """`bend_share` is the bend angle's uncertainty over it, `cells` the stated one of each cell's zero and of its gain.
 
@@ -112,7 +116,7 @@ def uncertainty_of(
     return FrictionUncertainty(tuple(parts), total, degrees, factor, (low, high))
 
 
-def _resolution(result: Estimated, log: Log) -> float:
+def _resolution(result: FrictionEstimate, log: Log) -> float:
     """Standard error of μ from the rounding of the readings alone.
 
     Rounding moves all readings of a way alike if they are alike; noise of half a step or more averages it out (dither):

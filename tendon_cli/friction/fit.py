@@ -14,7 +14,7 @@ import pandas as pd
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import path_of
 from tendon_cli.friction.budget import FrictionUncertainty, uncertainty_of
-from tendon_cli.friction.estimate import Estimated, estimate, never_rests
+from tendon_cli.friction.estimate import FrictionEstimate, estimate, never_rests
 from tendon_cli.friction.fit_result import DirectionFit, Fit, Plain
 from tendon_cli.friction.models import fit_model
 from tendon_cli.friction.prepare import Prepared, prepare
@@ -89,7 +89,7 @@ def fit_friction(
 
 def _estimated(
     readings: Readings, prepared: Prepared, cells: tuple[float, float] | None
-) -> Estimated:
+) -> FrictionEstimate:
     """The estimate; refused if nothing slips, or if friction would help the motion."""
     log, source = prepared.log, readings.source
     result = estimate(log, cells[0] if cells else None)
@@ -128,7 +128,7 @@ def _estimated(
 def _assembled(
     readings: Readings,
     prepared: Prepared,
-    result: Estimated,
+    result: FrictionEstimate,
     error: FrictionUncertainty,
     bend: BendAngle | None,
     rows: pd.DataFrame,
@@ -169,7 +169,7 @@ def _assembled(
     )
 
 
-def _table(result: Estimated) -> pd.DataFrame:
+def _table(result: FrictionEstimate) -> pd.DataFrame:
     """The means that the line goes through, with what it misses them by and what effects do to them."""
     points, best = result.points, result.average.best
     effects = best.shape(points)
@@ -182,7 +182,7 @@ def _table(result: Estimated) -> pd.DataFrame:
     return pd.DataFrame(columns | ({} if points.rate is None else {"rate": points.rate}))
 
 
-def _direction(log: Log, result: Estimated, way: int) -> DirectionFit | None:
+def _direction(log: Log, result: FrictionEstimate, way: int) -> DirectionFit | None:
     """μ of one direction with a gain of 1 and no offsets, as the paper has it, and its plain answer."""
     mine = (result.points.way == way) & (result.points.bend > 0.0)
     if not mine.any():
@@ -200,7 +200,7 @@ def _direction(log: Log, result: Estimated, way: int) -> DirectionFit | None:
     return DirectionFit(model.friction, model.error if part.strokes > 1 else None, plain, used)
 
 
-def _plain(log: Log, result: Estimated, directions: dict[str, DirectionFit]) -> Plain:
+def _plain(log: Log, result: FrictionEstimate, directions: dict[str, DirectionFit]) -> Plain:
     """The plain answer, and what moves the fit from it."""
     plain = float(np.mean([part.plain for part in directions.values()]))
     used = result.used & (log.bend > 0.0)
@@ -214,7 +214,7 @@ def _plain(log: Log, result: Estimated, directions: dict[str, DirectionFit]) -> 
 
 
 def _rows(
-    readings: Readings, prepared: Prepared, result: Estimated, angles: Floats
+    readings: Readings, prepared: Prepared, result: FrictionEstimate, angles: Floats
 ) -> pd.DataFrame:
     """Every reading with what became of it; what effects of the rig do is in the line, not taken off the readings."""
     log, (motor, load) = prepared.log, prepared.cells

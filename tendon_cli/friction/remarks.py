@@ -8,7 +8,7 @@ import numpy as np
 
 from tendon_cli.friction.budget import FEW, FEW_SHARE, RESOLUTION
 from tendon_cli.friction.effects import DELAY, ENTRY, FORCE, OFFSETS
-from tendon_cli.friction.estimate import Estimated, climbing
+from tendon_cli.friction.estimate import FrictionEstimate, climbing
 from tendon_cli.friction.fit_result import Check, Fit
 from tendon_cli.friction.reading.header import force_factor
 from tendon_cli.friction.strokes import disagreement
@@ -39,7 +39,7 @@ class Remarks:
     """What is remarked of a fit, each in one line: what was seen, what it does to μ, what to do at the bench."""
 
     def __init__(
-        self, fit: Fit, log: Log, result: Estimated, time_unit: str | None, zero_given: bool
+        self, fit: Fit, log: Log, result: FrictionEstimate, time_unit: str | None, zero_given: bool
     ) -> None:
         self.fit, self.log, self.result, self.points = fit, log, result, result.points
         self.time_unit, self.zero_given, self.friction = time_unit, zero_given, result.friction
