@@ -103,7 +103,7 @@ def sets_of(priors: dict[str, float]) -> list[tuple[str, ...]]:
 
     Offsets come together. They bend the line as a dependence on force does, so no set has both.
     """
-    groups = [(effect,) for effect in priors if effect not in OFFSETS]
+    groups: list[tuple[str, ...]] = [(effect,) for effect in priors if effect not in OFFSETS]
     if OFFSETS[0] in priors:
         groups = [OFFSETS, *groups]
     sets = []
