@@ -17,7 +17,14 @@ from tendon_cli.friction.directions import (
     triggered_sides,
     usual_run,
 )
-from tendon_cli.friction.reading.readings import Floats, Integers, Mask, Readings, check_forces
+from tendon_cli.friction.reading.readings import (
+    ENOUGH_ROWS,
+    Floats,
+    Integers,
+    Mask,
+    Readings,
+    check_forces,
+)
 from tendon_cli.friction.usable_rows import (
     SATURATED,
     USED,
@@ -31,8 +38,6 @@ from tendon_cli.units import counted, shorten
 
 _MOSTLY = 0.5
 """Share of saturated rows from which the rest is not the log, but what the range left of it."""
-_MANY = 40
-"""Least number of rows in which a cell that works reads two values."""
 _TYPED = 60
 """Rows up to which a file without time was typed by a person: the sign of the log ratio is the
 direction, and with named directions every row is a settled reading."""
@@ -300,7 +305,7 @@ def _strokes(
 
 def _check_follows(log: Log, names: tuple[str, str], source: str) -> None:
     """Refuse a motor's cell that stands still, and a load's that does not weigh what it pulls."""
-    if log.settled or len(log.way) < _MANY:
+    if log.settled or len(log.way) < ENOUGH_ROWS:
         return
     motor, load = (f'cell ("{shorten(name, 30)}")' for name in names)
     if not np.ptp(log.motor):
