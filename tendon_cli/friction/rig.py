@@ -85,7 +85,12 @@ def _parsed(text: str) -> BendAngle:
     if not 0.0 <= uncertainty < angle / 2.0:
         problem = f'"{shorten(text)}": the uncertainty is 0 or more and less than half the angle'
         raise UsageError(problem, where="--bend-angle")
-    return BendAngle(angle if has_angle else None, uncertainty, *parts)
+    return BendAngle(
+        radians=angle if has_angle else None,
+        uncertainty=uncertainty,
+        text=parts[0],
+        uncertainty_text=parts[1] if has_uncertainty else None,
+    )
 
 
 def _bend_of_route(route: Path, smoothing: str | float | None) -> BendAngle:
