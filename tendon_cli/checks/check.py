@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from tendon_cli.checks.check_text import NO_EQUILIBRIUM, SLACK, WORST, Checked, finite, verdict_text
 from tendon_cli.checks.compare import TOLERANCE, compare
@@ -160,7 +161,7 @@ def _breaches_of(
     values: Array,
     bound: float,
     excess: Array,
-    is_failing: Array,
+    is_failing: npt.NDArray[np.bool_],
     columns: Mapping[str, Array],
 ) -> Iterator[Breach]:
     """Yield the designs that break one limit."""

@@ -277,14 +277,14 @@ class Remarks:
         if abs(fit.from_plain) > _PLAIN_AWAY:
             self.warnings.append(
                 f"{self.mu} is {100.0 * fit.from_plain:+.0f} % from the plain answer,"
-                f" {fit.plain.friction:.3g}; look which rows are used (--plot)"
+                f" {fit.plain.friction:.3g}; see which rows are used (--plot)"
             )
         slack = 2.0 * fit.uncertainty.standard_error
         alone = [direction.friction for direction in fit.by_direction.values()]
         if len(alone) == 2 and not min(alone) - slack <= friction <= max(alone) + slack:
             self.warnings.append(
                 f"{self.mu} is outside of what each direction gives alone,"
-                f" {alone[0]:.3g} and {alone[1]:.3g}: what was fitted of the rig makes it;"
+                f" {alone[0]:.3g} and {alone[1]:.3g}: the effects fitted for the rig cause it;"
                 " state the cells' zeros"
             )
         if fit.bend_angle is not None and friction > 1.0:

@@ -52,7 +52,8 @@ def bend_angle_of(
     """
     if route is not None and given is not None:
         raise UsageError(
-            "the bend angle is given twice: by a route, too", where="--bend-angle, --route"
+            "the bend angle is given twice, by an angle and by a route",
+            where="--bend-angle, --route",
         )
     if route is not None:
         return _bend_of_route(route, smoothing)

@@ -293,7 +293,7 @@ def _check_kind(first: Readings, part: Readings) -> None:
         differing = {"motor"}
     if differing:
         name = min(map(str, differing)).replace("_", " ")
-        problem = f"only one of {first.source} and {part.source} says the {name}"
+        problem = f"only one of {first.source} and {part.source} gives the {name}"
         raise InputError(problem, where=part.source, hint="fit files of one kind together")
 
 
