@@ -1,1 +1,1 @@
-"""Is every design of a run within its limits, and what changed since another run."""
+"""Checks of a run: its limits, and what changed since another run."""

@@ -1,4 +1,7 @@
-"""Is every design of a run within its limits: which is not, by how much, and in which state."""
+"""Check that every design of a run is within its limits.
+
+It says which design is not, by how much, and in which state.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from tendon_cli.checks.check_text import NO_EQUILIBRIUM, SLACK, WORST, Checked, finite, verdict_text
 from tendon_cli.checks.compare import TOLERANCE, compare
@@ -34,14 +38,27 @@ def check(
     apart: Sequence[str] = (),
     worst: int = WORST,
 ) -> Checked:
-    """Whether every design of a run is within its limits, or with a baseline what changed since that run.
+    """Check that every design of a run is within its limits, or find what changed since a baseline.
 
-    An answer holds if at least one choice has a window. The result has `holds`, `text` and `record`. `tolerance` is the
-    share of a column's scale by which numbers may differ, `apart` are keys in which the studies may differ. Every file
-    is verified first. Raises InputError for what is damaged or is no run, UsageError for a run without designs.
+    An answer holds if at least one choice has a window. Every file is verified first.
+
+    Args:
+        run: A run or an answer, or its folder.
+        baseline: Another run, or its folder; the limits are then not checked.
+        tolerance: Share of a column's scale by which numbers may differ.
+        apart: Keys in which the studies may differ.
+        worst: Number of breaches, or of designs that became feasible or not, that are listed.
+
+    Returns:
+        The result, with `holds`, `text` and `record`.
+
+    Raises:
+        InputError: if something is damaged or is no run.
+        UsageError: if the run has no designs.
 
     >>> import tendon_cli as tendon
-    >>> tendon.sweep({"limits": {"max_tension": "150 N"}}, "results/mine").designs.max_tension.round().item()
+    >>> study = {"limits": {"max_tension": "150 N"}}
+    >>> tendon.sweep(study, "results/mine").designs.max_tension.round().item()
     151.0
     >>> tendon.check("results/mine").holds
     False
@@ -53,45 +70,51 @@ def check(
         )
     record = verified_record(folder)
     if record["verb"] == "design":
-        return _answer(record)
+        return _check_answer(record)
     table = Run(record, folder).kept("designs")
-    result = _check_designs(table, recorded_study(table.facts["study"]), worst)
-    return Checked(
-        result["holds"], verdict_text(result, cube_of(table), record["name"]), finite(result)
-    )
+    study = recorded_study(table.facts["study"])
+    result = _check_designs(table, study, worst)
+    text = verdict_text(result, cube_of(table), record["name"])
+    return Checked(result["holds"], text, finite(result))
 
 
-def _answer(record: dict[str, Any]) -> Checked:
-    choices, feasible = record["choices"], record["feasible"]
+def _check_answer(record: dict[str, Any]) -> Checked:
+    """Check that at least one choice of an answer has a window."""
+    choices = record["choices"]
+    feasible = record["feasible"]
+    conflicts = record["conflicts"]
+    holds = feasible > 0
     lines = [f"{record['name']}: {feasible:,} of {choices:,} choices have a window of pretension"]
-    lines += [
-        f"  {' against '.join(each['limits'])}" for each in record["conflicts"] if not feasible
-    ]
-    kept = {
-        "choices": choices,
-        "feasible": feasible,
-        "conflicts": record["conflicts"],
-        "holds": feasible > 0,
-    }
-    return Checked(feasible > 0, "\n".join(lines), kept)
+    if not feasible:
+        lines += [f"  {' against '.join(conflict['limits'])}" for conflict in conflicts]
+    result = {"choices": choices, "feasible": feasible, "conflicts": conflicts, "holds": holds}
+    return Checked(holds, "\n".join(lines), result)
 
 
 def _check_designs(table: TableFiles, study: Study, worst: int) -> dict[str, Any]:
-    """Check all rows of a table of designs, part by part; of the breaches the `worst` are listed with their states."""
-    limits, plan = dict(study.limits.items()), Plan(study)
+    """Check all rows of a table of designs, part by part.
+
+    The `worst` of the breaches are listed with their states.
+    """
+    limits = dict(study.limits.items())
     names = ["design", "feasible", "taut", "margin", "required_pretension"]
-    names += [name for limit in limits for name in _columns_of(limit)]
-    breaches, broken, designs, feasible = list[Breach](), Counter[str](), 0, 0
-    for _, part in table.parts(
-        [name for name in dict.fromkeys(names) if name in table.schema.names]
-    ):
+    for limit in limits:
+        names += _columns_of(limit)
+    names = [name for name in dict.fromkeys(names) if name in table.schema.names]
+    breaches: list[Breach] = []
+    broken: Counter[str] = Counter()
+    designs = 0
+    feasible = 0
+    for _, part in table.parts(names):
         columns = {name: as_numpy(part[name]) for name in part.column_names}
-        here = list(_breaches(columns, limits))
-        designs, feasible = designs + part.num_rows, feasible + int(columns["feasible"].sum())
-        broken.update(breach["limit"] for breach in here)
-        breaches = sorted(
-            [*breaches, *here], key=lambda breach: (-breach["excess"], breach["design"])
-        )[:worst]
+        breaches_here = list(_breaches(columns, limits))
+        designs += part.num_rows
+        feasible += int(columns["feasible"].sum())
+        broken.update(breach["limit"] for breach in breaches_here)
+        breaches += breaches_here
+        breaches.sort(key=lambda breach: (-breach["excess"], breach["design"]))
+        breaches = breaches[:worst]
+    plan = Plan(study)
     return {
         "designs": designs,
         "feasible": feasible,
@@ -102,56 +125,76 @@ def _check_designs(table: TableFiles, study: Study, worst: int) -> dict[str, Any
 
 
 def _columns_of(limit: str) -> list[str]:
-    """The column that a limit bounds, and those of the sides if they differ in it."""
+    """Column that a limit bounds, and those of the sides if they differ in it."""
     column = LIMITS[limit].column
     return [column, *(f"{column}_{side}" for side in SIDES)]
 
 
 def _breaches(columns: Mapping[str, Array], limits: Mapping[str, float]) -> Iterator[Breach]:
-    """Every limit that each of some designs breaks, in SI; of slack its margin of pretension."""
-    needed, margin = columns["required_pretension"], columns["margin"]
-    failing, nowhere = columns["feasible"] == 0.0, np.isnan(needed)
-    slack, nothing = (columns["taut"] == 0.0) & ~nowhere, np.full(len(needed), np.nan)
-    beyond = [(NO_EQUILIBRIUM, nothing, np.nan, np.where(nowhere, np.inf, -np.inf))]
-    beyond += [(SLACK, margin, 0.0, np.where(slack, -margin / np.maximum(needed, 1e-300), -np.inf))]
+    """Yield every limit that each design breaks, SI.
+
+    The value of slack is its margin of pretension. `excess` is a share of the bound, and -inf where
+    the limit is kept.
+    """
+    needed = columns["required_pretension"]
+    margin = columns["margin"]
+    is_failing = columns["feasible"] == 0.0
+    no_equilibrium = np.isnan(needed)
+    is_slack = (columns["taut"] == 0.0) & ~no_equilibrium
+    no_value = np.full(len(needed), np.nan)
+    excess = np.where(no_equilibrium, np.inf, -np.inf)
+    yield from _breaches_of(NO_EQUILIBRIUM, no_value, np.nan, excess, is_failing, columns)
+    excess = np.where(is_slack, -margin / np.maximum(needed, 1e-300), -np.inf)
+    yield from _breaches_of(SLACK, margin, 0.0, excess, is_failing, columns)
     for limit, bound in limits.items():
         for name in _columns_of(limit):
-            if name in columns:
-                excess = LIMITS[limit].beyond(columns[name], bound) / (abs(bound) or 1.0)
-                beyond.append(
-                    (
-                        limit,
-                        columns[name],
-                        bound,
-                        np.where(excess > SLACK_TOLERANCE, excess, -np.inf),
-                    )
-                )
-    for limit, values, bound, excess in beyond:
-        for row in np.flatnonzero(failing & (excess > -np.inf)):
-            yield {
-                "design": int(columns["design"][row]),
-                "limit": limit,
-                "value": float(values[row]),
-                "bound": bound,
-                "excess": float(excess[row]),
-                "direction": None,
-                "elbow_angle": None,
-            }
+            if name not in columns:
+                continue
+            values = columns[name]
+            excess = LIMITS[limit].beyond(values, bound) / (abs(bound) or 1.0)
+            excess = np.where(excess > SLACK_TOLERANCE, excess, -np.inf)
+            yield from _breaches_of(limit, values, bound, excess, is_failing, columns)
+
+
+def _breaches_of(
+    limit: str,
+    values: Array,
+    bound: float,
+    excess: Array,
+    is_failing: npt.NDArray[np.bool_],
+    columns: Mapping[str, Array],
+) -> Iterator[Breach]:
+    """Yield the designs that break one limit."""
+    for row in np.flatnonzero(is_failing & (excess > -np.inf)):
+        yield {
+            "design": int(columns["design"][row]),
+            "limit": limit,
+            "value": float(values[row]),
+            "bound": bound,
+            "excess": float(excess[row]),
+            "direction": None,
+            "elbow_angle": None,
+        }
 
 
 def _with_state(breach: Breach, plan: Plan) -> Breach:
-    """With direction and elbow angle (rad) of the state that breaks it worst, unless no single state does."""
-    limit, speed = LIMITS.get(breach["limit"]), plan.study.motion.speed
+    """Add direction and elbow angle (rad) of the state that breaks the limit worst.
+
+    Nothing is added if no single state does.
+    """
+    limit = LIMITS.get(breach["limit"])
+    speed = plan.study.motion.speed
     if limit is not None and limit.forms is None:
         return breach
     worst = -np.inf
     for block in plan.blocks(range(breach["design"], breach["design"] + 1)):
-        directions, angles = plan.directions[block.directions], plan.elbow_angles[block.angles]
+        directions = plan.directions[block.directions]
+        angles = plan.elbow_angles[block.angles]
         state = plan.state(block)
+        badness: Array
         if limit is not None:
-            badness: Array = limit.beyond(
-                limit.value(state, np.nan if speed is None else speed.single), 0.0
-            )
+            value = limit.value(state, np.nan if speed is None else speed.single)
+            badness = limit.beyond(value, 0.0)
         elif breach["limit"] == SLACK:
             badness = state.response.required
         else:
@@ -162,8 +205,6 @@ def _with_state(breach: Breach, plan: Plan) -> Breach:
         worst = float(np.nanmax(values))
         direction, angle = np.unravel_index(int(np.nanargmax(values)), values.shape)
         flexion = np.broadcast_to(plan.motion(block)[1], values.shape)[direction, angle]
-        breach |= {
-            "direction": "flexion" if flexion else "extension",
-            "elbow_angle": float(angles[angle]),
-        }
+        breach["direction"] = "flexion" if flexion else "extension"
+        breach["elbow_angle"] = float(angles[angle])
     return breach

@@ -1,4 +1,4 @@
-"""The record of a check as text for a terminal, or Markdown for a job's summary."""
+"""Text of a check, for a terminal, or in Markdown for a job's summary."""
 
 from __future__ import annotations
 
@@ -13,161 +13,169 @@ from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.units import counted
 
-NO_EQUILIBRIUM, SLACK = "no equilibrium", "slack"
+NO_EQUILIBRIUM = "no equilibrium"
+SLACK = "slack"
 WORST = 10
-"""How many breaches or flips are listed."""
+"""Number of breaches or flips that are listed by default."""
 
 Record = Mapping[str, Any]
+_ESCAPES = {"&": "&amp;", "<": "&lt;", ">": "&gt;", "|": "\\|", "`": "\\`", "[": "\\["}
 
 
 @dataclass(frozen=True)
 class Checked:
-    """What came of a check."""
+    """Result of a check."""
 
     holds: bool
+    """True if every design is within its limits, or if nothing changed."""
     text: str
     record: dict[str, Any]
 
 
 def finite(value: Any) -> Any:
-    """A record for a program: what is infinite is null."""
+    """Convert a record for a program: what is infinite becomes null."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, Mapping):
-        return {name: finite(each) for name, each in value.items()}
-    return [finite(each) for each in value] if isinstance(value, list) else value
+        return {name: finite(item) for name, item in value.items()}
+    if isinstance(value, list):
+        return [finite(item) for item in value]
+    return value
 
 
 def verdict_text(record: Record, cube: Cube, name: str) -> str:
-    """One line if all is well, else what is broken and where, the worst first."""
+    """Return one line if all is well, else what is broken and where, the worst first."""
     designs = record["designs"]
+    if record["holds"] and designs == 1:
+        return f"{name}: the design is within its limits"
     if record["holds"]:
-        return f"{name}: " + (
-            "the design is within its limits"
-            if designs == 1
-            else f"all {designs:,} designs are within their limits"
-        )
-    lines = [
-        f"{name}: {designs - record['feasible']:,} of {designs:,} designs are not within their limits"
-    ]
-    lines += [
-        f"  {limit:<22} broken by {counted(count, 'design')}"
-        for limit, count in record["broken"].items()
-    ]
-    lines += ["worst first", *(f"  {_breach(each, cube)}" for each in record["breaches"])]
+        return f"{name}: all {designs:,} designs are within their limits"
+    failing = designs - record["feasible"]
+    lines = [f"{name}: {failing:,} of {designs:,} designs are not within their limits"]
+    for limit, count in record["broken"].items():
+        lines.append(f"  {limit:<22} broken by {counted(count, 'design')}")
+    lines.append("worst first")
+    lines += [f"  {_breach_text(breach, cube)}" for breach in record["breaches"]]
     return "\n".join(lines)
 
 
-def _breach(breach: Record, cube: Cube) -> str:
-    design, limit = breach["design"], breach["limit"]
-    place = {
+def _breach_text(breach: Record, cube: Cube) -> str:
+    """Say which limit a design breaks, by how much, and in which state."""
+    design = breach["design"]
+    values = {
         axis.column: axis.values[design // cube.strides[axis.column] % len(axis)]
         for axis in cube.axes
     }
-    if limit == NO_EQUILIBRIUM:
-        words = "has a state without equilibrium"
-    elif limit == SLACK:
-        words = f"is slack, {_shown('margin', -breach['value'])} short of the pretension it needs"
-    else:
-        column = LIMITS[limit].column
-        value, bound = (_shown(column, breach[each]) for each in ("value", "bound"))
-        words = f"has {column} {value}, {'below' if limit.startswith('min_') else 'above'} {bound}"
-        words += f" by {100 * breach['excess']:.3g} %" if breach["bound"] else ""
+    place = f" ({_place_text(values, cube)})" if values else ""
+    text = f"design {design}{place}: {_excess_text(breach)}"
     if breach["direction"] is not None:
-        words += (
-            f"; worst in {breach['direction']} at {number(math.degrees(breach['elbow_angle']))} deg"
-        )
-    return f"design {design}{f' ({_where(place, cube)})' if place else ''}: {words}"
+        angle = number(math.degrees(breach["elbow_angle"]))
+        text += f"; worst in {breach['direction']} at {angle} deg"
+    return text
+
+
+def _excess_text(breach: Record) -> str:
+    """Say by how much a design breaks a limit."""
+    limit = breach["limit"]
+    if limit == NO_EQUILIBRIUM:
+        return "has a state without equilibrium"
+    if limit == SLACK:
+        missing = _shown("margin", -breach["value"])
+        return f"is slack, {missing} short of the pretension it needs"
+    column = LIMITS[limit].column
+    value = _shown(column, breach["value"])
+    bound = _shown(column, breach["bound"])
+    side = "below" if limit.startswith("min_") else "above"
+    text = f"has {column} {value}, {side} {bound}"
+    if breach["bound"]:
+        text += f" by {100 * breach['excess']:.3g} %"
+    return text
 
 
 def _shown(column: str, value: float) -> str:
-    return (
-        Shown.of(column, QUANTITIES[column]).text(value) if column in QUANTITIES else number(value)
-    )
+    """Value of a column in the unit that people read."""
+    if column not in QUANTITIES:
+        return number(value)
+    return Shown.of(column, QUANTITIES[column]).text(value)
 
 
 def comparison_text(record: Record, cube: Cube, names: tuple[str, str]) -> str:
-    """What was compared, then columns and designs that changed, the worst first, and what could not be compared."""
+    """Say what was compared, what changed, the worst first, and what could not be compared."""
     head = "nothing changed" if record["holds"] else "changed"
-    compared = " and ".join(
+    tables = [
         f"{counted(columns, 'column')} of {counted(record[table], table[:-1])}"
         for table, columns in record["columns"].items()
-    )
-    compared += "" if "states" in record["columns"] else "; no states, which are not kept by both"
+    ]
+    compared = " and ".join(tables)
+    if "states" not in record["columns"]:
+        compared += "; no states, which are not kept by both"
     lines = [f"{names[0]}: {head} since {names[1]}", f"  compared: {compared}"]
     if record["within"] is not None:
-        lines.append(
-            f"  within the tolerance, the largest difference: {_change(record['within'], cube)}"
-        )
+        largest = _change_text(record["within"], cube)
+        lines.append(f"  within the tolerance, the largest difference: {largest}")
     lines += [f"  not compared, as it may differ: {text}" for text in record["excepted"]]
     lines += [f"  not compared: {text}" for text in record["missing"]]
-    lines += [f"  {_change(each, cube)}" for each in record["changes"]]
+    lines += [f"  {_change_text(change, cube)}" for change in record["changes"]]
     if record["flipped"]:
-        lines.append(
-            f"feasible in one run only: {counted(record['flipped'], 'design')}, worst first"
-        )
-        lines += [f"  {_flip(each, cube)}" for each in record["flips"]]
+        flipped = counted(record["flipped"], "design")
+        lines.append(f"feasible in one run only: {flipped}, worst first")
+        lines += [f"  {_flip_text(flip, cube)}" for flip in record["flips"]]
     return "\n".join(lines)
 
 
-def _change(change: Record, cube: Cube) -> str:
-    head, place = (
-        f"{change['table']}.{change['column']}: {counted(change['rows'], 'row')}",
-        _where(change["where"], cube),
-    )
-    difference, share = change["difference"], change["share"]
+def _change_text(change: Record, cube: Cube) -> str:
+    """Say in how many rows a column differs, and where most."""
+    rows = counted(change["rows"], "row")
+    head = f"{change['table']}.{change['column']}: {rows}"
+    place = _place_text(change["where"], cube)
+    difference = change["difference"]
     if difference is None:
         return f"{head}, first at {place}"
-    by = (
-        "null in one only"
-        if math.isinf(difference)
-        else f"by {_shown(change['column'], difference)}"
-    )
-    return (
-        f"{head}, most {by}{'' if math.isinf(share) else f' ({share:.3g} of its scale)'} at {place}"
-    )
+    amount = f"by {_shown(change['column'], difference)}"
+    if math.isinf(difference):
+        amount = "null in one only"
+    if not math.isinf(change["share"]):
+        amount += f" ({change['share']:.3g} of its scale)"
+    return f"{head}, most {amount} at {place}"
 
 
-def _flip(flip: Record, cube: Cube) -> str:
-    now = "feasible now, was not" if flip["now"] else "not feasible now, was"
-    margins = flip["margin_before"], flip["margin_now"]
-    moved = (
-        "; margin {}, now {}".format(*(_shown("margin", each) for each in margins))
-        if None not in margins
-        else ""
-    )
-    return f"{_where(flip['where'], cube)}: {now}{moved}"
+def _flip_text(flip: Record, cube: Cube) -> str:
+    """Say that a design became feasible, or is no longer."""
+    text = "feasible now, was not" if flip["now"] else "not feasible now, was"
+    before = flip["margin_before"]
+    now = flip["margin_now"]
+    if before is not None and now is not None:
+        text += f"; margin {_shown('margin', before)}, now {_shown('margin', now)}"
+    return f"{_place_text(flip['where'], cube)}: {text}"
 
 
-def _where(where: Record, cube: Cube) -> str:
-    """A row by its axes."""
+def _place_text(where: Record, cube: Cube) -> str:
+    """Name a row by its values on the axes."""
     words = []
     for column, value in where.items():
-        shown = Shown.of(column, QUANTITIES[column]) if column in QUANTITIES else None
-        text = value if isinstance(value, str) else (shown or cube.shown(column)).text(float(value))
-        words.append(f"{column} {text}")
+        if isinstance(value, str):
+            words.append(f"{column} {value}")
+            continue
+        quantity = QUANTITIES.get(column)
+        shown = Shown.of(column, quantity) if quantity else cube.shown(column)
+        words.append(f"{column} {shown.text(float(value))}")
     return ", ".join(words) or "the only row"
 
 
 def as_markdown(text: str, *, holds: bool) -> str:
-    """The same for a job's summary."""
+    """Convert the text of a check to Markdown, for a job's summary."""
     head, *rest = text.split("\n")
-    mark = "within limits" if holds else "not as hoped"
-    body = "\n".join(
-        f"- {line.strip()}" if line.startswith("  ") else f"\n**{line}**\n" for line in rest
-    )
-    return f"### tendon check: {mark}\n\n{_escaped(head)}\n\n{_escaped(body)}".rstrip() + "\n"
+    verdict = "within limits" if holds else "negative result"
+    lines = []
+    for line in rest:
+        is_item = line.startswith("  ")
+        lines.append(f"- {line.strip()}" if is_item else f"\n**{line}**\n")
+    body = _escaped("\n".join(lines))
+    return f"### tendon check: {verdict}\n\n{_escaped(head)}\n\n{body}".rstrip() + "\n"
 
 
 def _escaped(text: str) -> str:
-    """Names from studies say no Markdown and no HTML."""
-    for sign, harmless in (
-        ("&", "&amp;"),
-        ("<", "&lt;"),
-        (">", "&gt;"),
-        ("|", "\\|"),
-        ("`", "\\`"),
-        ("[", "\\["),
-    ):
-        text = text.replace(sign, harmless)
+    """Escape names from studies, so that they say no Markdown and no HTML."""
+    for sign, escape in _ESCAPES.items():
+        text = text.replace(sign, escape)
     return text

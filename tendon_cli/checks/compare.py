@@ -1,9 +1,9 @@
-"""What changed between two runs, on the designs and states that both have."""
+"""Comparison of two runs, on the designs and states that both have."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,7 @@ from tendon_cli.units import counted, shorten
 FLAGS = ("status", *JUDGEMENTS)
 """Columns of words and truths, which are compared exactly."""
 TOLERANCE = 1e-9
-"""The share of a column's scale by which numbers may differ."""
+"""Share of a column's scale by which numbers may differ."""
 _MAY_DIFFER = (
     "motion.elbow_angle",
     "motion.direction",
@@ -41,7 +41,9 @@ _MAY_DIFFER = (
     "output",
     "figure",
 )
-"""What a study says of its rows, and what changes no number."""
+"""Keys that say which rows a study has, and those that change no number."""
+_RESULTS = frozenset({*OF_DESIGNS, *OF_CYCLES, *OF_STATES, *FLAGS})
+"""Columns that are computed; the others say which design or state a row is."""
 
 Record = dict[str, Any]
 """A change, a flip, or all of them, for text and programs alike."""
@@ -55,109 +57,141 @@ def compare(
     apart: Sequence[str] = (),
     worst: int = WORST,
 ) -> Checked:
-    """What changed since another run: columns beyond the tolerance, flags exactly, designs that became feasible or not.
+    """Find what changed since another run.
 
-    Raises InputError for what is damaged or is no run, UsageError where the studies differ in more than the values of
-    axes and the keys `apart`.
+    Numbers are compared within a tolerance, flags exactly, and designs that became feasible, or are
+    no longer, are listed.
+
+    Args:
+        folder: Folder of the run.
+        baseline: Folder of the other run.
+        tolerance: Share of a column's scale by which numbers may differ.
+        apart: Keys in which the studies may differ.
+        worst: Number of designs that are listed.
+
+    Raises:
+        InputError: if something is damaged or is no run.
+        UsageError: if the studies differ in more than the values of axes and the keys `apart`.
     """
-    runs, missing = [open_run(each) for each in (folder, baseline)], list[str]()
+    runs = [open_run(folder), open_run(baseline)]
     ours, theirs = (recorded_study(run.record) for run in runs)
     tables = [run.kept("designs") for run in runs]
     _check_studies(ours, theirs, apart)
-    pairs = [Pair.of(tables, ours, theirs)]
-    kept = ["states" in run.record["study"]["output"]["tables"] for run in runs]
-    if all(kept):
-        pairs.append(Pair.of([run.kept("states") for run in runs], ours, theirs))
-    elif any(kept):
-        missing.append(f"states: a table in {'this run' if kept[0] else 'the baseline'} only")
-    changes = [change for pair in pairs for change in pair.changes(tolerance)]
-    missing += [line for pair in pairs for line in pair.columns_of_one]
-    left_out = {key: text for pair in pairs for key, text in pair.left_out.items()}
-    excepted = {key: text for key, text in left_out.items() if _is_within(key, apart)}
-    missing += [text for key, text in left_out.items() if key not in excepted]
-    beyond, flips = [change for change in changes if change.pop("is_beyond")], pairs[0].flips()
+    pairs = [TablePair.of(tables, ours, theirs)]
+    missing = []
+    has_states = ["states" in run.record["study"]["output"]["tables"] for run in runs]
+    if all(has_states):
+        pairs.append(TablePair.of([run.kept("states") for run in runs], ours, theirs))
+    elif any(has_states):
+        owner = "this run" if has_states[0] else "the baseline"
+        missing.append(f"states: a table in {owner} only")
+    changes: list[Record] = []
+    left_out: dict[str, str] = {}
+    for pair in pairs:
+        changes += pair.changes(tolerance)
+        missing += pair.columns_of_one
+        left_out |= pair.left_out
+    excepted = []
+    for key, text in left_out.items():
+        if _is_within(key, apart):
+            excepted.append(text)
+        else:
+            missing.append(text)
+    beyond = []
+    within = []
+    for change in changes:
+        is_beyond = change.pop("is_beyond")
+        if is_beyond:
+            beyond.append(change)
+        else:
+            within.append(change)
+    flips = pairs[0].flips()
     record: Record = {
         "states": 0,
         **{pair.here.kind: math.prod(pair.shape) for pair in pairs},
         "columns": {pair.here.kind: len(pair.columns) for pair in pairs},
         "missing": missing,
-        "excepted": list(excepted.values()),
-        "within": max(
-            (c for c in changes if c not in beyond),
-            key=lambda change: change["share"],
-            default=None,
-        ),
+        "excepted": excepted,
+        "within": max(within, key=lambda change: change["share"], default=None),
         "changes": beyond,
         "flips": flips[:worst],
         "flipped": len(flips),
         "holds": not beyond and not flips and not missing,
     }
-    names = str(folder), str(baseline)
-    return Checked(record["holds"], comparison_text(record, pairs[0].here, names), finite(record))
+    text = comparison_text(record, pairs[0].here, (str(folder), str(baseline)))
+    return Checked(record["holds"], text, finite(record))
 
 
 def _check_studies(ours: Study, theirs: Study, apart: Sequence[str]) -> None:
-    """Raises UsageError where two studies differ in more than the values of axes and the keys `apart`."""
-    known = {
-        key.rsplit(".", depth)[0] for key in key_words() for depth in range(key.count(".") + 1)
-    }
-    if unknown := [key for key in apart if key not in known.union(Study.model_fields)]:
+    """Raise UsageError if the studies differ in more than the values of axes and `apart`."""
+    known: set[str] = set()  # keys, and the tables that they are in
+    for key in key_words():
+        parts = key.split(".")
+        known.update(".".join(parts[: depth + 1]) for depth in range(len(parts)))
+    unknown = [key for key in apart if key not in known.union(Study.model_fields)]
+    if unknown:
         hint = nearest(unknown[0], known) or "`tendon schema` lists every key"
         raise UsageError(f'a study has no key "{shorten(unknown[0])}"', where="--except", hint=hint)
     varied = {*ours.axes, *theirs.axes, *_MAY_DIFFER, *apart}
-    every = differences(theirs.document(), ours.document())
-    if lines := [line for line in every if not _is_within(line.partition(" ")[0], varied)]:
+    lines = []
+    for line in differences(theirs.document(), ours.document()):
+        key = line.partition(" ")[0]
+        if not _is_within(key, varied):
+            lines.append(line)
+    if lines:
         hint = f"--except {lines[0].partition(' ')[0]} compares them all the same"
         raise UsageError(f"the baseline is of another study: {'; '.join(lines[:4])}", hint=hint)
 
 
-def _is_within(key: str, tables: Sequence[str] | set[str]) -> bool:
-    """Whether a key is one of some, or in a table of these."""
-    return any(f"{key}.".startswith(f"{each}.") for each in tables)
+def _is_within(key: str, keys: Collection[str]) -> bool:
+    """True if a key is one of `keys`, or in a table of these."""
+    return any(f"{key}.".startswith(f"{table}.") for table in keys)
 
 
 @dataclass(frozen=True)
-class Pair:
+class TablePair:
     """Two tables of one kind, and the rows that both have."""
 
     here: Cube
     there: Cube
     axes: tuple[Axis, ...]
-    """Those that both have, slowest first."""
+    """Axes that both have, slowest first."""
     at_here: Mapping[str, Ints]
-    """The positions on the axes of either that both have, in the same order."""
+    """Common positions on each axis of this table, by its column."""
     at_there: Mapping[str, Ints]
+    """The same positions on each axis of the other table, in the same order."""
     left_out: Mapping[str, str] = field(default_factory=dict)
-    """By the key of an axis, which of its values only one of them has."""
+    """Values that only one of them has, in words, by the key of the axis."""
 
     @classmethod
-    def of(cls, tables: Sequence[TableFiles], ours: Study, theirs: Study) -> Pair:
-        """Match two tables by the values of their axes; raises UsageError where they have nothing in common."""
+    def of(cls, tables: Sequence[TableFiles], ours: Study, theirs: Study) -> TablePair:
+        """Match two tables by the values of their axes.
+
+        Raises:
+            UsageError: if they have nothing in common.
+        """
         here, there = map(cube_of, tables)
         others = {axis.key: axis for axis in there.axes}
-        at_here, at_there, axes, left_out = {}, {}, [], {}
+        axes: list[Axis] = []
+        at_here: dict[str, Ints] = {}
+        at_there: dict[str, Ints] = {}
+        left_out: dict[str, str] = {}
         for axis in here.axes:
             other = others.pop(axis.key, None)
             if other is None:
                 at_here[axis.column] = _single(axis, theirs)
-            else:
-                axes.append(axis)
-                at_here[axis.column], at_there[other.column] = _common(axis, other)
-            both = len(at_here[axis.column])
-            left_out[axis.key] = _only(
-                axis.key, len(axis) - both, len(other) - both if other else 0
-            )
+                left_out[axis.key] = _only(axis.key, len(axis) - 1, 0)
+                continue
+            axes.append(axis)
+            first, second = _common(axis, other)
+            at_here[axis.column] = first
+            at_there[other.column] = second
+            left_out[axis.key] = _only(axis.key, len(axis) - len(first), len(other) - len(first))
         for axis in others.values():
             at_there[axis.column] = _single(axis, ours)
             left_out[axis.key] = _only(axis.key, 0, len(axis) - 1)
-        return cls(
-            here,
-            there,
-            tuple(axes),
-            at_here,
-            at_there,
-            {key: text for key, text in left_out.items() if text},
-        )
+        left_out = {key: text for key, text in left_out.items() if text}
+        return cls(here, there, tuple(axes), at_here, at_there, left_out)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -172,87 +206,98 @@ class Pair:
     @property
     def columns_of_one(self) -> list[str]:
         """Results that only one of the tables has, in words."""
-        return [
-            f"{self.here.kind}.{name}: a column in {which} only"
-            for cube, which in ((self.here, "this run"), (self.there, "the baseline"))
-            for name in _results(cube)
-            if name not in self.columns
-        ]
+        common = self.columns
+        lines = []
+        for cube, owner in ((self.here, "this run"), (self.there, "the baseline")):
+            names = [name for name in _results(cube) if name not in common]
+            lines += [f"{self.here.kind}.{name}: a column in {owner} only" for name in names]
+        return lines
 
     def both(self, name: str) -> tuple[Values, Values]:
-        """A column on the rows that both have."""
+        """Return a column of both tables, on the rows that both have."""
         order = [axis.column for axis in self.axes]
         here = self.here.gather(self.here.rows(order, self.at_here), [name])
-        return here[name].ravel(), self.there.gather(self.there.rows(order, self.at_there), [name])[
-            name
-        ].ravel()
+        there = self.there.gather(self.there.rows(order, self.at_there), [name])
+        return here[name].ravel(), there[name].ravel()
 
     def where(self, row: int) -> dict[str, float | str]:
-        """A common row by its axes."""
-        place: dict[str, float | str] = {}
-        for axis, at in zip(self.axes, np.unravel_index(row, self.shape), strict=True):
-            value = axis.values[self.at_here[axis.column][at]]
-            place[axis.column] = str(value) if axis.is_text else float(value)
-        return place
+        """Return the values of a common row on the axes."""
+        values: dict[str, float | str] = {}
+        for axis, place in zip(self.axes, np.unravel_index(row, self.shape), strict=True):
+            value = axis.values[self.at_here[axis.column][place]]
+            values[axis.column] = str(value) if axis.is_text else float(value)
+        return values
 
     def changes(self, tolerance: float) -> list[Record]:
-        """Columns that differ, those first that do so by the largest share of their scale."""
+        """List the columns that differ, those first that do so by the largest share of scale."""
         changes = []
         for name in self.columns:
-            is_flag, (first, second) = name in FLAGS, self.both(name)
-            size = difference(first, second, is_flag=is_flag)
-            if not size.any():
-                continue
-            scale = 1.0 if is_flag else max(_largest(first), _largest(second))
-            row, beyond = int(np.argmax(size)), size > (0.0 if is_flag else tolerance * scale)
-            rows = beyond if beyond.any() else size > 0.0
-            changes.append(
-                {
-                    "table": self.here.kind,
-                    "column": name,
-                    "difference": None if is_flag else float(size[row]),
-                    "share": float(size.mean() if is_flag else size[row] / (scale or 1.0)),
-                    "rows": int(rows.sum()),
-                    "where": self.where(row),
-                    "is_beyond": bool(beyond.any()),
-                }
-            )
+            change = self._change(name, tolerance)
+            if change is not None:
+                changes.append(change)
         return sorted(changes, key=lambda change: -change["share"])
 
+    def _change(self, name: str, tolerance: float) -> Record | None:
+        """Describe the change of a column. Return None if there is none."""
+        is_flag = name in FLAGS
+        first, second = self.both(name)
+        size = difference(first, second, is_flag=is_flag)
+        if not size.any():
+            return None
+        row = int(np.argmax(size))
+        if is_flag:
+            beyond = size > 0.0
+            share = size.mean()
+        else:
+            scale = max(_largest(first), _largest(second))
+            beyond = size > tolerance * scale
+            share = size[row] / (scale or 1.0)
+        rows = beyond if beyond.any() else size > 0.0
+        return {
+            "table": self.here.kind,
+            "column": name,
+            "difference": None if is_flag else float(size[row]),
+            "share": float(share),
+            "rows": int(rows.sum()),
+            "where": self.where(row),
+            "is_beyond": bool(beyond.any()),
+        }
+
     def flips(self) -> list[Record]:
-        """Designs that are feasible in one of the runs only, the worst first."""
-        (now, before), margins = self.both("feasible"), self.both("margin")
+        """List the designs that are feasible in only one of the runs, the worst first."""
+        now, before = self.both("feasible")
+        margin_now, margin_before = self.both("margin")
         flips = []
         for row in np.flatnonzero(now != before).tolist():
-            known = [float(each[row]) if math.isfinite(each[row]) else None for each in margins]
-            place = self.where(row)
-            flips.append(
-                {
-                    "where": place,
-                    "now": bool(now[row]),
-                    "margin_before": known[1],
-                    "margin_now": known[0],
-                }
-            )
+            flip = {
+                "where": self.where(row),
+                "now": bool(now[row]),
+                "margin_before": _known(margin_before[row]),
+                "margin_now": _known(margin_now[row]),
+            }
+            flips.append(flip)
         return sorted(flips, key=_moved, reverse=True)
 
 
 def _results(cube: Cube) -> list[str]:
-    """Columns that are computed; the others say which design or state a row is."""
-    known = {*OF_DESIGNS, *OF_CYCLES, *OF_STATES, *FLAGS}
-    return (
-        [name for name in cube.files.schema.names if name in known]
-        if cube.files is not None
-        else []
-    )
+    """Columns of a table that are computed."""
+    if cube.files is None:
+        return []
+    return [name for name in cube.files.schema.names if name in _RESULTS]
 
 
 def _largest(values: Values) -> float:
+    """Largest magnitude of a column; 0 if nothing in it is finite."""
     return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
 
 
+def _known(margin: float) -> float | None:
+    """Margin of a design; None if it has none."""
+    return float(margin) if math.isfinite(margin) else None
+
+
 def difference(first: Values, second: Values, *, is_flag: bool) -> npt.NDArray[np.float64]:
-    """By how much each row differs: 1 for another flag, infinite where only one is null."""
+    """Return the difference of each row: 1 for another flag, infinite if only one is null."""
     if is_flag:
         return np.asarray(first != second, dtype=np.float64)
     one_is_null = np.isnan(first) != np.isnan(second)
@@ -260,22 +305,27 @@ def difference(first: Values, second: Values, *, is_flag: bool) -> npt.NDArray[n
 
 
 def _moved(flip: Record) -> float:
-    """By how much its margin moved, N; what has none, most of all."""
-    before, now = flip["margin_before"], flip["margin_now"]
+    """Change of the margin, N; infinite if a design has none."""
+    before = flip["margin_before"]
+    now = flip["margin_now"]
     return math.inf if before is None or now is None else abs(now - before)
 
 
 def _only(key: str, here: int, there: int) -> str:
-    """Which values of an axis one of the runs has alone; empty if both have the same."""
-    parts = [f"{counted(here, 'value')} in this run only"] if here else []
-    parts += [f"{counted(there, 'value')} in the baseline only"] if there else []
+    """Say how many values of an axis only one of the runs has; empty if both have the same."""
+    parts = []
+    if here:
+        parts.append(f"{counted(here, 'value')} in this run only")
+    if there:
+        parts.append(f"{counted(there, 'value')} in the baseline only")
     return f"{key}: {', '.join(parts)}" if parts else ""
 
 
 def _common(axis: Axis, other: Axis) -> tuple[Ints, Ints]:
-    """The positions on two axes at which both have the same value."""
-    mine, theirs = (np.array([_token(value) for value in each.values]) for each in (axis, other))
-    _, first, second = np.intersect1d(mine, theirs, return_indices=True)
+    """Find the positions on two axes at which both have the same value."""
+    ours = np.array([_token(value) for value in axis.values])
+    theirs = np.array([_token(value) for value in other.values])
+    _, first, second = np.intersect1d(ours, theirs, return_indices=True)
     if not len(first):
         raise UsageError(
             f"the runs have no value of {axis.key} in common",
@@ -286,19 +336,20 @@ def _common(axis: Axis, other: Axis) -> tuple[Ints, Ints]:
 
 
 def _single(axis: Axis, other: Study) -> Ints:
-    """Where an axis has the one value that the other run has of it."""
-    value = other.numbers[axis.key].single if axis.key in other.numbers else None
-    places = [
-        at
-        for at, each in enumerate(axis.values)
-        if value is not None and _token(each) == _token(value)
-    ]
-    if places or len(axis) == 1:
-        return np.array(places[:1] or [0], dtype=np.int64)
+    """Find the position on an axis of the one value that the other run has of it."""
+    if axis.key in other.numbers:
+        value = other.numbers[axis.key].single
+        if value is not None:
+            for place, candidate in enumerate(axis.values):
+                if _token(candidate) == _token(value):
+                    return np.array([place], dtype=np.int64)
+    if len(axis) == 1:
+        return np.array([0], dtype=np.int64)
     raise UsageError(
         f"only one of the runs has the axis {axis.key}, and the other's value is not on it"
     )
 
 
 def _token(value: Any) -> str:
+    """Text by which values of axes are the same."""
     return value if isinstance(value, str) else f"{float(value):.12g}"

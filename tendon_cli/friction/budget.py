@@ -1,4 +1,7 @@
-"""The uncertainty of μ part by part, as the Guide to the Expression of Uncertainty in Measurement (GUM) has it."""
+"""Uncertainty of μ part by part.
+
+The budget is that of the Guide to the Expression of Uncertainty in Measurement (GUM).
+"""
 
 from __future__ import annotations
 
@@ -7,69 +10,84 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.friction.estimate import Estimated
+from tendon_cli.friction.estimate import FrictionEstimate
+from tendon_cli.friction.reading.readings import Floats
 from tendon_cli.friction.usable_rows import Log, noise_of
 
-FEW, FEW_SHARE = 4, 0.03
-"""Strokes below which their scatter says little: 3 % of μ from stroke to stroke is added, as rigs have it."""
-_KEEPS = 0.002
-"""Of μ: no rig's strokes agree more closely."""
-SCATTER, RESOLUTION, EFFECTS, FEW_STROKES, BEND, GAIN = (
-    "scatter of the strokes",
-    "resolution of the cells",
-    "effects that the readings leave open",
-    "few strokes, 3 % assumed",
-    "bend angle",
-    "gain of the cells",
-)
+FEW = 4
+"""Number of strokes below which their scatter says little."""
+FEW_SHARE = 0.03
+"""Standard deviation from stroke to stroke, as a share of μ, that rigs have and is added then."""
+LEAST_SCATTER = 0.002
+"""Least scatter of strokes, as a share of μ: no rig's strokes agree more closely."""
+SCATTER = "scatter of the strokes"
+RESOLUTION = "resolution of the cells"
+EFFECTS = "effects that the readings leave open"
+FEW_STROKES = "few strokes, 3 % assumed"
+BEND = "bend angle"
+GAIN = "gain of the cells"
+ZEROS = ("zero of the motor's cell", "zero of the load's cell")
 
 
 @dataclass(frozen=True)
 class BudgetPart:
-    """One line of the budget: the standard uncertainty of an input, and what it contributes to that of μ.
-
-    `type` is "A" by statistics of these readings, "B" by other knowledge (GUM 4.2, 4.3), `sensitivity` ∂μ/∂input,
-    `contribution` its magnitude times the standard uncertainty.
-    """
+    """One line of the budget: an input, and what it contributes to the uncertainty of μ."""
 
     name: str
     type: str
+    """"A" by statistics of these readings, "B" by other knowledge (GUM 4.2, 4.3)."""
     standard_uncertainty: float
+    """Standard uncertainty of the input, in its unit."""
     unit: str
     sensitivity: float
+    """∂μ/∂input."""
     contribution: float
+    """Magnitude of the sensitivity times the standard uncertainty."""
     degrees_of_freedom: float = math.inf
 
 
 @dataclass(frozen=True)
 class FrictionUncertainty:
-    """Standard error of μ and the parts it is made of.
-
-    `degrees_of_freedom` is the effective number (Welch and Satterthwaite, GUM G.4), `coverage` the factor of the 95 %
-    interval, Student's t.
-    """
+    """Standard error of μ and the parts it is made of."""
 
     parts: tuple[BudgetPart, ...]
     standard_error: float
     degrees_of_freedom: float
+    """Effective number (Welch and Satterthwaite, GUM G.4)."""
     coverage: float
+    """Factor of the 95 % interval, Student's t."""
     interval_95: tuple[float, float]
 
     def of(self, name: str) -> float:
-        """Contribution of one part; 0 if it has none."""
+        """Return the contribution of one part; 0 if it has none."""
         return sum(part.contribution for part in self.parts if part.name == name)
 
 
 def uncertainty_of(
-    result: Estimated, log: Log, unit: str, bend_share: float, cells: tuple[float, float] | None
+    result: FrictionEstimate,
+    log: Log,
+    unit: str,
+    bend_share: float,
+    cells: tuple[float, float] | None,
 ) -> FrictionUncertainty:
-    """`bend_share` is the bend angle's uncertainty over it, `cells` the stated one of each cell's zero and of its gain.
+    """Add up the uncertainty of μ.
 
-    Scatter and resolution are not added: what rounding does to the strokes is in their scatter, too.
+    Scatter and resolution are not added: what rounding does to the strokes is in their scatter,
+    too.
+
+    Args:
+        result: Estimate of μ.
+        log: Rows that it was estimated from.
+        unit: Unit of the forces.
+        bend_share: Standard uncertainty of the bend angle over the angle.
+        cells: Stated standard uncertainty of each cell's zero, in `unit`, and of its gain, as a
+            share; None if it is not stated.
     """
     from scipy.special import stdtrit
 
-    average, points, friction = result.average, result.points, abs(result.friction)
+    average = result.average
+    points = result.points
+    friction = abs(result.friction)
     parts: list[BudgetPart] = []
 
     def add(
@@ -80,11 +98,14 @@ def uncertainty_of(
         slope: float = 1.0,
         free: float = math.inf,
     ) -> None:
+        """Add a part, unless it contributes nothing."""
         if value and slope:
             parts.append(BudgetPart(name, kind, value, unit, slope, abs(slope) * value, free))
 
-    root, angle = math.sqrt(points.strokes), float(np.mean(points.bend))
-    scatter, rounding = max(average.scatter, _KEEPS * friction / root), _resolution(result, log)
+    root = math.sqrt(points.strokes)
+    angle = float(np.mean(points.bend))
+    scatter = max(average.scatter, LEAST_SCATTER * friction / root)
+    rounding = _resolution(result, log)
     if rounding > scatter:
         add(RESOLUTION, "B", rounding)
     else:
@@ -93,40 +114,49 @@ def uncertainty_of(
     if points.strokes < FEW:
         add(FEW_STROKES, "B", FEW_SHARE, slope=friction / root)
     add(BEND, "B", bend_share * angle, "rad", -result.friction / angle)
-    if (
-        cells is not None
-    ):  # a zero that is fitted has no part left, gains cancel between the directions
-        for place, name in enumerate(("zero of the motor's cell", "zero of the load's cell")):
-            slope = math.sqrt(
-                float(average.weights @ [model.zero[place] ** 2 for model in average.models])
-            )
-            add(name, "B", cells[0], unit, math.copysign(slope, average.best.zero[place]))
-        add(GAIN, "B", 0.0 if points.both_ways else cells[1], slope=math.sqrt(2.0) / angle)
+    if cells is not None:
+        # A zero that is fitted has no part left, and gains cancel between the directions.
+        for cell, name in enumerate(ZEROS):
+            squares = [model.zero[cell] ** 2 for model in average.models]
+            slope = math.sqrt(float(average.weights @ squares))
+            add(name, "B", cells[0], unit, math.copysign(slope, average.best.zero[cell]))
+        gain = 0.0 if points.both_ways else cells[1]
+        add(GAIN, "B", gain, slope=math.sqrt(2.0) / angle)
     total = math.sqrt(sum(part.contribution**2 for part in parts))
     share = sum(
         (part.contribution / max(total, 1e-300)) ** 4 / part.degrees_of_freedom for part in parts
     )
     degrees = 1.0 / share if share > 1e-9 else math.inf
-    factor = float(stdtrit(min(degrees, 1e9), 0.975))
-    low, high = (result.friction + sign * factor * total for sign in (-1.0, 1.0))
-    return FrictionUncertainty(tuple(parts), total, degrees, factor, (low, high))
+    coverage = float(stdtrit(min(degrees, 1e9), 0.975))
+    half = coverage * total
+    interval = (result.friction - half, result.friction + half)
+    return FrictionUncertainty(tuple(parts), total, degrees, coverage, interval)
 
 
-def _resolution(result: Estimated, log: Log) -> float:
-    """Standard error of μ from the rounding of the readings alone.
+def _resolution(result: FrictionEstimate, log: Log) -> float:
+    """Return the standard error of μ from the rounding of the readings alone.
 
-    Rounding moves all readings of a way alike if they are alike; noise of half a step or more averages it out (dither):
-    the mean is then off by no more than exp(-2π²·variance/step²) of it. A force that moves over many steps does, too.
+    Rounding moves all readings of a way alike if they are alike; noise of half a step or more
+    averages it out (dither): the mean is then off by no more than exp(-2π²·variance/step²) of it. A
+    force that moves over many steps does, too.
     """
-    variance, turn = 0.0, 2.0 if result.points.both_ways else 1.0
+    variance = 0.0
+    turn = 2.0 if result.points.both_ways else 1.0
     for cell, step in zip((log.motor, log.load), log.steps, strict=True):
-        noise = 0.0 if log.settled else min(noise_of(cell), step)
-        left = step * math.exp(-2.0 * math.pi**2 * (noise / step) ** 2) if step else 0.0
+        left = _undithered(cell, step, log)
         for way in np.unique(log.way[result.used]):
             rows = result.used & (log.way == way)
-            reach = len(
-                np.unique(np.round(cell[rows] / (step or 1.0)))
-            )  # different codes are rounded independently
-            force, angle = float(np.mean(cell[rows])), float(np.mean(log.bend[rows]))
-            variance += (left / (math.sqrt(12.0 * reach) * force * turn * angle)) ** 2
+            # Different codes are rounded independently.
+            codes = len(np.unique(np.round(cell[rows] / (step or 1.0))))
+            force = float(np.mean(cell[rows]))
+            angle = float(np.mean(log.bend[rows]))
+            variance += (left / (math.sqrt(12.0 * codes) * force * turn * angle)) ** 2
     return math.sqrt(variance)
+
+
+def _undithered(cell: Floats, step: float, log: Log) -> float:
+    """Step of a cell that its noise leaves in the mean of many readings."""
+    if not step:
+        return 0.0
+    noise = 0.0 if log.settled else min(noise_of(cell), step)
+    return step * math.exp(-2.0 * math.pi**2 * (noise / step) ** 2)

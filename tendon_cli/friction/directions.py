@@ -1,4 +1,4 @@
-"""Which way the tendon moved in each reading, and which cell is the motor's."""
+"""Direction of the tendon in each reading, and the cell at the motor."""
 
 from __future__ import annotations
 
@@ -16,58 +16,64 @@ _PULLED = re.compile(
     r"|weight is moving in upward direction|auf|hoch|heben|ziehen"
 )
 _RELEASED = re.compile(
-    r"down(wards?)?|lower(ing)?|falling|releas(e|ing|ed)|(towards?|to) load|towards? elbow|unloading|unwinding"
+    r"down(wards?)?|lower(ing)?|falling|releas(e|ing|ed)|(towards?|to) load|towards? elbow"
+    r"|unloading|unwinding"
     r"|weight is moving in downward direction|ab|runter|senken|nachlassen"
 )
 _RESTING = re.compile(r"(at )?rest|stop(ped)?|hold(ing)?|idle|paused?|still|none")
 _MANY = 40
 """Rows from which one name for all of them says nothing: it is the name of the log."""
 _TRIGGER = 0.3
-"""Of the half distance: how far past the middle the ratio turns a stroke. Noise below a tenth of it never does."""
-_STILL, _STEADIER = 0.3, 2.0
-"""Change of the motor's cell between the directions over the other's: under 0.3 it is not the motor's; the force that
-changes over twice as much is the motor's."""
+"""Distance past the middle, over the half distance, at which the ratio turns a stroke. Noise below
+a tenth of it never does."""
+_STILL = 0.3
+"""Change of the motor's cell between the directions over the other's, under which it is not the
+motor's."""
+_STEADIER = 2.0
+"""Change of a cell's force over the other's, from which the cell is the motor's."""
 _SLOW = 0.05
-"""Of the usual speed: what is slower rests. Creep after a stop is slower, a crank passes its turn within few rows."""
+"""Speed over the usual speed under which the motor rests. Creep after a stop is slower, a crank
+passes its turn within few rows."""
 
 
 def stated_motion(readings: Readings) -> tuple[Integers, Mask]:
-    """Way of the motor in each row, by a column of position or speed or else of names, and where it rests.
+    """Return the way of the motor in each row by the file, and True where it rests.
 
-    The way is 0 at rest, and where a name says nothing of it.
+    The file says it by a column of position or speed, or else by one of names. The way is 0 at
+    rest, and where a name says nothing of it.
     """
     if "position" in readings.rows:
         way = _moving(readings)
         return way, way == 0
     if "direction" not in readings.rows:
-        return np.zeros(len(readings.rows), dtype=np.int64), np.zeros(
-            len(readings.rows), dtype=bool
-        )
+        total = len(readings.rows)
+        return np.zeros(total, dtype=np.int64), np.zeros(total, dtype=bool)
     labels, code = readings.codes("direction")
     names = [_tidy(str(label)) for label in labels]
     if "" in names:
         row = int(np.argmax(code == names.index("")))
         raise InputError("the direction is missing", where=readings.place(row))
-    is_signed = (
-        len(set(names) - {"0"}) >= 2
-    )  # 0 with 1 and -1 is a motor at rest; 0 and 1 alone are two names
-    known = np.array(
-        [bool(_PULLED.fullmatch(name)) - bool(_RELEASED.fullmatch(name)) for name in names],
-        np.int64,
-    )
-    resting = np.array(
+    # 0 with 1 and -1 is a motor at rest; 0 and 1 alone are two names.
+    is_signed = len(set(names) - {"0"}) >= 2
+    way_of_name = np.array([_way_of(name) for name in names], dtype=np.int64)
+    rest_of_name = np.array(
         [bool(_RESTING.fullmatch(name)) or (is_signed and name == "0") for name in names]
     )
-    if known.any() and np.any((known == 0) & ~resting):
+    if way_of_name.any() and np.any((way_of_name == 0) & ~rest_of_name):
         shown = ", ".join(shorten(str(label), 20) for label in labels[:6])
+        problem = f"directions are named in two ways: {shown}"
         hint = 'use "pull", "release" and "rest", or two other names'
-        raise InputError(
-            f"directions are named in two ways: {shown}", where=readings.source, hint=hint
-        )
-    return known[code], resting[code]
+        raise InputError(problem, where=readings.source, hint=hint)
+    return way_of_name[code], rest_of_name[code]
+
+
+def _way_of(name: str) -> int:
+    """Way of the motor that a name says: +1 pulled, -1 released, 0 if it says neither."""
+    return bool(_PULLED.fullmatch(name)) - bool(_RELEASED.fullmatch(name))
 
 
 def _tidy(label: str) -> str:
+    """Write a label without case, "case", signs and doubled blanks; 1.0 as 1."""
     text = re.sub(r"^case[\s_]*(?=.)", "", label.casefold().strip(' *:"'))
     if re.fullmatch(r"[+-]?[012](\.0*)?", text):
         return str(int(float(text)))
@@ -75,21 +81,22 @@ def _tidy(label: str) -> str:
 
 
 def _moving(readings: Readings) -> Integers:
-    """+1, -1 or 0 (at rest) by a column of position or speed."""
+    """Way of the motor by a column of position or speed: +1, -1 or 0 (at rest)."""
     position = readings.rows["position"].to_numpy()
     known = np.isfinite(position)
     if not known.any() or np.ptp(position[known]) == 0.0:
         problem = f'"{shorten(readings.position_name, 30)}" never moves'
-        raise InputError(
-            problem,
-            where=readings.source,
-            hint="name the column of the motor's position: --position",
-        )
+        hint = "name the column of the motor's position: --position"
+        raise InputError(problem, where=readings.source, hint=hint)
     rows = np.arange(len(position))
-    x = np.interp(rows, rows[known], position[known])
-    speed, noise, width = x, noise_of(x), 1
+    filled = np.interp(rows, rows[known], position[known])
+    noise = noise_of(filled)
+    speed = filled
+    width = 1
     while not readings.position_is_speed:  # wide enough for the noise and the steps of an encoder
-        speed = x[np.minimum(rows + width, len(x) - 1)] - x[np.maximum(rows - width, 0)]
+        after = filled[np.minimum(rows + width, len(filled) - 1)]
+        before = filled[np.maximum(rows - width, 0)]
+        speed = after - before
         if width >= 16 or np.quantile(np.abs(speed), 0.9) >= 10.0 * noise:
             break
         width *= 2
@@ -101,61 +108,91 @@ def _moving(readings: Readings) -> Integers:
 def stated_sides(
     readings: Readings, way: Integers, log_ratio: Floats, good: Mask
 ) -> Integers | None:
-    """Per good row: +1 if the file says that cell 1 / cell 2 is at its upper limit, -1 at its lower, 0 at rest.
+    """Return the limit that each good row belongs to, by the file.
 
-    `way` is that of the motor in all rows, `log_ratio` that of the good ones. None if the file says nothing.
+    Args:
+        readings: All readings.
+        way: Way of the motor in all rows.
+        log_ratio: Log ratio of the good rows.
+        good: True in the rows that can be readings.
+
+    Returns:
+        +1 if the file says that cell 1 / cell 2 is at its upper limit, -1 at its lower, 0 at rest;
+        None if the file says nothing.
     """
     if "position" in readings.rows:
-        way, (middle, half) = way[good], levels_of(log_ratio)
-        counted = (np.abs(log_ratio - middle) > 0.5 * half) & (way != 0)
-        agree = (
-            float(np.mean((way * np.sign(log_ratio - middle))[counted])) if counted.any() else 0.0
-        )
-        if abs(agree) < 0.2 and len(np.unique(way)) > 1:
-            problem = f'"{shorten(readings.position_name, 30)}" turns at other times than the force ratio does'
-            raise InputError(
-                problem,
-                where=readings.source,
-                hint="is it the motor's position, and of the same clock?",
-            )
-        return way if agree >= 0.0 else -way
+        return _sides_by_position(readings, way[good], log_ratio)
     if "direction" not in readings.rows:
         return None
     code = readings.codes("direction")[1]
-    names = np.unique(code[good])
-    if len(names) == 1 and len(code) >= _MANY:
+    total = len(code)
+    code = code[good]
+    names = np.unique(code)
+    if len(names) == 1 and total >= _MANY:
         return None
-    mean = (np.bincount(code[good], log_ratio) / np.maximum(np.bincount(code[good]), 1))[code[good]]
-    return np.where(mean > ((mean.max() + mean.min()) / 2.0 if len(names) == 2 else 0.0), 1, -1)
+    count = np.maximum(np.bincount(code), 1)
+    mean = (np.bincount(code, log_ratio) / count)[code]
+    middle = 0.0
+    if len(names) == 2:
+        middle = (mean.max() + mean.min()) / 2.0
+    return np.where(mean > middle, 1, -1)
+
+
+def _sides_by_position(readings: Readings, way: Integers, log_ratio: Floats) -> Integers:
+    """Way of the motor, reversed if the ratio is low where the position rises."""
+    middle, half = levels_of(log_ratio)
+    away = log_ratio - middle
+    counted = (np.abs(away) > 0.5 * half) & (way != 0)
+    agreement = 0.0
+    if counted.any():
+        agreement = float(np.mean((way * np.sign(away))[counted]))
+    if abs(agreement) < 0.2 and len(np.unique(way)) > 1:
+        name = shorten(readings.position_name, 30)
+        problem = f'"{name}" turns at other times than the force ratio does'
+        hint = "is it the motor's position, and of the same clock?"
+        raise InputError(problem, where=readings.source, hint=hint)
+    return way if agreement >= 0.0 else -way
 
 
 def levels_of(log_ratio: Floats) -> tuple[float, float]:
-    """Middle and half distance, by the outer fifths of the two sides in turn: more than half of a stroke may stick."""
+    """Return the middle and half distance of the two limits.
+
+    They are those of the outer fifths of the two sides in turn: more than half of a stroke may
+    stick.
+    """
     sample = log_ratio[:: max(1, len(log_ratio) // 100_000)]
-    middle, half = float(np.mean(np.quantile(sample, (0.02, 0.98)))), 0.0
+    middle = float(np.mean(np.quantile(sample, (0.02, 0.98))))
+    half = 0.0
     for _ in range(20):
-        above, below = sample[sample > middle], sample[sample <= middle]
+        above = sample[sample > middle]
+        below = sample[sample <= middle]
         if not len(above) or not len(below):
             return middle, 0.0
-        upper, lower = float(np.quantile(above, 0.8)), float(np.quantile(below, 0.2))
-        half, before, middle = (upper - lower) / 2.0, middle, (upper + lower) / 2.0
+        upper = float(np.quantile(above, 0.8))
+        lower = float(np.quantile(below, 0.2))
+        half = (upper - lower) / 2.0
+        before = middle
+        middle = (upper + lower) / 2.0
         if middle == before:
             break
     return middle, half
 
 
 def usual_run(side: Integers) -> int:
-    """How many rows a run has at least that nine of ten rows belong to."""
+    """Return the largest length such that nine of ten rows are in runs at least as long."""
+    if not len(side):
+        return 0
     edges = np.flatnonzero(np.diff(side)) + 1
-    rows = np.diff(np.concatenate([[0], edges, [len(side)]]))
-    return int(np.quantile(np.repeat(rows, rows), 0.1, method="lower")) if len(side) else 0
+    lengths = np.diff(np.concatenate([[0], edges, [len(side)]]))
+    return int(np.quantile(np.repeat(lengths, lengths), 0.1, method="lower"))
 
 
 def triggered_sides(log_ratio: Floats, middle: float, half: float, noise: float) -> Integers:
-    """+1 and -1 by a trigger about the middle, so that noise does not turn a stroke."""
+    """Return +1 and -1 by a trigger about the middle, so that noise does not turn a stroke."""
     height = (log_ratio - middle) / half
     sides = _triggered(height)
-    width = int(np.clip((noise / (0.1 * half)) ** 2, 1, min(15, max(usual_run(sides), 1))))
+    longest = min(15, max(usual_run(sides), 1))
+    width = int(np.clip((noise / (0.1 * half)) ** 2, 1, longest))
     if width == 1:
         return sides
     padded = np.pad(height, (width // 2, width - 1 - width // 2), mode="edge")
@@ -163,19 +200,27 @@ def triggered_sides(log_ratio: Floats, middle: float, half: float, noise: float)
 
 
 def _triggered(height: Floats) -> Integers:
-    """The side on which each row last was beyond the trigger; the first rows are on that of those after them."""
+    """Side on which each row last was beyond the trigger.
+
+    The first rows are on that of those after them.
+    """
     beyond = np.where(height > _TRIGGER, 1, np.where(height < -_TRIGGER, -1, 0))
     last = np.maximum.accumulate(np.where(beyond != 0, np.arange(len(beyond)), -1))
-    return np.asarray(beyond[np.maximum(last, int(np.argmax(beyond != 0)))], dtype=np.int64)
+    first = int(np.argmax(beyond != 0))
+    return np.asarray(beyond[np.maximum(last, first)], dtype=np.int64)
 
 
 def sides_by_sign(readings: Readings, log_ratio: Floats) -> Integers:
-    """Directions of a short table by the forces: the motor's cell reads more when it pulls."""
+    """Return the directions of a short table by the forces: the motor's cell reads more pulling."""
     ordered = np.sort(log_ratio)
-    gap, whole = float(np.max(np.diff(ordered), initial=0.0)), float(np.ptp(ordered))
-    apart = gap > 3.0 * (whole - gap) and gap > 0.1 * float(np.mean(np.abs(ordered)))
-    if len(ordered) > 2 and apart and (ordered[0] > 0.0 or ordered[-1] < 0.0):
-        problem = "the readings form two groups on the same side of ratio 1, so the forces do not show the direction"
+    gap = float(np.max(np.diff(ordered), initial=0.0))
+    whole = float(np.ptp(ordered))
+    is_wide = gap > 3.0 * (whole - gap) and gap > 0.1 * float(np.mean(np.abs(ordered)))
+    if len(ordered) > 2 and is_wide and (ordered[0] > 0.0 or ordered[-1] < 0.0):
+        problem = (
+            "the readings form two groups on the same side of ratio 1,"
+            " so the forces do not show the direction"
+        )
         hint = 'add a column "direction" with "pull" and "release"'
         raise InputError(problem, where=readings.source, hint=hint)
     return np.sign(log_ratio).astype(np.int64)
@@ -190,41 +235,57 @@ def motor_cell(
     *,
     is_stated: bool,
 ) -> tuple[str, list[str], list[str]]:
-    """Which cell is the motor's, "1" or "2", with notes and warnings; `way` is 0 where no name says it.
+    """Find the cell at the motor: as stated, by headers, by directions, or by the steadier force.
 
-    It is as stated, by the headers, by named directions, or by the steadier force; `first` is taken to be it.
+    Args:
+        readings: All readings.
+        first: "1" or "2", the cell that is taken to be it.
+        way: Way of the motor in each good row; 0 where no name says it.
+        sides: Limit that each of these rows belongs to.
+        cells: Forces in these rows, those of cell `first` before those of the other.
+        is_stated: True if the user says that `first` is it.
+
+    Returns:
+        "1" or "2", notes, and warnings.
     """
     other = "2" if first == "1" else "1"
-    agree = 0 if "position" in readings.rows else int(np.sum(way * sides))
-    if agree < 0 and (is_stated or readings.motor):
+    agreement = 0 if "position" in readings.rows else int(np.sum(way * sides))
+    if agreement < 0:
+        if not is_stated and not readings.motor:
+            return other, [], []
         problem = (
             f"friction would help the motion: cell {first}, at the motor, reads less where it pulls"
         )
-        hint = f"if cell {other} is at the motor, say --motor {other}; else check the column of directions"
+        hint = (
+            f"if cell {other} is at the motor, say --motor {other};"
+            " else check the column of directions"
+        )
         raise InputError(problem, where=readings.source, hint=hint)
-    if agree < 0:
-        return other, [], []
-    if is_stated or (agree > 0 and not readings.motor):
+    if is_stated or (agreement > 0 and not readings.motor):
         return first, [], []
     changes = [0.0, 0.0]
     if np.any(sides > 0) and np.any(sides < 0):
-        changes = [
-            abs(float(np.mean(log[sides > 0]) - np.mean(log[sides < 0])))
-            for log in map(np.log, cells)
-        ]
+        changes = [_change_between(np.log(cell), sides) for cell in cells]
     if readings.motor:
-        header = f'"{shorten(readings.names[int(first) - 1], 30)}"'
-        warning = f"{header} hardly changes between the directions, the other does: are the headers swapped?"
-        return first, [], [warning] * (changes[0] < _STILL * max(changes))
-    for number, (change, others) in ((first, changes), (other, changes[::-1])):
-        if change > _STEADIER * others:
-            return (
-                number,
-                [f"cell {number} is taken as the motor's: it changes more between the directions"],
-                [],
-            )
-    return (
-        "1",
-        ["cell 1 is taken as the motor's, since nothing says which is; --motor 2 says otherwise"],
-        [],
-    )
+        if changes[0] >= _STILL * max(changes):
+            return first, [], []
+        header = shorten(readings.names[int(first) - 1], 30)
+        warning = (
+            f'"{header}" hardly changes between the directions, the other does:'
+            " are the headers swapped?"
+        )
+        return first, [], [warning]
+    for cell, change, change_of_other in (
+        (first, changes[0], changes[1]),
+        (other, changes[1], changes[0]),
+    ):
+        if change > _STEADIER * change_of_other:
+            note = f"cell {cell} is taken as the motor's: it changes more between the directions"
+            return cell, [note], []
+    note = "cell 1 is taken as the motor's, since nothing says which is; --motor 2 says otherwise"
+    return "1", [note], []
+
+
+def _change_between(log_force: Floats, sides: Integers) -> float:
+    """Change of the mean log force of a cell between the two limits."""
+    return abs(float(np.mean(log_force[sides > 0]) - np.mean(log_force[sides < 0])))

@@ -1,9 +1,10 @@
-"""What the readings may show of the rig, each effect as a column of the line through points of strokes.
+"""Effects of the rig that readings may show, each a column of the line through points of strokes.
 
-For rows that slip, with o the zero offsets, δ the delay of the load's cell, n the power of the force and ε friction
-outside of the bend,
+For rows that slip, with o the zero offsets, δ the delay of the load's cell, n the power of the
+force and ε friction outside of the bend,
 
-    ln((F_motor - o_motor)/(F_load - o_load)) = ±(μφ (1 + n ln(F/F̄)) + ε) + ln g + δ d ln F/dt + u + e
+    ln((F_motor - o_motor)/(F_load - o_load))
+        = ±(μφ (1 + n ln(F/F̄)) + ε) + ln g + δ d ln F/dt + u + e
 
 where u is common to the rows of a stroke: strokes are the independent sample.
 """
@@ -19,31 +20,45 @@ import numpy as np
 from tendon_cli.friction.reading.readings import Floats
 from tendon_cli.friction.usable_rows import Log, bend_groups
 
-OFFSETS, DELAY, FORCE, ENTRY = ("offset_motor", "offset_load"), "delay", "force_dependence", "entry"
+OFFSETS = ("offset_motor", "offset_load")
+DELAY = "delay"
+FORCE = "force_dependence"
+ENTRY = "entry"
 PRIOR = {OFFSETS[0]: 0.05, OFFSETS[1]: 0.05, DELAY: 0.05, FORCE: 0.2, ENTRY: 0.3}
-"""Standard deviation of an effect before anything is read: offsets in shares of the median force, a delay in strokes,
-n, and ε in shares of μφ. It is what good and bad rigs have."""
+"""Prior standard deviation of each effect, as good and bad rigs have it: offsets in shares of the
+median force, a delay in strokes, n, and ε in shares of μφ."""
 STRICT = {DELAY: 5.0, FORCE: 5.0, ENTRY: 3.0}
-"""Log odds against an effect; none against offsets, since every cell has a zero error. Few loggers are late, and a
-force dependence mimics offsets."""
-_VARIES, _VARIES_NOISE = 0.015, 4.0
-"""Standard deviation of ln F within a way, of itself and over the noise of a point, from which the force says
-anything."""
+"""Log odds against an effect; none against offsets, since every cell has a zero error. Few loggers
+are late, and a force dependence mimics offsets."""
+_VARIES = 0.015
+"""Least standard deviation of ln F within a way from which the force says anything."""
+_VARIES_NOISE = 4.0
+"""The same over the noise of a point; both are asked for."""
 _STROKES = 4
-"""From which a delay, a dependence on force or friction outside is tried: with fewer, one odd stroke is one."""
+"""Least number of strokes from which a delay, a dependence on force or friction outside is tried:
+with fewer, one odd stroke is one."""
 
 
 def columns_of(points: Log, effects: tuple[str, ...], zeros: Floats) -> list[Floats]:
-    """Slopes of the log ratio in μ, in ln g if there are both ways, and in each effect, at these offsets."""
-    columns = [points.way * points.bend, *[np.ones(len(points.way))] * points.both_ways]
+    """Return the slopes of the log ratio in μ, in ln g if there are both ways, and in each effect.
+
+    Args:
+        points: Means over parts of strokes.
+        effects: Names of effects.
+        zeros: Offsets of the motor's and of the load's cell at which the slopes hold.
+    """
+    columns = [points.way * points.bend]
+    if points.both_ways:
+        columns.append(np.ones(len(points.way)))
     return columns + [_slope(points, effect, zeros) for effect in effects]
 
 
 def _slope(log: Log, effect: str, zeros: Floats) -> Floats:
-    if effect in OFFSETS:
-        return np.asarray(
-            1.0 / (log.motor - zeros[0]) if effect == OFFSETS[0] else -1.0 / (log.load - zeros[1])
-        )
+    """Slope of the log ratio of each row in one effect."""
+    if effect == OFFSETS[0]:
+        return np.asarray(1.0 / (log.motor - zeros[0]))
+    if effect == OFFSETS[1]:
+        return np.asarray(-1.0 / (log.load - zeros[1]))
     if effect == DELAY and log.rate is not None:
         return log.rate
     if effect == FORCE:
@@ -52,58 +67,70 @@ def _slope(log: Log, effect: str, zeros: Floats) -> Floats:
 
 
 def priors_of(points: Log, duration: float, zero: float | None) -> dict[str, float]:
-    """Standard deviation of the effects that these points can say something about, before anything is read.
+    """Return the prior standard deviation of each effect that these points can show.
 
-    `duration` is that of a stroke, `zero` the stated uncertainty of the cells' zero.
+    Args:
+        points: Means over parts of strokes.
+        duration: Duration of a stroke, in the unit of the time.
+        zero: Stated standard uncertainty of the cells' zero; None if it is not stated.
     """
-    ratio, force = points.log_ratio, np.log(points.load)
+    ratio = points.log_ratio
+    force = np.log(points.load)
     turn = np.abs(ratio - np.median(ratio)) / np.maximum(points.bend, 1e-9)
     friction = max(float(np.median(turn)), 1e-9)
     noise = 0.0 if points.settled else float(np.median(points.noise))
     spread = max(float(np.std(force[points.way == way])) for way in np.unique(points.way))
     varies = points.both_ways and spread > max(_VARIES, _VARIES_NOISE * noise)
-    many = points.both_ways and points.strokes >= _STROKES
-    bent = np.unique(bend_groups(points.bend[points.bend > 0.0]))
+    has_strokes = points.both_ways and points.strokes >= _STROKES
+    bends = np.unique(bend_groups(points.bend[points.bend > 0.0]))
     scale = dict.fromkeys(PRIOR, 0.0)
     if varies:
         scale |= dict.fromkeys(OFFSETS, float(np.median(np.minimum(points.motor, points.load))))
-    if varies and many:
+    if varies and has_strokes:
         scale[FORCE] = friction
-    if varies and many and points.rate is not None and np.ptp(points.rate) > 0.0:
+    if varies and has_strokes and points.rate is not None and np.ptp(points.rate) > 0.0:
         scale[DELAY] = duration
-    if many and len(bent) > 1:
+    if has_strokes and len(bends) > 1:
         scale[ENTRY] = friction * float(np.median(points.bend))
     priors = {effect: scale[effect] * share for effect, share in PRIOR.items() if scale[effect]}
-    return priors | (dict.fromkeys(OFFSETS, zero) if zero and varies else {})
+    if zero and varies:
+        priors |= dict.fromkeys(OFFSETS, zero)
+    return priors
 
 
 def sets_of(priors: dict[str, float]) -> list[tuple[str, ...]]:
-    """Every set; offsets and a dependence on force bend the line alike and are not fitted together."""
-    alone = [(effect,) for effect in priors if effect not in OFFSETS]
-    groups = [OFFSETS, *alone] if OFFSETS[0] in priors else alone
-    every = itertools.chain.from_iterable(
-        itertools.combinations(groups, size) for size in range(len(groups) + 1)
-    )
-    sets = [tuple(itertools.chain.from_iterable(chosen)) for chosen in every]
-    return [chosen for chosen in sets if not {OFFSETS[0], FORCE} <= set(chosen)]
+    """Return every set of effects that is fitted, the empty one first.
+
+    Offsets come together. They bend the line as a dependence on force does, so no set has both.
+    """
+    groups: list[tuple[str, ...]] = [(effect,) for effect in priors if effect not in OFFSETS]
+    if OFFSETS[0] in priors:
+        groups = [OFFSETS, *groups]
+    sets = []
+    for size in range(len(groups) + 1):
+        for chosen in itertools.combinations(groups, size):
+            effects = tuple(itertools.chain.from_iterable(chosen))
+            if not {OFFSETS[0], FORCE} <= set(effects):
+                sets.append(effects)
+    return sets
 
 
 @dataclass(frozen=True, eq=False)
 class EffectModel:
-    """One set of effects, fitted.
-
-    `values` are μ, ln g if there are both ways, then the effects' (of the force nμ); `evidence` is the log of the
-    probability of the readings under the model, but for a constant; `residual` that of the points; `free` the strokes
-    less what is fitted to them; `zero` what a unit of zero error in each cell does to μ, 0 if offsets are fitted.
-    """
+    """Fit of one set of effects."""
 
     effects: tuple[str, ...]
     values: Floats
+    """μ, ln g if there are both ways, then the effects' (that of the force is nμ)."""
     covariance: Floats
     evidence: float
+    """Log of the probability of the readings under the model, but for a constant."""
     residual: Floats
+    """Residual of each point."""
     free: int
+    """Number of strokes less what is fitted to them."""
     zero: tuple[float, float]
+    """Change of μ by a unit of zero error in each cell; 0 if offsets are fitted."""
 
     @property
     def friction(self) -> float:
@@ -117,26 +144,24 @@ class EffectModel:
 
     @property
     def log_gain(self) -> float:
-        """ln g; 0 if one way is read only."""
-        return float(self.values[1]) if len(self.values) > 1 + len(self.effects) else 0.0
+        """ln g; 0 if only one way is read."""
+        has_gain = len(self.values) > 1 + len(self.effects)
+        return float(self.values[1]) if has_gain else 0.0
 
     def value(self, effect: str) -> tuple[float, float]:
-        """An effect and its standard error."""
-        at = len(self.values) - len(self.effects) + self.effects.index(effect)
-        return float(self.values[at]), math.sqrt(max(float(self.covariance[at, at]), 0.0))
+        """Return an effect and its standard error."""
+        place = len(self.values) - len(self.effects) + self.effects.index(effect)
+        return float(self.values[place]), math.sqrt(max(float(self.covariance[place, place]), 0.0))
 
     def shape(self, rows: Log) -> Floats:
-        """What the effects add to the log ratio of rows."""
-        others = [effect for effect in self.effects if effect not in OFFSETS]
-        added = sum(
-            (self.value(effect)[0] * _slope(rows, effect, np.zeros(2)) for effect in others),
-            np.zeros(1),
-        )
+        """Return the part of the log ratio that the effects add in each row."""
+        added = np.zeros(1)
+        for effect in self.effects:
+            if effect not in OFFSETS:
+                added = added + self.value(effect)[0] * _slope(rows, effect, np.zeros(2))
         if OFFSETS[0] in self.effects:
             # A row whose force is mostly offset is left with 5 % of it, so that it has a ratio.
-            motor, load = (
-                np.maximum(cell - self.value(offset)[0], 0.05 * cell)
-                for cell, offset in zip((rows.motor, rows.load), OFFSETS, strict=True)
-            )
+            motor = np.maximum(rows.motor - self.value(OFFSETS[0])[0], 0.05 * rows.motor)
+            load = np.maximum(rows.load - self.value(OFFSETS[1])[0], 0.05 * rows.load)
             added = added + rows.log_ratio - np.log(motor / load)
         return np.broadcast_to(added, rows.motor.shape)

@@ -1,9 +1,9 @@
-"""Rows on the limit, the line through them, what the line says of the rows, and again until they agree.
+"""The fit of the limits: select rows on a limit, fit the line through them, correct, and repeat.
 
-Between reversals the log ratio ln(F_motor/F_load) climbs, while the tendon sticks, to a limit and rests there while it
-slips: the limit is the outermost dense plateau. Beyond it only noise can be, so its width comes from what lies beyond,
-and not from what lies inside, where sticking, pauses and creep are. Heights are in shares of the half distance of the
-two limits.
+Between reversals the log ratio ln(F_motor/F_load) climbs, while the tendon sticks, to a limit and
+rests there while it slips: the limit is the outermost dense plateau. Beyond it only noise can be,
+so its width comes from what lies beyond, and not from what lies inside, where sticking, pauses and
+creep are. Heights are in shares of the half distance of the two limits.
 """
 
 from __future__ import annotations
@@ -14,59 +14,81 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_cli.friction.effects import DELAY, priors_of
-from tendon_cli.friction.models import Average, average_of
+from tendon_cli.friction.models import ModelAverage, average_of
 from tendon_cli.friction.reading.readings import Floats, Integers, Mask
 from tendon_cli.friction.usable_rows import Log, bend_groups, rates_of
 
 _BLOCK_NOISE = 0.006
-"""Noise of a block over the half distance; a block is no longer than it need be, or corners blur."""
-_BLOCKS, _MOST_BLOCKS = 25, 120
-"""Of a stroke: at least 25, so that a plateau is several; more than 120 show no more."""
-_COARSE, _LEAST_BLOCKS = 0.08, 8
-"""Noise of a block beyond which plateau and ramp run into each other: then a stroke may have as few as 8 blocks."""
+"""Noise of a block over the half distance; longer blocks than it asks for would blur corners."""
+_BLOCKS = 25
+"""Least number of blocks of a stroke, so that a plateau is several."""
+_MOST_BLOCKS = 120
+"""Largest number of blocks of a stroke: more of them show no more."""
+_COARSE = 0.08
+"""Noise of a block beyond which plateau and ramp run into each other."""
+_LEAST_BLOCKS = 8
+"""Least number of blocks of a stroke whose blocks are as noisy as `_COARSE`."""
 _START = 0.85
-"""Quantile at which the limit is looked for: outside of what sticks, inside of what overshoots."""
+"""Quantile where the search for the limit begins: outside of what sticks, inside of overshoots."""
 _WIDE = 2.2
 """Standard deviations kept on both sides: 97 % of what slips, and little of what sticks."""
 _TAIL = 0.02
 """Share of what slips that noise throws beyond the width, to where the ramp is counted."""
 _FLAT = 0.004
-"""A plateau is at least 0.4 % wide, as friction along a sheath varies."""
-_WIDEST, _DENSE = 0.35, 3.5
-"""A plateau wider than 0.35 reaches half way to the middle. A ramp is as dense inside as at its end, a sine 3.2 times
-less."""
-_INSIDE, _DEVIATIONS, _FURTHEST, _SHORT = 0.10, 4.0, 0.5, 0.25
-"""A stroke is partial if its limit lies 10 % and 4 median deviations inside the others', or half way whatever they are
-(friction does not halve from stroke to stroke), or if it is under a quarter as long as usual."""
+"""Least width of a plateau: friction along a sheath varies by 0.4 %."""
+_WIDEST = 0.35
+"""Largest width of a plateau: a wider one reaches half way to the middle."""
+_DENSE = 3.5
+"""Density of a plateau over that of the rows inside of it. A ramp is as dense inside as at its end,
+a sine 3.2 times less."""
+_INSIDE = 0.10
+"""Least distance by which the limit of a partial stroke lies inside the others'."""
+_DEVIATIONS = 4.0
+"""The same in median deviations of the strokes' limits; both are asked for."""
+_FURTHEST = 0.5
+"""Distance from which a stroke is partial whatever the deviations are: friction does not halve from
+stroke to stroke."""
+_SHORT = 0.25
+"""Share of the usual length under which a stroke is partial."""
 _ROUNDS = 6
-"""Rows and effects settle in two or three rounds; what has not by six goes to and fro between two like choices."""
+"""Rows and effects settle in two or three rounds; what has not by six goes to and fro between two
+like choices."""
 _PER_STROKE = 8
-"""Points of a stroke: enough for the force within it to show, few enough that neighbouring rows are one."""
+"""Points of a stroke: enough for the force within it to show, few enough that neighbouring rows are
+one."""
 _RATE_WINDOW = 16
 """Part of a stroke over which a rate is taken: half of a point's rows on either side."""
 _LATE = 0.10
-"""Of a stroke: a delay up to which a cell can be shifted and leave most of the stroke to compare."""
-
-_CLIMBS, _NEVER_RESTS = 0.02, 0.10
-"""Of the way from limit to limit, over a whole stroke: what climbs by more has not settled, or has no limit at all."""
-_FEW_ROWS, _SOME_ROWS = 0.10, 0.25
-"""Shares of rows on a limit: under a tenth do not answer for the others; under a quarter may be the turn of a crank."""
+"""Delay, as a share of a stroke, up to which a cell can be shifted and leave most of the stroke to
+compare."""
+_CLIMBS = 0.02
+"""Climb over a whole stroke, as a share of the way from limit to limit, from which rows have not
+settled."""
+_NEVER_RESTS = 0.10
+"""The same climb from which there is no limit at all."""
+_FEW_ROWS = 0.10
+"""Share of rows on a limit under which they do not answer for the others."""
+_SOME_ROWS = 0.25
+"""Share of rows on a limit under which they may be the turn of a crank."""
 
 
 @dataclass(frozen=True, eq=False)
-class Estimated:
-    """What the loop ends with: rows used, strokes that reached their limit, and `points`, means over parts of strokes.
+class FrictionEstimate:
+    """Result of the loop.
 
-    `shape` is per row what the best model's effects add to the log ratio, `delay` by how much the load's cell was late
-    and was shifted before the last fit.
+    `points` are means over parts of strokes.
     """
 
-    average: Average
+    average: ModelAverage
     points: Log
     used: Mask
+    """True for each row that the line goes through."""
     reached: Mask
+    """True for each stroke that reached its limit."""
     shape: Floats
+    """Part of the log ratio that the best model's effects add in each row."""
     delay: float = 0.0
+    """Delay of the load's cell, in the unit of the time, that was taken out before the last fit."""
 
     @property
     def friction(self) -> float:
@@ -74,31 +96,46 @@ class Estimated:
         return self.average.friction
 
 
-def estimate(log: Log, zero: float | None) -> Estimated | None:
-    """Fit; `zero` is the stated uncertainty of the cells' zero. None if no stroke has a limit."""
+def estimate(log: Log, zero: float | None) -> FrictionEstimate | None:
+    """Fit a log, and fit it again with a late cell shifted to its time.
+
+    Args:
+        log: Usable rows of the file.
+        zero: Stated standard uncertainty of the cells' zero, in the unit of the file; None if it is
+            not stated.
+
+    Returns:
+        The estimate; None if no stroke has a limit.
+    """
     first = _settle(log, zero)
     if first is None or DELAY not in first.average.best.effects:
         return first
     delay = first.average.best.value(DELAY)[0]
     if log.time is None or abs(delay) > _LATE * log.duration:
         return first
-    # The late cell's readings at the time they are of.
-    moved = np.interp(log.time + abs(delay), log.time, log.load if delay > 0.0 else log.motor)
-    shifted = replace(log, load=moved) if delay > 0.0 else replace(log, motor=moved)
+    # Each reading of the late cell is moved to the time at which its force acted.
+    measured = log.time + abs(delay)
+    if delay > 0.0:
+        shifted = replace(log, load=np.interp(measured, log.time, log.load))
+    else:
+        shifted = replace(log, motor=np.interp(measured, log.time, log.motor))
     again = _settle(shifted, zero)
     if again is None:
         return first
     return replace(again, delay=delay, shape=again.shape + log.log_ratio - shifted.log_ratio)
 
 
-def _settle(log: Log, zero: float | None) -> Estimated | None:
-    """Pick rows, fit, take off what the effects do to them, and again."""
+def _settle(log: Log, zero: float | None) -> FrictionEstimate | None:
+    """Select rows, fit, take off what the effects do to them, and repeat until the rows stay."""
     if log.time is not None:
         width = max(1, int(np.median(np.diff(log.first))) // _RATE_WINDOW)
         log = replace(log, rate=rates_of(log.time, np.log(log.load), log.stroke, width))
-    shape, result = np.zeros(len(log.way)), None
-    used, reached = np.ones(len(log.way), dtype=bool), np.ones(log.strokes, dtype=bool)
-    for _ in range(1 if log.settled else _ROUNDS):
+    shape = np.zeros(len(log.way))
+    used = np.ones(len(log.way), dtype=bool)
+    reached = np.ones(log.strokes, dtype=bool)
+    result: FrictionEstimate | None = None
+    rounds = 1 if log.settled else _ROUNDS
+    for _ in range(rounds):
         if not log.settled:
             used, reached = on_limit(log, shape)
         if not used.any():
@@ -108,12 +145,12 @@ def _settle(log: Log, zero: float | None) -> Estimated | None:
         points = _points(log.select(used))
         average = average_of(points, priors_of(points, log.duration, zero))
         shape = average.best.shape(log)
-        result = Estimated(average, points, used, reached, shape)
+        result = FrictionEstimate(average, points, used, reached, shape)
     return result
 
 
 def _points(log: Log) -> Log:
-    """Each stroke as the means of up to eight parts of as many rows."""
+    """Divide each stroke into up to eight parts of as many rows, and return their means."""
     size = np.diff(log.first)[log.stroke]
     position = np.arange(len(size)) - log.first[log.stroke]
     part = log.stroke * _PER_STROKE + position * np.minimum(_PER_STROKE, size) // size
@@ -121,11 +158,21 @@ def _points(log: Log) -> Log:
 
 
 def on_limit(log: Log, shape: Floats) -> tuple[Mask, Mask]:
-    """Rows on the limit of their stroke, and strokes that reach theirs; `shape` is what effects add to log ratios."""
+    """Select the rows on the limit of their stroke, and the strokes that reach theirs.
+
+    Args:
+        log: Usable rows of the file.
+        shape: Part of the log ratio that effects of the rig add in each row.
+
+    Returns:
+        True for each row on its limit, and True for each stroke that reaches its limit.
+    """
     height = log.way * (log.log_ratio - shape - log.middle) / log.half
-    first, size = log.first[:-1], np.diff(log.first)
+    first = log.first[:-1]
+    size = np.diff(log.first)
     group = np.unique(log.way[first] * bend_groups(log.bend)[first], return_inverse=True)[1]
     noise = (log.noise / log.half)[first]
+
     # Blocks of rows, as long as their noise asks for and no longer than leaves enough of them.
     most = np.maximum(size / _BLOCKS, np.minimum((noise / _COARSE) ** 2, size / _LEAST_BLOCKS))
     wanted = np.clip((noise / _BLOCK_NOISE) ** 2, size / _MOST_BLOCKS, most)
@@ -133,132 +180,159 @@ def on_limit(log: Log, shape: Floats) -> tuple[Mask, Mask]:
     count = -(-size // length)
     place = np.arange(len(height)) - np.repeat(first, size)
     block = np.repeat(np.cumsum(count) - count, size) + place // length[log.stroke]
-    mean, of = (
-        np.bincount(block, height) / np.bincount(block),
-        np.repeat(np.arange(len(size)), count),
-    )
+    mean = np.bincount(block, height) / np.bincount(block)
+    stroke = np.repeat(np.arange(len(size)), count)  # of each block
+
+    # A second look with the usual width of the strokes at one limit.
     floor = np.maximum(_FLAT, _WIDE * noise / np.sqrt(length))
-    width = _plateaus(mean, of, floor)[1]
-    level, width, dense = _plateaus(mean, of, np.maximum(floor, _median(width, group)))
+    width = _plateaus(mean, stroke, floor)[1]
+    floor = np.maximum(floor, _group_medians(width, group))
+    level, width, is_dense = _plateaus(mean, stroke, floor)
+
+    # Strokes that are long enough, and whose limit is that of the others.
     by_size = np.sort(size)
-    long = size >= _SHORT * by_size[np.searchsorted(np.cumsum(by_size), size.sum() / 2.0)]
-    usual = _median(np.where(long, level, np.nan), group)
-    away = np.abs(np.where(long, level, np.nan) - usual)
-    good = (
-        dense
-        & long
-        & (level >= usual - np.clip(_DEVIATIONS * _median(away, group), _INSIDE, _FURTHEST))
-    )
-    ramp = (mean < (level - width)[of]) & (mean >= (level - 2.0 * width)[of])
-    kept = _eroded((np.abs(mean - level[of]) <= width[of]) & good[of], of, np.bincount(of, ramp))
-    return kept[block], np.asarray(good & (np.bincount(of[kept], minlength=len(size)) > 0))
+    usual_size = by_size[np.searchsorted(np.cumsum(by_size), size.sum() / 2.0)]
+    is_long = size >= _SHORT * usual_size
+    long_level = np.where(is_long, level, np.nan)
+    usual = _group_medians(long_level, group)
+    deviation = _group_medians(np.abs(long_level - usual), group)
+    inside = np.clip(_DEVIATIONS * deviation, _INSIDE, _FURTHEST)
+    is_whole = is_dense & is_long & (level >= usual - inside)
+
+    on_plateau = np.abs(mean - level[stroke]) <= width[stroke]
+    is_ramp = (mean < (level - width)[stroke]) & (mean >= (level - 2.0 * width)[stroke])
+    ramp = np.bincount(stroke, is_ramp)
+    selected = _eroded(on_plateau & is_whole[stroke], stroke, ramp)
+    has_blocks = np.bincount(stroke[selected], minlength=len(size)) > 0
+    return selected[block], np.asarray(is_whole & has_blocks)
 
 
-def _median(values: Floats, group: Integers) -> Floats:
-    """Per stroke: the median over its group; NaN do not count, and 0 if all are."""
+def _group_medians(values: Floats, group: Integers) -> Floats:
+    """Return each stroke's median over its group; NaN do not count, and 0 if all are."""
     medians = np.zeros(int(group.max()) + 1)
-    for each in np.unique(group[~np.isnan(values)]):
-        medians[each] = np.nanmedian(values[group == each])
+    for number in np.unique(group[~np.isnan(values)]):
+        medians[number] = np.nanmedian(values[group == number])
     return medians[group]
 
 
-def _plateaus(mean: Floats, of: Integers, floor: Floats) -> tuple[Floats, Floats, Mask]:
-    """Height and half width of the plateau of each stroke, and whether it is one; its width is `floor` at least."""
-    order = np.lexsort((mean, of))
-    h, seg, size = mean[order], of[order], len(floor)
-    last = np.searchsorted(seg, np.arange(size), "right")
-    total = np.bincount(seg)
-    level, width = h[last - np.maximum(1, np.round((1.0 - _START) * total).astype(np.int64))], floor
+def _plateaus(mean: Floats, stroke: Integers, floor: Floats) -> tuple[Floats, Floats, Mask]:
+    """Find the plateau of each stroke.
+
+    Args:
+        mean: Height of each block.
+        stroke: Stroke of each block.
+        floor: Least half width of the plateau of each stroke.
+
+    Returns:
+        Height, half width, and True where it is dense enough for a plateau, per stroke.
+    """
+    order = np.lexsort((mean, stroke))
+    mean = mean[order]
+    stroke = stroke[order]
+    strokes = len(floor)
+    last = np.searchsorted(stroke, np.arange(strokes), "right")
+    total = np.bincount(stroke)
+    outer = np.maximum(1, np.round((1.0 - _START) * total).astype(np.int64))
+    level = mean[last - outer]
+    width = floor
     for _ in range(30):
-        above = h > level[seg]
-        many = np.maximum(np.bincount(seg[above], minlength=size), 1)
-        median = np.maximum(h[last - 1 - (many - 1) // 2] - level, 0.0)
-        beyond = np.minimum(h - level[seg], 4.0 * median[seg])
-        width = np.maximum(
-            _WIDE * np.sqrt(np.bincount(seg, np.where(above, beyond**2, 0.0)) / many), floor
-        )
-        inside = np.abs(h - level[seg]) <= width[seg]
-        count = np.bincount(seg, inside)
-        before, level = (
-            level,
-            np.where(count > 0, np.bincount(seg, inside * h) / np.maximum(count, 1), level),
-        )
+        above = mean > level[stroke]
+        count_above = np.maximum(np.bincount(stroke[above], minlength=strokes), 1)
+        median = np.maximum(mean[last - 1 - (count_above - 1) // 2] - level, 0.0)
+        beyond = np.minimum(mean - level[stroke], 4.0 * median[stroke])
+        squares = np.bincount(stroke, np.where(above, beyond**2, 0.0))
+        width = np.maximum(_WIDE * np.sqrt(squares / count_above), floor)
+        inside = np.abs(mean - level[stroke]) <= width[stroke]
+        count = np.bincount(stroke, inside)
+        mean_inside = np.bincount(stroke, inside * mean) / np.maximum(count, 1)
+        before = level
+        level = np.where(count > 0, mean_inside, level)
         if np.max(np.abs(level - before)) < 1e-6:
             break
-    within = np.bincount(seg, np.abs(h - level[seg]) <= width[seg]) / (2.0 * width)
-    below = np.bincount(seg, (h >= level[seg] - 1.2) & (h <= level[seg] - 0.3)) / 0.9
-    return level, width, (width <= _WIDEST) & (within > _DENSE * below)
+    on_plateau = np.abs(mean - level[stroke]) <= width[stroke]
+    density = np.bincount(stroke, on_plateau) / (2.0 * width)
+    is_below = (mean >= level[stroke] - 1.2) & (mean <= level[stroke] - 0.3)
+    density_below = np.bincount(stroke, is_below) / 0.9
+    return level, width, (width <= _WIDEST) & (density > _DENSE * density_below)
 
 
-def _eroded(inside: Mask, of: Integers, ramp: Integers) -> Mask:
-    """Without the first and last block of each stay on the plateau, in which corners are; one block out is noise.
+def _eroded(inside: Mask, stroke: Integers, ramp: Integers) -> Mask:
+    """Drop the first and last block of each stay on the plateau, in which corners are.
 
-    Noise keeps some of the ramp up to the limit, and of the fall from it. A ramp has as many blocks in one width as in
-    the next, `ramp`, so that many are dropped at the ends of a stroke, half at each.
+    One block that lies outside between two inside is noise. Noise also keeps some of the ramp up to
+    the limit, and of the fall from it. A ramp has as many blocks in one width as in the next,
+    `ramp`, so that many are dropped at the ends of a stroke, half at each.
     """
-    same = of[1:] == of[:-1]
+    is_same = stroke[1:] == stroke[:-1]
 
-    def neighbours(kept: Mask) -> tuple[Mask, Mask]:
-        return np.append(kept[1:] & same, False), np.append(False, kept[:-1] & same)
+    def neighbours(blocks: Mask) -> tuple[Mask, Mask]:
+        """Return the mask of the next block, and that of the one before, of the same stroke."""
+        ahead = np.append(blocks[1:] & is_same, False)
+        behind = np.append(False, blocks[:-1] & is_same)
+        return ahead, behind
 
     ahead, behind = neighbours(inside)
     closed = inside | (ahead & behind)
     ahead, behind = neighbours(closed)
-    kept = np.asarray(closed & ahead & behind)
-    many = np.bincount(of[kept], minlength=len(ramp))
-    drop = np.minimum(np.ceil(0.5 * (ramp - _TAIL * many)), many // 4)[of]
-    before = np.cumsum(kept) - 1 - (np.cumsum(many) - many)[of]
-    return np.asarray(kept & (before >= drop) & (many[of] - 1 - before >= drop))
+    core = np.asarray(closed & ahead & behind)
+    count = np.bincount(stroke[core], minlength=len(ramp))
+    drop = np.minimum(np.ceil(0.5 * (ramp - _TAIL * count)), count // 4)[stroke]
+    before = np.cumsum(core) - 1 - (np.cumsum(count) - count)[stroke]
+    after = count[stroke] - 1 - before
+    return np.asarray(core & (before >= drop) & (after >= drop))
 
 
-def climbing(log: Log, result: Estimated) -> float:
-    """How far the ratio surely climbs over a whole stroke on the limit, of its way: 0 in slip, 1 in stick."""
+def climbing(log: Log, result: FrictionEstimate) -> float:
+    """Return the climb of the ratio over a whole stroke on the limit that is beyond doubt.
+
+    It is a share of the way from limit to limit: 0 in slip, 1 in stick.
+    """
     from scipy.special import stdtrit
 
-    points, stroke = result.points, result.points.stroke
+    points = result.points
+    stroke = points.stroke
     count = np.bincount(stroke)
-    full = count >= 4
-    if log.settled or np.count_nonzero(full) < 2:
+    is_full = count >= 4
+    if log.settled or np.count_nonzero(is_full) < 2:
         return 0.0
     along = (np.arange(len(stroke)) - points.first[stroke]) / count[stroke]
-    late, early = along >= 0.75, along < 0.25
+    is_late = along >= 0.75
+    is_early = along < 0.25
+
+    def quarter_mean(column: Floats, quarter: Mask) -> Floats:
+        """Mean of a column over a quarter of each stroke."""
+        total = np.bincount(stroke, column * quarter)
+        return np.asarray(total / np.maximum(np.bincount(stroke, quarter), 1))
 
     def change(column: Floats) -> Floats:
-        ends = (
-            np.bincount(stroke, column * end) / np.maximum(np.bincount(stroke, end), 1)
-            for end in (late, early)
-        )
-        return np.asarray(np.subtract(*ends)[full])
+        """Change of a column from the first to the last quarter of each full stroke."""
+        return (quarter_mean(column, is_late) - quarter_mean(column, is_early))[is_full]
 
-    every, kept = (
-        np.bincount(log.stroke),
-        np.bincount(log.stroke[result.used], minlength=log.strokes),
-    )
-    stretch = (every / np.maximum(kept, 1))[kept > 0][full] / 0.75
-    climbs = (
-        change(points.way * points.log_ratio)
-        * stretch
-        / (2.0 * result.friction * float(np.mean(points.bend)))
-    )
+    rows = np.bincount(log.stroke)
+    used = np.bincount(log.stroke[result.used], minlength=log.strokes)
+    stretch = (rows / np.maximum(used, 1))[used > 0][is_full] / 0.75
+    distance = 2.0 * result.friction * float(np.mean(points.bend))  # from limit to limit
+    climbs = change(points.way * points.log_ratio) * stretch / distance
+
+    # In stick the load's cell rests, in slip both move.
     steps = [float(np.mean(np.abs(change(np.log(cell))))) for cell in (points.motor, points.load)]
-    alone = 1.0 - min(steps) / max(
-        *steps, 1e-300
-    )  # in stick the load's cell rests, in slip both move
-    error = (
-        float(np.std(climbs, ddof=1))
-        / math.sqrt(len(climbs))
-        * float(stdtrit(len(climbs) - 1, 0.975))
-    )
+    alone = 1.0 - min(steps) / max(*steps, 1e-300)
+    standard_error = float(np.std(climbs, ddof=1)) / math.sqrt(len(climbs))
+    error = standard_error * float(stdtrit(len(climbs) - 1, 0.975))
     return max(0.0, float(np.mean(climbs)) - error) * max(0.0, 2.0 * alone - 1.0)
 
 
-def never_rests(log: Log, result: Estimated) -> str | None:
-    """Why there is no limit at all; None if there is one."""
+def never_rests(log: Log, result: FrictionEstimate) -> str | None:
+    """Explain why there is no limit at all. Return None if there is one."""
     if log.settled:
         return None
-    share, climb = float(np.mean(result.used)), climbing(log, result)
+    share = float(np.mean(result.used))
+    climb = climbing(log, result)
     if climb > _NEVER_RESTS or (climb > _CLIMBS and share < _SOME_ROWS):
         return "no stroke slips: the force ratio still moves where each of them ends"
     if share < _FEW_ROWS:
-        return f"only {result.used.sum()} of {len(log.way)} rows slip, which is too few to answer for the others"
+        return (
+            f"only {result.used.sum()} of {len(log.way)} rows slip,"
+            " which is too few to answer for the others"
+        )
     return None

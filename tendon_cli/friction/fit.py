@@ -1,4 +1,4 @@
-"""From readings to a friction coefficient: prepare, estimate, put the uncertainty together, remark."""
+"""Fit of a friction coefficient: read, prepare, estimate, add up the uncertainty, remark."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ import pandas as pd
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import path_of
 from tendon_cli.friction.budget import FrictionUncertainty, uncertainty_of
-from tendon_cli.friction.estimate import Estimated, estimate, never_rests
-from tendon_cli.friction.fit_result import DirectionFit, Fit, Plain
+from tendon_cli.friction.estimate import FrictionEstimate, estimate, never_rests
+from tendon_cli.friction.fit_result import DirectionFit, Fit, PlainAnswer
 from tendon_cli.friction.models import fit_model
-from tendon_cli.friction.prepare import Prepared, prepare
+from tendon_cli.friction.prepare import PreparedLog, prepare
 from tendon_cli.friction.reading.readings import Floats, Readings, concatenate, read_readings
 from tendon_cli.friction.remarks import Remarks
 from tendon_cli.friction.rig import BendAngle, bend_angle_of, bend_angles, cells_of, force_of
@@ -26,6 +26,7 @@ from tendon_cli.friction.usable_rows import INSIDE, PARTIAL, USED, Log
 
 Name: TypeAlias = str | PathLike[str]
 _PLAUSIBLE_GAIN = math.log(1.1)
+"""Log of the largest ratio of the cells' gains that calibration may leave."""
 
 
 def fit_friction(
@@ -42,15 +43,27 @@ def fit_friction(
     zero_load: str | float | None = None,
     cell_uncertainty: str | None = None,
 ) -> Fit:
-    """The friction coefficient from the readings of two load cells, with its uncertainty.
+    """Fit the friction coefficient, with its uncertainty, to the readings of two load cells.
 
-    `path` is a CSV, a list of CSVs that are one fit, a DataFrame or a mapping of names to arrays. `position` names the
-    column of the motor's position or speed, `zero_motor` and `zero_load` are what the cells read without load,
-    `cell_uncertainty` is that of a cell's zero and gain, "0.2 N, 0.5 %".
+    Without a bend angle the answer is μφ.
 
-    `bend_angle` is a text such as "144 deg +/- 2 deg", or a number in rad. Instead, `route` is a CSV of way-points x, y
-    and z along the sheath, whose bend angle is taken with its uncertainty, and `path_smoothing` their noise, such as
-    "0.5 mm". Without a bend angle the answer is μφ. Raises UsageError for what is asked, InputError for the files.
+    Args:
+        path: A CSV, a list of CSVs that are one fit, a DataFrame or a mapping of names to arrays.
+        bend_angle: A text such as "144 deg +/- 2 deg", or a number in rad.
+        route: A CSV of way-points x, y and z along the sheath, instead of `bend_angle`; the bend
+            angle is taken from it with its uncertainty.
+        path_smoothing: Noise of the way-points, such as "0.5 mm", or a number in m.
+        cell_1: Header of the column of the first cell, if it is not one that is known.
+        cell_2: Header of the column of the second cell.
+        motor: "1" or "2", the cell at the motor; inferred if it is not given.
+        position: Name of the column of the motor's position or speed.
+        zero_motor: Reading of the motor's cell without load.
+        zero_load: Reading of the load's cell without load.
+        cell_uncertainty: Standard uncertainty of a cell's zero and gain, "0.2 N, 0.5 %".
+
+    Raises:
+        UsageError: if an argument is wrong.
+        InputError: if a file is.
 
     >>> import tendon_cli as tendon
     >>> fit = tendon.fit_friction("readings.csv", bend_angle="144 deg")
@@ -61,89 +74,96 @@ def fit_friction(
         raise UsageError(f'"{motor}" is no load cell', where="--motor", hint='"1" or "2"')
     bend = bend_angle_of(bend_angle, None if route is None else path_of(route), path_smoothing)
     sources: list[Any] = list(path) if isinstance(path, list | tuple) else [path]
-    sources = [path_of(each) if isinstance(each, str | PathLike) else each for each in sources]
-    readings = concatenate(
-        [read_readings(each, cell_1=cell_1, cell_2=cell_2, position=position) for each in sources]
-    )
+    parts = []
+    for source in sources:
+        file = path_of(source) if isinstance(source, str | PathLike) else source
+        parts.append(read_readings(file, cell_1=cell_1, cell_2=cell_2, position=position))
+    readings = concatenate(parts)
     zeros = (
         force_of(zero_motor, "--zero-motor", readings.unit),
         force_of(zero_load, "--zero-load", readings.unit),
     )
     cells = cells_of(cell_uncertainty, readings.unit)
-    # Forces of 1e-320 are above zero, and their ratios overflow: the checks refuse them, and need no other warning.
+    # Forces of 1e-320 are above zero, and their ratios overflow: the checks refuse them, and need
+    # no other warning.
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         angles, angle_share, bend = bend_angles(readings, bend)
         prepared = prepare(readings, angles, motor, zeros)
         result = _estimated(readings, prepared, cells)
-        error = uncertainty_of(
-            result, prepared.log, readings.unit or "unit of the file", angle_share, cells
-        )
-        fit = _assembled(
-            readings, prepared, result, error, bend, _rows(readings, prepared, result, angles)
-        )
-        seen = Remarks(fit, prepared.log, result, readings.time_unit, any(zeros))
+        force_unit = readings.unit or "unit of the file"
+        error = uncertainty_of(result, prepared.log, force_unit, angle_share, cells)
+        rows = _rows(readings, prepared, result, angles)
+        fit = _assembled(readings, prepared, result, error, bend, rows)
+        remarks = Remarks(fit, prepared.log, result, readings.time_unit, any(zeros))
         return replace(
-            fit, checks=tuple(seen.checks), notes=tuple(seen.notes), warnings=tuple(seen.warnings)
+            fit,
+            checks=tuple(remarks.checks),
+            notes=tuple(remarks.notes),
+            warnings=tuple(remarks.warnings),
         )
 
 
 def _estimated(
-    readings: Readings, prepared: Prepared, cells: tuple[float, float] | None
-) -> Estimated:
-    """The estimate; refused if nothing slips, or if friction would help the motion."""
-    log, source = prepared.log, readings.source
+    readings: Readings, prepared: PreparedLog, cells: tuple[float, float] | None
+) -> FrictionEstimate:
+    """Estimate; refuse readings in which nothing slips, or friction would help the motion."""
+    log = prepared.log
     result = estimate(log, cells[0] if cells else None)
-    moves = (
-        "no stroke slips: the force ratio reaches no limit"
-        if result is None
-        else never_rests(log, result)
-    )
-    if result is None or moves:
-        raise InputError(
-            moves or "", where=source, hint="make the strokes longer, until the force ratio rests"
-        )
-    average, hint = result.average, "check the directions, and which cell is at the motor (--motor)"
+    longer = "make the strokes longer, until the force ratio rests"
+    if result is None:
+        problem = "no stroke slips: the force ratio reaches no limit"
+        raise InputError(problem, where=readings.source, hint=longer)
+    if moves := never_rests(log, result):
+        raise InputError(moves, where=readings.source, hint=longer)
+    _check_resists(readings, prepared, result)
+    return result
+
+
+def _check_resists(readings: Readings, prepared: PreparedLog, result: FrictionEstimate) -> None:
+    """Refuse readings in which friction would help the motion."""
+    log = prepared.log
+    average = result.average
+    hint = "check the directions, and which cell is at the motor (--motor)"
     if log.settled and not average.best.effects:
         rounding = np.hypot(log.steps[0] / log.motor, log.steps[1] / log.load) / math.sqrt(3.0)
         travel = log.way * (log.log_ratio - average.log_gain)
         wrong = np.flatnonzero(travel < -rounding - 0.25 * abs(average.friction) * log.bend)
         if 0 < len(wrong) < len(travel):
             problem = "friction would help the motion in this reading, against the others"
-            raise InputError(problem, where=readings.place(int(prepared.rows[wrong[0]])), hint=hint)
+            where = readings.place(int(prepared.rows[wrong[0]]))
+            raise InputError(problem, where=where, hint=hint)
     if average.friction <= 0.0:
         problem = (
             f"friction would help the motion: the coefficient comes out as {average.friction:.4g}"
         )
-        raise InputError(problem, where=source, hint=hint)
+        raise InputError(problem, where=readings.source, hint=hint)
     gain = abs(average.log_gain)
     if log.settled and gain > max(average.friction * float(log.bend.max()), _PLAUSIBLE_GAIN):
-        unless = f"unless the cells' gains differ by {100.0 * (math.exp(gain) - 1.0):.0f} %"
+        differ = f"the cells' gains differ by {100.0 * (math.exp(gain) - 1.0):.0f} %"
+        problem = f"friction would help the motion in one direction, unless {differ}"
         hint = "check the directions; calibrate the cells against each other with the same weight"
-        raise InputError(
-            f"friction would help the motion in one direction, {unless}", where=source, hint=hint
-        )
-    return result
+        raise InputError(problem, where=readings.source, hint=hint)
 
 
 def _assembled(
     readings: Readings,
-    prepared: Prepared,
-    result: Estimated,
+    prepared: PreparedLog,
+    result: FrictionEstimate,
     error: FrictionUncertainty,
     bend: BendAngle | None,
     rows: pd.DataFrame,
 ) -> Fit:
-    """What is reported of an estimate, but for what is remarked of it."""
-    log, average, points = prepared.log, result.average, result.points
-    ways = {"toward_motor": 1, "toward_load": -1}
-    directions = {
-        name: part
-        for name, way in ways.items()
-        if (part := _direction(log, result, way)) is not None
-    }
+    """Report an estimate, without checks and without what they remark."""
+    log = prepared.log
+    average = result.average
+    directions = {}
+    for name, way in (("toward_motor", 1), ("toward_load", -1)):
+        direction = _direction(log, result, way)
+        if direction is not None:
+            directions[name] = direction
     strokes = strokes_of(rows, average.friction, bend is not None, readings.files)
-    mean = float(np.mean(points.bend))
-    about = bend or BendAngle(None, 0.0, "not given")
+    mean = float(np.mean(result.points.bend))
+    stated = bend or BendAngle(None, 0.0, "not given")
     return Fit(
         friction_bend=average.friction * mean,
         bend_angle=mean if bend else None,
@@ -151,7 +171,7 @@ def _assembled(
         gain_ratio=math.exp(average.log_gain),
         by_direction=directions,
         plain=_plain(log, result, directions),
-        bend=about,
+        bend=stated,
         motor=prepared.motor,
         is_log=not log.settled,
         rows=rows,
@@ -159,79 +179,98 @@ def _assembled(
         speed=speed_of(strokes),
         presliding=None if log.settled else presliding_of(rows),
         files=by_file(strokes, readings.files),
-        points=_table(result),
+        points=_point_table(result),
         checks=(),
-        notes=(*about.notes, *prepared.notes),
-        warnings=(*about.warnings, *prepared.warnings),
+        notes=(*stated.notes, *prepared.notes),
+        warnings=(*stated.warnings, *prepared.warnings),
         unit=readings.unit,
         source=readings.source,
         sha256=readings.sha256,
     )
 
 
-def _table(result: Estimated) -> pd.DataFrame:
-    """The means that the line goes through, with what it misses them by and what effects do to them."""
-    points, best = result.points, result.average.best
+def _point_table(result: FrictionEstimate) -> pd.DataFrame:
+    """Tabulate the means that the line goes through, their misfit, and the fitted effects."""
+    points = result.points
+    best = result.average.best
     effects = best.shape(points)
-    columns = {
+    columns: dict[str, Any] = {
         "way": points.way,
         "force": points.load,
         "misfit": best.residual + effects,
         "effects": effects,
     }
-    return pd.DataFrame(columns | ({} if points.rate is None else {"rate": points.rate}))
+    if points.rate is not None:
+        columns["rate"] = points.rate
+    return pd.DataFrame(columns)
 
 
-def _direction(log: Log, result: Estimated, way: int) -> DirectionFit | None:
-    """μ of one direction with a gain of 1 and no offsets, as the paper has it, and its plain answer."""
-    mine = (result.points.way == way) & (result.points.bend > 0.0)
-    if not mine.any():
+def _direction(log: Log, result: FrictionEstimate, way: int) -> DirectionFit | None:
+    """Fit μ of one direction as the paper does, and find its plain answer.
+
+    The gain is taken as 1, and cells have no offsets. Return None if nothing of it is used.
+    """
+    selected = (result.points.way == way) & (result.points.bend > 0.0)
+    if not selected.any():
         return None
-    part = result.points.select(mine)
-    model = fit_model(part, (), {}, 1.0)
+    points = result.points.select(selected)
+    model = fit_model(points, (), {}, 1.0)
     beyond = (log.bend > 0.0) & ((log.log_ratio > log.middle) == (way > 0))
-    beyond &= log.way == way if not beyond.any() or log.settled else True
-    plain = (
-        float(np.median((way * log.log_ratio[beyond]) / log.bend[beyond]))
-        if beyond.any()
-        else math.nan
+    if log.settled or not beyond.any():
+        beyond &= log.way == way
+    plain = math.nan
+    if beyond.any():
+        plain = float(np.median((way * log.log_ratio[beyond]) / log.bend[beyond]))
+    return DirectionFit(
+        friction=model.friction,
+        standard_error=model.error if points.strokes > 1 else None,
+        plain=plain,
+        used=int((log.way[result.used] == way).sum()),
     )
-    used = int((log.way[result.used] == way).sum())
-    return DirectionFit(model.friction, model.error if part.strokes > 1 else None, plain, used)
 
 
-def _plain(log: Log, result: Estimated, directions: dict[str, DirectionFit]) -> Plain:
-    """The plain answer, and what moves the fit from it."""
-    plain = float(np.mean([part.plain for part in directions.values()]))
+def _plain(log: Log, result: FrictionEstimate, directions: dict[str, DirectionFit]) -> PlainAnswer:
+    """Return the plain answer, and what moves the fit from it."""
+    plain = float(np.mean([direction.plain for direction in directions.values()]))
     used = result.used & (log.bend > 0.0)
-    turn = log.way[used] * log.log_ratio[used] / log.bend[used]
-    kept = float(
-        np.mean([np.median(turn[log.way[used] == way]) for way in np.unique(log.way[used])])
-    )
-    return Plain(
-        plain, (kept - plain) / result.friction, (result.friction - kept) / result.friction
+    ways = log.way[used]
+    turn = ways * log.log_ratio[used] / log.bend[used]
+    medians = [np.median(turn[ways == way]) for way in np.unique(ways)]
+    without_rows = float(np.mean(medians))
+    return PlainAnswer(
+        friction=plain,
+        moved_by_rows=(without_rows - plain) / result.friction,
+        moved_by_fit=(result.friction - without_rows) / result.friction,
     )
 
 
 def _rows(
-    readings: Readings, prepared: Prepared, result: Estimated, angles: Floats
+    readings: Readings, prepared: PreparedLog, result: FrictionEstimate, angles: Floats
 ) -> pd.DataFrame:
-    """Every reading with what became of it; what effects of the rig do is in the line, not taken off the readings."""
-    log, (motor, load) = prepared.log, prepared.cells
+    """Tabulate every reading with its use, as `Fit.rows` has it.
+
+    Effects of the rig are part of the line, and are not taken off the readings.
+    """
+    log = prepared.log
+    motor, load = prepared.cells
     line = result.friction * log.way * log.bend + result.average.log_gain + result.shape
-    both = (motor > 0.0) & (load > 0.0)
-    not_read = ["cell_1", "cell_2", "direction", "stroke", "bend_uncertainty"]
-    stated = readings.rows.drop(columns=not_read, errors="ignore")
+    has_ratio = (motor > 0.0) & (load > 0.0)
+    left_out = ["cell_1", "cell_2", "direction", "stroke", "bend_uncertainty"]
+    stated = readings.rows.drop(columns=left_out, errors="ignore")
+    if readings.position_is_speed:
+        stated = stated.rename(columns={"position": "speed"})
 
     def placed(values: Any, elsewhere: Any) -> Any:
+        """Return a column with values in the rows of the log, and others elsewhere."""
         column = np.array(np.broadcast_to(elsewhere, len(motor)))
         column[prepared.rows] = values
         return column
 
-    inside = np.where(result.reached[log.stroke], INSIDE, PARTIAL)
-    return stated.rename(
-        columns={"position": "speed"} if readings.position_is_speed else {}
-    ).assign(
+    unused = np.where(result.reached[log.stroke], INSIDE, PARTIAL)
+    set_aside = np.where(prepared.codes == USED, INSIDE, prepared.codes)
+    log_motor = np.log(np.where(has_ratio, motor, np.nan))
+    log_load = np.log(np.where(has_ratio, load, np.nan))
+    return stated.assign(
         file=stated.get("file", 0),
         motor=motor,
         load=load,
@@ -239,10 +278,7 @@ def _rows(
         bend_angle=angles,
         run=placed(log.stroke, -1),
         residual=placed(np.where(result.used, log.log_ratio - line, np.nan), np.nan),
-        code=placed(
-            np.where(result.used, USED, inside),
-            np.where(prepared.codes == USED, INSIDE, prepared.codes),
-        ),
+        code=placed(np.where(result.used, USED, unused), set_aside),
         used=placed(result.used, elsewhere=False),
-        log_ratio=np.log(np.where(both, motor, np.nan)) - np.log(np.where(both, load, np.nan)),
+        log_ratio=log_motor - log_load,
     )

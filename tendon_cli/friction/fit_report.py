@@ -1,4 +1,4 @@
-"""A friction fit as people read it, as programs do, and as files: a fragment for a study, a table of strokes."""
+"""Report of a friction fit: a summary in words, a fragment for a study, and a table of strokes."""
 
 from __future__ import annotations
 
@@ -8,76 +8,88 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.files import write_whole
-from tendon_cli.friction.fit_result import Fit
+from tendon_cli.friction.fit_result import Check, Fit
 from tendon_cli.units import counted, shorten
 from tendon_cli.version import __version__
 
 _STROKES_MARK = "# strokes of a log, by tendon fit-friction"
 _MARK = "# A friction coefficient fitted by `tendon fit-friction`."
-"""The first line of a fragment; a file without it is nobody's to write over."""
+"""First line of a fragment; a file without it is nobody's to write over."""
 _HEADER = f"""\
 {_MARK} A study takes it by
 #     [sheath]
 #     friction_from = "friction.toml"
 """
 _OF_THE_RIG = "# The bend angle is that of the rig, not of the study's sheath.\n"
-_OF_ONE_SHEATH = '#     bend_angle = "..."      # not given here: of the same sheath, as it was when μφ was measured\n'
+_OF_ONE_SHEATH = (
+    '#     bend_angle = "..."      # not given here: of the same sheath,'
+    " as it was when μφ was measured\n"
+)
 
 
 def summary_lines(fit: Fit) -> str:
-    """A short readable summary."""
-    error, digits = fit.uncertainty, _digits(fit.uncertainty.standard_error)
-    low, high = error.interval_95
+    """Return a short readable summary."""
+    uncertainty = fit.uncertainty
+    digits = _digits(uncertainty.standard_error)
+    low, high = uncertainty.interval_95
+    interval = f"{low:.{digits}f} to {high:.{digits}f}"
     rows = [
-        (
-            "95 % interval",
-            f"{low:.{digits}f} to {high:.{digits}f}, standard error {error.standard_error:.2g}",
-        ),
+        ("95 % interval", f"{interval}, standard error {uncertainty.standard_error:.2g}"),
         ("bend angle", _bend_text(fit)),
         ("gain ratio", _gain_text(fit)),
     ]
-    for name, part in fit.by_direction.items():
-        scatter = f" ± {part.standard_error:.{digits}f}" if part.standard_error is not None else ""
-        text = f"{part.friction:.{digits}f}{scatter} with a gain ratio of 1, {counted(part.used, 'reading')}"
+    for name, direction in fit.by_direction.items():
+        text = f"{direction.friction:.{digits}f}"
+        if direction.standard_error is not None:
+            text += f" ± {direction.standard_error:.{digits}f}"
+        text += f" with a gain ratio of 1, {counted(direction.used, 'reading')}"
         rows.append((name.replace("_", " "), text))
     rows.append(("plain answer", _plain_text(fit, digits)))
-    for at, each in enumerate(error.parts):
-        degrees = each.degrees_of_freedom
-        free = "" if math.isinf(degrees) else f", {degrees:.0f} degrees of freedom"
-        text = f"{each.contribution:.2g} {each.name} (type {each.type}{free})"
-        rows.append(("" if at else "standard error from", text))
-    rows += _of_the_readings(fit)
-    what = "friction over the bend  μφ" if fit.friction is None else "friction coefficient  μ"
-    lines = [f"{what} = {fit.fitted:.{digits}f}", *(f"  {name:<20}{text}" for name, text in rows)]
-    lines += [f"note: {text}" for text in fit.notes] + [f"warning: {text}" for text in fit.warnings]
+    for place, part in enumerate(uncertainty.parts):
+        kind = f"type {part.type}"
+        if not math.isinf(part.degrees_of_freedom):
+            kind += f", {part.degrees_of_freedom:.0f} degrees of freedom"
+        name = "standard error from" if place == 0 else ""
+        rows.append((name, f"{part.contribution:.2g} {part.name} ({kind})"))
+    rows += _readings_rows(fit)
+    answer = "friction over the bend  μφ" if fit.friction is None else "friction coefficient  μ"
+    lines = [f"{answer} = {fit.fitted:.{digits}f}"]
+    lines += [f"  {name:<20}{text}" for name, text in rows]
+    lines += [f"note: {text}" for text in fit.notes]
+    lines += [f"warning: {text}" for text in fit.warnings]
     return "\n".join(lines)
 
 
-def _of_the_readings(fit: Fit) -> list[tuple[str, str]]:
-    """Which readings are used, and what else they show."""
+def _readings_rows(fit: Fit) -> list[tuple[str, str]]:
+    """Say which readings are used, and what else they show."""
     where = "on the limit" if fit.is_log else "settled"
-    used = f"{fit.rows['used'].sum():,} of {len(fit.rows):,} {where}, in {counted(fit.strokes, 'stroke')}"
-    rows = [
-        ("readings", used),
-        *(("set aside", f"{aside.rows}: {aside.reason}") for aside in fit.set_aside),
-    ]
+    used = f"{fit.rows['used'].sum():,} of {len(fit.rows):,} {where}"
+    rows = [("readings", f"{used}, in {counted(fit.strokes, 'stroke')}")]
+    rows += [("set aside", f"{aside.rows}: {aside.reason}") for aside in fit.set_aside]
     if speed := fit.speed:
         span = f"from {speed.slowest:.3g} to {speed.fastest:.3g}"
         rows.append(("power of speed", f"{speed.power:+.3f} ± {speed.standard_error:.2g}, {span}"))
-    if before := fit.presliding:
-        stiff = f"stiffness {before.stiffness:.3g}, backlash {before.backlash:.3g}"
-        rows.append(("before it slides", f"{stiff}, {counted(before.reversals, 'reversal')}"))
+    if presliding := fit.presliding:
+        stiffness = f"stiffness {presliding.stiffness:.3g}, backlash {presliding.backlash:.3g}"
+        reversals = counted(presliding.reversals, "reversal")
+        rows.append(("before it slides", f"{stiffness}, {reversals}"))
     for file in fit.files:
         text = "nothing used" if file["friction"] is None else f"{file['friction']:.4g}"
         rows.append((shorten(file["file"], 18), f"{text}, {counted(file['strokes'], 'stroke')}"))
     for check in fit.checks:
         if check.found and check.name != "gain":
-            unit = "" if check.unit == "1" else f" {check.unit}"
-            effect = check.effect_on_friction
-            without = f", fitted: {100.0 * effect:+.1f} % of μ without it" if effect else ""
-            text = f"{check.value:.3g} ± {check.standard_error:.2g}{unit}{without}"
-            rows.append((check.name.replace("_", " "), text))
+            rows.append((check.name.replace("_", " "), _check_text(check)))
     return rows
+
+
+def _check_text(check: Check) -> str:
+    """Value of an effect that was found, and the change of μ without it."""
+    text = f"{check.value:.3g} ± {check.standard_error:.2g}"
+    if check.unit != "1":
+        text += f" {check.unit}"
+    if check.effect_on_friction:
+        text += f", fitted: {100.0 * check.effect_on_friction:+.1f} % of μ without it"
+    return text
 
 
 def _digits(error: float) -> int:
@@ -86,7 +98,9 @@ def _digits(error: float) -> int:
 
 
 def _bend_text(fit: Fit) -> str:
-    text, product = fit.bend.text, f"μφ = {fit.friction_bend:.4g}"
+    """Bend angle with its uncertainty, and μφ."""
+    text = fit.bend.text
+    product = f"μφ = {fit.friction_bend:.4g}"
     if not fit.bend_angles:
         return "not given, so the answer is μφ; --bend-angle makes it μ"
     if fit.bend.uncertainty_text:
@@ -98,35 +112,41 @@ def _bend_text(fit: Fit) -> str:
 
 
 def _gain_text(fit: Fit) -> str:
+    """Gain of the motor's cell over that of the load's."""
     if len(fit.by_direction) == 1:
         return "1, assumed (one direction only)"
     return f"{fit.gain_ratio:.4f}, motor's cell (cell {fit.motor}) over load's, removed from μ"
 
 
 def _plain_text(fit: Fit, digits: int) -> str:
-    """What ten lines of NumPy give, and why the fit differs."""
+    """Plain answer, as ten lines of NumPy give it, and why the fit differs."""
     plain = fit.plain
     moves = {"by rows set aside": plain.moved_by_rows, "by what is fitted": plain.moved_by_fit}
-    why = ", ".join(
-        f"{100.0 * share:+.1f} % {what}" for what, share in moves.items() if abs(share) >= 5e-4
-    )
-    text = f"{plain.friction:.{digits}f}, median |ln ratio|; the fit is {100.0 * fit.from_plain:+.1f} % from it"
-    return f"{text}: {why}" if why else text
+    reasons = [
+        f"{100.0 * share:+.1f} % {reason}" for reason, share in moves.items() if abs(share) >= 5e-4
+    ]
+    text = f"{plain.friction:.{digits}f}, median |ln ratio|"
+    text += f"; the fit is {100.0 * fit.from_plain:+.1f} % from it"
+    return f"{text}: {', '.join(reasons)}" if reasons else text
 
 
 def write_fragment(fit: Fit, path: Path) -> None:
-    """Write the coefficient (or μφ) for a study, how far it can be trusted, and where it comes from.
+    """Write the coefficient (or μφ) for a study, with its uncertainty and its source.
 
-    The file is written whole or not at all; raises OutputError.
+    The file is written whole or not at all.
+
+    Raises:
+        OutputError: if it cannot be written.
     """
-    values: dict[str, Any] = {
-        "coefficient": fit.friction,
-        "standard_error": fit.standard_error,
-        "interval_95": fit.interval_95,
-        "bend_angle": fit.bend.text,
-        "bend_angle_uncertainty": fit.bend.uncertainty_text,
-    }
-    values = {} if fit.friction is None else values
+    values: dict[str, Any] = {}
+    if fit.friction is not None:
+        values = {
+            "coefficient": fit.friction,
+            "standard_error": fit.standard_error,
+            "interval_95": fit.interval_95,
+            "bend_angle": fit.bend.text,
+            "bend_angle_uncertainty": fit.bend.uncertainty_text,
+        }
     values |= {
         "friction_bend": fit.friction_bend,
         "friction_bend_standard_error": fit.friction_bend_standard_error,
@@ -143,14 +163,23 @@ def write_fragment(fit: Fit, path: Path) -> None:
 
 
 def _toml(value: Any) -> str:
-    """A value in TOML; a basic string's escapes are those of JSON, and the one JSON leaves out (DEL) is written too."""
+    """Write a value in TOML.
+
+    A basic string's escapes are those of JSON, and the one that JSON leaves out (DEL) is written,
+    too.
+    """
+    if isinstance(value, tuple):
+        return repr(list(value))
     if not isinstance(value, str):
-        return repr(list(value) if isinstance(value, tuple) else value)
-    return json.dumps(value.encode("utf-8", "replace").decode(), ensure_ascii=False).replace(
-        "\x7f", "\\u007f"
-    )
+        return repr(value)
+    text = value.encode("utf-8", "replace").decode()
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def write_strokes(fit: Fit, path: Path) -> None:
-    """Write the table of strokes as CSV; raises OutputError."""
+    """Write the table of strokes as CSV.
+
+    Raises:
+        OutputError: if the file cannot be written.
+    """
     write_whole(path, f"{_STROKES_MARK}\n{fit.stroke_table.to_csv(index=False)}".encode())

@@ -1,4 +1,4 @@
-"""What is known of the rig before its readings: the bend angle of its sheath, its cells' zeros and uncertainty."""
+"""Bend angle of the sheath on a rig, and zeros and uncertainty of its cells."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tendon_cli.friction.reading.table import content_of, name_of
 from tendon_cli.units import UnitError, parse_measure, shorten
 
 _SMALLEST_BEND = 1e-3
-"""In rad: no friction shows in a sheath that is straighter."""
+"""Least bend angle, rad: no friction shows in a sheath that is straighter."""
 
 
 @dataclass(frozen=True)
@@ -25,28 +25,35 @@ class BendAngle:
     """Total curvature ∫κ ds of the sheath between the two cells."""
 
     radians: float | None
-    """None if only an uncertainty is given, for a column of angles."""
+    """Bend angle, rad; None if only an uncertainty is given, for a column of angles."""
     uncertainty: float
     """Standard uncertainty, rad; 0 if none is given."""
     text: str
-    """As written, without the uncertainty."""
+    """Bend angle as written, without the uncertainty."""
     uncertainty_text: str | None = None
     notes: tuple[str, ...] = ()
-    """Where it comes from, if not from the command line."""
+    """Notes on its source, if it is not the command line."""
     warnings: tuple[str, ...] = ()
 
 
 def bend_angle_of(
     given: str | float | None, route: Path | None, smoothing: str | float | None
 ) -> BendAngle | None:
-    """The bend angle as a text, a number in rad, or by a file of way-points; None if it is not given.
+    """Return the bend angle; None if it is not given.
 
-    `smoothing` is the noise of the way-points, a text with a unit or a number in m. Raises UsageError for what is no
-    angle or no noise, InputError for a file that is no route, or that bends too little or too much for a sheath.
+    Args:
+        given: A text such as "144 deg +/- 2 deg", or a number in rad.
+        route: A file of way-points, instead.
+        smoothing: Noise of the way-points, a text with a unit or a number in m.
+
+    Raises:
+        UsageError: for what is no angle or no noise.
+        InputError: for a file that is no route, or that bends too little or too much for a sheath.
     """
     if route is not None and given is not None:
         raise UsageError(
-            "the bend angle is given twice: by a route, too", where="--bend-angle, --route"
+            "the bend angle is given twice, by an angle and by a route",
+            where="--bend-angle, --route",
         )
     if route is not None:
         return _bend_of_route(route, smoothing)
@@ -60,16 +67,15 @@ def bend_angle_of(
 
 
 def _parsed(text: str) -> BendAngle:
-    """Of "144 deg", "144 deg +/- 2 deg", or "+/- 2 deg" for a column of angles."""
-    parts = (
-        [part.strip() for part in re.split(r"\+/-|\+-|±", text, maxsplit=1)]
-        if len(text) <= 200
-        else [text]
-    )
-    only = len(parts) == 2 and not parts[0]
+    """Parse "144 deg", "144 deg +/- 2 deg", or "+/- 2 deg" for a column of angles."""
+    parts = [text]
+    if len(text) <= 200:
+        parts = [part.strip() for part in re.split(r"\+/-|\+-|±", text, maxsplit=1)]
+    has_uncertainty = len(parts) == 2
+    has_angle = not has_uncertainty or bool(parts[0])
     try:
-        angle = LARGEST_BEND if only else parse_measure(parts[0], "angle").si
-        uncertainty = parse_measure(parts[1], "angle").si if len(parts) == 2 else 0.0
+        angle = parse_measure(parts[0], "angle").si if has_angle else LARGEST_BEND
+        uncertainty = parse_measure(parts[1], "angle").si if has_uncertainty else 0.0
     except UnitError as error:
         hint = error.hint or 'write "144 deg" or "144 deg +/- 2 deg"'
         raise UsageError(error.problem, where="--bend-angle", hint=hint) from error
@@ -80,111 +86,162 @@ def _parsed(text: str) -> BendAngle:
     if not 0.0 <= uncertainty < angle / 2.0:
         problem = f'"{shorten(text)}": the uncertainty is 0 or more and less than half the angle'
         raise UsageError(problem, where="--bend-angle")
-    return BendAngle(None if only else angle, uncertainty, *parts)
+    return BendAngle(
+        radians=angle if has_angle else None,
+        uncertainty=uncertainty,
+        text=parts[0],
+        uncertainty_text=parts[1] if has_uncertainty else None,
+    )
 
 
 def _bend_of_route(route: Path, smoothing: str | float | None) -> BendAngle:
+    """Measure the bend angle of a file of way-points."""
     from tendon_cli.studies.way_points import MAX_BYTES, measure_route, route_note
 
     name = name_of(route)
     content = content_of(route, MAX_BYTES, "--route names a CSV of x, y and z")
-    try:
-        noise = (
-            parse_measure(smoothing, "length").si
-            if isinstance(smoothing, str)
-            else float(smoothing or 0.0)
-        )
-    except UnitError as error:
-        raise UsageError(
-            error.problem, where="--path-smoothing", hint=error.hint or 'write "0.5 mm"'
-        ) from error
-    if not 0.0 <= noise < math.inf:
-        raise UsageError(
-            f'"{smoothing}" is no noise of way-points: it is 0 or more', where="--path-smoothing"
-        )
+    noise = _noise_of_route(smoothing)
     measured, warnings = measure_route(content, name, noise)
-    bend, error_of = measured.bend_angle, measured.standard_error
-    if bend < _SMALLEST_BEND or error_of >= bend / 2.0:
-        problem = f"bends by {bend:.3g} rad ± {error_of:.2g} rad: not enough to show friction"
-        raise InputError(
-            problem,
-            where=name,
-            hint="measure friction on a sheath that bends by half a turn or more",
-        )
-    texts = f"{math.degrees(bend):.2f} deg of {name}", f"{math.degrees(error_of):.2g} deg"
-    return BendAngle(bend, error_of, *texts, (route_note(measured, name),), tuple(warnings))
+    bend = measured.bend_angle
+    error = measured.standard_error
+    if bend < _SMALLEST_BEND or error >= bend / 2.0:
+        problem = f"bends by {bend:.3g} rad ± {error:.2g} rad: not enough to show friction"
+        hint = "measure friction on a sheath that bends by half a turn or more"
+        raise InputError(problem, where=name, hint=hint)
+    return BendAngle(
+        radians=bend,
+        uncertainty=error,
+        text=f"{math.degrees(bend):.2f} deg of {name}",
+        uncertainty_text=f"{math.degrees(error):.2g} deg",
+        notes=(route_note(measured, name),),
+        warnings=tuple(warnings),
+    )
+
+
+def _noise_of_route(smoothing: str | float | None) -> float:
+    """Return the noise of way-points, m; 0 if it is not given."""
+    if isinstance(smoothing, str):
+        try:
+            noise = parse_measure(smoothing, "length").si
+        except UnitError as error:
+            hint = error.hint or 'write "0.5 mm"'
+            raise UsageError(error.problem, where="--path-smoothing", hint=hint) from error
+    else:
+        noise = float(smoothing or 0.0)
+    if not 0.0 <= noise < math.inf:
+        problem = f'"{smoothing}" is no noise of way-points: it is 0 or more'
+        raise UsageError(problem, where="--path-smoothing")
+    return noise
 
 
 def bend_angles(
     readings: Readings, bend: BendAngle | None
 ) -> tuple[Floats, float, BendAngle | None]:
-    """The bend angle of each reading, their standard uncertainty as a share of them, and where they come from.
+    """Return the bend angle of each reading, by the option or by a column.
 
-    Angles are never guessed and never taken from both the option and a column; without any, all are 1 and the
-    coefficient is μφ. Their errors are counted as if all had the same one.
+    Angles are never guessed and never taken from both; without any, all are 1 and the coefficient
+    is μφ. Their errors are counted as if all had the same one.
+
+    Returns:
+        Bend angles, rad; their standard uncertainty as a share of them; and their source, None if
+        they are not known.
     """
-    angles, known = readings.column("bend_angle"), readings.column("bend_uncertainty")
-    source, total, where = readings.source, len(readings.rows), "--bend-angle"
-    if angles is None:
-        if bend is None:
-            return np.ones(total), 0.0, None
-        if bend.radians is None:
+    angles = readings.column("bend_angle")
+    if angles is not None:
+        return _angles_of_column(readings, angles, bend)
+    total = len(readings.rows)
+    if bend is None:
+        return np.ones(total), 0.0, None
+    if bend.radians is None:
+        problem = (
+            f"the bend angle of the sheath is not given, and {readings.source} has no column for it"
+        )
+        hint = (
+            'measure it between the cells: --bend-angle "144 deg", --route,'
+            " or a column bend_angle_deg"
+        )
+        raise UsageError(problem, where="--bend-angle", hint=hint)
+    return np.full(total, bend.radians), bend.uncertainty / bend.radians, bend
+
+
+def _angles_of_column(
+    readings: Readings, angles: Floats, bend: BendAngle | None
+) -> tuple[Floats, float, BendAngle]:
+    """Return the angles of a column, of which the option may give the uncertainty."""
+    source = readings.source
+    known = readings.column("bend_uncertainty")
+    if bend is not None and bend.radians is not None:
+        agrees = np.allclose(angles, bend.radians, rtol=1e-6, atol=0.0)
+        if not agrees:
             problem = (
-                f"the bend angle of the sheath is not given, and {source} has no column for it"
+                f"the bend angle is given twice: {bend.text}"
+                f" and by a column of {source} that says otherwise"
             )
-            hint = 'measure it between the cells: --bend-angle "144 deg", --route, or a column bend_angle_deg'
-            raise UsageError(problem, where=where, hint=hint)
-        return np.full(total, bend.radians), bend.uncertainty / bend.radians, bend
-    if (
-        bend is not None
-        and bend.radians is not None
-        and not np.allclose(angles, bend.radians, rtol=1e-6, atol=0.0)
-    ):
-        problem = f"the bend angle is given twice: {bend.text} and by a column of {source} that says otherwise"
-        hint = 'leave the option out to use the column; "+/- 2 deg" alone says how well the column is known'
-        raise UsageError(problem, where=where, hint=hint)
+            hint = (
+                "leave the option out to use the column;"
+                ' "+/- 2 deg" alone says how well the column is known'
+            )
+            raise UsageError(problem, where="--bend-angle", hint=hint)
     if bend is not None and bend.uncertainty:
         if known is not None:
-            problem = f"the uncertainty of the bend angle is given twice: here and by a column of {source}"
-            raise UsageError(problem, where=where)
-        known = np.full(total, bend.uncertainty)
-    bent, degrees = angles > 0.0, [f"{math.degrees(angle):.10g} deg" for angle in np.unique(angles)]
-    text = (
-        ", ".join(degrees)
-        if len(degrees) <= 6
-        else f"{len(degrees)} angles, {degrees[0]} to {degrees[-1]}"
-    )
-    share = 0.0 if known is None else float(np.mean(known[bent] / angles[bent]))
-    return angles, share, bend or BendAngle(None, 0.0, text)
+            problem = (
+                "the uncertainty of the bend angle is given twice:"
+                f" here and by a column of {source}"
+            )
+            raise UsageError(problem, where="--bend-angle")
+        known = np.full(len(angles), bend.uncertainty)
+    share = 0.0
+    if known is not None:
+        bent = angles > 0.0
+        share = float(np.mean(known[bent] / angles[bent]))
+    if bend is not None:
+        return angles, share, bend
+    degrees = [f"{math.degrees(angle):.10g} deg" for angle in np.unique(angles)]
+    text = ", ".join(degrees)
+    if len(degrees) > 6:
+        text = f"{len(degrees)} angles, {degrees[0]} to {degrees[-1]}"
+    return angles, share, BendAngle(None, 0.0, text)
 
 
 def force_of(given: str | float | None, option: str, unit: str | None) -> float:
-    """A force, or a mass as its weight, in the unit of the file, in which a bare number is; 0 if it is not given."""
-    text, scale = str(0.0 if given is None else given), force_factor(unit)
+    """Return a force in the unit of the file; 0 if it is not given.
+
+    Args:
+        given: A force, a mass as its weight, or a bare number in the unit of the file.
+        option: Name of the option, for messages.
+        unit: Unit of the file; None if it does not say.
+    """
+    text = str(0.0 if given is None else given)
+    scale = force_factor(unit)
     with contextlib.suppress(ValueError):
-        if math.isfinite(number := float(text)):
+        number = float(text)
+        if math.isfinite(number):
             return number
     for dimension, weight in (("force", 1.0), ("mass", float(STANDARD_GRAVITY))):
         with contextlib.suppress(UnitError):
             newton = parse_measure(text, dimension).si * weight
             if scale is None:
+                problem = f'"{shorten(text)}" cannot be compared with the readings'
                 hint = f'the file gives no unit of force; write the number alone: {option} "0.4"'
-                raise UsageError(
-                    f'"{shorten(text)}" cannot be compared with the readings',
-                    where=option,
-                    hint=hint,
-                )
+                raise UsageError(problem, where=option, hint=hint)
             return newton / scale
-    raise UsageError(
-        f'"{shorten(text)}" is no force', where=option, hint='write "0.4 N" or "0.4 kgf"'
-    )
+    problem = f'"{shorten(text)}" is no force'
+    raise UsageError(problem, where=option, hint='write "0.4 N" or "0.4 kgf"')
 
 
 def cells_of(text: str | None, unit: str | None) -> tuple[float, float] | None:
-    """Standard uncertainty of a cell's zero, in the unit of the file, and of its gain, as a share."""
+    """Parse the standard uncertainty of a cell's zero and gain, such as "0.2 N, 0.5 %".
+
+    Returns:
+        That of the zero, in the unit of the file, and that of the gain, as a share; None if it is
+        not given.
+    """
     if text is None:
         return None
-    option, hint, zero, gain = "--cell-uncertainty", 'write "0.2 N, 0.5 %"', 0.0, 0.0
+    option = "--cell-uncertainty"
+    hint = 'write "0.2 N, 0.5 %"'
+    zero = 0.0
+    gain = 0.0
     for part in map(str.strip, text.split(",")):
         if not part.endswith("%"):
             zero = force_of(part, option, unit)
@@ -194,7 +251,6 @@ def cells_of(text: str | None, unit: str | None) -> tuple[float, float] | None:
         except UnitError as error:
             raise UsageError(error.problem, where=option, hint=hint) from error
     if zero < 0.0 or not 0.0 <= gain < 1.0:
-        raise UsageError(
-            f'"{shorten(text)}" is no uncertainty: it is 0 or more', where=option, hint=hint
-        )
+        problem = f'"{shorten(text)}" is no uncertainty: it is 0 or more'
+        raise UsageError(problem, where=option, hint=hint)
     return zero, gain

@@ -1,4 +1,4 @@
-"""What else a log shows: stroke by stroke, against speed, by file, and before it slides."""
+"""Further findings of a log: stroke by stroke, against speed, by file, and before it slides."""
 
 from __future__ import annotations
 
@@ -9,55 +9,69 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from tendon_cli.friction.budget import LEAST_SCATTER
 from tendon_cli.friction.usable_rows import REASONS
 
 _SPEEDS = 0.2
 """Largest speed over the least, less 1, from which strokes say anything about it."""
 _FEWEST = 6
 """Strokes from which a slope over them is more than one odd stroke."""
-_EXACT = 0.002
-"""Of μ: no rig's strokes agree more closely."""
-_BY_CHANCE, _MATTERS = 0.003, 0.02
-"""Files differ if chance would make it so in three of a thousand sets, and by more than 2 %."""
+_BY_CHANCE = 0.003
+"""Probability under which files differ: chance makes three of a thousand sets so."""
+_MATTERS = 0.02
+"""Difference of files, as a share of μ, from which it matters."""
 _STICK = (0.05, 0.35)
-"""Part of the way from limit to limit in which the motor's force over its position is still nearly straight."""
+"""Part of the way from limit to limit in which the motor's force over its position is still nearly
+straight."""
 
 
 @dataclass(frozen=True)
 class Speed:
-    """The power of the motor's speed that μ goes with."""
+    """Dependence of μ on the motor's speed."""
 
     power: float
+    """Power of the speed that μ goes with."""
     standard_error: float
     slowest: float
+    """Speed of the slowest stroke, in the unit of the file."""
     fastest: float
 
 
 @dataclass(frozen=True)
 class Presliding:
-    """What the motor does before the tendon slides: medians over the reversals.
-
-    `stiffness` is its force per unit of its position, `backlash` its travel after a reversal before the force follows.
-    """
+    """Motion of the motor before the tendon slides: medians over the reversals."""
 
     stiffness: float
+    """Force of the motor per unit of its position."""
     backlash: float
+    """Travel of the motor after a reversal before the force follows."""
     reversals: int
 
 
 def strokes_of(
     rows: pd.DataFrame, friction: float, given: bool, files: tuple[str, ...]
 ) -> pd.DataFrame:
-    """Every stroke of a log, used or not: forces in the unit of the file, μ of each with gain and effects taken off.
+    """Tabulate every stroke of a log, used or not.
 
-    `rows` are those of `Fit.rows`, `given` says whether the bend angle is known.
+    Forces are in the unit of the file; the friction of each stroke is μ with gain and effects taken
+    off.
+
+    Args:
+        rows: Rows of the fit, as `Fit.rows` has them.
+        friction: μ of the whole log.
+        given: True if the bend angle is known.
+        files: Names of the files.
     """
     rows = rows.assign(speed=_speeds(rows), inward=rows["way"] * rows["residual"])
-    runs, used = (part.groupby("run") for part in (rows[rows["run"] >= 0], rows[rows["used"]]))
-    first, count, means = runs.first(), runs["used"].sum(), ["motor", "load", "log_ratio", "speed"]
-    mean = used[means].mean().reindex(first.index).fillna(runs[means].mean())
+    runs = rows[rows["run"] >= 0].groupby("run")
+    used = rows[rows["used"]].groupby("run")
+    first = runs.first()
+    count = runs["used"].sum()
+    columns = ["motor", "load", "log_ratio", "speed"]
+    mean = used[columns].mean().reindex(first.index).fillna(runs[columns].mean())
     bend = first["bend_angle"]
-    why = runs["code"].agg(lambda codes: REASONS[codes.mode()[0]])
+    residual = used["inward"].mean().reindex(first.index)
+    reason = runs["code"].agg(lambda codes: REASONS[codes.mode()[0]])
     return pd.DataFrame(
         {
             "stroke": first.index + 1,
@@ -71,10 +85,9 @@ def strokes_of(
             "force_motor": mean["motor"],
             "force_load": mean["load"],
             "log_ratio": mean["log_ratio"],
-            "friction": friction
-            + used["inward"].mean().reindex(first.index) / bend.where(bend > 0.0),
+            "friction": friction + residual / bend.where(bend > 0.0),
             "speed": mean["speed"],
-            "why_not": why.where(count == 0, ""),
+            "why_not": reason.where(count == 0, ""),
         }
     )
 
@@ -91,80 +104,99 @@ def _speeds(rows: pd.DataFrame) -> Any:
 
 
 def speed_of(strokes: pd.DataFrame) -> Speed | None:
-    """μ against speed, if the strokes have different speeds."""
-    used = np.log(
-        strokes.loc[
-            (strokes["friction"] > 0.0) & (strokes["speed"] > 0.0), ["speed", "friction"]
-        ].to_numpy()
-    )
-    if len(used) < _FEWEST or np.ptp(used[:, 0]) < math.log1p(_SPEEDS):
+    """Fit μ against speed. Return None unless the strokes have different speeds."""
+    is_known = (strokes["friction"] > 0.0) & (strokes["speed"] > 0.0)
+    logs = np.log(strokes.loc[is_known, ["speed", "friction"]].to_numpy())
+    speed = logs[:, 0]
+    friction = logs[:, 1]
+    if len(logs) < _FEWEST or np.ptp(speed) < math.log1p(_SPEEDS):
         return None
-    line, covariance = np.polyfit(used[:, 0], used[:, 1], 1, cov=True)
-    slowest, fastest = np.exp([used[:, 0].min(), used[:, 0].max()])
-    return Speed(float(line[0]), float(np.sqrt(covariance[0, 0])), float(slowest), float(fastest))
+    line, covariance = np.polyfit(speed, friction, 1, cov=True)
+    slowest, fastest = np.exp([speed.min(), speed.max()])
+    return Speed(
+        power=float(line[0]),
+        standard_error=float(np.sqrt(covariance[0, 0])),
+        slowest=float(slowest),
+        fastest=float(fastest),
+    )
 
 
 def presliding_of(rows: pd.DataFrame) -> Presliding | None:
-    """Stiffness and backlash after the reversals, by the straight part of the motor's force over its position."""
+    """Find stiffness and backlash after the reversals.
+
+    They are those of the straight part of the motor's force over its position. Return None without
+    a position, or if no reversal has such a part.
+    """
     if "position" not in rows:
         return None
-    forces, places, ways = (rows[name].to_numpy() for name in ("motor", "position", "way"))
-    kept, slopes, lost = np.flatnonzero(rows["used"]), [], []
-    for at in np.flatnonzero(np.diff(ways[kept]) != 0):
-        turn = slice(kept[at], kept[at + 1] + 1)
-        force, x = forces[turn], places[turn]
+    forces = rows["motor"].to_numpy()
+    positions = rows["position"].to_numpy()
+    ways = rows["way"].to_numpy()
+    used = np.flatnonzero(rows["used"])
+    slopes = []
+    backlashes = []
+    for turn in np.flatnonzero(np.diff(ways[used]) != 0):
+        reversal = slice(used[turn], used[turn + 1] + 1)
+        force = forces[reversal]
+        position = positions[reversal]
         share = (force - force[0]) / (force[-1] - force[0] or math.inf)
         straight = (share > _STICK[0]) & (share < _STICK[1])
-        if np.count_nonzero(straight) < 3 or np.ptp(x[straight]) == 0.0:
+        if np.count_nonzero(straight) < 3 or np.ptp(position[straight]) == 0.0:
             continue
-        slope, height = np.polyfit(x[straight], force[straight], 1)
+        slope, height = np.polyfit(position[straight], force[straight], 1)
+        furthest = position[np.argmax(np.abs(position - position[-1]))]
         slopes.append(float(slope))
-        lost.append(abs(float((force[0] - height) / slope - x[np.argmax(np.abs(x - x[-1]))])))
+        backlashes.append(abs(float((force[0] - height) / slope - furthest)))
     if not slopes:
         return None
-    return Presliding(abs(float(np.median(slopes))), float(np.median(lost)), len(slopes))
+    return Presliding(abs(float(np.median(slopes))), float(np.median(backlashes)), len(slopes))
 
 
 def by_file(strokes: pd.DataFrame, files: tuple[str, ...]) -> tuple[dict[str, Any], ...]:
-    """μ of each of several files with its error: the mean of both directions, in which a file's gain cancels."""
-    each = []
-    for name in files if len(files) > 1 else ():
-        ways = strokes[(strokes["file"] == name) & strokes["friction"].notna()].groupby(
-            "direction"
-        )["friction"]
-        error = math.sqrt(float((ways.var() / ways.size()).sum())) / max(len(ways), 1)
-        sure = len(ways) > 0 and ways.size().min() > 1
-        mean = float(ways.mean().mean()) if len(ways) else None
-        number = int(ways.size().sum())
-        each.append(
+    """Return μ of each of several files with its error; nothing of a single one.
+
+    It is the mean of both directions, in which a file's gain cancels.
+    """
+    if len(files) == 1:
+        return ()
+    results = []
+    for name in files:
+        selected = strokes[(strokes["file"] == name) & strokes["friction"].notna()]
+        directions = selected.groupby("direction")["friction"]
+        count = directions.size()
+        error = math.sqrt(float((directions.var() / count).sum())) / max(len(directions), 1)
+        has_error = len(directions) > 0 and count.min() > 1
+        results.append(
             {
                 "file": name,
-                "friction": mean,
-                "standard_error": error if sure else None,
-                "strokes": number,
+                "friction": float(directions.mean().mean()) if len(directions) else None,
+                "standard_error": error if has_error else None,
+                "strokes": int(count.sum()),
             }
         )
-    return tuple(each)
+    return tuple(results)
 
 
 def disagreement(files: tuple[dict[str, Any], ...]) -> list[str]:
-    """What to say if the files do not agree: their scatter about the mean against their errors (chi-square)."""
+    """Warn if the files do not agree, by chi-square of their scatter about the mean."""
     from scipy.special import chdtrc
 
     known = [
-        (each["friction"], each["standard_error"])
-        for each in files
-        if each["standard_error"] is not None
+        (file["friction"], file["standard_error"])
+        for file in files
+        if file["standard_error"] is not None
     ]
     if len(known) < 2:
         return []
-    value, error = np.array(known).T
-    weight = 1.0 / np.maximum(error, _EXACT * np.abs(value)) ** 2
-    mean = float(weight @ value / weight.sum())
-    chance = float(chdtrc(len(value) - 1, weight @ (value - mean) ** 2))
-    if chance >= _BY_CHANCE or np.ptp(value) <= _MATTERS * abs(mean):
+    values, errors = np.array(known).T
+    weight = 1.0 / np.maximum(errors, LEAST_SCATTER * np.abs(values)) ** 2
+    mean = float(weight @ values / weight.sum())
+    chance = float(chdtrc(len(values) - 1, weight @ (values - mean) ** 2))
+    if chance >= _BY_CHANCE or np.ptp(values) <= _MATTERS * abs(mean):
         return []
-    shown = ", ".join(f"{each:.4g}" for each in value[:6])
-    return [
-        f"the files do not agree, they give {shown}: one number does not hold for all; fit them one by one"
-    ]
+    shown = ", ".join(f"{value:.4g}" for value in values[:6])
+    warning = (
+        f"the files do not agree, they give {shown}: one number does not hold for all;"
+        " fit them one by one"
+    )
+    return [warning]

@@ -1,4 +1,4 @@
-"""Rows of two cells: noise, resolution, what is set aside at once, and the log of those that can be readings."""
+"""Noise and resolution of cells, rows set aside at once, and the log of those that are usable."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import numpy.typing as npt
 
 from tendon_cli.friction.reading.readings import Floats, Integers, Mask
 
-USED, NO_READING, NOT_POSITIVE, UNLOADED, SATURATED, SPIKE, AT_REST, INSIDE, PARTIAL = range(9)
 REASONS = (
     "",
     "no reading",
@@ -23,55 +22,78 @@ REASONS = (
     "in a stroke that does not reach the limit",
 )
 """Why a row is set aside, by its code."""
+USED, NO_READING, NOT_POSITIVE, UNLOADED, SATURATED, SPIKE, AT_REST, INSIDE, PARTIAL = range(9)
+"""Codes of the reasons, in their order."""
 
 _UNLOADED = 0.03
-"""A cell under this share of its 90th percentile weighs its own zero more than the tendon: 1 % of full scale is 30 %
-there."""
-_TOP_ROWS, _TOP_CODES, _TOP_NOISE = 20, 5.0, 0.4
-"""A rail has at least 20 rows and five times the rows of the codes below it. A cell whose noise is under 0.4 of its
-step repeats values without any rail: two codes then hold over half of its rows each."""
+"""Share of its 90th percentile under which a cell weighs its own zero more than the tendon: 1 % of
+full scale is 30 % there."""
+_TOP_ROWS = 20
+"""Least number of rows of a rail."""
+_TOP_CODES = 5.0
+"""Least number of rows of a rail over those of each of the codes below it."""
+_TOP_NOISE = 0.4
+"""Noise over the step of a cell, under which it repeats values without any rail: two codes then
+hold over half of its rows each."""
 _NEAR_RAIL = 3.0
-"""Standard deviations of noise below the rail, where readings are those that noise happened to lower."""
-_SPIKE_MEDIANS, _SPIKE_NOISE, _SPIKE_SHARE, _SPIKE_STEPS = 10.0, 6.0, 0.05, 3.0
-"""A spike exceeds all four: 10 usual deviations and 6 of the noise (one row in 1e9 by chance), 5 % of the force, 3
-steps."""
-_SPIKE_WINDOW, _MOST_SPIKES = 7, 0.2
-"""Rows of the median that spikes are compared with: it passes over up to three bad rows in succession. More than a
-fifth are the corners of steep strokes."""
+"""Standard deviations of noise below the rail, where readings are those that noise lowered."""
+_SPIKE_MEDIANS = 10.0
+"""Usual deviations that a spike exceeds."""
+_SPIKE_NOISE = 6.0
+"""Standard deviations of noise that a spike exceeds: one row in 1e9 does so by chance."""
+_SPIKE_SHARE = 0.05
+"""Share of the usual force that a spike exceeds."""
+_SPIKE_STEPS = 3.0
+"""Steps of the cell that a spike exceeds."""
+_SPIKE_WINDOW = 7
+"""Rows of the median that spikes are compared with: it passes over up to three bad rows in
+succession."""
+_MOST_SPIKES = 0.2
+"""Share of the rows from which spikes are the corners of steep strokes."""
 _NOTHING = 1e-20
-"""In any unit of force: no cell reads so little, and ratios to more are numbers."""
+"""Force, in any unit, that no cell reads; ratios to more are numbers."""
 _LOG_ROWS = 60
 """Rows from which neighbours say what a row should be; shorter files are typed by hand."""
-_ENOUGH_VALUES, _FINEST_DECIMALS = 10, 9
+_ENOUGH_VALUES = 10
+"""Number of different values that show the step of a cell."""
+_FINEST_DECIMALS = 9
+"""Largest number of decimals that fewer values are looked at for."""
 _SAME_BEND = 0.02
-"""Bend angles that differ by less are one: nobody measures them better."""
+"""Share by which bend angles may differ that are one: nobody measures them better."""
 
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """What the estimator sees of a file; a value per row.
-
-    `way` is +1 pulled toward the motor, -1 let go toward the load; `stroke` is 0, 1, ... rising, without gaps; `place`
-    goes along the file from -1/2 to 1/2. `middle` and `half` are the middle and half distance of the log ratio's two
-    limits at the bend of the row, `noise` its standard deviation, rounding included. `steps` are the resolutions of the
-    motor's and of the load's cell; `time` is None if rows are no log in order of time. A power of the force counts
-    from `mean_force`, the mean of ln F at the load; `rate` is d ln F/dt.
-    """
+    """Usable rows of a file, as the estimator sees them; a value per row."""
 
     motor: Floats
+    """Force at the motor, in the unit of the file."""
     load: Floats
+    """Force at the load, in the unit of the file."""
     way: Integers
+    """+1 pulled toward the motor, -1 let go toward the load."""
     bend: Floats
+    """Bend angle of the sheath, rad."""
     stroke: Integers
+    """Number of the stroke: 0, 1, ... rising, without gaps."""
     place: Floats
+    """Place in the file, from -1/2 at its start to 1/2 at its end."""
     middle: Floats
+    """Middle of the two limits of the log ratio, at the bend of the row."""
     half: Floats
+    """Half distance of these limits."""
     noise: Floats
+    """Standard deviation of the log ratio, rounding included."""
     steps: tuple[float, float]
+    """Resolutions of the motor's and of the load's cell."""
     time: Floats | None
+    """Time in the unit of the file; None if rows are no log in order of time."""
     settled: bool
+    """True if rows are settled readings, and no raw log."""
     mean_force: float
+    """Mean of ln F at the load, from which a power of the force counts."""
     rate: Floats | None = None
+    """d ln F/dt at the load."""
 
     @property
     def log_ratio(self) -> Floats:
@@ -80,7 +102,7 @@ class Log:
 
     @property
     def strokes(self) -> int:
-        """How many."""
+        """Number of strokes."""
         return int(self.stroke[-1]) + 1
 
     @property
@@ -90,50 +112,52 @@ class Log:
 
     @property
     def duration(self) -> float:
-        """Of a usual stroke, in the unit of the time; 1 without one."""
+        """Median duration of a stroke, in the unit of the time; 1 without one."""
         if self.time is None:
             return 1.0
-        return max(
-            float(np.median(self.time[self.first[1:] - 1] - self.time[self.first[:-1]])), 1e-300
-        )
+        first = self.first
+        durations = self.time[first[1:] - 1] - self.time[first[:-1]]
+        return max(float(np.median(durations)), 1e-300)
 
     @property
     def both_ways(self) -> bool:
-        """Whether gain and friction can be separated."""
+        """True if both ways are read, so that gain and friction can be separated."""
         return len(np.unique(self.way[self.bend > 0.0])) == 2
 
     def select(self, rows: Mask) -> Log:
-        """Some of the rows, their strokes counted anew."""
+        """Select rows, and number their strokes anew."""
         columns = {name: column[rows] for name, column in self._columns().items()}
         columns["stroke"] = np.unique(columns["stroke"], return_inverse=True)[1]
         return replace(self, **columns)
 
     def means(self, part: Integers) -> Log:
-        """Means over the parts 0, 1, ... of strokes; noise becomes that of a mean."""
+        """Average over the parts 0, 1, ... of strokes; noise becomes that of a mean."""
         count = np.bincount(part)
         columns: dict[str, Any] = {
             name: np.bincount(part, column) / count for name, column in self._columns().items()
         }
         columns["noise"] /= np.sqrt(count)
-        columns |= {name: np.rint(columns[name]).astype(np.int64) for name in ("way", "stroke")}
+        for name in ("way", "stroke"):
+            columns[name] = np.rint(columns[name]).astype(np.int64)
         return replace(self, **columns)
 
     def _columns(self) -> dict[str, Any]:
+        """Return the fields that have a value per row."""
         return {name: value for name, value in vars(self).items() if isinstance(value, np.ndarray)}
 
 
 def bend_groups(bend: Floats) -> Integers:
-    """A number from 1 for each angle, the same for angles that are one."""
+    """Number bend angles from 1, with the same number for angles that are one."""
     values, place = np.unique(bend, return_inverse=True)
     steps = np.diff(values, prepend=values[:1]) > _SAME_BEND * values
     return np.asarray(1 + np.cumsum(steps), dtype=np.int64)[place]
 
 
 def resolution_of(readings: Floats) -> float:
-    """Smallest step of the readings of one cell.
+    """Return the smallest step of the readings of one cell.
 
-    Ten different values show it; with fewer it is the last decimal that is written, since three readings 0.378 apart
-    do not say that the cell counts in steps of 0.378.
+    Ten different values show it; with fewer it is the last decimal that is written, since three
+    readings 0.378 apart do not say that the cell counts in steps of 0.378.
     """
     values = np.unique(readings[np.isfinite(readings)])
     largest = float(np.max(np.abs(values), initial=0.0))
@@ -148,9 +172,10 @@ def resolution_of(readings: Floats) -> float:
 
 
 def noise_of(values: Floats, side: Integers | None = None) -> float:
-    """Standard deviation of a row about its neighbours, by second differences, which a steady change leaves at zero.
+    """Return the standard deviation of a row about its neighbours.
 
-    `side` is what divides the rows into strokes: differences across its changes are left out.
+    It is taken by second differences, which a steady change leaves at zero. `side` divides the rows
+    into strokes: differences across its changes are left out.
     """
     bends = np.abs(np.diff(values, 2)) / np.sqrt(6.0)
     if side is not None and len(side) > 2:
@@ -158,80 +183,99 @@ def noise_of(values: Floats, side: Integers | None = None) -> float:
     if not len(bends):
         return 0.0
     noise = 1.4826 * float(np.median(bends))
-    # Of a coarse cell most differences are zero, and a mean without the largest tenth still sees its steps.
-    return noise or 1.3 * float(
-        np.sqrt(np.mean(np.sort(bends)[: max(1, int(0.9 * len(bends)))] ** 2))
-    )
+    if noise:
+        return noise
+    # Most differences of a coarse cell are zero, and a mean without the largest tenth still sees
+    # its steps.
+    most = np.sort(bends)[: max(1, int(0.9 * len(bends)))]
+    return 1.3 * float(np.sqrt(np.mean(most**2)))
 
 
 def unusable(
     cells: tuple[Floats, Floats], steps: tuple[float, float], rest: Mask
 ) -> npt.NDArray[np.int8]:
-    """Code of each row that cannot be a reading of a loaded tendon that moves; `USED` for one that may be.
+    """Mark each row that cannot be a reading of a loaded tendon that moves.
 
-    `steps` are the resolutions of the cells, `rest` the rows in which the motor is known to stand.
+    Args:
+        cells: Forces at the motor and at the load, zeros taken off.
+        steps: Resolutions of the cells.
+        rest: True in rows in which the motor is known to stand.
+
+    Returns:
+        Code of the reason, per row; `USED` if it may be such a reading.
     """
     codes = np.where(rest, AT_REST, USED).astype(np.int8)
-    usual = [
-        float(np.quantile(cell[cell > 0.0], 0.9)) if np.any(cell > 0.0) else 0.0 for cell in cells
-    ]
+    usual = [_usual_force(cell) for cell in cells]
     if len(rest) >= _LOG_ROWS:
         for cell, step in zip(cells, steps, strict=True):
             codes[_spikes(cell, step)] = SPIKE
             codes[_saturated(cell, step)] = SATURATED
     codes[(cells[0] < _UNLOADED * usual[0]) & (cells[1] < _UNLOADED * usual[1])] = UNLOADED
     for cell, force in zip(cells, usual, strict=True):
-        codes[cell <= max(1e-9 * force, _NOTHING)] = (
-            NOT_POSITIVE  # what is less than rounding is nothing
-        )
+        rounding = max(1e-9 * force, _NOTHING)  # what is less than rounding is nothing
+        codes[cell <= rounding] = NOT_POSITIVE
     codes[~(np.isfinite(cells[0]) & np.isfinite(cells[1]))] = NO_READING
     return codes
 
 
+def _usual_force(cell: Floats) -> float:
+    """90th percentile of the forces above zero; 0 if there are none."""
+    loaded = cell[cell > 0.0]
+    return float(np.quantile(loaded, 0.9)) if len(loaded) else 0.0
+
+
 def _saturated(cell: Floats, step: float) -> Mask:
-    """Rows at a rail and next to it."""
+    """Select the rows at a rail and next to it."""
+    none = np.zeros(len(cell), dtype=bool)
     known = cell[np.isfinite(cell)]
     values, counts = np.unique(known, return_counts=True)
-    noise, none = noise_of(known), np.zeros(len(cell), dtype=bool)
+    noise = noise_of(known)
     if len(values) < _ENOUGH_VALUES or counts[-1] < _TOP_ROWS or noise <= _TOP_NOISE * step:
         return none
-    # A cell without noise stands wherever the tendon sticks, at both ends of the strokes, and not at the top alone.
+    # A cell without noise stands wherever the tendon sticks, at both ends of the strokes, and not
+    # at the top alone.
     starts = np.concatenate([[0], np.flatnonzero(np.diff(known) != 0.0) + 1, [len(known)]])
-    stands, top = np.diff(starts), known[starts[:-1]] == values[-1]
-    if (
-        counts[-1] <= _TOP_CODES * counts[-6:-1].mean()
-        or stands[top].max() < 2 * stands[~top].max()
-    ):
+    rows = np.diff(starts)
+    at_top = known[starts[:-1]] == values[-1]
+    has_few = counts[-1] <= _TOP_CODES * counts[-6:-1].mean()
+    if has_few or rows[at_top].max() < 2 * rows[~at_top].max():
         return none
     return np.asarray(cell >= values[-1] - _NEAR_RAIL * noise)
 
 
 def _spikes(cell: Floats, step: float) -> Mask:
-    """Rows far from the median of those about them."""
+    """Select the rows far from the median of their neighbours."""
     from scipy.ndimage import median_filter
 
     filled = np.nan_to_num(cell, nan=0.0, posinf=0.0, neginf=0.0)
     away = np.abs(filled - median_filter(filled, _SPIKE_WINDOW, mode="nearest"))
-    usual, spread = float(np.median(np.abs(filled))), float(np.median(away))
+    usual = float(np.median(np.abs(filled)))
+    spread = float(np.median(away))
     by_noise = max(_SPIKE_MEDIANS * spread, _SPIKE_NOISE * noise_of(filled))
     spikes = away > max(by_noise, _SPIKE_SHARE * usual, _SPIKE_STEPS * step)
     return np.asarray(spikes & (np.mean(spikes) < _MOST_SPIKES))
 
 
 def rates_of(time: Floats, log_force: Floats, stroke: Integers, width: int) -> Floats:
-    """d ln F/dt of each row by the means of `width` rows after and before it; at the ends of strokes the nearest.
+    """Return d ln F/dt of each row by the means of `width` rows after and before it.
 
-    The difference is odd about the row, so the row's noise does not enter, which would pass for a delay.
+    At the ends of strokes it is that of the nearest row that has as many. The difference is odd
+    about the row, so the row's noise does not enter, which would pass for a delay.
     """
-    first, last = np.searchsorted(stroke, stroke, "left"), np.searchsorted(stroke, stroke, "right")
+    first = np.searchsorted(stroke, stroke, "left")
+    last = np.searchsorted(stroke, stroke, "right")
     reach = np.minimum(width, (last - first - 1) // 2)
     centre = np.clip(np.arange(len(time)), first + reach, last - 1 - reach)
-    change = []
-    for column in (log_force - log_force.mean(), time - time.mean()):
-        sums = np.concatenate([[0.0], np.cumsum(column)])
-        change.append(
-            sums[centre + reach + 1] - sums[centre + 1] - sums[centre] + sums[centre - reach]
-        )
+    force_change = _change_about(log_force - log_force.mean(), centre, reach)
+    time_change = _change_about(time - time.mean(), centre, reach)
     return np.asarray(
-        np.divide(change[0], change[1], out=np.zeros(len(time)), where=change[1] > 0.0)
+        np.divide(force_change, time_change, out=np.zeros(len(time)), where=time_change > 0.0)
+    )
+
+
+def _change_about(column: Floats, centre: Integers, reach: Integers) -> Floats:
+    """Sum of the `reach` rows after each centre less the sum of those before it."""
+    sums = np.concatenate([[0.0], np.cumsum(column)])
+    return np.asarray(
+        sums[centre + reach + 1] - sums[centre + 1] - sums[centre] + sums[centre - reach]
     )

@@ -1,4 +1,4 @@
-"""Numbers, quantities, shares, limits and columns in words: once, for every text, figure and page."""
+"""Words for numbers, quantities, shares, limits and columns, for every text, figure and page."""
 
 from tendon_cli.model.forms import LimitWords
 from tendon_cli.say.blocks import Block, as_text, heading, items, sentence, table

@@ -1,4 +1,4 @@
-"""Limits in words: what it means that one is not kept, why two leave no pretension, and what of it is proved."""
+"""Phrases for limits: what breaks one, why two leave no pretension, and what is proved of it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,12 @@ _STABLE = LimitWords(
 
 
 def limit_words(limit: str, bounds: Mapping[str, float]) -> LimitWords:
-    """A limit in words; `bounds` has the limits of the study by name, SI. Without a bound stability is meant."""
+    """Return the phrases for a limit, with its bound in them.
+
+    Args:
+        limit: Name of the limit; the smallest stiffness means stability if it has no bound.
+        bounds: Limits of the study by name, SI.
+    """
     if limit == "min_elbow_stiffness" and bounds.get(limit, 0.0) == 0.0:
         return _STABLE
     words = ALWAYS[limit] if limit in ALWAYS else LIMITS[limit].words
@@ -28,44 +33,50 @@ def limit_words(limit: str, bounds: Mapping[str, float]) -> LimitWords:
 
 
 def conflict(limits: Sequence[str], bounds: Mapping[str, float]) -> str:
-    """Why no pretension is left, as a sentence: "the pretension that prevents slack already makes the elbow unstable".
+    """Explain why no pretension is left.
 
-    The first limit asks for more pretension, the second for less; one alone is broken at any pretension.
+    "the pretension that prevents slack already makes the elbow unstable": the first limit asks for
+    more pretension, the second for less. One alone is broken at any pretension.
     """
-    words = [limit_words(each, bounds) for each in limits]
+    words = [limit_words(limit, bounds) for limit in limits]
     if len(words) == 1:
         return f"{words[0].broken} at any pretension"
     return f"the pretension that {words[0].keeps} already {words[1].breaks}"
 
 
 def conflict_label(limits: Sequence[str], bounds: Mapping[str, float]) -> str:
-    """The same in few words, for a legend or a table: "slack and stability exclude each other"."""
-    words = [limit_words(each, bounds) for each in limits]
-    return (
-        words[0].label
-        if len(words) == 1
-        else f"{words[0].topic} and {words[1].topic} exclude each other"
-    )
+    """Explain it in few words, for a legend: "slack and stability exclude each other"."""
+    words = [limit_words(limit, bounds) for limit in limits]
+    if len(words) == 1:
+        return words[0].label
+    return f"{words[0].topic} and {words[1].topic} exclude each other"
 
 
-# --- Proof -----------------------------------------------------------------------------------------------------------
+# --- Proof ---------------------------------------------------------------------------------------
 
-SAMPLED, PROVEN, OPEN = STATUSES = ("sampled", "proven", "open")
-"""What is known of a window between the samples, as tables and records have it."""
+SAMPLED = "sampled"
+PROVEN = "proven"
+OPEN = "open"
+STATUSES = (SAMPLED, PROVEN, OPEN)
+"""Status of a window between the samples, as tables and records have it."""
 _PROVED = {SAMPLED: "sampled", PROVEN: "proved", OPEN: "not proved"}
 
 
 def proved(status: str) -> str:
-    """The same in words."""
+    """Return the word for a status: "proved"."""
     return _PROVED[status]
 
 
 def proof(between: Mapping[str, Any]) -> str:
-    """What holds between the samples of a window, of the record of an answer: "Proved for every angle"."""
-    status, off = between["status"], between["estimate"]
+    """Say what holds between the samples of a window: "Proved for every angle".
+
+    `between` is that part of the record of an answer.
+    """
+    status = between["status"]
+    error = between["estimate"]
     text = f"{proved(status).capitalize()} for {between['scope']}"
     if status == OPEN:
         text += f": {between['cells']:,} cells were not enough"
-    elif status == SAMPLED and off is not None:
-        text += f": an end may be off by {number(off, 2)} N between them"
+    elif status == SAMPLED and error is not None:
+        text += f": an end may be off by {number(error, 2)} N between them"
     return f"{text}."

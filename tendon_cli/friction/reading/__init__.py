@@ -1,1 +1,1 @@
-"""Files of two load cells, made into readings."""
+"""Readings of two load cells, from files or from memory."""

@@ -1,4 +1,4 @@
-"""What the columns of a readings file are, from their headers."""
+"""Roles and units of the columns of a readings file, from their headers."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ _FORCE = {
     "kraftsensor",
     "kraftmessdose",
 }
-_FIRST, _SECOND = {"1", "i", "one", "a", "first"}, {"2", "ii", "two", "b", "second"}
+_FIRST = {"1", "i", "one", "a", "first"}
+_SECOND = {"2", "ii", "two", "b", "second"}
 _MOTOR = {
     "motor",
     "proximal",
@@ -59,34 +60,16 @@ _LOAD = {
 }
 _TIME = {"time", "t", "timestamp", "date", "datetime", "elapsed", "clock", "zeit", "zeitstempel"}
 _UNCERTAINTY = {"uncertainty", "std", "sd", "sigma", "error", "unsicherheit"}
-_STROKE, _DIRECTION = {"stroke", "hub"}, {"direction", "dir", "richtung", "case"}
+_STROKE = {"stroke", "hub"}
+_DIRECTION = {"direction", "dir", "richtung", "case"}
 _ANGLE = {"bend", "wrap", "bending", "wrapping", "contact"}
 _SPEED = {"speed", "velocity", "rate", "rpm", "geschwindigkeit", "drehzahl"}
 _FILLERS = {"at", "the", "of", "side", "end", "on", "mean", "measured", "value"}
 _UNDERSTOOD = _FORCE | _FIRST | _SECOND | _MOTOR | _LOAD | _FILLERS
+_FORCE_UNITS = ("N", "kN", "kgf", "gf", "lbf", "lb", "kg", "g")
+_OTHER_UNITS = ("deg", "rad", "mrad", "s", "ms", "mm", "cm", "V", "mV/V")
 _WRITTEN_UNITS = {
-    **{
-        symbol.lower(): symbol
-        for symbol in (
-            "kg",
-            "g",
-            "N",
-            "kN",
-            "kgf",
-            "gf",
-            "lbf",
-            "lb",
-            "deg",
-            "rad",
-            "mrad",
-            "s",
-            "ms",
-            "mm",
-            "cm",
-            "V",
-            "mV/V",
-        )
-    },
+    **{symbol.lower(): symbol for symbol in _FORCE_UNITS + _OTHER_UNITS},
     "lbs": "lb",
     "gram": "g",
     "grams": "g",
@@ -108,12 +91,13 @@ _VOLTS = {"V", "mV", "mV/V"}
 
 @dataclass(frozen=True)
 class Heading:
-    """One column of the file: its place, its header and what the header says."""
+    """Column of a file: its place, its header and what the header says."""
 
     index: int
     header: str
     role: str
-    """"cell", "time", "direction", "stroke", "bend_angle", "bend_uncertainty", or "" if it is not read."""
+    """Role: "cell", "time", "direction", "stroke", "bend_angle", "bend_uncertainty", or "" if it
+    is not read."""
     unit: str | None = None
     cell: int | None = None
     """1 or 2, if the header numbers the load cells."""
@@ -122,37 +106,39 @@ class Heading:
 
     @property
     def shown(self) -> str:
-        """The header as errors quote it."""
+        """Header as errors quote it."""
         return f'"{shorten(self.header, 30)}"'
 
     @property
     def is_speed(self) -> bool:
-        """Whether a column of the motor's motion is its speed, and not its position."""
+        """True if a column of the motor's motion is its speed, and not its position."""
         return bool(_words(self.header) & _SPEED)
 
 
 def unit_symbol(text: str) -> str | None:
-    """The unit that a text such as "(kg)" or "N" stands for, or None."""
+    """Return the unit that a text such as "(kg)" or "N" stands for, or None."""
     bare = unicodedata.normalize("NFC", text).strip().strip("()[]{} ")
     return bare if bare in {"mN", "mV"} else _WRITTEN_UNITS.get(bare.lower())
 
 
 def force_factor(symbol: str | None) -> float | None:
-    """Newtons per unit of force or of mass (as its weight), None for a unit of something else."""
+    """Return newtons per unit of force or of mass (as its weight); None for any other unit."""
     if symbol == "gf":
         return float(STANDARD_GRAVITY / 1000)
     unit = UNITS.get(symbol or "")
     if unit is None or unit.dimension not in {"force", "mass"}:
         return None
-    return float(unit.factor * (STANDARD_GRAVITY if unit.dimension == "mass" else 1))
+    weight = STANDARD_GRAVITY if unit.dimension == "mass" else 1
+    return float(unit.factor * weight)
 
 
 def read_header(headers: list[str]) -> list[Heading]:
-    """What each header says; one that says nothing known is of a column that is not read."""
+    """Read each header; one that says nothing known is of a column that is not read."""
     return [_heading(index, header) for index, header in enumerate(headers)]
 
 
 def _heading(index: int, header: str) -> Heading:
+    """Find role and unit of a column by the words of its header."""
     unit, text = _take_unit(unicodedata.normalize("NFKC", header))
     known = _words(text)
     column = Heading(index, header, "", unit)
@@ -162,82 +148,122 @@ def _heading(index: int, header: str) -> Heading:
         return replace(column, role="stroke" if known <= _STROKE else "direction")
     if known & _TIME and not known & (_FORCE | _MOTOR | _LOAD):
         return replace(column, role="time")
-    foreign = unit in UNITS and force_factor(unit) is None  # the mm of a motor's position
-    cell = 1 if known & _FIRST else 2 if known & _SECOND else None
-    end = "motor" if known & _MOTOR else "load" if known & _LOAD else None
+    cell = None
+    if known & _FIRST:
+        cell = 1
+    elif known & _SECOND:
+        cell = 2
+    end = None
+    if known & _MOTOR:
+        end = "motor"
+    elif known & _LOAD:
+        end = "load"
+    is_foreign = unit in UNITS and force_factor(unit) is None  # the mm of a motor's position
     is_named = end is not None or (cell is not None and bool(known & _FORCE))
-    is_cell = is_named and not foreign and known <= _UNDERSTOOD
+    is_cell = is_named and not is_foreign and known <= _UNDERSTOOD
     return replace(column, role="cell", cell=cell, end=end) if is_cell else column
 
 
 def _take_unit(text: str) -> tuple[str | None, str]:
-    """The unit in brackets or at the end, and what is left of the header."""
+    """Split off the unit in brackets or at the end; return it, and the rest of the header."""
     for match in re.finditer(r"[(\[{]([^()\[\]{}]*)[)\]}]", text):
         if unit := unit_symbol(match.group(1)):
             return unit, text[: match.start()] + " " + text[match.end() :]
     last = re.fullmatch(r"(.*[\w)\]][\s_,/]+)([^\s_,/]+)\s*", text)
     unit = unit_symbol(last.group(2)) if last else None
-    return (unit, re.sub(r"[\s_]in[\s_]*$", " ", last.group(1))) if last and unit else (None, text)
+    if last is None or unit is None:
+        return None, text
+    return unit, re.sub(r"[\s_]in[\s_]*$", " ", last.group(1))
 
 
 def _words(text: str) -> set[str]:
-    return set(
-        re.findall(r"[^\W\d_]+|\d+", re.sub(r"load[\s_-]*cells?", " cell ", text.casefold()))
-    )
+    """Words and numbers of a header, without case; "load cell" counts as "cell"."""
+    text = re.sub(r"load[\s_-]*cells?", " cell ", text.casefold())
+    return set(re.findall(r"[^\W\d_]+|\d+", text))
 
 
 def find_cells(
     columns: list[Heading], names: tuple[str, str] | None, place: str
 ) -> tuple[Heading, Heading] | None:
-    """The columns of both cells, by name or by their headers; None if this is no header, refused if there are more."""
+    """Find the columns of both cells, by the given names or by their headers.
+
+    Args:
+        columns: Columns of a line that may be the header.
+        names: Headers that the user gives; None if they are not given.
+        place: Place of the line, for messages.
+
+    Returns:
+        Both columns; None if this is no header.
+
+    Raises:
+        InputError: if more than two columns may be the cells.
+    """
     if names:
-        first, second = (named_column(columns, name) for name in names)
+        first = named_column(columns, names[0])
+        second = named_column(columns, names[1])
         return (first, second) if first and second else None
     cells = [column for column in columns if column.role == "cell"]
-    if len(cells) > 2 and any(column.cell is not None for column in cells):
-        cells = [column for column in cells if column.cell is not None]
-    firsts = [
-        column
-        for column in cells
-        if column.cell == 1 or (column.cell is None and column.end == "motor")
-    ]
-    seconds = [column for column in cells if column not in firsts]
+    numbered = [column for column in cells if column.cell is not None]
+    if len(cells) > 2 and numbered:
+        cells = numbered
+    firsts = [column for column in cells if _is_first(column)]
+    seconds = [column for column in cells if not _is_first(column)]
     if not firsts or not seconds:
         return None
     if len(cells) > 2:
-        problem = f"several columns may be the load cells: {', '.join(column.shown for column in cells[:8])}"
+        shown = ", ".join(column.shown for column in cells[:8])
+        problem = f"several columns may be the load cells: {shown}"
         raise InputError(problem, where=place, hint="name the two with --cell-1 and --cell-2")
     return firsts[0], seconds[0]
 
 
+def _is_first(column: Heading) -> bool:
+    """True for cell 1, and for the motor's if the header has no number."""
+    return column.cell == 1 or (column.cell is None and column.end == "motor")
+
+
 def named_column(columns: list[Heading], name: str) -> Heading | None:
-    """The one column of this header; None if there is none, or several."""
-    exact = [column for column in columns if column.header == name.strip()]
-    alike = exact or [
-        column for column in columns if column.header.casefold() == name.strip().casefold()
-    ]
-    return alike[0] if len(alike) == 1 else None
+    """Return the one column of this header; None if there is none, or several."""
+    name = name.strip()
+    matches = [column for column in columns if column.header == name]
+    if not matches:
+        matches = [column for column in columns if column.header.casefold() == name.casefold()]
+    return matches[0] if len(matches) == 1 else None
 
 
 def check_units(
     first: Heading, second: Heading, place: Callable[[Heading], str]
 ) -> tuple[float, float]:
-    """Factors that bring both cells to one unit; only their ratio matters, so equal units need not be known."""
-    one, two = first.unit, second.unit
+    """Return the factors that bring both cells to one unit.
+
+    Only their ratio matters, so equal units need not be known.
+
+    Args:
+        first: Column of cell 1.
+        second: Column of cell 2.
+        place: Function that says where a column stands, for messages.
+
+    Raises:
+        InputError: if the units do not compare.
+    """
+    one = first.unit
+    two = second.unit
     if one == two and one in _VOLTS:
-        hint = "take off each cell's reading without load, multiply by its factor, and save forces in N"
-        raise InputError(
-            f'the cells are in "{one}", before their calibration', where=place(first), hint=hint
+        problem = f'the cells are in "{one}", before their calibration'
+        hint = (
+            "take off each cell's reading without load, multiply by its factor,"
+            " and save forces in N"
         )
+        raise InputError(problem, where=place(first), hint=hint)
     if one == two:
         return 1.0, 1.0
     if one is None or two is None:
         bare = first if one is None else second
         problem = f'the unit of {bare.shown} is missing, the other cell has "{one or two}"'
         raise InputError(problem, where=place(bare), hint="give both cells a unit, or neither")
-    factors = force_factor(one), force_factor(two)
-    if factors[0] is None or factors[1] is None:
-        raise InputError(
-            f'the cells are in "{one}" and "{two}", which do not compare', where=place(first)
-        )
-    return factors[0], factors[1]
+    factor_one = force_factor(one)
+    factor_two = force_factor(two)
+    if factor_one is None or factor_two is None:
+        problem = f'the cells are in "{one}" and "{two}", which do not compare'
+        raise InputError(problem, where=place(first))
+    return factor_one, factor_two

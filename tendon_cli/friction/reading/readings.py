@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -28,25 +29,31 @@ Integers = npt.NDArray[np.int64]
 Mask = npt.NDArray[np.bool_]
 
 LARGEST_BEND = 100.0
-"""More than fifteen turns, in rad: no sheath on a rig, but a number in degrees taken for radians."""
-_MANY = 40
-"""Rows in which a cell that works reads two values at least."""
+"""Largest bend angle, rad: more than fifteen turns are no sheath on a rig, but a number in degrees
+taken for radians."""
+ENOUGH_ROWS = 40
+"""Least number of rows in which a cell that works reads two values."""
 _STRONGEST = 1e12
+"""Force, in any unit, that no load cell reads."""
 _LARGEST_RATIO = 20.0
-"""Of one cell over the other: what a decimal comma leaves of "1,236" is a thousand."""
+"""Largest ratio of one cell to the other in whole numbers: what a decimal comma leaves of "1,236"
+is a thousand."""
 _ANGLES = {"deg": math.pi / 180.0, "rad": 1.0, "mrad": 1e-3}
+"""Units of angle, in rad."""
 
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """Readings in the order of the file.
-
-    `rows` has a row per reading: `line` in the file, `cell_1` and `cell_2` (NaN without a reading) and, as far as the
-    file has them, `direction` and `stroke` (categories), `position` of the motor or its speed, in any unit,
-    `bend_angle` and `bend_uncertainty` (rad), `time` (in any unit), `file` (its number, if there are several).
-    """
+    """Readings in the order of the file."""
 
     rows: pd.DataFrame
+    """Table with a row per reading.
+
+    It has `line` in the file, `cell_1` and `cell_2` (NaN without a reading) and, as far as the file
+    has them, `direction` and `stroke` (categories), `position` of the motor or its speed, in any
+    unit, `bend_angle` and `bend_uncertainty` (rad), `time` (in any unit), `file` (its number, if
+    there are several).
+    """
     source: str
     """Name of the file."""
     sha256: str
@@ -55,7 +62,7 @@ class Readings:
     position_name: str = ""
     position_is_speed: bool = False
     unit: str | None = None
-    """Of both cells; None if the file does not say."""
+    """Unit of both cells; None if the file does not say."""
     time_unit: str | None = None
     motor: str | None = None
     """"1" or "2" if the headers say which cell is the motor's."""
@@ -63,16 +70,16 @@ class Readings:
 
     @property
     def cells(self) -> tuple[Floats, Floats]:
-        """Both forces."""
+        """Forces of cell 1 and cell 2."""
         return self.rows["cell_1"].to_numpy(), self.rows["cell_2"].to_numpy()
 
     def column(self, name: str) -> Floats | None:
-        """Numbers of a column; None if there is none."""
+        """Return the numbers of a column; None if there is none."""
         return self.rows[name].to_numpy() if name in self.rows else None
 
     @property
     def times(self) -> Floats:
-        """The time of each row, or its number; refused if it goes back."""
+        """Time of each row, or its number; refused if it goes back."""
         time = self.column("time")
         if time is None:
             return np.arange(len(self.rows), dtype=np.float64)
@@ -84,12 +91,14 @@ class Readings:
         return time
 
     def place(self, row: int) -> str:
-        """Where a reading stands, as errors say it."""
-        source = self.files[self.rows["file"].iloc[row]] if len(self.files) > 1 else self.source
+        """Return file and line of a reading, as errors say it."""
+        source = self.source
+        if len(self.files) > 1:
+            source = self.files[self.rows["file"].iloc[row]]
         return f"{source}, line {self.rows['line'].iloc[row]}"
 
     def codes(self, name: str) -> tuple[list[str], Integers]:
-        """The different values of a column of names, and which one each row has."""
+        """Return the different values of a column of names, and the code of each row's value."""
         values = self.rows[name].cat
         return list(values.categories), values.codes.to_numpy().astype(np.int64)
 
@@ -101,9 +110,18 @@ def read_readings(
     cell_2: str | None = None,
     position: str | None = None,
 ) -> Readings:
-    """A CSV of settled readings or a raw log, a DataFrame or a mapping of arrays, whose names are what headers are.
+    """Read the columns of two load cells, and all that belongs to them.
 
-    Raises InputError with line and column, UsageError for names of columns that there are not.
+    Args:
+        source: Path of a CSV of settled readings or a raw log, a DataFrame, or a mapping of arrays,
+            whose names are what headers are.
+        cell_1: Header of the column of the first cell, if it is not one that is known.
+        cell_2: Header of the column of the second cell.
+        position: Header of the column of the motor's position or speed.
+
+    Raises:
+        InputError: if the readings are wrong, with line and column.
+        UsageError: if there is no column of a name.
     """
     if (cell_1 is None) != (cell_2 is None):
         raise UsageError(
@@ -112,17 +130,20 @@ def read_readings(
             hint="name both",
         )
     names = (cell_1, cell_2) if cell_1 is not None and cell_2 is not None else None
-    table = read_table(source, names) if isinstance(source, Path) else _of_frame(source, names)
+    table = read_table(source, names) if isinstance(source, Path) else _table_of(source, names)
     return _assembled(table, position)
 
 
-def _of_frame(frame: Any, names: tuple[str, str] | None) -> Table:
-    """Columns in memory; rows count from 0, as pandas counts them."""
+def _table_of(frame: Any, names: tuple[str, str] | None) -> Table:
+    """Take columns from memory; rows count from 0, as pandas counts them."""
     where = "the readings"
     try:
         given = pd.DataFrame({str(name): np.asarray(frame[name]) for name in frame})
     except (TypeError, ValueError, LookupError) as error:
-        problem = f"{type(frame).__name__} is not a path, a DataFrame or a mapping of arrays of one length"
+        problem = (
+            f"{type(frame).__name__} is not a path, a DataFrame"
+            " or a mapping of arrays of one length"
+        )
         raise UsageError(problem, where="fit_friction") from error
     if not 0 < len(given) <= MOST_ROWS:
         raise InputError(f"{len(given):,} readings, expected 1 to {MOST_ROWS:,}", where=where)
@@ -132,32 +153,50 @@ def _of_frame(frame: Any, names: tuple[str, str] | None) -> Table:
         shown = ", ".join(column.shown for column in columns[:12])
         problem = f"no column is named as the two load cells are: {shown}"
         raise InputError(problem, where=where, hint="name them with cell_1 and cell_2")
-    digest, values = hashlib.sha256(), [given[name].to_numpy() for name in given]
-    for value in values:
-        digest.update(value.tobytes() if value.dtype != object else repr(value.tolist()).encode())
-    return Table(where, digest.hexdigest(), columns, cells, np.arange(len(given)), values)
+    digest = hashlib.sha256()
+    data = [given[name].to_numpy() for name in given]
+    for values in data:
+        if values.dtype == object:
+            digest.update(repr(values.tolist()).encode())
+        else:
+            digest.update(values.tobytes())
+    return Table(
+        source=where,
+        sha256=digest.hexdigest(),
+        columns=columns,
+        cells=cells,
+        lines=np.arange(len(given)),
+        data=data,
+    )
 
 
 def _assembled(table: Table, position: str | None) -> Readings:
-    """The columns that are read, in one unit."""
+    """Read the columns that are needed, both cells in one unit."""
     first, second = table.cells
     factors = check_units(first, second, table.place)
-    rows = {"line": table.lines, "cell_1": table.numbers(first) * factors[0]}
-    rows["cell_2"] = table.numbers(second) * factors[1]
+    rows: dict[str, Any] = {
+        "line": table.lines,
+        "cell_1": table.numbers(first) * factors[0],
+        "cell_2": table.numbers(second) * factors[1],
+    }
     moved = None if position is None else named_column(table.columns, position)
     if moved:
         rows["position"] = table.numbers(moved)
     elif position is not None:
         hint = f"the columns are {', '.join(column.shown for column in table.columns[:12])}"
         raise UsageError(f'there is no column "{shorten(position)}"', where="--position", hint=hint)
-    reads = {"time": _times, "bend_angle": _radians, "bend_uncertainty": _radians}
-    columns = {role: table.find(role) for role in (*reads, "direction", "stroke")}
-    rows |= {
-        role: reads.get(role, Table.names)(table, column)
-        for role, column in columns.items()
-        if column
+    readers: dict[str, Callable[[Table, Heading], Any]] = {
+        "time": _times,
+        "bend_angle": _radians,
+        "bend_uncertainty": _radians,
+        "direction": Table.names,
+        "stroke": Table.names,
     }
-    ends = [(first.end, "1", "2"), (second.end, "2", "1")]
+    columns = {role: table.find(role) for role in readers}
+    for role, column in columns.items():
+        if column:
+            rows[role] = readers[role](table, column)
+    time = columns["time"]
     return Readings(
         rows=pd.DataFrame(rows, copy=False),
         source=table.source,
@@ -166,14 +205,23 @@ def _assembled(table: Table, position: str | None) -> Readings:
         position_name=moved.header if moved else "",
         position_is_speed=bool(moved and moved.is_speed),
         unit=first.unit if first.unit == second.unit else "N",
-        time_unit=columns["time"].unit if columns["time"] else None,
-        motor=next((this if end == "motor" else other for end, this, other in ends if end), None),
+        time_unit=time.unit if time else None,
+        motor=_motor_by_headers(first, second),
         files=(table.source,),
     )
 
 
+def _motor_by_headers(first: Heading, second: Heading) -> str | None:
+    """Return "1" or "2", the cell that the headers say is the motor's; None if they do not."""
+    if first.end:
+        return "1" if first.end == "motor" else "2"
+    if second.end:
+        return "2" if second.end == "motor" else "1"
+    return None
+
+
 def _times(table: Table, column: Heading) -> Floats:
-    """Numbers of time, or the order of the rows if they are times of day."""
+    """Return the numbers of time, or the order of the rows if they are times of day."""
     order = np.arange(len(table.lines), dtype=np.float64)
     try:
         times = table.numbers(column)
@@ -183,49 +231,48 @@ def _times(table: Table, column: Heading) -> Floats:
 
 
 def _radians(table: Table, column: Heading) -> Floats:
-    """A column of angles."""
+    """Return a column of angles, rad."""
     if column.unit not in _ANGLES:
+        problem = f"{column.shown} has no unit of angle"
         hint = "call the column bend_angle_deg or bend_angle_rad"
-        raise InputError(
-            f"{column.shown} has no unit of angle", where=table.place(column), hint=hint
-        )
-    values = table.numbers(column) * _ANGLES[column.unit]
-    bad = np.flatnonzero(~(values >= 0.0))
+        raise InputError(problem, where=table.place(column), hint=hint)
+    angles = table.numbers(column) * _ANGLES[column.unit]
+    bad = np.flatnonzero(~(angles >= 0.0))
     if len(bad):
-        raise InputError(
-            "the bend angle is missing or negative", where=table.place(column, int(bad[0]))
-        )
-    if column.role == "bend_angle" and not 0.0 < values.max() <= LARGEST_BEND:
-        problem = f"bend angles reach {values.max():.4g} rad, expected above 0 and at most 100"
+        where = table.place(column, int(bad[0]))
+        raise InputError("the bend angle is missing or negative", where=where)
+    if column.role == "bend_angle" and not 0.0 < angles.max() <= LARGEST_BEND:
+        problem = f"bend angles reach {angles.max():.4g} rad, expected above 0 and at most 100"
         raise InputError(problem, where=table.place(column))
-    return values
+    return angles
 
 
 def concatenate(parts: list[Readings]) -> Readings:
-    """Several files as one, in this order; strokes of different files are different, time goes on after the last."""
+    """Concatenate the readings of several files, in this order.
+
+    Strokes of different files are different, and time goes on after the last.
+
+    Raises:
+        InputError: if the files are not of one kind.
+    """
     if len(parts) == 1:
         return parts[0]
-    first, frames, end = parts[0], [], 0.0
+    first = parts[0]
     names = [name for name in ("direction", "stroke") if name in first.rows]
+    frames = []
+    end = 0.0
     for number, part in enumerate(parts):
-        if part.unit != first.unit:
-            problem = f'{part.source} is in "{part.unit}", {first.source} in "{first.unit}"'
-            raise InputError(problem, where=part.source, hint="save them in one unit")
-        only = set(part.rows) ^ set(first.rows) or (
-            {"motor"} if part.motor != first.motor else set()
-        )
-        if only:
-            problem = f"only one of {first.source} and {part.source} says the {min(map(str, only)).replace('_', ' ')}"
-            raise InputError(problem, where=part.source, hint="fit files of one kind together")
+        _check_kind(first, part)
         frame = part.rows.assign(file=number)
-        for name in names:
-            frame[name] = (f"{number}:" if name == "stroke" else "") + frame[name].astype(str)
+        if "direction" in names:
+            frame["direction"] = frame["direction"].astype(str)
+        if "stroke" in names:
+            frame["stroke"] = f"{number}:" + frame["stroke"].astype(str)
         if "time" in frame:
             time = frame["time"].to_numpy()
             frame["time"] = time - time[0] + end
-            end = float(
-                frame["time"].iloc[-1] + (np.median(np.diff(time)) if len(time) > 1 else 1.0)
-            )
+            step = np.median(np.diff(time)) if len(time) > 1 else 1.0
+            end = float(frame["time"].iloc[-1] + step)
         frames.append(frame)
     return replace(
         first,
@@ -236,28 +283,43 @@ def concatenate(parts: list[Readings]) -> Readings:
     )
 
 
+def _check_kind(first: Readings, part: Readings) -> None:
+    """Refuse a file that has other units or columns than the first."""
+    if part.unit != first.unit:
+        problem = f'{part.source} is in "{part.unit}", {first.source} in "{first.unit}"'
+        raise InputError(problem, where=part.source, hint="save them in one unit")
+    differing = set(part.rows) ^ set(first.rows)
+    if not differing and part.motor != first.motor:
+        differing = {"motor"}
+    if differing:
+        name = min(map(str, differing)).replace("_", " ")
+        problem = f"only one of {first.source} and {part.source} gives the {name}"
+        raise InputError(problem, where=part.source, hint="fit files of one kind together")
+
+
 def check_forces(readings: Readings) -> None:
     """Refuse forces that no two working cells give."""
-    cells, source = readings.cells, readings.source
-    largest = max(float(np.nanmax(np.abs(cell), initial=0.0)) for cell in cells)
+    one, two = readings.cells
+    source = readings.source
+    largest = max(float(np.nanmax(np.abs(cell), initial=0.0)) for cell in (one, two))
     if largest >= _STRONGEST:
         problem = f"forces reach {largest:.3g}, which no load cell reads"
         raise InputError(problem, where=source, hint="is the unit right?")
-    fixed = all(
-        np.nanmin(cell, initial=np.inf) == np.nanmax(cell, initial=-np.inf) for cell in cells
+    is_fixed = all(
+        np.nanmin(cell, initial=np.inf) == np.nanmax(cell, initial=-np.inf) for cell in (one, two)
     )
-    named = len(readings.codes("direction")[0]) if "direction" in readings.rows else 0
-    if fixed and (len(readings.rows) >= _MANY or named > 1):
+    directions = len(readings.codes("direction")[0]) if "direction" in readings.rows else 0
+    if is_fixed and (len(readings.rows) >= ENOUGH_ROWS or directions > 1):
         hint = "are the right columns read, the cells alive?"
         raise InputError("both cells read the same in every row", where=source, hint=hint)
-    known = (cells[0] > 0.0) & (cells[1] > 0.0)
-    one, two = cells[0][known], cells[1][known]
-    if known.any() and np.all(one == np.round(one)) and np.all(two == np.round(two)):
+    is_loaded = (one > 0.0) & (two > 0.0)
+    if not is_loaded.any():
+        return
+    one = one[is_loaded]
+    two = two[is_loaded]
+    if np.all(one == np.round(one)) and np.all(two == np.round(two)):
         ratio = float(np.exp(np.median(np.abs(np.log(one / two)))))
         if ratio > _LARGEST_RATIO:
+            problem = f"one cell reads {ratio:.0f} times the other, in whole numbers"
             hint = "a decimal comma read as a separator? separate the columns by semicolons"
-            raise InputError(
-                f"one cell reads {ratio:.0f} times the other, in whole numbers",
-                where=source,
-                hint=hint,
-            )
+            raise InputError(problem, where=source, hint=hint)
