@@ -28,7 +28,7 @@ from tendon_cli.engine.cluster.worker import (
     ready,
     unlike,
 )
-from tendon_cli.engine.task import PartFailure, PartMaker, PartResult, Results
+from tendon_cli.engine.task import PartFailure, PartMaker, PartResult, PartOutcomes
 from tendon_cli.engine.threads import Runner, place
 from tendon_cli.errors import Stopped, TendonError, UsageError, WorkersLostError, install_hint
 
@@ -159,7 +159,7 @@ def _lost(client: Any, what: str) -> WorkersLostError:
 
 def _results(
     client: Any, loop: asyncio.Runner, jobs: int | None, maker: PartMaker, missing: Iterator[int]
-) -> Results:
+) -> PartOutcomes:
     """Parts as they are finished; raises WorkersLostError where the cluster is lost or unfit."""
     flight = _Flight(client, maker, jobs)
     try:
