@@ -1,1 +1,1 @@
-"""Any table by its axes: columns by name, filters, units and labels, whether its rows are kept or worked out."""
+"""Any table by its axes: columns, filters, units and labels, its rows kept or worked out."""

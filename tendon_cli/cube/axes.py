@@ -1,4 +1,4 @@
-"""The axes that a study spans, as its tables and its figures know them, and positions chosen evenly on them."""
+"""The axes of a study's tables, and positions chosen evenly on them."""
 
 from __future__ import annotations
 
@@ -14,11 +14,14 @@ from tendon_cli.studies.study import Study
 
 Ints = npt.NDArray[np.int64]
 
-LOAD, DIRECTION, ANGLE, TIME = "load_mass", "direction", "elbow_angle", "time"
+LOAD = "load_mass"
+DIRECTION = "direction"
+ANGLE = "elbow_angle"
+TIME = "time"
 
 
 def evenly(count: int, most: int) -> Ints:
-    """At most `most` of `count` positions, evenly chosen, both ends among them; of one, the middle."""
+    """Choose at most `most` of `count` positions evenly, with both ends; of one, the middle."""
     if count <= most:
         return np.arange(count, dtype=np.int64)
     if most == 1:
@@ -27,19 +30,30 @@ def evenly(count: int, most: int) -> Ints:
 
 
 def thinned(lengths: Sequence[int], most: int) -> list[Ints]:
-    """Positions on each axis, evenly chosen with both ends, so that their product is at most `most`."""
-    kept = list(lengths)
-    while math.prod(kept) > most:
-        longest = max(range(len(kept)), key=lambda axis: kept[axis])
-        kept[longest] = max(2, math.ceil(kept[longest] * 0.75)) if kept[longest] > 2 else 1
+    """Choose positions on each axis evenly, with both ends, so that their product is small.
+
+    Args:
+        lengths: Number of values on each axis.
+        most: Largest product of the numbers of positions.
+
+    Returns:
+        Positions on each axis.
+    """
+    counts = list(lengths)
+    while math.prod(counts) > most:
+        longest = max(range(len(counts)), key=lambda axis: counts[axis])
+        if counts[longest] > 2:
+            counts[longest] = max(2, math.ceil(counts[longest] * 0.75))
+        else:
+            counts[longest] = 1
     return [
         evenly(length, count) if count > 1 else np.zeros(1, dtype=np.int64)
-        for length, count in zip(lengths, kept, strict=True)
+        for length, count in zip(lengths, counts, strict=True)
     ]
 
 
 def axes_of(study: Study, kind: str) -> tuple[Axis, ...]:
-    """The axes that a study spans in a table of designs, states or choices, slowest first."""
+    """Return the axes of a study in a table of designs, states or choices, slowest first."""
     space = space_of(study)
     if kind == "choices":
         return space.unset().choices.axes
@@ -47,6 +61,8 @@ def axes_of(study: Study, kind: str) -> tuple[Axis, ...]:
         return space.axes
     if study.trajectory is not None:
         return (*space.axes, Axis(TIME, TIME, {TIME: study.trajectory.time}))
-    angles, key = study.motion.elbow_angle, "motion.elbow_angle"
-    angle = Axis(key, ANGLE, {key: study.angles}, is_log=getattr(angles.source, "log", False))
-    return (*space.axes, Axis(DIRECTION, DIRECTION, {}, study.motion.direction), angle)
+    direction = Axis(DIRECTION, DIRECTION, {}, study.motion.direction)
+    key = "motion.elbow_angle"
+    is_log = getattr(study.motion.elbow_angle.source, "log", False)
+    angle = Axis(key, ANGLE, {key: study.angles}, is_log=is_log)
+    return (*space.axes, direction, angle)

@@ -1,4 +1,4 @@
-"""The choices of an answer by the axes of their grid."""
+"""The choices of an answer by the axes of their grid, and the window over the angle."""
 
 from __future__ import annotations
 
@@ -19,125 +19,149 @@ from tendon_cli.space.axis import Axis
 
 
 def position(axis: Axis, value: Any) -> Ints:
-    """The position of a value on an axis, or of the nearest, as an array of one."""
-    same = np.array(axis.values == value)
-    at = np.argmax(same) if same.any() or axis.is_text else np.argmin(np.abs(axis.values - value))
-    return np.array([int(at)], dtype=np.int64)
+    """Return the position of a value on an axis, or of the nearest, as an array of one."""
+    is_same = np.array(axis.values == value)
+    if is_same.any() or axis.is_text:
+        return np.array([int(np.argmax(is_same))], dtype=np.int64)
+    distance = np.abs(axis.values - value)
+    return np.array([int(np.argmin(distance))], dtype=np.int64)
 
 
 def value_text(cube: Cube, axis: Axis, value: Any) -> str:
-    """One value of an axis, as titles have it."""
+    """Return one value of an axis, as titles have it."""
     return str(value) if axis.is_text else cube.shown(axis.column).equation(float(value))
 
 
 def conflicts_of(read: Mapping[str, Values], bounds: Mapping[str, float]) -> Values:
-    """Why each of some choices has no window, in words; empty if it has one. `read` has both ends and what they are of.
+    """Say for each choice why it has no window; empty if it has one.
 
-    An end that nothing bounds is not a number, as in the table.
+    Args:
+        read: Columns of choices: both ends of the window (an end that nothing bounds is NaN, as
+            in the table) and the limits that they are of.
+        bounds: Limits of the study, SI.
+
+    Returns:
+        Texts in the shape of the columns.
     """
-    low, high = read["pretension_from"], read["pretension_to"]
-    texts = np.full(low.shape, "", dtype=object)
+    low = read["pretension_from"]
+    high = read["pretension_to"]
     has_window = (low <= high) | (np.isnan(high) & ~np.isnan(low))
-    for at in np.argwhere(~has_window):
-        place = tuple(at)
-        limits = list(
-            dict.fromkeys(
-                str(read[name][place]) for name in ("from_by", "to_by") if read[name][place]
-            )
-        )
-        limits = limits if np.isfinite(low[place]) else limits[:1]
+    texts = np.full(low.shape, "", dtype=object)
+    for index in np.argwhere(~has_window):
+        place = tuple(index)
+        both = [read[name][place] for name in ("from_by", "to_by")]
+        limits = list(dict.fromkeys(str(limit) for limit in both if limit))
+        if not np.isfinite(low[place]):
+            limits = limits[:1]
         texts[place] = say.conflict_label(limits, bounds) if limits else "no window"
     return texts
 
 
 def pretension_name(document: Mapping[str, Any]) -> str:
-    """What an axis of pretensions says, by the resolved study: "tension in the flexor at the joint"."""
+    """Return the label of an axis of pretensions, by what the resolved study sets.
+
+    It is "pretension F₀", or for example "tension in the flexor at the joint".
+    """
     words = reading(document)
     return "pretension F₀" if words == "pretension" else words
 
 
-# --- The window over the angle ---------------------------------------------------------------------------------------
+# --- The window over the angle --------------------------------------------------------------------
 
 _ROOM = 1.6
-"""How far above the window a picture goes, as a factor."""
+"""Height of the picture over the top of the window, as a factor."""
 
 
 @dataclass(frozen=True)
 class OverAngle:
-    """What each limit asks of the choice named first over the elbow angle (deg), N: lower ends, then upper ones."""
+    """Pretensions at which the choice named first keeps its limits, over the elbow angle, N.
+
+    Pairs are of the lower end, then of the upper one.
+    """
 
     angle: Array
+    """Elbow angles, deg."""
     ends: tuple[dict[str, Array], dict[str, Array]]
-    """By limit; NaN where it asks for nothing."""
+    """Ends by limit; NaN where a limit sets none."""
     tightest: tuple[Array, Array]
+    """Largest of the lower ends, smallest of the upper ones."""
     samples: Array
-    """The study's angles."""
+    """Elbow angles of the study, deg."""
     at_samples: tuple[Array, Array]
-    """The tightest there; NaN outside of the picture."""
+    """Tightest ends at the samples; NaN above the picture."""
     window: tuple[float, float]
-    """Infinite where nothing bounds it."""
+    """Window of the choice; infinite if nothing bounds it."""
     top: float
-    """Of the picture."""
+    """Upper edge of the picture."""
     texts: tuple[str, str]
     """What is proved, and what the lines stand for."""
     works: tuple[str, str]
-    """What the window does, and what the room between the tightest lines does: "works at every angle"."""
+    """What the window does, and the room between the tightest lines: "works at every angle"."""
 
     def shown(self, values: Array) -> Array:
-        """Those that lie in the picture, others are NaN."""
+        """Return the values that lie in the picture; the others are NaN."""
         return np.where((values >= 0.0) & (values <= 1.02 * self.top), values, np.nan)
 
 
 def over_angle(record: Mapping[str, Any]) -> OverAngle | None:
-    """That of an answer's record; None if it has none."""
-    between, best = record.get("between_samples"), record["best"]
+    """Return the window over the angle from the record of an answer; None if it has none."""
+    between = record.get("between_samples")
+    best = record["best"]
     if not between or best is None:
         return None
     curves = between["curves"]
-    low, high = (
-        best["pretension_from"],
-        math.inf if best["pretension_to"] is None else best["pretension_to"],
-    )
+    low = best["pretension_from"]
+    high = math.inf if best["pretension_to"] is None else best["pretension_to"]
     top = _ROOM * (high if math.isfinite(high) else max(2.0 * low, 1.0))
-    angle, samples = np.degrees(curves["elbow_angle"]), np.degrees(curves["samples"])
-    lower, upper = (
-        {name: np.array(values, dtype=np.float64) for name, values in curves[end].items()}
-        for end in ("lower", "upper")
-    )
+    angle = np.degrees(curves["elbow_angle"])
+    samples = np.degrees(curves["samples"])
+    lower = _arrays(curves["lower"])
+    upper = _arrays(curves["upper"])
     floor = np.fmax.reduce([*lower.values(), np.zeros(len(angle))])
     roof = np.fmin.reduce([*upper.values(), np.full(len(angle), np.inf)])
-    at_samples = [np.interp(samples, angle, each) for each in (floor, roof)]
-    first, second = (np.where(each <= top, each, np.nan) for each in at_samples)
-    stand, works = _whom(record, of_all=curves["all_conditions"])
+    floor_at_samples = np.interp(samples, angle, floor)
+    roof_at_samples = np.interp(samples, angle, roof)
+    scope, works = _scope_texts(record, of_all=curves["all_conditions"])
     return OverAngle(
-        angle,
-        (lower, upper),
-        (floor, roof),
-        samples,
-        (first, second),
-        (low, high),
-        top,
-        (say.proof(between), stand),
-        works,
+        angle=angle,
+        ends=(lower, upper),
+        tightest=(floor, roof),
+        samples=samples,
+        at_samples=(
+            np.where(floor_at_samples <= top, floor_at_samples, np.nan),
+            np.where(roof_at_samples <= top, roof_at_samples, np.nan),
+        ),
+        window=(low, high),
+        top=top,
+        texts=(say.proof(between), scope),
+        works=works,
     )
 
 
-def _whom(record: Mapping[str, Any], *, of_all: bool) -> tuple[str, tuple[str, str]]:
-    """For whom the lines stand; and what the window does, and the room between the lines."""
-    pretension, everywhere = (
-        say.quantity("pretension", record["best"]["pretension"]),
-        "works at every angle",
-    )
+def _arrays(curves: Mapping[str, Any]) -> dict[str, Array]:
+    """Return curves of a record as arrays; null becomes NaN."""
+    return {name: np.array(values, dtype=np.float64) for name, values in curves.items()}
+
+
+def _scope_texts(record: Mapping[str, Any], *, of_all: bool) -> tuple[str, tuple[str, str]]:
+    """Say for which conditions the lines are, and what the window and the room between them do.
+
+    Args:
+        record: Record of an answer.
+        of_all: True if the lines are those of all conditions.
+    """
+    pretension = say.quantity("pretension", record["best"]["pretension"])
     lines = "all conditions" if of_all else f"the conditions that {pretension} serves"
-    there, window = "works at that angle" if of_all else "works at that angle for those served", ""
+    window = "works at every angle"
+    room = "works at that angle" if of_all else "works at that angle for those served"
+    remark = ""
     if record["serve"] < 1.0:
         kind = "conditions" if record["population"] is None else record["population"]["kind"]
         share = f"at least {say.percent(record['serve'])}"
-        everywhere, window = (
-            f"{everywhere} for {share}",
-            f" The window serves {share} of the {kind}.",
-        )
-        there = f"{there} for all" if of_all else there
+        window = f"{window} for {share}"
+        remark = f" The window serves {share} of the {kind}."
+        if of_all:
+            room = f"{room} for all"
     elif not of_all:
-        window = " The window is that of all conditions."
-    return f"Each line is the worst of {lines} and both directions.{window}", (everywhere, there)
+        remark = " The window is that of all conditions."
+    return f"Each line is the worst of {lines} and both directions.{remark}", (window, room)

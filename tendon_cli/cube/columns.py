@@ -1,4 +1,4 @@
-"""The columns of a table by name: what each holds, which one a name means, what a filter asks of it, its values."""
+"""The columns of a table by name: their quantities, filters on them, and derived quantities."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import pyarrow as pa
 
 from tendon_cli.errors import UsageError
 from tendon_cli.quantities import OF_FIGURES, QUANTITIES, Quantity
+from tendon_cli.space.axis import SIDES
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.filters import Condition, Filter, read_filter
 from tendon_cli.studies.study import keys
@@ -26,118 +27,144 @@ TRUTHS = ("taut", "stable", "feasible")
 
 @dataclass(frozen=True)
 class Columns:
-    """The columns of a table, those included that follow from others."""
+    """Columns of a table, and the derived quantities that follow from them."""
 
     held: Mapping[str, Quantity | None]
-    """What each holds; words and truths are no quantity."""
+    """Quantity of each column; None for words and truths."""
     truths: frozenset[str] = frozenset(TRUTHS)
+    """Columns that are true or false."""
 
     @classmethod
     def of(cls, schema: pa.Schema) -> Columns:
-        """Those of a table on the disk or in memory."""
-        held = {each.name: quantity_in(each) if _is_number(each.type) else None for each in schema}
-        return cls(
-            with_derived(held), frozenset(each.name for each in schema if each.type == pa.bool_())
-        )
+        """Return the columns of a table on the disk or in memory."""
+        held = {
+            field.name: quantity_in(field) if _is_number(field.type) else None for field in schema
+        }
+        truths = frozenset(field.name for field in schema if field.type == pa.bool_())
+        return cls(with_derived(held), truths)
 
     def find(self, name: str, option: str) -> str:
-        """A column by its name or by its key in a study; raises UsageError with the nearest name."""
-        known, column = keys(), column_named(name)
-        if name in self.held or column in self.held:
-            return name if name in self.held else column
-        hint = nearest(
-            name, [*self.held, *(key for key, at in known.items() if at.column in self.held)]
-        )
-        hint = hint or f"columns: {', '.join(self.held)}"
+        """Return a column by its name or by its key in a study.
+
+        Args:
+            name: The name or key.
+            option: The option that names it, for messages.
+
+        Raises:
+            UsageError: There is no such column; the hint has the nearest name.
+        """
+        if name in self.held:
+            return name
+        column = column_named(name)
+        if column in self.held:
+            return column
+        its_keys = [key for key, field in keys().items() if field.column in self.held]
+        hint = nearest(name, [*self.held, *its_keys]) or f"columns: {', '.join(self.held)}"
         raise UsageError(f'the table has no column "{shorten(name)}"', where=option, hint=hint)
 
     def find_numbers(self, name: str, option: str) -> str:
-        """A column of numbers by its name; raises UsageError."""
+        """Return a column of numbers, as `find` does; raises UsageError."""
         column = self.find(name, option)
         if self.held[column] is None:
             raise UsageError(f"{column} holds words, expected a column of numbers", where=option)
         return column
 
     def conditions(self, filters: Iterable[Filter | str]) -> list[Condition]:
-        """What filters ask of the columns, wherever they are written; raises UsageError."""
-        asked = [read_filter(each) if isinstance(each, str) else each for each in filters]
-        columns = [self.find(each.name, "--where") for each in asked]
+        """Return the conditions that filters set on the columns; raises UsageError."""
+        read = [read_filter(item) if isinstance(item, str) else item for item in filters]
+        columns = [self.find(item.name, "--where") for item in read]
         return [
-            each.on(column, self.held[column], is_truth=column in self.truths)
-            for each, column in zip(asked, columns, strict=True)
+            item.on(column, self.held[column], is_truth=column in self.truths)
+            for item, column in zip(read, columns, strict=True)
         ]
 
     def stored(self, names: Iterable[str]) -> list[str]:
-        """The columns that must be read for some columns, each once."""
-        return list(
-            dict.fromkeys(need for name in names for need in (needs(name, self.held) or [name]))
-        )
+        """Return the columns that must be read for some columns, each once."""
+        stored: list[str] = []
+        for name in names:
+            stored += needs(name, self.held) or [name]
+        return list(dict.fromkeys(stored))
 
     def work_out(self, names: Iterable[str], read: dict[str, Values]) -> dict[str, Values]:
-        """Columns by name from those that were read, the derived ones by their formulas."""
-        return {
-            name: np.asarray(
-                DERIVED[name].of(*(read[need] for need in needs(name, self.held))), dtype=np.float64
-            )
-            if name in DERIVED
-            else read[name]
-            for name in names
-        }
+        """Return columns by name, the derived ones by their formulas.
+
+        Args:
+            names: Names of the columns.
+            read: The columns of `stored`.
+        """
+        columns = {}
+        for name in names:
+            if name in DERIVED:
+                arguments = [read[need] for need in needs(name, self.held)]
+                columns[name] = np.asarray(DERIVED[name].formula(*arguments), dtype=np.float64)
+            else:
+                columns[name] = read[name]
+        return columns
 
 
 def column_named(name: str) -> str:
-    """The column that a name means, which may be the key of a study."""
+    """Return the column that a name means, which may be the key of a study."""
     return keys()[name].column if name in keys() else name
 
 
 def needs(name: str, columns: Mapping[str, object]) -> list[str]:
-    """The columns that a derived quantity follows from, those of its side if the sides differ; else none."""
+    """Return the columns that a derived quantity follows from; none for any other column.
+
+    If a column differs by side, that of the quantity's side counts.
+    """
     derived = DERIVED.get(name)
-    return [
-        side if derived and (side := f"{need}_{derived.side}") in columns else need
-        for need in (derived.needs if derived else ())
-    ]
+    if derived is None:
+        return []
+    needed = []
+    for need in derived.needs:
+        of_side = f"{need}_{derived.side}"
+        needed.append(of_side if of_side in columns else need)
+    return needed
 
 
 def with_derived(held: Mapping[str, Quantity | None]) -> dict[str, Quantity | None]:
-    """Columns, and the derived quantities that follow from them."""
+    """Return columns, and the derived quantities that follow from them."""
     offered = {
-        name: each.quantity for name, each in DERIVED.items() if set(needs(name, held)) <= set(held)
+        name: derived.quantity
+        for name, derived in DERIVED.items()
+        if set(needs(name, held)) <= set(held)
     }
     return {**held, **offered}
 
 
 def quantity_in(field: pa.Field) -> Quantity:
-    """What a column of a table holds; of one that we do not know its name and unit."""
+    """Return the quantity of a column; if it is not known, one of the column's name and unit."""
     metadata = field.metadata or {}
-    name, unit = (
-        metadata.get(key, other).decode() for key, other in ((b"quantity", b""), (b"unit", b"1"))
-    )
-    return QUANTITIES.get(
-        name, Quantity(field.name, field.name.replace("_", " "), "number", unit, unit, field.name)
-    )
+    name = metadata.get(b"quantity", b"").decode()
+    unit = metadata.get(b"unit", b"1").decode()
+    words = field.name.replace("_", " ")
+    unknown = Quantity(field.name, words, "number", unit, unit, field.name)
+    return QUANTITIES.get(name, unknown)
 
 
 def _is_number(kind: pa.DataType) -> bool:
     return bool(pa.types.is_floating(kind) or pa.types.is_integer(kind))
 
 
-# --- Quantities that no table has and a figure may show: each follows from columns of states, row by row --------------
+# --- Derived quantities ---------------------------------------------------------------------------
+#
+# No table has them, and a figure may show them: each follows from columns of states, row by row.
 
 
 @dataclass(frozen=True)
 class Derived:
-    """A quantity and how it follows from some columns."""
+    """A quantity that follows from some columns."""
 
     quantity: Quantity
     needs: tuple[str, ...]
-    """Columns; where a table has one per side, that of `side` counts."""
+    """Columns; if a table has one for each side, that of `side` counts."""
     side: str
-    of: Callable[..., Values]
-    """Takes the columns in the order of `needs`, SI values."""
+    formula: Callable[..., Values]
+    """Takes the columns in the order of `needs`, SI."""
 
 
-def _ratio(flexor_travel: Values, extensor_travel: Values) -> Values:
+def _radius_ratio(flexor_travel: Values, extensor_travel: Values) -> Values:
+    """Return the ratio of the travels; NaN where the extensor does not move."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(extensor_travel == 0.0, np.nan, flexor_travel / extensor_travel)
 
@@ -145,26 +172,36 @@ def _ratio(flexor_travel: Values, extensor_travel: Values) -> Values:
 def _elongation(
     tension: Values, pretension: Values, tendon_stretch: Values, spring_stretch: Values
 ) -> Values:
-    """Stretches are from the pretensioned state, and linear in tension, c (F - F0). From no load, c F."""
+    """Return the elongation from no load, c F, m.
+
+    Stretches are from the pretensioned state and linear in tension, c (F - F0).
+    """
     change = tension - pretension
     with np.errstate(divide="ignore", invalid="ignore"):
         compliance = np.where(change == 0.0, np.nan, (tendon_stretch + spring_stretch) / change)
     return np.asarray(compliance * tension)
 
 
+def _derived_of_side(side: str) -> dict[str, Derived]:
+    """Return the derived quantities of one side by their names."""
+    tension = f"{side}_tension_distal"
+    stretches = (f"{side}_tendon_stretch", f"{side}_spring_stretch")
+    formulas: dict[str, tuple[tuple[str, ...], Callable[..., Values]]] = {
+        "length_change": (stretches, np.add),
+        "elongation": ((tension, "pretension", *stretches), _elongation),
+        "spring_elongation": ((tension, "spring_stiffness"), np.divide),
+    }
+    return {
+        f"{side}_{name}": Derived(OF_FIGURES[f"{side}_{name}"], needed, side, formula)
+        for name, (needed, formula) in formulas.items()
+    }
+
+
 DERIVED = {
     "radius_ratio": Derived(
-        OF_FIGURES["radius_ratio"], ("flexor_travel", "extensor_travel"), "", _ratio
+        OF_FIGURES["radius_ratio"], ("flexor_travel", "extensor_travel"), "", _radius_ratio
     )
 }
-for _side in ("flexor", "extensor"):
-    _stretches, _tension = (
-        (f"{_side}_tendon_stretch", f"{_side}_spring_stretch"),
-        f"{_side}_tension_distal",
-    )
-    for _name, _needs, _of in (
-        ("length_change", _stretches, np.add),
-        ("elongation", (_tension, "pretension", *_stretches), _elongation),
-        ("spring_elongation", (_tension, "spring_stiffness"), np.divide),
-    ):
-        DERIVED[f"{_side}_{_name}"] = Derived(OF_FIGURES[f"{_side}_{_name}"], _needs, _side, _of)
+"""Derived quantities by their names."""
+for _side in SIDES:
+    DERIVED |= _derived_of_side(_side)

@@ -1,4 +1,4 @@
-"""A table by the axes of its study: its rows are their product, slowest first; those that are asked for are read."""
+"""A table by the axes of its study: its rows are their product; only those asked for are read."""
 
 from __future__ import annotations
 
@@ -29,34 +29,38 @@ from tendon_cli.units import shorten
 
 _ALWAYS = ("pretension", "spring_stiffness", "spool_ratio", LOAD, "friction", "bend_angle")
 """Columns that every table has, and that say what a design is."""
+_SLACK_LENGTHS = ("flexor_slack", "extensor_slack", "max_slack")
 _LARGEST = 1e150
-"""More than any number of a study comes to, and few enough to be drawn."""
+"""Bound above any number of a study, below which all can be drawn."""
 _MOST_LISTED = 12
+"""Most values of an axis that a hint lists."""
 
 
 @dataclass(frozen=True)
 class Cube:
-    """A table of designs or states by its axes; without `files`, one to come."""
+    """A table of designs, states or choices by the axes of its study, slowest first."""
 
     kind: str
-    """designs, states, or choices, of which rows between the points of the grid stand after the product."""
+    """designs, states, or choices; choices between the grid's points come after the product."""
     axes: tuple[Axis, ...]
     of: Columns
+    """Columns of the table, the derived ones included."""
     study: Mapping[str, Any]
     """The resolved study as a document."""
     asked: Study
     """The study itself."""
     study_hash: str
     files: AnyTable | None = None
+    """Rows of the table; None for one to come."""
 
     @property
     def columns(self) -> Mapping[str, Quantity | None]:
-        """What each column holds, the derived ones included; words and truths are no quantity."""
+        """Quantity of each column, the derived ones included; None for words and truths."""
         return self.of.held
 
     @property
     def title(self) -> str:
-        """What the study is called: its title, or its name."""
+        """Title of the study, or its name."""
         return str(self.study.get("title") or self.study.get("name") or "")
 
     @property
@@ -66,101 +70,114 @@ class Cube:
 
     @cached_property
     def limits(self) -> dict[str, float]:
-        """What the study says under [limits], in SI."""
+        """Limits of the study, SI."""
         return dict(self.asked.limits.items())
 
     def limit(self, key: str) -> float:
-        """A limit of the study, in SI; 0 if it says nothing."""
+        """Return a limit of the study, SI; 0 if the study does not state it."""
         return self.limits.get(key, 0.0)
 
     @cached_property
     def _unilateral(self) -> npt.NDArray[np.bool_]:
+        """True where tendons cannot push."""
         space = space_of(self.asked)
         return np.asarray(space.number(SLACK).within(space.whole)) > 0.0
 
     @property
     def pushes(self) -> bool:
-        """Whether tendons push in the model of the study, so that negative tension means slack."""
+        """True if tendons push in a model of the study, so that negative tension means slack."""
         return not self._unilateral.all()
 
     def is_null(self, column: str) -> bool:
-        """Whether a column is null whatever the numbers are: slack lengths have no meaning if tendons push."""
-        return (
-            column in ("flexor_slack", "extensor_slack", "max_slack") and not self._unilateral.any()
-        )
+        """Return True if a column is null whatever the numbers are.
+
+        Slack lengths have no meaning if tendons push.
+        """
+        return column in _SLACK_LENGTHS and not self._unilateral.any()
 
     @cached_property
     def defining(self) -> list[str]:
         """Columns of numbers that say what a design is."""
-        names = [
-            *_ALWAYS,
-            *(axis.column for axis in self.axes if not axis.is_text and axis.column != ANGLE),
-        ]
-        return [each for name in dict.fromkeys(names) for each in self.with_sides(name)]
+        of_axes = [axis.column for axis in self.axes if not axis.is_text and axis.column != ANGLE]
+        names = []
+        for name in dict.fromkeys([*_ALWAYS, *of_axes]):
+            names += self.with_sides(name)
+        return names
 
     def with_sides(self, column: str) -> list[str]:
-        """A column, or the two of the sides if they differ."""
+        """Return a column, or those of both sides if the sides differ."""
         sides = [f"{column}_{side}" for side in SIDES]
         return sides if set(sides) <= set(self.columns) else [column]
 
     @cached_property
     def strides(self) -> dict[str, int]:
-        """Rows from one value of an axis to the next, by its column."""
+        """Rows from one value of an axis to the next, by the axis's column."""
         return {
-            axis.column: math.prod(map(len, self.axes[at + 1 :]))
-            for at, axis in enumerate(self.axes)
+            axis.column: math.prod(map(len, self.axes[place + 1 :]))
+            for place, axis in enumerate(self.axes)
         }
 
     def axis(self, column: str) -> Axis | None:
-        """The axis of a column."""
+        """Return the axis of a column; None if it has none."""
         return next((axis for axis in self.axes if axis.column == column), None)
 
     def shown(self, column: str, units: Mapping[str, str] | None = None) -> Shown:
-        """How a column is shown; `units` overrules the usual unit of a dimension."""
+        """Return a column as figures show it.
+
+        Args:
+            column: Its name.
+            units: Units by dimension that overrule the usual ones.
+        """
         words = column.replace("_", " ")
         quantity = self.columns[column] or Quantity(column, words, "number", "1", "1", words)
         return Shown.of(column, as_read(quantity, self.study), units)
 
-    # --- Rows --------------------------------------------------------------------------------------------------------
+    # --- Rows -------------------------------------------------------------------------------------
 
     def choose(self, asked: Sequence[Condition]) -> dict[str, Ints]:
-        """Positions on each axis that conditions leave; raises UsageError if nothing is left of one."""
+        """Return the positions on each axis that conditions leave, by the axis's column.
+
+        Raises:
+            UsageError: A condition leaves nothing of its axis, or has a word that the axis has not.
+        """
         chosen = {axis.column: np.arange(axis.length, dtype=np.int64) for axis in self.axes}
         for condition in asked:
             axis = self.axis(condition.column)
             if axis is None:
                 continue
+            if axis.is_text:
+                _check_words(axis, condition)
             positions = chosen[axis.column]
-            known = [str(value) for value in axis.values] if axis.is_text else []
-            wrong = next(
-                (str(word) for word in condition.wanted if axis.is_text and word not in known), None
-            )
-            if wrong is not None:
-                hint = f"values: {', '.join(known[:20])}"
-                raise UsageError(
-                    f'{axis.column} is never "{shorten(wrong)}"', where="--where", hint=hint
-                )
-            kept = positions[condition.holds(axis.values[positions], of_axis=True)]
-            if not len(kept):
+            left = positions[condition.holds(axis.values[positions], of_axis=True)]
+            if not len(left):
                 hint = f"values: {', '.join(self._listed(axis, positions))}"
                 raise UsageError(
                     f'nothing is left by "{shorten(condition.text)}"', where="--where", hint=hint
                 )
-            chosen[axis.column] = kept
+            chosen[axis.column] = left
         return chosen
 
     def _listed(self, axis: Axis, positions: Ints) -> list[str]:
-        """The values of an axis as one writes them in a filter, many of them shortened."""
-        ends = positions if len(positions) <= _MOST_LISTED else positions[[0, 1, 2, -1]]
-        values = axis.values[ends]
-        texts = [
-            str(each) if axis.is_text else self.shown(axis.column).text(each).replace("−", "-")
-            for each in values
-        ]
-        return texts if len(ends) == len(positions) else [*texts[:-1], "…", *texts[-1:]]
+        """Return values of an axis as one writes them in a filter; of many, those at the ends."""
+        is_short = len(positions) <= _MOST_LISTED
+        values = axis.values[positions if is_short else positions[[0, 1, 2, -1]]]
+        if axis.is_text:
+            texts = [str(value) for value in values]
+        else:
+            shown = self.shown(axis.column)
+            texts = [shown.text(value).replace("−", "-") for value in values]
+        return texts if is_short else [*texts[:-1], "…", texts[-1]]
 
     def rows(self, order: Sequence[str], positions: Mapping[str, Ints]) -> Ints:
-        """Row numbers over the columns in `order`, of shape (len of each); other axes have one position each."""
+        """Return row numbers over some axes.
+
+        Args:
+            order: Columns of these axes.
+            positions: Positions on each axis of the table; one on every axis not in `order`.
+
+        Returns:
+            Row numbers with one dimension for each column in `order`.
+        """
         total = np.zeros((1,) * len(order), dtype=np.int64)
         for axis in self.axes:
             steps = np.asarray(positions[axis.column], dtype=np.int64) * self.strides[axis.column]
@@ -173,20 +190,33 @@ class Cube:
         return total
 
     def gather(self, rows: Ints, columns: Sequence[str]) -> dict[str, Values]:
-        """Columns at some rows, in the shape of `rows`; null becomes NaN or "". Read part by part."""
+        """Return columns at some rows, read part by part.
+
+        Args:
+            rows: Row numbers.
+            columns: Names of the columns.
+
+        Returns:
+            Values in the shape of `rows`; null becomes NaN or "".
+        """
         names = list(dict.fromkeys(columns))
         return self.of.work_out(names, self._stored(rows, self.of.stored(names)))
 
     def _stored(self, rows: Ints, names: list[str]) -> dict[str, Values]:
+        """Read columns of the table at some rows, in the shape of `rows`."""
         if self.files is None:
             raise ValueError("a table that is not written has no rows")
         order = np.argsort(rows, axis=None, kind="stable")
         wanted = rows.ravel()[order]
-        kinds = {name: self.files.schema.field(name).type for name in names}
-        read = {name: np.full(rows.size, *_nothing(kind)) for name, kind in kinds.items()}
+        read = {}
+        for name in names:
+            null, kind = _null_of(self.files.schema.field(name).type)
+            read[name] = np.full(rows.size, null, kind)
         for start, part in self.files.parts(names, wanted):
             low, high = np.searchsorted(wanted, (start, start + part.num_rows))
-            for name in names if high > low else ():
+            if high <= low:
+                continue
+            for name in names:
                 read[name][order[low:high]] = as_numpy(part.column(name))[wanted[low:high] - start]
         for name, values in read.items():
             quantity = self.columns[name]
@@ -197,31 +227,54 @@ class Cube:
         return {name: values.reshape(rows.shape) for name, values in read.items()}
 
 
-def _nothing(kind: pa.DataType) -> tuple[Any, Any]:
-    """What stands where there is no value, and the type of an array of such values."""
+def _check_words(axis: Axis, condition: Condition) -> None:
+    """Raise UsageError if a condition has a word that the axis does not have."""
+    known = [str(value) for value in axis.values]
+    for word in condition.wanted:
+        if word not in known:
+            hint = f"values: {', '.join(known[:20])}"
+            raise UsageError(
+                f'{axis.column} is never "{shorten(str(word))}"', where="--where", hint=hint
+            )
+
+
+def _null_of(kind: pa.DataType) -> tuple[Any, Any]:
+    """Return the value that stands for null in an array of a column, and the array's type."""
     return ("", object) if pa.types.is_dictionary(kind) else (np.nan, np.float64)
 
 
 def cube_of(table: AnyTable, kinds: Sequence[str] = ("designs", "states")) -> Cube:
-    """A table by what it knows of its study; raises InputError for one of another kind."""
+    """Return a table by the axes of the study that it knows of.
+
+    Args:
+        table: The table.
+        kinds: Kinds of tables that are taken.
+
+    Raises:
+        InputError: It is a table of another kind, or not as tendon writes it.
+    """
     try:
-        kind, record = table.facts["table"], table.facts["study"]
-        asked = recorded_study(record)
-        axes, rows = axes_of(asked, kind), table.rows
+        kind = table.facts["table"]
+        record = table.facts["study"]
+        study = recorded_study(record)
+        axes = axes_of(study, kind)
+        rows = table.rows
+        needed = {axis.column for axis in axes}
         if kind == "choices":
             rows -= int(as_numpy(table.read(["refined"])["refined"]).sum())
-        needed = {axis.column for axis in axes} | (set() if kind == "choices" else {*_ALWAYS})
+        else:
+            needed.update(_ALWAYS)
         is_whole = needed <= {*table.schema.names} and rows == math.prod(map(len, axes))
         if kind not in kinds or not _is_ours(table.schema) or not is_whole:
             raise foreign(table)
         return Cube(
-            kind,
-            axes,
-            Columns.of(table.schema),
-            record["study"],
-            asked,
-            str(table.facts["study_hash"]),
-            table,
+            kind=kind,
+            axes=axes,
+            of=Columns.of(table.schema),
+            study=record["study"],
+            asked=study,
+            study_hash=str(table.facts["study_hash"]),
+            files=table,
         )
     except (
         LookupError,
@@ -236,27 +289,34 @@ def cube_of(table: AnyTable, kinds: Sequence[str] = ("designs", "states")) -> Cu
 
 
 def cube_to_come(study: Study, kind: str) -> Cube:
-    """The table of designs or states that a study will give, to plan its figures before anything is computed."""
+    """Return the table of designs or states that a study will give.
+
+    With it figures are planned before anything is computed.
+    """
     return cube_of(WorkedOut(study.record, study.hash, kind=kind))
 
 
 def choices_of(table: AnyTable) -> Cube:
-    """The choices of an answer by the axes of their grid; raises InputError for another table."""
+    """Return the choices of an answer by the axes of their grid; raises as `cube_of` does."""
     return cube_of(table, ("choices",))
 
 
 def _is_ours(schema: pa.Schema) -> bool:
-    """Whether columns have different names, and types that we write."""
-    kinds = [each.type for each in schema]
-    numbers = [kind for kind in kinds if kind in (pa.float64(), pa.int64(), pa.bool_())]
-    words = [
-        kind for kind in kinds if pa.types.is_dictionary(kind) and kind.value_type == pa.string()
-    ]
-    return len(set(schema.names)) == len(schema.names) == len(numbers) + len(words)
+    """Return True if columns have different names, and types that tendon writes."""
+    names = schema.names
+    kinds = [field.type for field in schema]
+    return len(set(names)) == len(names) and all(map(_is_written, kinds))
+
+
+def _is_written(kind: pa.DataType) -> bool:
+    """Return True if tendon writes columns of a type."""
+    if pa.types.is_dictionary(kind):
+        return bool(kind.value_type == pa.string())
+    return kind in (pa.float64(), pa.int64(), pa.bool_())
 
 
 def foreign(table: AnyTable) -> InputError:
-    """The fault of a table of another kind."""
+    """Return the error of a table of another kind."""
     hint = "figures are drawn from designs.parquet and states.parquet of a run"
     return InputError(
         "is not a table of designs or states",

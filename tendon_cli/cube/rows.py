@@ -1,4 +1,4 @@
-"""Rows of a table, chosen by filters and read in stretches, so that tables of any size take the same memory."""
+"""Rows of a table, chosen by filters and read in stretches: a table of any size fits in memory."""
 
 from __future__ import annotations
 
@@ -25,133 +25,153 @@ from tendon_cli.tables.schema import Column, array_of, as_numpy
 from tendon_cli.units import factor_of, shorten
 
 _FORMULA = r"^([=+\-@\t\r])"
-"""How text begins that a spreadsheet would run."""
+"""Beginnings of text that a spreadsheet would run."""
 
 
 @dataclass(frozen=True)
 class TableRows:
-    """Some rows and columns of a table; raises UsageError for columns that it has not."""
+    """Some rows and columns of a table; raises UsageError for columns that it does not have."""
 
     table: AnyTable
     where: tuple[str, ...] = ()
+    """Filters, all of which a row must meet."""
     columns: tuple[str, ...] = ()
-    """In this order; all without any."""
+    """Names of the columns in their order; empty for all."""
 
     @cached_property
     def of(self) -> Columns:
-        """What the columns of the table hold."""
+        """Columns of the table."""
         return Columns.of(self.table.schema)
 
     @cached_property
     def names(self) -> list[str]:
-        """The columns that are given."""
+        """Names of the columns that are given."""
         names = [self.of.find(name, "--columns") for name in self.columns]
-        twice = next((name for name in names if names.count(name) > 1), None)
-        if twice is not None:
-            raise UsageError(
-                f"{twice} stands in the list twice, expected each column once", where="--columns"
-            )
+        for name in names:
+            if names.count(name) > 1:
+                raise UsageError(
+                    f"{name} stands in the list twice, expected each column once", where="--columns"
+                )
         return names or list(self.table.schema.names)
 
     @cached_property
     def conditions(self) -> list[Condition]:
-        """What the filters ask."""
+        """Conditions that the filters set."""
         return self.of.conditions(self.where)
 
     def unit(self, column: str) -> str:
-        """The unit of a column's values, "1" for what has none."""
+        """Return the unit of a column; "1" for one without."""
         quantity = self.of.held[column]
         return "1" if quantity is None else quantity.unit
 
     def batches(self, also: Sequence[str] = ()) -> Iterator[pa.Table]:
-        """The rows that the filters leave, in their order, a stretch at a time; with some columns besides."""
+        """Yield the rows that the filters leave, in their order, a stretch at a time.
+
+        Args:
+            also: Columns that are given besides.
+        """
         wanted = list(dict.fromkeys([*self.names, *also]))
-        asked = [condition.column for condition in self.conditions]
-        derived = [name for name in dict.fromkeys([*wanted, *asked]) if name in DERIVED]
-        numbers = self.of.stored([*asked, *derived])
-        for batch in self.table.stretches(self.of.stored([*wanted, *asked])):
-            read = {name: as_numpy(batch[name]) for name in numbers}
+        filtered = [condition.column for condition in self.conditions]
+        derived = [name for name in dict.fromkeys([*wanted, *filtered]) if name in DERIVED]
+        as_numbers = self.of.stored([*filtered, *derived])
+        for batch in self.table.stretches(self.of.stored([*wanted, *filtered])):
+            read = {name: as_numpy(batch[name]) for name in as_numbers}
             read |= self.of.work_out(derived, read)
-            held = np.ones(batch.num_rows, dtype=np.bool_)
+            is_kept = np.ones(batch.num_rows, dtype=np.bool_)
             for condition in self.conditions:
-                held &= condition.holds(read[condition.column])
+                is_kept &= condition.holds(read[condition.column])
             arrays = [
                 _derived(name, read[name]) if name in derived else batch[name] for name in wanted
             ]
             fields = [_field(name, batch.schema) for name in wanted]
             rows = pa.Table.from_arrays(arrays, schema=pa.schema(fields))
-            yield rows if held.all() else rows.filter(pa.array(held))
+            yield rows if is_kept.all() else rows.filter(pa.array(is_kept))
 
     def head(self, count: int, sort: str | None = None) -> tuple[pa.Table, int]:
-        """The first rows, by a column where `sort` names one (with a - before it falling), and how many there are."""
-        falling = sort is not None and sort.startswith("-")
-        by = self.of.find(sort.removeprefix("-"), "--sort") if sort is not None else None
-        kept, total = None, 0
+        """Return the first rows, and the number of all rows that the filters leave.
+
+        Args:
+            count: Most rows to return.
+            sort: Column by which rows are sorted, with - before it in falling order; None for the
+                order of the table.
+        """
+        by = None
+        order = "ascending"
+        if sort is not None:
+            by = self.of.find(sort.removeprefix("-"), "--sort")
+            if sort.startswith("-"):
+                order = "descending"
+        first = None
+        total = 0
         for batch in self.batches((by,) if by else ()):
             total += batch.num_rows
-            if by is None and kept is not None and kept.num_rows >= count:
+            is_full = first is not None and first.num_rows >= count
+            if by is None and is_full:
                 continue
-            kept = batch if kept is None else pa.concat_tables([kept, batch]).unify_dictionaries()
+            rows = batch if first is None else pa.concat_tables([first, batch]).unify_dictionaries()
             if by is not None:
-                column = (
-                    kept[by].cast(pa.string())
-                    if pa.types.is_dictionary(kept[by].type)
-                    else kept[by]
-                )
-                order = "descending" if falling else "ascending"
-                kept = kept.take(
-                    pc.sort_indices(pa.table({"by": column}), sort_keys=[("by", order)])[:count]
-                )
-            kept = kept.slice(0, count)
-        if kept is None:
-            return pa.schema(
-                [_field(name, self.table.schema) for name in self.names]
-            ).empty_table(), 0
-        return kept.select(self.names), total
+                rows = rows.take(_sorted(rows[by], order)[:count])
+            first = rows.slice(0, count)
+        if first is None:
+            schema = pa.schema([_field(name, self.table.schema) for name in self.names])
+            return schema.empty_table(), 0
+        return first.select(self.names), total
+
+
+def _sorted(column: pa.ChunkedArray, order: str) -> pa.Array:
+    """Return the row numbers of a column in an order, ascending or descending."""
+    if pa.types.is_dictionary(column.type):
+        column = column.cast(pa.string())
+    return pc.sort_indices(pa.table({"by": column}), sort_keys=[("by", order)])
+
+
+_WITH_POINT = ("en", "zh", "ja", "ko")
+_WITH_COMMA = ("de", "fr", "es", "it", "nl", "pl", "pt", "ru", "sv", "da", "fi", "cs", "tr")
+_LOCALES = (*_WITH_POINT, *_WITH_COMMA)
+_UNITS = ("si", "study")
 
 
 @dataclass(frozen=True)
 class CsvForm:
-    """How numbers stand in a CSV; raises UsageError for what is not known."""
+    """Form of the numbers in a CSV file; raises UsageError for a form that is not known."""
 
     locale: str = "en"
-    """Of the decimal sign, and with it of what separates columns."""
+    """Language that decides on the decimal sign and on the sign between columns."""
     units: str = "si"
     """si, or study: the units in which studies are written and people read, such as mm and deg."""
 
     def __post_init__(self) -> None:
-        for value, known, option in (
-            (self.locale, _LOCALES, "--locale"),
-            (self.units, _UNITS, "--units"),
-        ):
-            if value not in known:
-                hint = nearest(value, known) or ", ".join(known)
-                raise UsageError(f'"{shorten(value)}" is not known', where=option, hint=hint)
+        _check_known(self.locale, _LOCALES, "--locale")
+        _check_known(self.units, _UNITS, "--units")
 
     @property
     def separator(self) -> str:
-        """Between columns."""
+        """Sign between columns."""
         return ";" if self._has_comma else ","
 
     @property
     def _has_comma(self) -> bool:
-        return self.locale not in _WITH_POINT
+        return self.locale in _WITH_COMMA
 
     def header(self, name: str, quantity: Quantity | None) -> str:
-        """A column's name with its unit, such as "pretension (N)"."""
-        unit = (
-            "1"
-            if quantity is None
-            else quantity.shown_in
-            if self.units == "study"
-            else quantity.unit
-        )
+        """Return a column's name with its unit, such as "pretension (N)"."""
+        if quantity is None:
+            return name
+        unit = quantity.shown_in if self.units == "study" else quantity.unit
         return name if unit == "1" else f"{name} ({unit})"
 
     def column(
         self, column: pa.ChunkedArray, quantity: Quantity | None, *, is_rigid: bool
     ) -> pa.ChunkedArray:
-        """A column as it is written; text that a spreadsheet would run has a ' before it, an endless number "rigid"."""
+        """Return a column as it is written.
+
+        Text that a spreadsheet would run has a ' before it.
+
+        Args:
+            column: The column, SI.
+            quantity: Its quantity; None for words and truths.
+            is_rigid: True if infinite values are to be written as "rigid".
+        """
         if pa.types.is_dictionary(column.type):
             column = column.cast(pa.string())
         if pa.types.is_string(column.type):
@@ -166,24 +186,11 @@ class CsvForm:
         return pc.replace_substring(texts, ".", ",") if self._has_comma else texts
 
 
-_WITH_POINT = ("en", "zh", "ja", "ko")
-_LOCALES = (
-    *_WITH_POINT,
-    "de",
-    "fr",
-    "es",
-    "it",
-    "nl",
-    "pl",
-    "pt",
-    "ru",
-    "sv",
-    "da",
-    "fi",
-    "cs",
-    "tr",
-)
-_UNITS = ("si", "study")
+def _check_known(value: str, known: Sequence[str], option: str) -> None:
+    """Raise UsageError if a value of an option is none of the known ones."""
+    if value not in known:
+        hint = nearest(value, known) or ", ".join(known)
+        raise UsageError(f'"{shorten(value)}" is not known', where=option, hint=hint)
 
 
 def _field(name: str, schema: pa.Schema) -> pa.Field:
@@ -201,17 +208,27 @@ def rows_in(
     columns: Sequence[str] = (),
     sort: str | None = None,
 ) -> TableRows:
-    """Rows of the table that a path means, which has all that is asked for; raises UsageError, InputError."""
-    asked = [
-        *columns,
-        *(read_filter(text).name for text in where),
-        *([sort.removeprefix("-")] if sort else []),
-    ]
+    """Return rows of the table that a path means, one with all columns that are asked for.
+
+    Args:
+        path: As in `table_in`.
+        table: Name of the table in a folder.
+        where: Filters.
+        columns: Names of the columns; empty for all.
+        sort: Column by which rows will be sorted, maybe with - before it.
+
+    Raises:
+        UsageError: A column or a table is not there.
+        InputError: There is no table.
+    """
+    asked = [*columns, *(read_filter(text).name for text in where)]
+    if sort:
+        asked.append(sort.removeprefix("-"))
     return TableRows(table_in(path, table, asked), tuple(where), tuple(columns))
 
 
 def _is_rigid(table: AnyTable, name: str, quantity: Quantity | None) -> bool:
-    """Whether a column of springs or anchors has a rigid one anywhere."""
+    """Return True if a column of springs or anchors has a rigid one anywhere."""
     if quantity is None or quantity.dimension != "stiffness":
         return False
     return any(
@@ -226,37 +243,50 @@ def write_csv(
     stretches: Iterator[pa.Table] | None = None,
     form: CsvForm | None = None,
 ) -> int:
-    """Rows as CSV, by default in SI, units in the header; returns how many."""
+    """Write rows as CSV, units in the header; return their number.
+
+    Args:
+        rows: The rows.
+        file: A file of bytes.
+        stretches: The rows in stretches; None for all of `rows`.
+        form: Form of the numbers; None for SI with decimal points.
+    """
     from pyarrow import csv
 
     form = form or CsvForm()
-    held = [rows.of.held[name] for name in rows.names]
+    quantities = [rows.of.held[name] for name in rows.names]
     is_rigid = [
         _is_rigid(rows.table, name, quantity)
-        for name, quantity in zip(rows.names, held, strict=True)
+        for name, quantity in zip(rows.names, quantities, strict=True)
     ]
-    heads = [
-        f'"{form.header(name, quantity)}"' for name, quantity in zip(rows.names, held, strict=True)
+    headers = [
+        f'"{form.header(name, quantity)}"'
+        for name, quantity in zip(rows.names, quantities, strict=True)
     ]
-    file.write((form.separator.join(heads) + "\n").encode())
-    how, count = (
-        csv.WriteOptions(include_header=False, quoting_style="needed", delimiter=form.separator),
-        0,
+    file.write((form.separator.join(headers) + "\n").encode())
+    options = csv.WriteOptions(
+        include_header=False, quoting_style="needed", delimiter=form.separator
     )
+    count = 0
     for stretch in stretches or rows.batches():
         columns = [
             form.column(column, quantity, is_rigid=rigid)
-            for column, quantity, rigid in zip(stretch.columns, held, is_rigid, strict=True)
+            for column, quantity, rigid in zip(stretch.columns, quantities, is_rigid, strict=True)
         ]
         written = pa.BufferOutputStream()
-        csv.write_csv(pa.table(columns, names=stretch.column_names), written, how)
+        csv.write_csv(pa.table(columns, names=stretch.column_names), written, options)
         file.write(written.getvalue())
         count += stretch.num_rows
     return count
 
 
 def export(rows: TableRows, path: Path, form: CsvForm | None = None) -> int:
-    """Write rows as CSV, the whole file or none; returns how many. Raises UsageError, OutputError."""
+    """Write rows to a CSV file, the whole file or none; return their number.
+
+    Raises:
+        UsageError: The name does not end with .csv.
+        OutputError: The file could not be written.
+    """
     if path.suffix.lower() != ".csv":
         raise UsageError(
             f'"{shorten(path.name)}" is no name of a CSV file', hint="end it with .csv"

@@ -1,4 +1,4 @@
-"""Which table a path means: a file, one of a folder's, a CSV of people, or states that are worked out."""
+"""Finding the table that a path means: a file, one in a folder, a CSV of people, or states."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ from tendon_cli.units import shorten
 from tendon_cli.version import RESULTS_VERSION
 
 TABLES = ("designs", "choices", "states", "conditions", "persons", "draws")
+"""Tables of a run or an answer, those first that are shown by default."""
 _OF_A_RUN = ("designs", "states")
 _ONLY_IN_STATES = {"direction", "elbow_angle", "status", *OF_STATES}
 
@@ -35,16 +36,23 @@ def table_in(
     *,
     order: Sequence[str] = TABLES,
 ) -> AnyTable:
-    """A table, of the folder of a run or an answer the one that is wanted, or a file of people; every byte verified.
+    """Open the table that a path means, every byte verified.
 
-    Without a wish it is the first in `order` that has the columns `asked` for; states that a run did not keep are
-    worked out. Raises InputError if there is none, UsageError for one that the folder has not.
+    States that a run did not keep are worked out.
+
+    Args:
+        path: A table, the folder of a run or an answer, or a CSV file of people.
+        wanted: Name of the table in the folder; None for the first in `order` that has `asked`.
+        asked: Columns that the table must have.
+        order: Names of tables, preferred ones first.
+
+    Raises:
+        InputError: There is no table.
+        UsageError: The folder does not have the wanted table.
     """
-    return (
-        _people_in(path)
-        if path.suffix.lower() == ".csv"
-        else table_at(path, wanted, asked, order=order)
-    )
+    if path.suffix.lower() == ".csv":
+        return _people_in(path)
+    return table_at(path, wanted, asked, order=order)
 
 
 def table_at(
@@ -54,9 +62,9 @@ def table_at(
     *,
     order: Sequence[str] = TABLES,
 ) -> AnyTable:
-    """As `table_in`, of tables alone."""
+    """Open the table that a path means, as `table_in` does, but no CSV file of people."""
     asked = {column_named(name) for name in asked}
-    is_folder = path.is_dir() and path.suffix != ".parquet"
+    is_folder = _is_folder(path)
     if not is_folder:
         file_of(path, wanted)
     if wanted == "states" or (wanted is None and asked & _ONLY_IN_STATES):
@@ -72,8 +80,8 @@ def table_at(
 
 
 def table_of_study(path: Path, wanted: str | None = None, asked: Collection[str] = ()) -> AnyTable:
-    """A table of designs or states, to be drawn; raises as `table_in` does."""
-    if path.is_dir() and path.suffix != ".parquet" and not _tables_of(path, _OF_A_RUN):
+    """Open a table of designs or states, to be drawn; raises as `table_in` does."""
+    if _is_folder(path) and not _tables_of(path, _OF_A_RUN):
         hint = "run `tendon sweep`"
         raise InputError(
             "holds neither designs.parquet nor states.parquet", where=str(path), hint=hint
@@ -82,13 +90,23 @@ def table_of_study(path: Path, wanted: str | None = None, asked: Collection[str]
 
 
 def file_of(path: Path, wanted: str | None = None, *, order: Sequence[str] = TABLES) -> Path:
-    """Where the table lies that a path means; raises InputError, UsageError."""
+    """Return the path of the table that a path means.
+
+    Args:
+        path: A table, or the folder of a run or an answer.
+        wanted: Name of the table in the folder; None for the first in `order`.
+        order: Names of tables, preferred ones first.
+
+    Raises:
+        InputError: The folder holds no table.
+        UsageError: The path is that of a study, or of another table than the wanted one.
+    """
     if path.suffix.lower() in (".toml", ".yaml", ".yml"):
         hint = f"`tendon sweep {path}` runs it, `tendon plot --arm {path}` draws its arm"
         raise UsageError(
             "is a study, expected a table or the folder of a run", where=str(path), hint=hint
         )
-    if not path.is_dir() or path.suffix == ".parquet":
+    if not _is_folder(path):
         if wanted is not None and wanted != path.stem:
             hint = "without --table, or the folder that the table lies in"
             raise UsageError(f'is one table, not "{shorten(wanted)}"', where=str(path), hint=hint)
@@ -104,22 +122,31 @@ def file_of(path: Path, wanted: str | None = None, *, order: Sequence[str] = TAB
     return path / f"{wanted or names[0]}.parquet"
 
 
+def _is_folder(path: Path) -> bool:
+    """Return True if a path is a folder, but no folder of a table's parts."""
+    return path.is_dir() and path.suffix != ".parquet"
+
+
 def _tables_of(folder: Path, order: Sequence[str]) -> list[str]:
     return [name for name in order if (folder / f"{name}.parquet").exists()]
 
 
 def _states_in(path: Path, asked: Collection[str]) -> AnyTable | None:
-    """The states of a run or of the study of a table, worked out unless they are kept; None if there are none."""
-    if path.is_dir() and path.suffix != ".parquet":
-        names = _tables_of(path, ("states", "designs"))
-        table = open_table(path / f"{names[0]}.parquet") if names else None
-    else:
-        table = open_table(path) if path.suffix == ".parquet" and path.exists() else None
+    """Open the states of a run, or of a table's study; None if there are none with such columns.
+
+    States that were not kept, or not with all columns, are worked out.
+
+    Args:
+        path: A table, or the folder of a run.
+        asked: Columns that the states must have.
+    """
+    table = _table_of_run(path)
     if table is None or table.facts["table"] not in _OF_A_RUN:
         return None
-    if table.facts["table"] == "states" and set(asked) <= set(Columns.of(table.schema).held):
+    held = set(Columns.of(table.schema).held)
+    if table.facts["table"] == "states" and set(asked) <= held:
         return table
-    if not set(asked) <= set(Columns.of(table.schema).held) | _ONLY_IN_STATES:
+    if not set(asked) <= held | _ONLY_IN_STATES:
         return None
     if table.facts["results_version"] != RESULTS_VERSION:
         hint = "`tendon sweep --overwrite` runs the study anew"
@@ -131,8 +158,18 @@ def _states_in(path: Path, asked: Collection[str]) -> AnyTable | None:
     return WorkedOut(table.facts["study"], str(table.facts["study_hash"]), table.files)
 
 
+def _table_of_run(path: Path) -> AnyTable | None:
+    """Open a table, or in the folder of a run its states or else its designs; None without any."""
+    if _is_folder(path):
+        names = _tables_of(path, ("states", "designs"))
+        return open_table(path / f"{names[0]}.parquet") if names else None
+    if path.suffix == ".parquet" and path.exists():
+        return open_table(path)
+    return None
+
+
 def _people_in(path: Path) -> TableInMemory:
-    """A CSV of people as tendon reads it, in SI; raises InputError."""
+    """Read a CSV file of people as tendon understands it, SI; raises InputError."""
     where = shorten(str(path), 1000)
     try:
         content = read_file(path, MAX_PEOPLE_BYTES)
@@ -140,19 +177,18 @@ def _people_in(path: Path) -> TableInMemory:
         raise InputError(f"cannot be read: {error.strerror}", where=where) from None
     listed = read_listed(content, where)
     words: dict[str, Any] = {"name": listed.names, "sex": listed.sexes}
-    fields, values = [], []
+    fields = []
+    arrays = []
     for name in listed.columns:
         if name in words:
-            fields.append(pa.field(name, pa.string()))
-            values.append(pa.array(words[name]))
-            continue
-        is_body = name in DIMENSIONS
-        column = (
-            Column.of(QUANTITIES[name])
-            if is_body
-            else Column(name, "number", "1", "how much each counts")
-        )
-        fields.append(column.field)
-        numbers = listed.values[:, DIMENSIONS.index(name)] if is_body else listed.weighting
-        values.append(pa.array(numbers, from_pandas=True))
-    return TableInMemory(pa.table(values, schema=pa.schema(fields)))
+            field = pa.field(name, pa.string())
+            array = pa.array(words[name])
+        elif name in DIMENSIONS:
+            field = Column.of(QUANTITIES[name]).field
+            array = pa.array(listed.values[:, DIMENSIONS.index(name)], from_pandas=True)
+        else:
+            field = Column(name, "number", "1", "how much each counts").field
+            array = pa.array(listed.weighting, from_pandas=True)
+        fields.append(field)
+        arrays.append(array)
+    return TableInMemory(pa.table(arrays, schema=pa.schema(fields)))

@@ -1,4 +1,4 @@
-"""What a sweep would cost, before it is run: rows exactly, bytes and time from designs computed in memory."""
+"""The cost of a sweep before it is run: exact rows, and bytes and time from a sample of designs."""
 
 from __future__ import annotations
 
@@ -14,14 +14,20 @@ from tendon_cli.tables.schema import ROW_GROUP
 from tendon_cli.tables.write import RowGroups
 from tendon_cli.units import factor_of
 
-# Measured on 64-bit Linux: the interpreter with its libraries, the arrays of one block, and the results of a design.
+# Measured on 64-bit Linux.
 _BYTES_AT_REST = 110_000_000
+"""The interpreter with its libraries."""
 _ARRAYS_PER_BLOCK = 35
+"""Arrays of one number for each state of a block."""
 _RESULTS = 16
-_SAMPLES = 8
-_MOST_STATES = 2**26
+"""Numbers for each design of a part."""
 _SECONDS_TO_START = 0.3
 _SECONDS_FOR_FIGURES = 1.5
+
+_SAMPLES = 8
+"""Runs of designs in a sample, if the study has a table of states."""
+_MOST_STATES = 2**26
+"""Most states in a sample, if it has none."""
 
 
 @dataclass(frozen=True)
@@ -36,23 +42,27 @@ class AxisLine:
 
 @dataclass(frozen=True)
 class Estimate:
-    """The size and cost of a sweep."""
+    """Size and cost of a sweep."""
 
     axes: tuple[AxisLine, ...]
     designs: int
     states: int
     rows: dict[str, int]
+    """Rows of each table."""
     kept: tuple[str, ...] | None
     """Results of the states that the study keeps; None for all."""
     bytes: int
+    """Size of the tables on the disk."""
     seconds: float
-    """Of all, figures included."""
+    """Time for all, figures included, s."""
     figure_seconds: float
+    """Time for the figures, s."""
     peak_memory: int
+    """Largest memory in use, bytes."""
     parts: int
 
     def record(self) -> dict[str, Any]:
-        """The estimate for a program."""
+        """Return the estimate for a program."""
         rounded = {
             "seconds": round(self.seconds, 2),
             "figure_seconds": round(self.figure_seconds, 2),
@@ -71,20 +81,29 @@ class _Nowhere(io.RawIOBase):
 
 
 def estimate(plan: Plan, jobs: int, *, figures: bool) -> Estimate:
-    """Compute as many designs as a part has, from all over the product, in memory, and scale; nothing is written."""
-    task, samples = Sweep(plan), _samples(plan)
+    """Estimate the cost of a sweep from about as many designs as a part has; nothing is written.
+
+    The designs come from all over the product, are computed in memory, and are scaled to the whole.
+
+    Args:
+        plan: The plan of the sweep.
+        jobs: Parts made at once.
+        figures: True if figures are drawn.
+    """
+    task = Sweep(plan)
+    samples = _samples(plan)
     count = sum(len(sample) for sample in samples)
-    rows = {table: plan.rows(table, range(count)) for table in task.tables}
-    tables = {
-        table: RowGroups(_Nowhere(), task.layout(table, 0, rows[table])) for table in task.tables
-    }
-    _ = task.folds.known_windows  # worked out once, which the sample is not to be charged with
+    tables = {}
+    for table in task.tables:
+        rows = plan.rows(table, range(count))
+        tables[table] = RowGroups(_Nowhere(), task.layout(table, 0, rows))
+    _ = task.folds.known_windows  # worked out once, so it is no part of the sample's time
     started = time.perf_counter()
     for sample in samples:
         task.fill_designs(tables, sample)
     size = sum(table.close().size for table in tables.values())
     seconds = time.perf_counter() - started
-    share = plan.designs / count
+    scale = plan.designs / count
     workers = min(jobs, plan.parts)
     drawing = _SECONDS_FOR_FIGURES if figures else 0.0
     return Estimate(
@@ -93,8 +112,8 @@ def estimate(plan: Plan, jobs: int, *, figures: bool) -> Estimate:
         states=plan.states,
         rows={table: plan.states if table == "states" else plan.designs for table in tables},
         kept=plan.study.output.states,
-        bytes=round(size * share),
-        seconds=_SECONDS_TO_START + seconds * share / workers + drawing,
+        bytes=round(size * scale),
+        seconds=_SECONDS_TO_START + seconds * scale / workers + drawing,
         figure_seconds=drawing,
         peak_memory=_BYTES_AT_REST + workers * _bytes_per_worker(task),
         parts=plan.parts,
@@ -102,45 +121,55 @@ def estimate(plan: Plan, jobs: int, *, figures: bool) -> Estimate:
 
 
 def _samples(plan: Plan) -> list[range]:
-    """What is computed to know the rest: runs of designs spread evenly over the product, for the size of their rows.
+    """Return runs of designs that are spread evenly over the product.
 
-    Without rows of states a stretch of a part in the middle, for designs side by side have much in common.
+    So the size of their rows is that of all rows. Without rows of states it is one stretch of the
+    part in the middle, for designs side by side have much in common.
     """
     if "states" not in plan.study.output.tables:
         part = plan.part(plan.parts // 2)
         return [part[: max(1, _MOST_STATES // plan.states_per_design)]]
     most = min(plan.designs, plan.part_designs, max(1, STATES_PER_PART // plan.states_per_design))
     runs = 1 if most == plan.designs else min(_SAMPLES, most)
-    lengths = [most * (index + 1) // runs - most * index // runs for index in range(runs)]
-    starts = [
-        (plan.designs - length) * index // max(1, runs - 1) for index, length in enumerate(lengths)
-    ]
-    return [range(start, start + length) for start, length in zip(starts, lengths, strict=True)]
+    samples = []
+    for index in range(runs):
+        length = most * (index + 1) // runs - most * index // runs
+        start = (plan.designs - length) * index // max(1, runs - 1)
+        samples.append(range(start, start + length))
+    return samples
 
 
 def _axis_lines(plan: Plan) -> tuple[AxisLine, ...]:
-    """Every axis of a study with its first and last value in the units people read."""
-    ends: dict[str, Any] = {axis.key: axis.names or axis.values for axis in plan.axes}
+    """Return every axis of a study with its first and last value in the units people read."""
+    values: dict[str, Any] = {axis.key: axis.names or axis.values for axis in plan.axes}
     if plan.study.trajectory is not None:
-        ends |= {"motion.trajectory": plan.study.trajectory.time}
+        values["motion.trajectory"] = plan.study.trajectory.time
     else:
-        ends |= {"motion.direction": plan.directions, "motion.elbow_angle": plan.elbow_angles}
+        values["motion.direction"] = plan.directions
+        values["motion.elbow_angle"] = plan.elbow_angles
     return tuple(
-        AxisLine(key, len(v), _shown(key, v[0]), _shown(key, v[-1])) for key, v in ends.items()
+        AxisLine(key, len(along), _shown(key, along[0]), _shown(key, along[-1]))
+        for key, along in values.items()
     )
 
 
 def _shown(key: str, value: Any) -> str:
-    """A value in SI in the unit that people read it in, or a name."""
+    """Return a value in SI in the unit that people read it in; a name as it is."""
     if isinstance(value, str):
         return value
     unit = keys()[key].number.quantity.shown_in if key in keys() else "s"
-    return f"{value / factor_of(unit):.6g}{'' if unit == '1' else f' {unit}'}"
+    suffix = "" if unit == "1" else f" {unit}"
+    return f"{value / factor_of(unit):.6g}{suffix}"
 
 
 def _bytes_per_worker(task: Sweep) -> int:
-    """Row groups while they are filled and encoded, the arrays of a block, and what a part's designs come to."""
-    plan, part = task.plan, task.plan.part(0)
+    """Return the memory of one worker, bytes.
+
+    It holds row groups while they are filled and encoded, the arrays of a block, and the results of
+    a part's designs.
+    """
+    plan = task.plan
+    part = plan.part(0)
     row_groups = sum(
         2 * 8 * len(task.columns(table)) * min(ROW_GROUP, task.rows(table, 0))
         for table in task.tables

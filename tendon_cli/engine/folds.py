@@ -1,4 +1,4 @@
-"""The folds over the states of a plan's designs: rows of `designs` with their windows; and over these: choices."""
+"""Folds over the states of a plan's designs: rows of `designs`, their windows, feasible choices."""
 
 from __future__ import annotations
 
@@ -23,135 +23,160 @@ from tendon_cli.model.kinematics import Flags
 from tendon_cli.space.axis import PRETENSION
 
 VALUES_AT_ONCE = 2**18
-"""In an array that compiled code is given, and states of which NumPy has several arrays."""
-_DESIGNS, _STATES = 2**15, 2**24
-"""That are worked out at once."""
-_MOST_KEPT, _MOST_BEFORE = 2**17, 2**25
-"""Windows of all designs that are kept in memory, and states that are gone over before any part, if no more."""
+"""Most values in an array for compiled code, and most states where NumPy has arrays of all."""
+_DESIGNS_AT_ONCE = 2**15
+"""Most designs in a small block."""
+_STATES_AT_ONCE = 2**24
+"""Most states in a small block if compiled code folds them."""
+_MOST_WINDOWS_KEPT = 2**17
+"""Most windows that are kept in memory for all designs of a plan."""
+_MOST_STATES_BEFOREHAND = 2**25
+"""Most states that are folded to windows before any part is begun."""
 
 COUNTED = ("taut", "stable", "feasible", "slack", "no_equilibrium", "unstable")
-"""What the record counts: designs with each judgement, states that are slack, without equilibrium or unstable."""
+"""Counts of the record: designs by judgement; slack, unstable states and those without balance."""
 
 
 @dataclass(frozen=True, eq=False)
 class Folds:
-    """What the designs of a plan come to."""
+    """Results of the designs of a plan, each folded from all states of the design."""
 
     plan: Plan
 
     @cached_property
-    def _only_pretension(self) -> frozenset[int]:
-        """The design axes that nothing but pretension depends on."""
-        return frozenset(range(len(self.plan.shape))) - self.plan.space.axes_of(
-            lambda key: key != PRETENSION
-        )
+    def _pretension_axes(self) -> frozenset[int]:
+        """Design axes along which nothing but pretension varies."""
+        others = self.plan.space.axes_of(lambda key: key != PRETENSION)
+        return frozenset(range(len(self.plan.shape))) - others
 
     @cached_property
-    def _of_the_arm(self) -> frozenset[int]:
-        """The design axes that the arm's motion depends on, so that there is something to know for each elbow angle."""
+    def _arm_axes(self) -> frozenset[int]:
+        """Design axes along which the arm's motion varies, so that each elbow angle has values."""
         return self.plan.space.axes_of(lambda key: key.startswith(("arm.", "model.")))
 
     def small_blocks(self, block: Block) -> Iterator[Block]:
-        """The block in pieces, so that what is worked out for each takes little memory."""
-        return block.cut(self._to_cut)
+        """Yield the block in pieces, small enough that the arrays of each take little memory."""
+        return block.cut(self._axis_to_cut)
 
-    def _to_cut(self, block: Block) -> int | None:
-        """Where a block has to be cut in two, if at all: best where pretension goes on along all its values."""
-        plan, free, lengths, states = (
-            self.plan,
-            self._only_pretension,
-            block.shape[:-2],
-            self.plan.states_per_design,
-        )
-        whole = frozenset(range(len(lengths)))
-        most_of = [
-            (whole, 1, _DESIGNS),
-            (whole, states, _STATES if kernel.kind() else 4 * plan.block_states),
-        ]
-        if kernel.kind():
-            most_of += [
-                (self._of_the_arm, len(plan.elbow_angles), VALUES_AT_ONCE),
-                (whole - free, 2, VALUES_AT_ONCE),
-            ]
-        if (
-            plan.of_forms or plan.of_motion or extremes.OVER_STATES
-        ):  # NumPy has arrays of all states
-            most_of += [(whole, states, VALUES_AT_ONCE)]
-        for axes, each, most in most_of:
-            long = [axis for axis in axes if lengths[axis] > 1]
-            if long and each * math.prod(lengths[axis] for axis in long) > most:
-                return max(long, key=lambda axis: (axis not in free, lengths[axis]))
+    def _axis_to_cut(self, block: Block) -> int | None:
+        """Return the axis along which to halve a block; None if the block is small enough.
+
+        The longest axis is halved, but one along which only pretension varies comes last: designs
+        that differ in pretension alone share their windows.
+        """
+        plan = self.plan
+        is_compiled = kernel.kind() is not None
+        states = plan.states_per_design
+        lengths = block.shape[:-2]
+        all_axes = frozenset(range(len(lengths)))
+
+        # Axes over which values are counted, values at each point of these, and the most values.
+        most_states = _STATES_AT_ONCE if is_compiled else 4 * plan.block_states
+        rules = [(all_axes, 1, _DESIGNS_AT_ONCE), (all_axes, states, most_states)]
+        if is_compiled:
+            # The arrays that compiled code is given: of arms at angles, of designs in directions.
+            rules.append((self._arm_axes, len(plan.elbow_angles), VALUES_AT_ONCE))
+            rules.append((all_axes - self._pretension_axes, 2, VALUES_AT_ONCE))
+        if plan.of_forms or plan.of_motion or extremes.OVER_STATES:
+            # NumPy works out columns from arrays of all states.
+            rules.append((all_axes, states, VALUES_AT_ONCE))
+
+        def priority(axis: int) -> tuple[bool, int]:
+            return axis not in self._pretension_axes, lengths[axis]
+
+        for axes, values_at_each, most in rules:
+            varying = [axis for axis in axes if lengths[axis] > 1]
+            values = values_at_each * math.prod(lengths[axis] for axis in varying)
+            if varying and values > most:
+                return max(varying, key=priority)
         return None
 
     def designs(self, block: Block) -> dict[str, npt.NDArray[Any]]:
-        """Results and judgements of the designs of a small block, and how many of their states are what is counted."""
-        plan, design = self.plan, self.plan.design(block)
+        """Return the columns of `designs` for a small block, and how many states are counted.
+
+        Returns:
+            Arrays in the shape of the block's design axes, SI: results, windows, judgements as
+            truths, and the counts of `extremes.COUNTS`.
+        """
+        plan = self.plan
+        design = plan.design(block)
         folded = extremes.begin(block.shape[:-2])
         for stretch in self._stretches(block):
-            kernel.fold_extremes(
-                folded,
-                plan.state(stretch, design),
-                plan.elbow_angles[stretch.angles],
-                stretch.shape,
-            )
-        results = extremes.as_read(extremes.finished(folded, plan.states_per_design), design)
-        results |= (
-            self._by_numpy(block, design)
-            | extremes.of_design(design, folded)
-            | self.windows(block, design)
-        )
-        return (
-            results
-            | extremes.judged(results, plan.study.limits)
-            | {name: folded[name] for name in extremes.COUNTS}
-        )
+            state = plan.state(stretch, design)
+            angles = plan.elbow_angles[stretch.angles]
+            kernel.fold_extremes(folded, state, angles, stretch.shape)
+        finished = extremes.finished(folded, plan.states_per_design)
+        results = extremes.as_read(finished, design)
+        results |= self._by_numpy(block, design)
+        results |= extremes.of_design(design, folded)
+        results |= self.windows(block, design)
+        judgements = extremes.judged(results, plan.study.limits)
+        counts = {name: folded[name] for name in extremes.COUNTS}
+        return results | judgements | counts
 
     def windows(self, block: Block, design: Design) -> Found:
-        """The windows of a block, worked out once for all designs that differ in pretension alone."""
-        free = self._only_pretension
+        """Return the windows of a block, worked out once for designs that differ in pretension.
+
+        Args:
+            block: The designs.
+            design: The same designs, as the model takes them.
+
+        Returns:
+            `pretension_from` and `pretension_to` (N) in the shape of the block's design axes.
+        """
+        shape = block.shape[:-2]
         if self.known_windows is not None:
             place = tuple(
-                slice(0, 1) if axis in free else part for axis, part in enumerate(block.designs)
+                slice(0, 1) if axis in self._pretension_axes else part
+                for axis, part in enumerate(block.designs)
             )
             columns = {name: values[place] for name, values in self.known_windows.items()}
         else:
-            first = block.first_along(free)
-            columns = self._windows(
-                first, design if first.shape == block.shape else self.plan.design(first)
-            )
-        return {name: np.broadcast_to(values, block.shape[:-2]) for name, values in columns.items()}
+            first = block.first_along(self._pretension_axes)
+            if first.shape != block.shape:
+                design = self.plan.design(first)
+            columns = self._windows(first, design)
+        return {name: np.broadcast_to(values, shape) for name, values in columns.items()}
 
     @cached_property
     def known_windows(self) -> Found | None:
-        """Those of the whole plan, if blocks share them and they are few."""
+        """Windows of the whole plan, N; None unless blocks share them and they are few."""
         plan = self.plan
         (whole,) = plan.blocks(range(plan.designs))
-        every = whole.first_along(self._only_pretension)
-        states, most = math.prod(every.shape), _MOST_BEFORE if kernel.kind() else _MOST_BEFORE // 16
-        if every.design_count == plan.designs or every.design_count > _MOST_KEPT or states > most:
+        different = whole.first_along(self._pretension_axes)
+        most_states = _MOST_STATES_BEFOREHAND
+        if kernel.kind() is None:
+            most_states //= 16
+        if different.design_count == plan.designs:
             return None
-        columns = {
-            name: np.empty(every.shape[:-2]) for name in ("pretension_from", "pretension_to")
-        }
-        for block in self.small_blocks(every):
+        if different.design_count > _MOST_WINDOWS_KEPT:
+            return None
+        if math.prod(different.shape) > most_states:
+            return None
+        shape = different.shape[:-2]
+        columns = {name: np.empty(shape) for name in ("pretension_from", "pretension_to")}
+        for block in self.small_blocks(different):
             for name, values in self._windows(block, plan.design(block)).items():
                 columns[name][block.designs] = values
         return columns
 
     def _windows(self, block: Block, design: Design) -> Found:
-        plan, bounds = self.plan, bounds_of(self.plan.study)
+        """Work out the windows of a block, N; an end that nothing bounds is NaN."""
+        plan = self.plan
+        bounds = bounds_of(plan.study)
         if bounds.of_motion:  # limits over several states at once
             from tendon_cli.model.motor_window import narrowed  # only these pay for its import
 
             motion = plan.motion(block)
-            ends: window.Ends = narrowed(
-                window.window(design, *motion, bounds), design, *motion, bounds
-            )
+            of_states = window.window(design, *motion, bounds)
+            ends: window.Ends = narrowed(of_states, design, *motion, bounds)
         else:
             folded = window.begin(block.shape[:-2])
+            angles = len(plan.elbow_angles)
             for stretch in self._stretches(block):
-                at, count = plan.state(stretch, design), len(plan.elbow_angles)
-                kernel.fold_window(folded, at, bounds, stretch.shape, stretch.angles.start, count)
+                state = plan.state(stretch, design)
+                first_angle = stretch.angles.start
+                kernel.fold_window(folded, state, bounds, stretch.shape, first_angle, angles)
             ends = window.finished(folded, design, bounds)
         ends = window.as_read(ends, design)
         return {
@@ -160,18 +185,23 @@ class Folds:
         }
 
     def _stretches(self, block: Block) -> Iterator[Block]:
-        """The block cut along its angles into what is best taken at once; the results do not depend on it."""
+        """Yield the block cut along its angles; the results do not depend on where."""
         most = VALUES_AT_ONCE if kernel.kind() else self.plan.block_states
-        return block.cut(lambda piece: len(piece.shape) - 1 if piece.shape[-1] > most else None)
+
+        def angle_axis(piece: Block) -> int | None:
+            return len(piece.shape) - 1 if piece.shape[-1] > most else None
+
+        return block.cut(angle_axis)
 
     def _by_numpy(self, block: Block, design: Design) -> Found:
-        """What compiled code does not know: columns of entries and forms of states, and those that a speed adds."""
-        plan, speed, columns = self.plan, self.plan.study.motion.speed, {}
+        """Work out what compiled code does not know: forms of states, entries, and motion."""
+        plan = self.plan
+        speed = plan.study.motion.speed
+        columns: Found = {}
         if plan.of_forms or extremes.OVER_STATES:
             state = plan.state(block, design)
-            columns = extremes.of_forms(plan.of_forms, state) | extremes.over_states(
-                state, block.shape
-            )
+            columns |= extremes.of_forms(plan.of_forms, state)
+            columns |= extremes.over_states(state, block.shape)
         if plan.study.trajectory is not None:
             from tendon_cli.model.motor import along  # only a study of motion pays for its import
 
@@ -183,48 +213,59 @@ class Folds:
         return {name: np.broadcast_to(values, block.shape[:-2]) for name, values in columns.items()}
 
 
-# --- Choices ---------------------------------------------------------------------------------------------------------
+# --- Choices --------------------------------------------------------------------------------------
 #
-# A choice is a combination of the axes that are no condition, feasible if its designs are so under all conditions at
-# once; these may be spread over the whole run. So each part notes which of its designs are feasible, a bit each.
+# A choice is a combination of the axes that are no condition. It is feasible if its designs are
+# feasible under all conditions at once, and these may be spread over the whole run. So each part
+# notes which of its designs are feasible, one bit for each.
 
 
-def _chosen(plan: Plan) -> list[int]:
-    """The design axes that are no conditions."""
-    return [at for at, key in enumerate(plan.study.axes) if key not in plan.study.conditions]
+def _choice_axes(plan: Plan) -> list[int]:
+    """Return the design axes that are no conditions."""
+    return [axis for axis, key in enumerate(plan.study.axes) if key not in plan.study.conditions]
 
 
 def choices(plan: Plan) -> int:
-    """How many choices a study has."""
-    return math.prod(plan.shape[axis] for axis in _chosen(plan))
+    """Return the number of choices of a study."""
+    return math.prod(plan.shape[axis] for axis in _choice_axes(plan))
 
 
 def noted(feasible: Flags) -> str:
-    """Which designs of a part are feasible, as text."""
+    """Encode which designs of a part are feasible as the text of its note."""
     return base64.b64encode(zlib.compress(np.packbits(feasible).tobytes(), 6)).decode()
 
 
 def flags(note: Any, count: int) -> Flags | None:
-    """Which of so many designs a text says are feasible; None if it does not say it of just so many."""
+    """Decode the note of feasible designs; None if it was not written for `count` designs."""
     size = -(-count // 8)
     try:
-        packed = zlib.decompressobj().decompress(base64.b64decode(note, validate=True), size + 1)
+        compressed = base64.b64decode(note, validate=True)
+        packed = zlib.decompressobj().decompress(compressed, size + 1)
     except (zlib.error, binascii.Error, ValueError, TypeError):
         return None
-    return (
-        np.unpackbits(np.frombuffer(packed, np.uint8))[:count] > 0 if len(packed) == size else None
-    )
+    if len(packed) != size:
+        return None
+    return np.unpackbits(np.frombuffer(packed, np.uint8))[:count] > 0
 
 
 def feasible_choices(plan: Plan, notes: Iterable[str]) -> int:
-    """How many choices are feasible in a run, from what all its parts say of their designs, in their order."""
-    shape, chosen = (*plan.shape, 1), [*_chosen(plan), len(plan.shape)]  # there may be no axis
-    still = np.ones([shape[axis] for axis in chosen], np.bool_)
+    """Return the number of feasible choices of a run.
+
+    Args:
+        plan: The plan of the run.
+        notes: Texts by `noted`, of all parts in their order.
+
+    Raises:
+        ValueError: A text was not written for the designs of its part.
+    """
+    shape = (*plan.shape, 1)  # one axis more, since a study may have none
+    axes = [*_choice_axes(plan), len(plan.shape)]
+    is_feasible = np.ones([shape[axis] for axis in axes], np.bool_)
     for index, note in enumerate(notes):
         designs = plan.part(index)
         feasible = flags(note, len(designs))
         if feasible is None:
             raise ValueError(f"part {index} does not say which designs are feasible")
         failing = np.unravel_index(designs.start + np.flatnonzero(~feasible), shape)
-        still[tuple(failing[axis] for axis in chosen)] = False
-    return int(still.sum())
+        is_feasible[tuple(failing[axis] for axis in axes)] = False
+    return int(is_feasible.sum())

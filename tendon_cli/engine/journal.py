@@ -1,7 +1,7 @@
-"""The journal of an unfinished run: a line per finished part, each with a checksum.
+"""The journal of an unfinished run: a line for each finished part, each line with a checksum.
 
-It counts only as tendon wrote it. It may be cut off anywhere: whole lines count, the rest is dropped, and whoever goes
-on writing first removes it.
+A journal counts only as tendon wrote it. It may be cut off anywhere: whole lines count, the rest is
+dropped, and is removed before anything else is written.
 """
 
 from __future__ import annotations
@@ -22,26 +22,32 @@ from tendon_cli.tables.write import WrittenFile
 
 JOURNAL = "journal.jsonl"
 _MOST_PARTS = 10**8
-"""Of half a million states each: no disk holds more."""
+"""Most parts of half a million states each: no disk holds more."""
 
 
 @dataclass
 class Journal:
-    """What is known of an unfinished run: what it is a run of, and the parts that are done."""
+    """State of an unfinished run: which run it is, and the parts that are done."""
 
     path: Path
     header: dict[str, Any] = field(default_factory=dict)
+    """Identity of the run, its tables and number of parts; empty if there is none."""
     parts: dict[int, PartResult] = field(default_factory=dict)
+    """Finished parts by their indices."""
     last: dict[str, WrittenFile] = field(default_factory=dict)
-    """Files that are written last, or once more, by their names: each may stand already."""
+    """Files that are written last, or once more, by their names; each may be in place already."""
     figures: tuple[str, ...] = ()
     """Names that are about to appear in the folder."""
     in_memory: bool = False
-    """Of a run without a folder: nothing is written."""
+    """True for a run without a folder: nothing is written."""
 
     @classmethod
     def read(cls, folder: Path) -> Journal:
-        """All whole lines of a folder's journal; a file that is not there is an empty journal. Raises FolderError."""
+        """Read all whole lines of a folder's journal; an empty journal if there is no file.
+
+        Raises:
+            FolderError: The file cannot be read.
+        """
         journal = cls(folder / JOURNAL)
         for entry in _entries(journal.path):
             if "part" in entry:
@@ -57,14 +63,19 @@ class Journal:
         return journal
 
     def is_beginning_of(self, header: dict[str, Any]) -> bool:
-        """Whether the file holds nothing but the beginning of the line of this header; raises FolderError."""
+        """Return True if the file holds nothing but the beginning of the line of this header.
+
+        Raises:
+            FolderError: The file cannot be read.
+        """
         return _line(header).startswith(_content(self.path))
 
     def start(self, header: dict[str, Any]) -> None:
-        """Write the journal anew with its header and what counts of an older one; raises OutputError."""
+        """Write the journal anew: a header, and what counts of an older one; raises OutputError."""
         self.header = header
         entries = [header, *map(_entry, self.parts.values())]
-        entries += [{"figures": list(self.figures)}] if self.figures else []
+        if self.figures:
+            entries.append({"figures": list(self.figures)})
         write_whole(self.path, b"".join(map(_line, entries)), of_a_run=True)
 
     def add(self, result: PartResult) -> None:
@@ -73,7 +84,7 @@ class Journal:
         self._append(_entry(result))
 
     def announce_last(self, name: str, file: WrittenFile) -> None:
-        """Record a file that is written last before it takes its place; raises OutputError."""
+        """Record a file that is written last, before it is put in place; raises OutputError."""
         self.last[name] = file
         self._append({"last": {name: asdict(file)}})
 
@@ -83,6 +94,7 @@ class Journal:
         self._append({"figures": figures})
 
     def _append(self, entry: dict[str, Any]) -> None:
+        """Add a line, on the disk before this returns; raises OutputError."""
         if self.in_memory:
             return
         with output_errors(self.path), self.path.open("ab") as file:
@@ -101,9 +113,8 @@ def _content(path: Path) -> bytes:
         return read_file(path, MOST_BYTES)
     except (FileNotFoundError, NotADirectoryError):
         return b""
-    except (
-        OSError
-    ) as error:  # what it lists is not known, so nothing in the folder may be trusted or deleted
+    except OSError as error:
+        # Nothing in the folder may be trusted or deleted if it is not known what the journal lists.
         hint = "make it a file that can be read, or choose another folder with --out"
         raise FolderError(
             f"cannot be read: {error.strerror}", where=str(path), hint=hint
@@ -111,6 +122,7 @@ def _content(path: Path) -> bytes:
 
 
 def _entries(path: Path) -> list[dict[str, Any]]:
+    """Return the entries of all whole lines whose checksums are right."""
     entries = []
     for line in _content(path).split(b"\n")[:-1]:
         crc, _, text = line.partition(b" ")
@@ -121,14 +133,13 @@ def _entries(path: Path) -> list[dict[str, Any]]:
 
 
 def _is_header(entry: dict[str, Any]) -> bool:
-    """Whether an entry says of what run the journal is."""
-    tables, parts = entry.get("tables"), entry.get("parts")
-    is_known = (
-        isinstance(tables, list) and bool(tables) and all(table in TABLES for table in tables)
-    )
+    """Return True if an entry says which run the journal is of."""
+    tables = entry.get("tables")
+    if not isinstance(tables, list) or not tables:
+        return False
     return (
-        is_known
-        and is_count(parts)
+        all(table in TABLES for table in tables)
+        and is_count(entry.get("parts"))
         and 0 < entry["parts"] <= _MOST_PARTS
         and type(entry.get("study_hash")) is str
     )
@@ -140,16 +151,17 @@ def _entry(result: PartResult) -> dict[str, Any]:
 
 
 def _part(entry: dict[str, Any]) -> PartResult | None:
-    """A finished part, or nothing where the entry is not as it was written; its note is for the task to judge."""
-    index, note, files = entry["part"], entry.get("note"), _files(entry.get("files"))
-    return (
-        PartResult(index, note, files)
-        if is_count(index) and isinstance(note, dict) and files is not None
-        else None
-    )
+    """Return a finished part, its note unchecked; None if the entry is not as it was written."""
+    index = entry["part"]
+    note = entry.get("note")
+    files = _files(entry.get("files"))
+    if not is_count(index) or not isinstance(note, dict) or files is None:
+        return None
+    return PartResult(index, note, files)
 
 
 def _files(entry: Any) -> dict[str, WrittenFile] | None:
+    """Return the files of an entry by their names; None if it is not as it was written."""
     try:
         files = {str(name): WrittenFile(**file) for name, file in entry.items()}
     except (TypeError, AttributeError):

@@ -1,8 +1,9 @@
-"""What a study means as a product: its axes, how many designs and states, and how the work is cut.
+"""A study as a product: its axes, its designs and states, and the parts the work is cut into.
 
-Designs are numbered in the order of the product, the last axis fastest. A *part* is a range of designs that becomes one
-file per table; its length follows from the study alone. The work goes over *blocks* of it, hyper-rectangles of the
-product, so that each factor of the model is computed once for the axes that it depends on.
+Designs are numbered in the order of the product, the last axis fastest. A *part* is a range of
+designs that becomes one file per table; its length follows from the study alone. The work goes over
+*blocks* of a part, hyper-rectangles of the product, so that each factor of the model is computed
+once for the axes that it depends on.
 """
 
 from __future__ import annotations
@@ -31,18 +32,22 @@ from tendon_cli.studies.study import Study
 STATES_PER_FILE = 2**21
 """Most states of a study whose tables are single files."""
 STATES_PER_PART = 2**19
+"""Most states in a part if the study has a table of states."""
 DESIGNS_PER_PART = 2**18
+"""Most designs in a part."""
 STATES_PER_PART_WITHOUT_TABLE = 2**27
+"""Most states in a part if the study has no table of states."""
 STATES_PER_BLOCK = 2**16
+"""Most states in a block."""
 DESIGNS_AT_ONCE = 2**18
-"""Rows of designs that are collected before they are written, since designs do not come in their order."""
+"""Rows of designs that are collected before they are written, since they come out of order."""
 
 _MOST_STATES = 2**63 - 1
 
 
 @dataclass(frozen=True)
 class Block:
-    """A hyper-rectangle of the product: a slice per design axis, the directions, and the elbow angles."""
+    """Hyper-rectangle of the product: a slice per design axis, the directions, the elbow angles."""
 
     first_design: int
     designs: tuple[slice, ...]
@@ -52,50 +57,61 @@ class Block:
     @cached_property
     def shape(self) -> tuple[int, ...]:
         """Number of values along each design axis, then directions, then angles."""
-        return tuple(
-            part.stop - part.start for part in (*self.designs, self.directions, self.angles)
-        )
+        slices = (*self.designs, self.directions, self.angles)
+        return tuple(part.stop - part.start for part in slices)
 
     @property
     def design_count(self) -> int:
-        """How many consecutive designs the block covers."""
+        """Number of consecutive designs that the block covers."""
         return math.prod(self.shape[:-2])
 
     def within(self, whole: Block) -> tuple[slice, ...]:
-        """Where its designs stand in those of a larger block."""
+        """Return the place of this block's designs among those of a larger block."""
         pairs = zip(self.designs, whole.designs, strict=True)
-        return tuple(slice(part.start - of.start, part.stop - of.start) for part, of in pairs)
+        return tuple(
+            slice(part.start - larger.start, part.stop - larger.start) for part, larger in pairs
+        )
 
     def first_along(self, axes: Collection[int]) -> Block:
-        """The designs of the block that stand first along some axes."""
-        first = (
-            slice(part.start, part.start + 1) if at in axes else part
-            for at, part in enumerate(self.designs)
+        """Return the block with only the first value along some design axes."""
+        designs = tuple(
+            slice(part.start, part.start + 1) if axis in axes else part
+            for axis, part in enumerate(self.designs)
         )
-        return replace(self, designs=tuple(first))
+        return replace(self, designs=designs)
 
-    def cut(self, where: Callable[[Block], int | None]) -> Iterator[Block]:
-        """The block, or halves of it and of these: `where` says along which axis one is cut, if at all.
+    def cut(self, axis_to_cut: Callable[[Block], int | None]) -> Iterator[Block]:
+        """Yield the block, or its halves, or halves of these.
 
-        Along the first axis that varies they come in the order of the rows; else they interlock.
+        Cut along the first axis that varies, blocks come in the order of the rows; cut along
+        another, their rows interlock.
+
+        Args:
+            axis_to_cut: Returns the axis along which a block is to be halved; None if it may stay.
         """
-        axis = where(self)
+        axis = axis_to_cut(self)
         if axis is None:
             yield self
             return
         slices = [*self.designs, self.directions, self.angles]
-        whole, first = slices[axis], self.first_design
+        whole = slices[axis]
         middle = (whole.start + whole.stop) // 2
+        first_design = self.first_design
         for part in (slice(whole.start, middle), slice(middle, whole.stop)):
             slices[axis] = part
-            half = Block(first, tuple(slices[:-2]), *slices[-2:])
-            yield from half.cut(where)
-            first += half.design_count if axis < len(self.designs) else 0
+            half = Block(first_design, tuple(slices[:-2]), *slices[-2:])
+            yield from half.cut(axis_to_cut)
+            if axis < len(self.designs):
+                first_design += half.design_count
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A study as a product. Raises SizeError where it cannot be: over 2^63 states."""
+    """A study as a product.
+
+    Raises:
+        SizeError: The study has over 2^63 states.
+    """
 
     study: Study
     block_states: int = STATES_PER_BLOCK
@@ -111,12 +127,12 @@ class Plan:
 
     @cached_property
     def space(self) -> Space:
-        """Its design axes, and what every number is for a design."""
+        """Design axes of the study, and the value of every number for a design."""
         return space_of(self.study)
 
     @property
     def axes(self) -> tuple[Axis, ...]:
-        """The design axes, slowest first."""
+        """Design axes, slowest first."""
         return self.space.axes
 
     @cached_property
@@ -131,26 +147,31 @@ class Plan:
 
     @cached_property
     def directions(self) -> tuple[str, ...]:
-        """The directions of motion, in the order of the rows; along a trajectory that of its first sample."""
+        """Directions of motion in the order of the rows; in a trajectory that of its start."""
         if self.study.trajectory is not None:
             return ("flexion" if self.study.flexion[0, 0] else "extension",)
         return self.study.motion.direction
 
     @cached_property
     def elbow_angles(self) -> Array:
-        """The elbow angles in rad, in the order of the rows."""
+        """Elbow angles in the order of the rows, rad."""
         return self.study.angles
 
     @cached_property
     def of_forms(self) -> tuple[str, ...]:
-        """Columns of `designs` that limits on forms add, each an extreme of its form, if the study states its needs."""
+        """Columns of `designs` that limits on forms of states add, each an extreme of its form.
+
+        A limit adds its column if the study states all that it needs.
+        """
         return tuple(
-            each.column for each in ADDED if all(is_stated(self.study, need) for need in each.needs)
+            limit.column
+            for limit in ADDED
+            if all(is_stated(self.study, need) for need in limit.needs)
         )
 
     @property
     def of_motion(self) -> tuple[str, ...]:
-        """Columns of `designs` that are there as the joint moves at a speed, or along a trajectory."""
+        """Columns of `designs` that a speed of the joint, or a trajectory, adds."""
         if self.study.trajectory is not None:
             return (*OF_CYCLES, *OF_TRAJECTORIES)
         return OF_CYCLES if self.study.motion.speed is not None else ()
@@ -167,12 +188,16 @@ class Plan:
 
     @property
     def part_designs(self) -> int:
-        """Designs in each part but the last: more than half of what may be, so that it is a block, or a few."""
+        """Designs in each part but the last.
+
+        A multiple of as many whole inner axes as fit, and more than half of what a part may have:
+        so a part is one block, or a few.
+        """
         if self.states <= STATES_PER_FILE:
             return self.designs
-        with_states = "states" in self.study.output.tables
-        states = STATES_PER_PART if with_states else STATES_PER_PART_WITHOUT_TABLE
-        most = max(1, min(DESIGNS_PER_PART, states // self.states_per_design))
+        has_states_table = "states" in self.study.output.tables
+        most_states = STATES_PER_PART if has_states_table else STATES_PER_PART_WITHOUT_TABLE
+        most = max(1, min(DESIGNS_PER_PART, most_states // self.states_per_design))
         whole = 1
         for length in reversed(self.shape):
             if whole * length > most:
@@ -186,77 +211,93 @@ class Plan:
         return -(-self.designs // self.part_designs)
 
     def part(self, index: int) -> range:
-        """The designs of a part."""
+        """Return the designs of a part."""
         return part_of(self.designs, self.part_designs, index)
 
     def rows(self, table: str, designs: range) -> int:
-        """Rows that a range of designs has in a table."""
-        return len(designs) * (self.states_per_design if table == "states" else 1)
+        """Return the number of rows that a range of designs has in a table."""
+        rows_per_design = self.states_per_design if table == "states" else 1
+        return len(designs) * rows_per_design
 
     def blocks(self, designs: range, states: int | None = None) -> Iterator[Block]:
-        """Cut a range of designs into blocks, in the order of the rows, of at most `states` states each."""
+        """Yield a range of designs as blocks, in the order of the rows.
 
-        def where(block: Block) -> int | None:
-            too_many = states is not None and math.prod(block.shape) > states
-            return (
-                next(axis for axis, length in enumerate(block.shape) if length > 1)
-                if too_many
-                else None
-            )
+        Args:
+            designs: Consecutive designs.
+            states: Most states in a block; None for no bound.
+        """
 
-        at = designs.start
-        while at < designs.stop:
-            block = self._block_from(at, designs.stop - at)
-            yield from block.cut(where)
-            at += block.design_count
+        def axis_to_cut(block: Block) -> int | None:
+            if states is None or math.prod(block.shape) <= states:
+                return None
+            return next(axis for axis, length in enumerate(block.shape) if length > 1)
+
+        first = designs.start
+        while first < designs.stop:
+            block = self._block_from(first, designs.stop - first)
+            yield from block.cut(axis_to_cut)
+            first += block.design_count
 
     def blocks_of_designs(self, designs: range) -> Iterator[Block]:
-        """Cut a range of designs into the fewest blocks, none of which goes beyond what is collected at once."""
+        """Yield a range of designs as the fewest blocks, each of which can be collected at once."""
         for start in range(0, len(designs), DESIGNS_AT_ONCE):
             yield from self.blocks(designs[start : start + DESIGNS_AT_ONCE])
 
     def coordinates(self, design: int) -> tuple[int, ...]:
-        """Position of a design on each axis."""
+        """Return the position of a design on each axis."""
         return tuple(map(int, np.unravel_index(design, self.shape)))
 
     def motion(self, block: Block) -> tuple[Array, Flags]:
-        """Elbow angles (1, K) and whether it is flexion, (D, 1) or along a trajectory (1, K)."""
+        """Return the elbow angles and directions of a block.
+
+        Returns:
+            Elbow angles (1, angles), rad, and True where the elbow flexes: (directions, 1), or
+            along a trajectory (1, angles).
+        """
+        angles = self.elbow_angles[block.angles].reshape(1, -1)
         flexion = self.study.flexion[block.directions]
-        at = self.elbow_angles[block.angles].reshape(1, -1)
-        return at, flexion if self.study.trajectory is None else flexion[:, block.angles]
+        if self.study.trajectory is not None:
+            flexion = flexion[:, block.angles]
+        return angles, flexion
 
     def design(self, block: Block) -> Design:
-        """The designs of a block, as the model takes them."""
+        """Return the designs of a block, as the model takes them."""
         return self.space.design(block.designs)
 
     def state(self, block: Block, design: Design | None = None) -> State:
-        """What the states of a block depend on; `design` if it is known."""
+        """Return the states of a block, as the model works them out.
+
+        Args:
+            block: The states.
+            design: Designs of the block, if the caller has them already.
+        """
         return State.of(design or self.design(block), *self.motion(block))
 
     def _block_from(self, design: int, most: int) -> Block:
-        """The largest block of at most `most` designs that starts at a design and covers consecutive ones."""
+        """Return the largest block of consecutive designs from one on, at most `most` of them."""
         position = self.coordinates(design)
-        whole, axis = 1, len(self.shape)  # from `axis` on axes are covered whole
+        axis = len(self.shape)  # from this axis on the block covers axes whole
+        whole = 1  # designs along these
         while axis > 0 and position[axis - 1] == 0 and whole * self.shape[axis - 1] <= most:
             axis -= 1
             whole *= self.shape[axis]
-        slices = [slice(at, at + 1) for at in position[:axis]] + [
-            slice(0, length) for length in self.shape[axis:]
-        ]
+        slices = [slice(place, place + 1) for place in position[:axis]]
+        slices += [slice(0, length) for length in self.shape[axis:]]
         if axis > 0:
-            along = min(self.shape[axis - 1] - position[axis - 1], most // whole)
-            slices[axis - 1] = slice(position[axis - 1], position[axis - 1] + along)
-        return Block(
-            design, tuple(slices), slice(0, len(self.directions)), slice(0, len(self.elbow_angles))
-        )
+            start = position[axis - 1]
+            length = min(self.shape[axis - 1] - start, most // whole)
+            slices[axis - 1] = slice(start, start + length)
+        directions = slice(0, len(self.directions))
+        angles = slice(0, len(self.elbow_angles))
+        return Block(design, tuple(slices), directions, angles)
 
 
 def part_of(count: int, length: int, index: int) -> range:
-    """One of the parts of so many designs or choices, each but the last of one length."""
+    """Return one part of `count` designs or choices, each part but the last of one length."""
     return range(count)[index * length : (index + 1) * length]
 
 
 def bounds_of(study: Study) -> Bounds:
-    """The limits of a study, as the model holds states to them."""
+    """Return the limits of a study, as the model holds states to them."""
     speed = study.motion.speed
     return Bounds(speed=math.nan if speed is None else speed.single, **study.limits)

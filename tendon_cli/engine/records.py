@@ -18,9 +18,14 @@ from tendon_cli.tables.read import RECORDS
 from tendon_cli.version import RESULTS_VERSION
 
 TABLES = ("designs", "states", "choices", "conditions", "persons", "draws")
-_TABLE_FILE = re.compile(rf"({'|'.join(TABLES)})\.parquet(/part-\d{{5,}}\.parquet)?", re.ASCII)
+"""Tables that a run or an answer may have."""
 FIGURE_FILE = re.compile(r"[\w-][\w.-]*\.(png|svg|pdf)")
+"""Names of figures."""
 MOST_BYTES = 2**30
+"""Largest record or journal that is read."""
+
+_TABLE_FILE = re.compile(rf"({'|'.join(TABLES)})\.parquet(/part-\d{{5,}}\.parquet)?", re.ASCII)
+_ELSEWHERE = "choose another folder with --out, or delete this one yourself"
 
 _ALWAYS: dict[str, type] = {
     **dict.fromkeys(("name", "title", "study_hash"), str),
@@ -28,7 +33,7 @@ _ALWAYS: dict[str, type] = {
     **dict.fromkeys(("files", "figures"), list),
     "results_version": int,
 }
-"""What every record has had since the first version."""
+"""Types of what every record has had since the first version."""
 _COUNTS = {
     "sweep": (
         "designs",
@@ -42,6 +47,7 @@ _COUNTS = {
     ),
     "design": ("choices", "conditions", "feasible"),
 }
+"""Counts that every record has had, by the command."""
 _LATER: dict[str, type] = {
     "sources": dict,
     "axes": list,
@@ -52,18 +58,25 @@ _LATER: dict[str, type] = {
         ("taut", "stable", "choices", "feasible_choices", "parts", "resumed_parts"), int
     ),
 }
+"""Types of what only later versions write."""
 
 
 def read_record(folder: Path) -> dict[str, Any] | None:
-    """The record of the finished run in a folder, or nothing; raises FolderError for one that tendon did not write.
+    """Return the record of the finished run in a folder; None if there is none.
 
     Its `verb` is the command that it is of.
+
+    Raises:
+        FolderError: There is one that tendon did not write, or there are two.
     """
-    records = {verb: _read_sealed(folder / name, verb) for verb, name in RECORDS.items()}
-    standing = [{"verb": verb, **record} for verb, record in records.items() if record is not None]
-    if len(standing) > 1:
+    found = []
+    for verb, name in RECORDS.items():
+        record = _read_sealed(folder / name, verb)
+        if record is not None:
+            found.append({"verb": verb, **record})
+    if len(found) > 1:
         raise FolderError("holds the records of two runs", where=str(folder), hint=_ELSEWHERE)
-    return standing[0] if standing else None
+    return found[0] if found else None
 
 
 def write_record(folder: Path, record: dict[str, Any]) -> None:
@@ -74,27 +87,23 @@ def write_record(folder: Path, record: dict[str, Any]) -> None:
 
 
 def checksum(record: dict[str, Any]) -> str:
-    """SHA-256 of a record without its checksum: a record that was changed is no record."""
+    """Return the SHA-256 of a record without its checksum; one that was changed does not count."""
     content = {key: value for key, value in record.items() if key != "checksum"}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-_ELSEWHERE = "choose another folder with --out, or delete this one yourself"
-
-
 def _read_sealed(path: Path, verb: str) -> dict[str, Any] | None:
+    """Return a record as tendon wrote it, None if there is no file; raises FolderError."""
     try:
         record = json.loads(read_file(path, MOST_BYTES))
     except (FileNotFoundError, NotADirectoryError):
         return None
     except (ValueError, RecursionError, OSError):
         record = None
-    if (
-        isinstance(record, dict)
-        and record.get("checksum") == checksum(record)
-        and _is_sound(record, verb)
-    ):
-        return record
+    if isinstance(record, dict):
+        is_as_written = record.get("checksum") == checksum(record)
+        if is_as_written and _is_sound(record, verb):
+            return record
     raise FolderError(
         f"holds a {path.name} that is not as tendon wrote it",
         where=str(path.parent),
@@ -103,42 +112,46 @@ def _read_sealed(path: Path, verb: str) -> dict[str, Any] | None:
 
 
 def _is_sound(record: dict[str, Any], verb: str) -> bool:
-    """Whether everything is of its kind; anybody can compute a checksum."""
+    """Return True if everything is of its type; anybody can compute a checksum."""
     kinds = {**_ALWAYS, **dict.fromkeys(_COUNTS[verb], int)}
     kinds |= {name: kind for name, kind in _LATER.items() if name in record}
+    for name, kind in kinds.items():
+        value = record.get(name)
+        if type(value) is not kind:
+            return False
+        if kind is int and not is_count(value):
+            return False
+    if record.get("verb", verb) != verb:
+        return False
+    if type(record.get("seconds")) not in (int, float) or not math.isfinite(record["seconds"]):
+        return False
     texts = [text for name in ("axes", "warnings", "notes") for text in record.get(name, ())]
     return (
-        all(
-            type(record.get(name)) is kind and (kind is not int or record[name] >= 0)
-            for name, kind in kinds.items()
-        )
-        and record.get("verb", verb) == verb
-        and type(record.get("seconds")) in (int, float)
-        and math.isfinite(record["seconds"])
-        and all(isinstance(text, str) for text in texts)
+        all(isinstance(text, str) for text in texts)
         and all(isinstance(name, str) and FIGURE_FILE.fullmatch(name) for name in record["figures"])
         and all(isinstance(entry, dict) and _is_file(entry) for entry in record["files"])
     )
 
 
 def _is_file(entry: Mapping[str, Any]) -> bool:
-    path, digest = entry.get("path"), entry.get("sha256")
-    is_table = isinstance(path, str) and _TABLE_FILE.fullmatch(path) is not None
+    """Return True if an entry of a record is that of a table's file."""
+    path = entry.get("path")
     return (
-        is_table
-        and isinstance(digest, str)
+        isinstance(path, str)
+        and _TABLE_FILE.fullmatch(path) is not None
+        and isinstance(entry.get("sha256"), str)
         and is_count(entry.get("size"))
         and is_count(entry.get("rows", 0))
     )
 
 
 def is_count(value: Any) -> bool:
-    """Whether a value read from JSON is a count."""
+    """Return True if a value read from JSON is a count."""
     return type(value) is int and value >= 0
 
 
 def stands(folder: Path, entry: Mapping[str, Any]) -> bool:
-    """Whether a file of a run has the bytes that were recorded."""
+    """Return True if a file of a run has the bytes that were recorded."""
     path = folder / entry["path"]
     try:
         return (
@@ -151,43 +164,51 @@ def stands(folder: Path, entry: Mapping[str, Any]) -> bool:
 
 
 def lost(folder: Path, record: Mapping[str, Any]) -> Iterator[str]:
-    """Files of a record that do not stand as they were written."""
+    """Yield the files of a record that are missing or not as they were written."""
     return (entry["path"] for entry in record["files"] if not stands(folder, entry))
 
 
-def difference(standing: Mapping[str, Any], verb: str, study: Study) -> str | None:
-    """In what a recorded run differs from one of a study; nothing if it is the same."""
-    if (version := standing.get("results_version")) != RESULTS_VERSION:
+def difference(recorded: Mapping[str, Any], verb: str, study: Study) -> str | None:
+    """Say in what a recorded run differs from one of a study; None if it is the same.
+
+    Args:
+        recorded: A record, or the header of a journal.
+        verb: The command.
+        study: The study.
+    """
+    version = recorded.get("results_version")
+    if version != RESULTS_VERSION:
         return f"results version {version}, this tendon gives {RESULTS_VERSION}"
-    if (other := standing.get("verb", "sweep")) != verb:
+    other = recorded.get("verb", "sweep")
+    if other != verb:
         return f"it is of `tendon {other}`, not of `tendon {verb}`"
-    if standing.get("study_hash") == study.hash:
+    if recorded.get("study_hash") == study.hash:
         return None
-    return (
-        "; ".join(differences(standing.get("study") or {}, study.document())[:4])
-        or "the order of the axes"
-    )
+    lines = differences(recorded.get("study") or {}, study.document())
+    return "; ".join(lines[:4]) or "the order of the axes"
 
 
 def differences(theirs: Any, ours: Any, key: str = "") -> list[str]:
-    """Keys in which two resolved studies differ, each with both values."""
+    """List the keys in which two resolved studies differ, each with both values.
+
+    Args:
+        theirs: A study, or a value in one: shown as the former.
+        ours: The other study or value.
+        key: Key of the values; empty for whole studies.
+    """
     if isinstance(theirs, dict) and isinstance(ours, dict):
-        names = dict.fromkeys((*theirs, *ours))
-        return [
-            line
-            for name in names
-            for line in differences(
-                theirs.get(name), ours.get(name), f"{key}.{name}" if key else name
-            )
-        ]
+        lines = []
+        for name in dict.fromkeys((*theirs, *ours)):
+            inner = f"{key}.{name}" if key else name
+            lines += differences(theirs.get(name), ours.get(name), inner)
+        return lines
     if theirs == ours:
         return []
-    was, now = (_in_short(value) for value in (theirs, ours))
-    return [f"{key} was {was}, now {now}"]
+    return [f"{key} was {_in_short(theirs)}, now {_in_short(ours)}"]
 
 
 def _in_short(value: Any) -> str:
-    """A value of a study for a message, without the content of files."""
+    """Return a value of a study for a message, without the content of files."""
     if value is None:
         return "not stated"
     if isinstance(value, dict):

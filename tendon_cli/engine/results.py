@@ -1,4 +1,4 @@
-"""What a sweep gave: its record with its warnings, and its tables as pandas and xarray have them."""
+"""The result of a sweep: its record, and its tables as pandas and xarray have them."""
 
 from __future__ import annotations
 
@@ -33,26 +33,26 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _LONGEST_LABEL = 30
-Variable = tuple[tuple[str, ...], npt.NDArray[Any], dict[str, str]]
+Variable: TypeAlias = tuple[tuple[str, ...], npt.NDArray[Any], dict[str, str]]
 """Dimensions, values and attributes, as xarray takes them."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result(Displayed):
-    """What a command gave: its record, and its tables by name."""
+    """Result of a command: its record, and its tables by name."""
 
     record: dict[str, Any]
     folder: Path | None = None
-    """Where it stands; None in memory."""
+    """Folder of the result; None in memory."""
     up_to_date: bool = False
-    """Whether it had stood there before."""
+    """True if it had been in the folder before."""
     note: str | None = None
     """Why there is no slack map, if one was asked for."""
     tables: Mapping[str, pa.Table] = field(default_factory=dict, repr=False)
-    """Those that are in memory."""
+    """Tables that are in memory."""
 
     def table(self, name: str) -> pa.Table:
-        """A table as Arrow has it, every byte verified; raises InputError."""
+        """Return a table as Arrow has it, every byte verified; raises InputError."""
         if name in self.tables:
             return self.tables[name]
         return open_table(Path(self.folder or "") / f"{name}.parquet").read()
@@ -60,16 +60,22 @@ class Result(Displayed):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Run(Result):
-    """A finished run: `record` as in `run.json`, `designs` and `states` as tables with their units in `attrs`."""
+    """Finished run of a sweep.
+
+    `record` is that of `run.json`; `designs` and `states` are tables with units in `attrs`.
+    """
 
     @property
     def text(self) -> str:
-        """The summary of the run."""
+        """Summary of the run."""
         return str(face().run_text(self))
 
     @cached_property
     def designs(self) -> pd.DataFrame:
-        """One row per design; raises UsageError if the study leaves the table out, InputError for a damaged one."""
+        """One row per design.
+
+        Raises UsageError if the study leaves the table out, InputError if the table is damaged.
+        """
         return framed(self.table("designs"))
 
     @cached_property
@@ -78,56 +84,69 @@ class Run(Result):
         return framed(self.table("states"))
 
     def to_xarray(self) -> xr.Dataset:
-        """The tables as one dataset: the study's axes are its dimensions, every variable has its unit.
+        """Return the tables as one dataset.
 
-        Needs the package xarray; raises UsageError without.
+        The study's axes are its dimensions; every variable has its unit.
+
+        Raises:
+            UsageError: The package xarray is not installed.
         """
         return _dataset(self.record, self.table)
 
     def table(self, name: str) -> pa.Table:
-        """A table as Arrow has it, every byte verified; raises UsageError if the study leaves it out, InputError."""
-        if name == "states" and name not in self.record["study"]["output"]["tables"]:
-            return WorkedOut(
-                self.record, self.record["study_hash"], (self.folder or Path(),)
-            ).read()
+        """Return a table as Arrow has it, every byte verified.
+
+        States that the study does not keep are worked out.
+
+        Raises:
+            UsageError: The study leaves the table out.
+            InputError: The table is damaged.
+        """
+        if name == "states" and not self._is_kept(name):
+            study_hash = self.record["study_hash"]
+            return WorkedOut(self.record, study_hash, (self.folder or Path(),)).read()
         return self.tables[name] if name in self.tables else self.kept(name).read()
 
     def kept(self, name: str) -> TableFiles:
-        """A table on the disk, every byte verified; raises as `table` does."""
+        """Return a table on the disk, every byte verified; raises as `table` does."""
         where = str(self.folder or "in memory")
-        if name not in self.record["study"]["output"]["tables"]:
+        if not self._is_kept(name):
             hint = f'[output] tables needs "{name}"'
             raise UsageError(f"the run has no table of {name}", where=where, hint=hint)
         return open_table(Path(where) / f"{name}.parquet")
 
+    def _is_kept(self, name: str) -> bool:
+        """Return True if the study keeps a table."""
+        return name in self.record["study"]["output"]["tables"]
+
 
 def framed(table: pa.Table) -> pd.DataFrame:
-    """A table as pandas has it, with its units in `attrs`."""
+    """Return a table as pandas has it, with its units in `attrs`."""
     frame: pd.DataFrame = table.to_pandas()
     frame.attrs = json.loads(table.schema.metadata[b"PANDAS_ATTRS"])
     return frame
 
 
 def verified_record(path: Path) -> dict[str, Any]:
-    """The record of the finished run or answer in a folder, every byte of its tables verified.
+    """Return the record of the finished run or answer in a folder, its tables verified.
 
-    Raises InputError if there is none or a file of it is damaged, FolderError if it is unfinished.
+    Raises:
+        InputError: There is none, or a file of it is damaged.
+        FolderError: The run is unfinished.
     """
     if not path.is_dir():
         message = "is a file, expected the folder of a run" if path.exists() else "no such folder"
         raise InputError(message, where=str(path))
     record = read_record(path)
     if record is None:
-        if header := Journal.read(path).header:
+        header = Journal.read(path).header
+        if header:
             verb = header.get("verb", "sweep")
             hint = f"`tendon {verb} --resume` finishes it; in Python {verb}(..., resume=True)"
             raise FolderError("holds an unfinished run", where=str(path), hint=hint)
+        message = f"is no run folder, it holds no {' or '.join(RECORDS.values())}"
         hint = "`tendon sweep` or `tendon design` writes one"
-        raise InputError(
-            f"is no run folder, it holds no {' or '.join(RECORDS.values())}",
-            where=str(path),
-            hint=hint,
-        )
+        raise InputError(message, where=str(path), hint=hint)
     for name in lost(path, record):
         hint = f"`tendon {record['verb']} --resume` computes just this anew"
         raise InputError("is missing, or not as it was written", where=str(path / name), hint=hint)
@@ -135,10 +154,11 @@ def verified_record(path: Path) -> dict[str, Any]:
 
 
 AnyResult: TypeAlias = str | PathLike[str] | Result
+"""A result, or the path of its folder."""
 
 
 def folder_of(result: AnyResult) -> Path:
-    """The folder in which a result stands; raises UsageError for one in memory."""
+    """Return the folder of a result; raises UsageError for one in memory."""
     if not isinstance(result, Result):
         return result_path(result)
     if result.folder is None:
@@ -149,9 +169,11 @@ def folder_of(result: AnyResult) -> Path:
 
 
 def open_run(path: str | PathLike[str]) -> Run:
-    """A finished run from its folder; its record and every byte of its tables are verified.
+    """Return a finished run from its folder, its record and every byte of its tables verified.
 
-    Raises InputError if there is none or a file of it is damaged, FolderError if it is unfinished.
+    Raises:
+        InputError: There is none, or a file of it is damaged.
+        FolderError: The run is unfinished.
 
     >>> import tendon_cli as tendon
     >>> done = tendon.sweep(tendon.load_study("study.toml"), "results/mine")
@@ -169,7 +191,7 @@ def open_run(path: str | PathLike[str]) -> Run:
 
 
 def xarray_library() -> Any:
-    """The package xarray; raises UsageError if it is not installed."""
+    """Return the package xarray; raises UsageError if it is not installed."""
     try:
         import xarray as xr  # an optional extra
     except ImportError:
@@ -181,25 +203,33 @@ def xarray_library() -> Any:
 
 
 def _dataset(record: Mapping[str, Any], table_of: Callable[[str], pa.Table]) -> xr.Dataset:
-    """Both tables of a run, as far as it has them, from its record and what gives a table by its name.
+    """Return those tables of a run that it has as one dataset; nulls are NaN, or None in text.
 
-    Nulls are NaN, or None in text. Raises UsageError without xarray.
+    Args:
+        record: Record of the run.
+        table_of: Returns a table by its name.
+
+    Raises:
+        UsageError: The package xarray is not installed.
     """
     library = xarray_library()
     plan = Plan(recorded_study(record))
     sizes = {axis.column: len(axis) for axis in plan.axes}
-    motion = {"direction": len(plan.directions), "elbow_angle": len(plan.elbow_angles)}
-    if plan.study.trajectory is not None:
+    if plan.study.trajectory is None:
+        motion = {"direction": len(plan.directions), "elbow_angle": len(plan.elbow_angles)}
+    else:
         motion = {"time": len(plan.elbow_angles)}
-    keys = {column.name for column in Tables(plan).leading} - {"design"} | set(motion)
-    coordinates, variables = dict[str, Variable](), dict[str, Variable]()
+    axis_columns = {column.name for column in Tables(plan).leading} - {"design"}
+    axis_columns |= set(motion)
+    coordinates: dict[str, Variable] = {}
+    variables: dict[str, Variable] = {}
     for table in ("designs", "states"):
         if table == "states":
             sizes |= motion
         if table not in plan.study.output.tables:
             continue
         for name, variable in variables_of(table_of(table), sizes).items():
-            if name in keys:
+            if name in axis_columns:
                 coordinates[name] = along_own_axes(name, variable)
             else:
                 variables.setdefault(name, variable)
@@ -209,45 +239,64 @@ def _dataset(record: Mapping[str, Any], table_of: Callable[[str], pa.Table]) -> 
 
 
 def variables_of(table: pa.Table, sizes: dict[str, int]) -> dict[str, Variable]:
-    """Every column in the shape of the product; the first names stand for the axes, whose rows come in that order."""
-    shape, dimensions = tuple(sizes.values()), tuple(sizes)
+    """Return every column of a table in the shape of the product.
+
+    Args:
+        table: The table, its rows in the order of the product.
+        sizes: Number of values on each axis by its name, slowest first.
+
+    Raises:
+        UsageError: The table does not have as many rows as the product.
+    """
+    dimensions = tuple(sizes)
+    shape = tuple(sizes.values())
     if table.num_rows != math.prod(shape):
         raise UsageError(f"the table has {table.num_rows} rows, the study {math.prod(shape)}")
     frame = table.to_pandas()
     variables = {}
-    for held in table.schema:
-        values = frame[held.name]
-        array = (
-            values.astype(object).to_numpy() if values.dtype == "category" else values.to_numpy()
-        )
-        meaning = {key.decode(): text.decode() for key, text in (held.metadata or {}).items()}
+    for column in table.schema:
+        series = frame[column.name]
+        if series.dtype == "category":
+            series = series.astype(object)
+        metadata = {key.decode(): text.decode() for key, text in (column.metadata or {}).items()}
+        meaning = metadata.get("long_name", "")
         attributes = {
-            "units": meaning.get("unit", "1"),
-            "long_name": label_of(held.name, meaning.get("long_name", "")),
+            "units": metadata.get("unit", "1"),
+            "long_name": label_of(column.name, meaning),
+            "description": meaning,
         }
-        attributes["description"] = meaning.get("long_name", "")
-        variables[held.name] = (dimensions, array.reshape(shape), attributes)
+        values = series.to_numpy().reshape(shape)
+        variables[column.name] = (dimensions, values, attributes)
     return variables
 
 
 def label_of(name: str, meaning: str) -> str:
-    """A name of a column that is short enough for an axis: what it means if that is short, else its name in words."""
-    of_its_own = name in QUANTITIES and meaning != QUANTITIES[name].long_name
-    return (
-        meaning if meaning and (of_its_own or len(meaning) <= _LONGEST_LABEL) else say.column(name)
-    )
+    """Return a name of a column that is short enough for an axis.
+
+    It is the column's meaning if that is short or the column's own, else its name in words.
+    """
+    if not meaning:
+        return say.column(name)
+    is_its_own = name in QUANTITIES and meaning != QUANTITIES[name].long_name
+    if is_its_own or len(meaning) <= _LONGEST_LABEL:
+        return meaning
+    return say.column(name)
 
 
 def along_own_axes(name: str, variable: Variable) -> Variable:
-    """A coordinate along the axes that it varies with: that of an axis along itself, a constant along none."""
+    """Return a coordinate along the axes that it varies with.
+
+    The coordinate of an axis is along that axis alone, a constant along none.
+    """
     dimensions, values, attributes = variable
     for dimension in dimensions:
+        if dimension == name:
+            continue
         axis = dimensions.index(dimension)
         first = values.take([0], axis=axis)
-        same = (values == first) | ((values != values) & (first != first))  # noqa: PLR0124 - NaN differs from itself
-        if dimension != name and (name in dimensions or np.all(same)):
-            values, dimensions = (
-                values.take(0, axis=axis),
-                dimensions[:axis] + dimensions[axis + 1 :],
-            )
+        is_same = values == first
+        both_nan = (values != values) & (first != first)  # noqa: PLR0124 - NaN differs from itself
+        if name in dimensions or np.all(is_same | both_nan):
+            values = values.take(0, axis=axis)
+            dimensions = dimensions[:axis] + dimensions[axis + 1 :]
     return dimensions, np.asarray(values), attributes

@@ -1,4 +1,4 @@
-"""Carrying a task out: into a folder that is locked, written, recorded and verified, or in memory."""
+"""Carrying a task out, in memory or into a folder that is locked, recorded and verified."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from tendon_cli.engine.folder import RunFolder
 from tendon_cli.engine.journal import Journal
@@ -28,42 +28,58 @@ from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import versions
 from tendon_cli.tables.write import WrittenFile
 
-Draw = Callable[[Study, Path, Path, dict[str, Any]], tuple[list[str], list[str], str | None]]
-"""Draws figures of a run folder into another: their names, what could not be drawn, why there is no map."""
-Progress = Callable[[int, int], None]
+Draw: TypeAlias = Callable[
+    [Study, Path, Path, dict[str, Any]], tuple[list[str], list[str], str | None]
+]
+"""Draws figures of a study's run folder into another folder, from the record of the run.
+
+Returns their names, what could not be drawn, and why there is no slack map.
+"""
+Progress: TypeAlias = Callable[[int, int], None]
 """Called with the number of finished parts and of all parts."""
-Kind = TypeVar("Kind", bound=Result)
+ResultType = TypeVar("ResultType", bound=Result)
 
 
 @dataclass(frozen=True)
 class How:
-    """How a task is carried out; everything has its default."""
+    """Options of carrying a task out."""
 
     jobs: int | None = None
     """Parts made at once; None for one for each core."""
     resume: bool = False
     """Finish an unfinished run, and make damaged files of a finished one anew."""
     overwrite: bool = False
-    """Replace the run that stands in the folder."""
+    """Replace the run in the folder."""
     lock: bool = True
+    """Lock the folder."""
     scheduler: str | None = None
-    """The address of a Dask cluster whose workers make the parts."""
+    """Address of a Dask cluster whose workers make the parts."""
     draw: Draw | None = None
+    """Draws the figures of the run; None for no figures."""
     progress: Progress = lambda _done, _all: None
+    """Called after each part."""
     stop: threading.Event | None = None
-    """Ends the run with Stopped; without it Ctrl-C does, which is then raised as KeyboardInterrupt."""
+    """Ends the run with Stopped; without it Ctrl-C does, which then raises KeyboardInterrupt."""
 
 
 def run_task(
     task: type[Task],
-    kind: type[Kind],
+    kind: type[ResultType],
     study: Study,
     out: Path | None = None,
     how: How | None = None,
-) -> Kind:
-    """Carry a task out into the folder `out`, or without one in memory; returns when all stands and is recorded.
+) -> ResultType:
+    """Carry a task out; return when everything is written and recorded.
 
-    Raises TendonError.
+    Args:
+        task: Type of the task.
+        kind: Type of the result.
+        study: The study.
+        out: Folder of the run; None for a result in memory.
+        how: Options.
+
+    Raises:
+        TendonError: It could not be carried out.
     """
     how = how or How()
     with ended_by_keyboard(how.stop) as ended:
@@ -76,20 +92,19 @@ def run_task(
         folder = RunFolder(out, task.of(study, ended))
         if how.lock:
             check_unlocked(out)
-        folder.check(
-            resume=how.resume, overwrite=how.overwrite
-        )  # before the lock: a refused one stays as it was
+        # Checked before it is locked: a folder that is refused stays as it was.
+        folder.check(resume=how.resume, overwrite=how.overwrite)
         folder.check_space()
         with _runner(how, folder.task.parts) as runner, locked(out, use_lock=how.lock):
-            record, stands = compute_parts(folder, how, runner)
+            record, up_to_date = compute_parts(folder, how, runner)
             note = None
-            if not stands or (how.draw is not None and _wants_figures(folder, record)):
-                note = _with_figures(folder, record, how.draw, up_to_date=stands)
+            if not up_to_date or (how.draw is not None and _wants_figures(folder, record)):
+                note = _with_figures(folder, record, how.draw, up_to_date=up_to_date)
                 folder.finish(record)
-            return kind(record, out, up_to_date=stands, note=note)
+            return kind(record, out, up_to_date=up_to_date, note=note)
 
 
-def _in_memory(task: Task, kind: type[Kind], how: How) -> Kind:
+def _in_memory(task: Task, kind: type[ResultType], how: How) -> ResultType:
     task.check_memory()
     maker = InMemory(task, Path())
     with _runner(how, task.parts) as runner:
@@ -99,33 +114,50 @@ def _in_memory(task: Task, kind: type[Kind], how: How) -> Kind:
 
 @contextmanager
 def _runner(how: How, parts: int) -> Iterator[Runner]:
-    """What makes parts, here or on a cluster; raises UsageError, WorkersLostError."""
+    """Yield the runner that makes parts, here or on a cluster.
+
+    Raises:
+        UsageError: The address is none, or a package is missing.
+        WorkersLostError: The cluster is not reached, or has no fit workers.
+    """
     if how.scheduler is None:
         yield in_threads(min(how.jobs or available_cores(), parts))
         return
-    from tendon_cli.engine.cluster.flight import (
-        connected,
-    )  # only who has a cluster pays for its import
+    # Only a run on a cluster pays for this import.
+    from tendon_cli.engine.cluster.flight import connected
 
     with connected(how.scheduler, how.jobs) as runner:
         yield runner
 
 
 def compute_parts(folder: RunFolder, how: How, runner: Runner) -> tuple[dict[str, Any], bool]:
-    """The record of a task whose tables stand in its locked folder, to be written there, and whether it stands already.
+    """Make the missing parts of a task in its locked folder.
 
-    Raises FolderError if something else stands there, SizeError, OutputError, WorkersLostError for parts that failed,
-    Stopped; whatever was finished until then is kept and can be resumed.
+    Whatever was finished before an exception is kept and can be resumed.
+
+    Returns:
+        The record, and True if it is in the folder already; else it is to be written there.
+
+    Raises:
+        FolderError: Something else is in the folder.
+        SizeError: The study is too large.
+        OutputError: A file could not be written.
+        WorkersLostError: Parts failed.
+        Stopped: The run was stopped.
     """
     folder.check(resume=how.resume, overwrite=how.overwrite)
     replaces = how.overwrite and folder.clear()
-    record, maker = read_record(folder.path), PartMaker(folder.task, folder.path)
+    record = read_record(folder.path)
+    maker = PartMaker(folder.task, folder.path)
     maker.tidy()
     if record is not None:
         return _repaired(folder, record, maker, runner if how.resume else None)
     journal = Journal.read(folder.path)
-    journal.parts = {} if replaces else folder.intact(journal)
-    journal.figures = () if replaces else journal.figures
+    if replaces:
+        journal.parts = {}
+        journal.figures = ()
+    else:
+        journal.parts = folder.intact(journal)
     journal.start(folder.header())
     folder.prepare()
     return _recorded(maker, journal, runner, how.progress), False
@@ -134,22 +166,19 @@ def compute_parts(folder: RunFolder, how: How, runner: Runner) -> tuple[dict[str
 def _recorded(
     maker: PartMaker, journal: Journal, runner: Runner, progress: Progress
 ) -> dict[str, Any]:
-    """The record of a task whose missing parts are made, and then what only the whole gives."""
-    started, task, study, resumed = (
-        time.monotonic(),
-        maker.task,
-        maker.task.study,
-        len(journal.parts),
-    )
+    """Make the missing parts of a task, then what follows from the whole; return the record."""
+    started = time.monotonic()
+    task = maker.task
+    study = task.study
+    resumed = len(journal.parts)
 
     def take(result: PartResult) -> None:
         journal.add(result)
         progress(len(journal.parts), task.parts)
 
     progress(resumed, task.parts)
-    make_parts(
-        maker, runner, (index for index in range(task.parts) if index not in journal.parts), take
-    )
+    missing = (index for index in range(task.parts) if index not in journal.parts)
+    make_parts(maker, runner, missing, take)
     parts = [journal.parts[index] for index in range(task.parts)]
     record = {
         "name": study.name,
@@ -177,26 +206,45 @@ def _written_last(
     announce: Callable[[str, WrittenFile], None] = lambda _name, _file: None,
     only: Collection[str] | None = None,
 ) -> dict[str, WrittenFile]:
-    """Write the files that follow from the whole record, or some of these; each is in the journal beforehand."""
+    """Write the files that follow from the whole record; return them by their names.
+
+    Args:
+        maker: Writes a file.
+        record: The record.
+        announce: Called with each file before it is put in place.
+        only: Names of the files to write; None for all.
+    """
     written = {}
     for file in maker.task.last(record, maker.read):
-        if only is None or file[0] in only:
+        name = file[0]
+        if only is None or name in only:
             maker.task.go_on()
-            written[file[0]] = maker.write(file, announce)
+            written[name] = maker.write(file, announce)
     return written
 
 
 def _repaired(
     folder: RunFolder, record: dict[str, Any], maker: PartMaker, runner: Runner | None
 ) -> tuple[dict[str, Any], bool]:
-    """A finished run whose damaged files are made anew, if they may be; the same parts give the same bytes."""
+    """Make damaged files of a finished run anew; the same parts give the same bytes.
+
+    Args:
+        folder: The folder.
+        record: The record in the folder.
+        maker: Makes a part.
+        runner: Has the maker make parts; None if damaged files are to be refused.
+
+    Returns:
+        The record, and True if it is in the folder already.
+    """
     entries = {entry["path"]: entry for entry in record["files"]}
     damaged = list(lost(folder.path, record))
     if not damaged:
         return record, True
     if runner is None:
         raise FolderError(
-            f"{len(damaged)} of {len(entries)} files are missing or damaged, the first is {damaged[0]}",
+            f"{len(damaged)} of {len(entries)} files are missing or damaged, "
+            f"the first is {damaged[0]}",
             where=str(folder.path),
             hint="--resume computes just these anew",
         )
@@ -219,41 +267,54 @@ def _repaired(
     return {**record, "repaired": damaged}, False
 
 
-# --- Figures ---------------------------------------------------------------------------------------------------------
+# --- Figures --------------------------------------------------------------------------------------
 
 
 def _with_figures(
     folder: RunFolder, record: dict[str, Any], draw: Draw | None, *, up_to_date: bool
 ) -> str | None:
-    """Draw next to the folder's files, then put the figures in place, their names first; returns why there is no map.
+    """Draw next to the folder's files, then put the figures in place, their names first.
 
-    So whoever ends this process at any moment, each figure in the folder is one that a record or a journal lists.
+    So each figure in the folder is one that a record or a journal lists, at whatever moment the
+    process ends.
+
+    Args:
+        folder: The folder.
+        record: The record, whose figures and warnings are set.
+        draw: Draws the figures; None to delete those that are there.
+        up_to_date: True if the record is in the folder already.
+
+    Returns:
+        Why there is no slack map; None if there is one, or nobody asked for it.
     """
     journal = Journal.read(folder.path)
     before = list(dict.fromkeys([*record.get("figures", ()), *journal.figures]))
-    started, faults, note = time.monotonic(), list[str](), None
+    started = time.monotonic()
     names = list(record.get("figures", ()))
+    faults: list[str] = []
+    note = None
     try:
-        with folder.figures() if draw is not None else nullcontext(folder.path) as place:
+        place = folder.figures() if draw is not None else nullcontext(folder.path)
+        with place as drawn:
             if draw is not None:
-                names, faults, note = draw(folder.task.study, folder.path, place, record)
+                names, faults, note = draw(folder.task.study, folder.path, drawn, record)
             if up_to_date:
-                write_record(
-                    folder.path, {**record, "figures": list(dict.fromkeys([*before, *names]))}
-                )
+                listed = list(dict.fromkeys([*before, *names]))
+                write_record(folder.path, {**record, "figures": listed})
             if draw is not None or not record.get("figures"):
-                faults += folder.place_figures(
-                    place, names, before, None if up_to_date else journal
-                )
+                announced_in = None if up_to_date else journal
+                faults += folder.place_figures(drawn, names, before, announced_in)
     except (OSError, OutputError) as error:
-        names, faults = [], [*faults, f"the figures cannot be drawn: {error}"]
-    record["figures"], record["warnings"] = names, [*folder.task.warnings(record), *faults]
+        names = []
+        faults = [*faults, f"the figures cannot be drawn: {error}"]
+    record["figures"] = names
+    record["warnings"] = [*folder.task.warnings(record), *faults]
     record["figure_seconds"] = round(time.monotonic() - started, 3) if draw is not None else 0.0
     return note
 
 
 def _wants_figures(folder: RunFolder, record: dict[str, Any]) -> bool:
-    """Whether figures of a run that stands are missing; those that the study declares may have changed, too."""
+    """Return True if figures of a finished run are missing, or those of the study may differ."""
     drawn = record["figures"]
     declared = folder.task.verb == "sweep" and bool(folder.task.study.figure)
     return declared or not drawn or any(not (folder.path / name).exists() for name in drawn)

@@ -1,4 +1,4 @@
-"""States that no run keeps: of a recorded study, or at angles that a program gives; worked out when they are read."""
+"""States worked out when they are read: those that a run did not keep, or at a program's angles."""
 
 from __future__ import annotations
 
@@ -21,28 +21,27 @@ from tendon_cli.tables.read import AnyTable
 from tendon_cli.tables.schema import as_numpy
 from tendon_cli.tables.write import RowsInMemory
 
-_MOVES = ("flexion", "extension")
+_DIRECTIONS = ("flexion", "extension")
 _LEADING = ("design", "direction", "elbow_angle")
 
 
 @dataclass(frozen=True, eq=False)
 class WorkedOut(AnyTable):
-    """All rows and columns that a recorded study gives in a table of designs or states, kept or not."""
+    """Table of designs or states with all rows and columns that a study gives, kept or not."""
 
     record: Mapping[str, Any]
-    """Of the study, as a run or a table keeps it."""
+    """Record of the study, as a run or a table keeps it."""
     study_hash: str
     files: tuple[Path, ...] = ()
-    """What is named if something is wrong: the run's folder."""
+    """The run's folder, which messages name."""
     kind: str = "states"
+    """Kind of the table, designs or states."""
 
     @cached_property
     def sweep(self) -> Sweep:
-        """What gives them, whatever the study keeps of them."""
-        output = {"tables": ["designs", "states"]}
-        return Sweep.of(
-            recorded_study({**self.record, "study": {**self.record["study"], "output": output}})
-        )
+        """Task that gives the rows, whatever the study keeps of them."""
+        study = {**self.record["study"], "output": {"tables": ["designs", "states"]}}
+        return Sweep.of(recorded_study({**self.record, "study": study}))
 
     @property
     def plan(self) -> Plan:
@@ -56,7 +55,7 @@ class WorkedOut(AnyTable):
 
     @property
     def facts(self) -> dict[str, Any]:
-        """What a table knows of itself."""
+        """Facts of the table: `table`, `study` and `study_hash`."""
         return {"table": self.kind, "study": self.record, "study_hash": self.study_hash}
 
     @property
@@ -67,39 +66,55 @@ class WorkedOut(AnyTable):
     def parts(
         self, columns: Sequence[str] | None = None, wanted: npt.NDArray[np.int64] | None = None
     ) -> Iterator[tuple[int, pa.Table]]:
-        """States block by block, each with the number of its first row; only of designs that have `wanted` rows."""
-        each, names = self.plan.states_per_design, columns or self.schema.names
+        """Yield states block by block, each with the number of its first row.
+
+        Args:
+            columns: Names of the columns; None for all.
+            wanted: Row numbers, ascending: only designs that have such rows are worked out; None
+                for all.
+        """
+        names = columns or self.schema.names
+        rows_per_design = self.plan.states_per_design
         runs = [range(self.plan.designs)]
         if wanted is not None:
-            asked = np.unique(wanted // each)
-            apart = np.split(asked, np.flatnonzero(np.diff(asked) > 1) + 1)
-            runs = [range(run[0], run[-1] + 1) for run in apart if len(run)]
-        for designs in runs:
-            start = designs.start * each
-            for block in self.plan.blocks(designs, self.plan.block_states):
+            designs = np.unique(wanted // rows_per_design)
+            gaps = np.flatnonzero(np.diff(designs) > 1)
+            runs = [range(run[0], run[-1] + 1) for run in np.split(designs, gaps + 1) if len(run)]
+        for run in runs:
+            first_row = run.start * rows_per_design
+            for block in self.plan.blocks(run, self.plan.block_states):
                 part = self._rows(block, names)
-                yield start, part
-                start += part.num_rows
+                yield first_row, part
+                first_row += part.num_rows
 
     def _rows(self, block: Block, names: Sequence[str]) -> pa.Table:
-        whole = self.sweep.layout("states", 0)
-        columns = {column.name: column for column in whole.columns}
-        schema = pa.schema([whole.schema.field(name) for name in names], whole.schema.metadata)
-        rows = RowsInMemory(
-            replace(whole, columns=tuple(columns[name] for name in names), schema=schema)
-        )
-        rows.fill(
-            math.prod(block.shape), state_rows(self.plan, block, self.sweep.keys("states", block))
-        )
+        """Work out some columns of the states of a block."""
+        layout = self.sweep.layout("states", 0)
+        by_name = {column.name: column for column in layout.columns}
+        columns = tuple(by_name[name] for name in names)
+        schema = pa.schema([layout.schema.field(name) for name in names], layout.schema.metadata)
+        rows = RowsInMemory(replace(layout, columns=columns, schema=schema))
+        write = state_rows(self.plan, block, self.sweep.keys("states", block))
+        rows.fill(math.prod(block.shape), write)
         return rows.table()
 
 
 def states(design: AnyStudy, angle: npt.ArrayLike, flexion: npt.ArrayLike = True) -> dict[str, Any]:
-    """The results of a study's states at elbow angles in rad, moving in flexion or extension, as arrays.
+    """Return the results of a study's states at elbow angles.
 
-    `angle` and `flexion` broadcast against each other. Every result has their shape, after one dimension for each axis
-    of the study, and SI units; `status` is text. Raises UsageError for what is no angle, StudyError for one out of
-    range.
+    Args:
+        design: The study.
+        angle: Elbow angles, rad.
+        flexion: True where the elbow flexes, False where it extends; `angle` and `flexion`
+            broadcast against each other.
+
+    Returns:
+        Results by name, SI; `status` is text. Each has one dimension for each axis of the study,
+        and then those of `angle` and `flexion`.
+
+    Raises:
+        UsageError: An angle is none, or the shapes do not fit.
+        StudyError: An angle is out of range.
 
     >>> import numpy as np
     >>> import tendon_cli as tendon
@@ -108,29 +123,28 @@ def states(design: AnyStudy, angle: npt.ArrayLike, flexion: npt.ArrayLike = True
     array([2.59 , 0.392, 0.72 ])
     """
     try:
-        angles, moves = np.broadcast_arrays(
+        angles, flexes = np.broadcast_arrays(
             np.asarray(angle, dtype=np.float64), np.asarray(flexion, dtype=np.bool_)
         )
     except (TypeError, ValueError) as error:
         raise UsageError(f"angle and flexion are not arrays of one shape: {error}") from None
     if not angles.size:
         raise UsageError("angle is empty, expected at least one")
-    different, at = np.unique(angles, return_inverse=True)
-    asked = varied_study(
-        any_study(design),
-        {
-            "motion.elbow_angle": [f"{value!r} rad" for value in different.tolist()],
-            "motion.direction": list(_MOVES),
-        },
-    )
-    every = WorkedOut(asked.record, asked.hash, ())
-    table, shape = every.read(), (*every.plan.shape, *angles.shape)
-    rows = np.where(moves, 0, 1).ravel() * len(different) + at.ravel()
-    by_state = {
-        name: as_numpy(table[name]).reshape(every.plan.designs, -1) for name in table.column_names
+    different, places = np.unique(angles, return_inverse=True)
+    motion = {
+        "motion.elbow_angle": [f"{value!r} rad" for value in different.tolist()],
+        "motion.direction": list(_DIRECTIONS),
     }
-    return {
-        name: values[:, rows].reshape(shape)
-        for name, values in by_state.items()
-        if name not in _LEADING
-    }
+    study = varied_study(any_study(design), motion)
+    worked_out = WorkedOut(study.record, study.hash, ())
+    plan = worked_out.plan
+    table = worked_out.read()
+    shape = (*plan.shape, *angles.shape)
+    directions = np.where(flexes, 0, 1).ravel()
+    columns = directions * len(different) + places.ravel()  # states of a design
+    results = {}
+    for name in table.column_names:
+        if name not in _LEADING:
+            values = as_numpy(table[name]).reshape(plan.designs, -1)  # (designs, states)
+            results[name] = values[:, columns].reshape(shape)
+    return results

@@ -1,4 +1,4 @@
-"""A sweep: every design of the product into rows of designs and states."""
+"""The task of a sweep: every design of the product as rows of designs and states."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Self
+from typing import Any, Self, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,7 @@ import numpy.typing as npt
 from tendon_cli import kernel
 from tendon_cli.engine.folds import COUNTED, Folds, choices, feasible_choices, flags, noted
 from tendon_cli.engine.plan import DESIGNS_AT_ONCE, Block, Plan
+from tendon_cli.engine.records import is_count
 from tendon_cli.engine.table_columns import Tables
 from tendon_cli.engine.task import Note, Task
 from tendon_cli.say import share
@@ -22,22 +23,27 @@ from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import Column, TableLayout
 from tendon_cli.tables.write import Filler, Rows
 
-Keys = Mapping[str, npt.NDArray[Any]]
-"""The columns that say which design, or which state, a row is."""
+LeadingValues: TypeAlias = Mapping[str, npt.NDArray[Any]]
+"""Values of the columns that say which design, or which state, a row is."""
 
 _BLOCKS_AT_ONCE = 8
-"""Blocks of a plan that compiled code best takes at once, together a part; the rows do not depend on it."""
+"""Blocks of a plan that compiled code is best given together; the rows do not depend on it."""
 _LEAST_BYTES = {"designs": 10, "states": 20}
-"""Of a row."""
+"""Least size of a row on the disk, by table."""
 
 
 @dataclass(frozen=True, eq=False)
 class Sweep(Task):
-    """Every design of a plan, folded to the extremes of its states, and its states as rows."""
+    """Task that folds every design of a plan to the extremes of its states and writes its states.
+
+    Raises:
+        SizeError: The study has too many states.
+    """
 
     plan: Plan
     stop: threading.Event = field(default_factory=threading.Event)
     every_column: Tables = field(init=False)
+    """Columns of both tables, also of one that the study does not ask for."""
     folds: Folds = field(init=False)
 
     verb = "sweep"
@@ -48,40 +54,45 @@ class Sweep(Task):
 
     @classmethod
     def of(cls, study: Study, stop: threading.Event | None = None) -> Self:
-        """That of a study; raises SizeError."""
+        """Return the task of a study; raises SizeError."""
         return cls(Plan(study), stop or threading.Event())
 
     @property
     def study(self) -> Study:
-        """What is asked."""
+        """The study to be swept."""
         return self.plan.study
 
     @cached_property
     def tables(self) -> dict[str, int]:
-        """Those that the study asks for, of as many parts as the plan."""
+        """Tables that the study asks for, each of as many parts as the plan."""
         return dict.fromkeys(map(str, self.study.output.tables), self.plan.parts)
 
     @property
     def parts(self) -> int:
-        """How many parts the plan is cut into."""
+        """Number of parts of the plan."""
         return self.plan.parts
 
     @property
     def least_bytes(self) -> int:
-        """That its tables take on a disk at the very least."""
-        every = range(self.plan.designs)
-        return sum(self.plan.rows(table, every) * _LEAST_BYTES[table] for table in self.tables)
+        """Least size of the tables on the disk."""
+        every_design = range(self.plan.designs)
+        return sum(
+            self.plan.rows(table, every_design) * _LEAST_BYTES[table] for table in self.tables
+        )
 
     def columns(self, table: str) -> tuple[Column, ...]:
-        """Columns of a table."""
+        """Return the columns of a table."""
         return self.every_column.designs if table == "designs" else self.every_column.states
 
     def rows(self, table: str, index: int) -> int:
-        """Rows of a part of a table."""
+        """Return the number of rows in a part of a table."""
         return self.plan.rows(table, self.plan.part(index))
 
     def layout(self, table: str, index: int, rows: int | None = None) -> TableLayout:
-        """The layout of a part of a table; more designs are collected at once, since they do not come in order."""
+        """Return the layout of a part of a table.
+
+        More rows of designs than of states are collected at once, since they come out of order.
+        """
         layout = super().layout(table, index, rows)
         return replace(layout, at_once=DESIGNS_AT_ONCE) if table == "designs" else layout
 
@@ -90,28 +101,48 @@ class Sweep(Task):
         return self.fill_designs(tables, self.plan.part(index))
 
     def fill_designs(self, tables: Mapping[str, Rows], designs: range) -> Note:
-        """Evaluate a range of designs into the tables that are given; counts them in any case. Raises Stopped."""
-        states = self.plan.block_states * (_BLOCKS_AT_ONCE if kernel.kind() else 1)
-        for block in self.plan.blocks(designs, states) if "states" in tables else ():
-            self.go_on()
-            tables["states"].fill(
-                math.prod(block.shape), state_rows(self.plan, block, self.keys("states", block))
-            )
-        totals, feasible = dict.fromkeys(COUNTED, 0), np.zeros(len(designs), np.bool_)
+        """Evaluate a range of designs into some tables; raises Stopped.
+
+        Returns:
+            The counts of COUNTED under `totals` and the feasible designs under `feasible`,
+            whichever tables there are.
+        """
+        if "states" in tables:
+            self._fill_states(tables["states"], designs)
+        totals = dict.fromkeys(COUNTED, 0)
+        feasible = np.zeros(len(designs), np.bool_)
         for block in self.plan.blocks_of_designs(designs):
             start = block.first_design - designs.start
-            here = feasible[start : start + block.design_count].reshape(block.shape[:-2])
-            write = self._design_rows(block, totals, here)
+            stop = start + block.design_count
+            of_block = feasible[start:stop].reshape(block.shape[:-2])
+            write = self._design_rows(block, totals, of_block)
             if "designs" in tables:
                 tables["designs"].fill(block.design_count, write)
             else:
                 write({}, range(block.design_count))
         return {"totals": totals, "feasible": noted(feasible)}
 
+    def _fill_states(self, table: Rows, designs: range) -> None:
+        """Evaluate the states of a range of designs into a table; raises Stopped."""
+        states_at_once = self.plan.block_states
+        if kernel.kind():
+            states_at_once *= _BLOCKS_AT_ONCE
+        for block in self.plan.blocks(designs, states_at_once):
+            self.go_on()
+            write = state_rows(self.plan, block, self.keys("states", block))
+            table.fill(math.prod(block.shape), write)
+
     def _design_rows(
         self, block: Block, totals: dict[str, int], feasible: npt.NDArray[np.bool_]
     ) -> Filler:
-        """What writes all rows of a block at once, for they come in another order; counts, and judges each design."""
+        """Return the function that writes all rows of a block at once, since they interlock.
+
+        Args:
+            block: The designs.
+            totals: Counts of COUNTED, to which those of the block are added.
+            feasible: Filled with True where a design is feasible, in the shape of the block's
+                design axes.
+        """
         keys = self.keys("designs", block)
 
         def write(columns: Mapping[str, npt.NDArray[Any]], _rows: range) -> None:
@@ -120,51 +151,52 @@ class Sweep(Task):
                 shaped[name][...] = np.broadcast_to(keys[name], block.shape)[..., 0, 0]
             for small in self.folds.small_blocks(block):
                 self.go_on()
-                results, within = self.folds.designs(small), small.within(block)
+                results = self.folds.designs(small)
+                place = small.within(block)
                 for name in COUNTED:
                     totals[name] += int(results[name].sum())
-                feasible[within] = results["feasible"]
+                feasible[place] = results["feasible"]
                 for name in shaped.keys() - keys.keys():
-                    shaped[name][within] = results[name]
+                    shaped[name][place] = results[name]
 
         return write
 
-    def keys(self, table: str, block: Block) -> Keys:
-        """The columns that say which design, or which state, a row of a block is."""
-        keys = self.every_column.leading | (
-            self.every_column.of_states if table == "states" else {}
-        )
+    def keys(self, table: str, block: Block) -> LeadingValues:
+        """Return the columns that say which design, or which state, a row of a block is."""
+        columns = self.every_column.leading
+        if table == "states":
+            columns = columns | self.every_column.of_states
         return {
             column.name: np.asarray(values(block), dtype=column.dtype)
-            for column, values in keys.items()
+            for column, values in columns.items()
         }
 
     def is_note(self, index: int, note: Any) -> bool:
-        """Whether the note of a part is as `fill` gives it."""
+        """Return True if `note` is such as `fill` returns for a part."""
+        designs = len(self.plan.part(index))
         try:
-            counts, known = (
-                note["totals"],
-                flags(note["feasible"], len(self.plan.part(index))) is not None,
-            )
+            counts = note["totals"]
             return (
-                known
+                flags(note["feasible"], designs) is not None
                 and set(counts) == set(COUNTED)
-                and all(type(n) is int and n >= 0 for n in counts.values())
+                and all(is_count(count) for count in counts.values())
             )
         except (KeyError, TypeError, AttributeError):
             return False
 
     def place(self, index: int) -> str:
-        """A part by its designs and where on the axes it starts."""
-        plan, designs = self.plan, self.plan.part(index)
-        at = [
-            f"{axis.key}={axis.names[position] if axis.names else format(axis.values[position], '.6g')}"
-            for axis, position in zip(plan.axes, plan.coordinates(designs.start), strict=True)
-        ]
-        return f"designs {designs.start} to {designs.stop - 1}, from {', '.join(at) or 'the only design'}"
+        """Describe a part by its designs and the values on the axes at which it starts."""
+        designs = self.plan.part(index)
+        position = self.plan.coordinates(designs.start)
+        values = []
+        for axis, place in zip(self.plan.axes, position, strict=True):
+            value = axis.names[place] if axis.names else format(axis.values[place], ".6g")
+            values.append(f"{axis.key}={value}")
+        start = ", ".join(values) or "the only design"
+        return f"designs {designs.start} to {designs.stop - 1}, from {start}"
 
     def results(self, notes: Sequence[Note]) -> dict[str, Any]:
-        """Designs, states and choices, counted."""
+        """Count designs, states and choices for the record, from the notes of all parts."""
         return {
             "designs": self.plan.designs,
             "states": self.plan.states,
@@ -174,31 +206,44 @@ class Sweep(Task):
         }
 
     def warnings(self, record: Mapping[str, Any]) -> list[str]:
-        """What a reader of the tables has to know first."""
-        study, warnings, states = self.study, super().warnings(record), record["states"]
-        models = [study.model, *(getattr(case, "model", None) for case in study.cases)]
-        warnings += [remark] if (remark := kernel.remark()) else []
+        """Return what a reader of the tables has to know first."""
+        warnings = super().warnings(record)
+        states = record["states"]
+        remark = kernel.remark()
+        if remark:
+            warnings.append(remark)
         if record["no_equilibrium"]:
             warnings.append(
-                f"{share(record['no_equilibrium'], states, 'state')} have no equilibrium: the flexor has "
-                "passed the joint's centre (moment arm not above zero), where no tensions balance a positive elbow "
-                "torque, and those that balance another need not be the only ones; their results are null"
+                f"{share(record['no_equilibrium'], states, 'state')} have no equilibrium: the "
+                "flexor has passed the joint's centre (moment arm not above zero), where no "
+                "tensions balance a positive elbow torque, and those that balance another need "
+                "not be the only ones; their results are null"
             )
-        if record["slack"] and any(
-            getattr(model, "slack", None) == "bilateral" for model in models
-        ):
+        if record["slack"] and self._is_bilateral_anywhere():
             warnings.append(
-                "the bilateral model lets tendons push: tensions in slack states are the paper's, not physics; "
-                'slack = "unilateral" gives those of real tendons'
+                "the bilateral model lets tendons push: tensions in slack states are the paper's, "
+                'not physics; slack = "unilateral" gives those of real tendons'
             )
         if record["unstable"]:
             warnings.append(
-                f"{share(record['unstable'], states, 'state')} are unstable (negative elbow stiffness): the "
-                "spool would have to turn back, and friction acts the other way there"
+                f"{share(record['unstable'], states, 'state')} are unstable (negative elbow "
+                "stiffness): the spool would have to turn back, and friction acts the other way "
+                "there"
             )
         return warnings
 
+    def _is_bilateral_anywhere(self) -> bool:
+        """Return True if tendons push in the model of the study or of one of its cases."""
+        models = [self.study.model, *(getattr(case, "model", None) for case in self.study.cases)]
+        return any(getattr(model, "slack", None) == "bilateral" for model in models)
 
-def state_rows(plan: Plan, block: Block, keys: Keys) -> Filler:
-    """What writes the rows of a block's states; `keys` are the columns that say which design and state a row is."""
+
+def state_rows(plan: Plan, block: Block, keys: LeadingValues) -> Filler:
+    """Return the function that writes the rows of a block's states.
+
+    Args:
+        plan: The plan.
+        block: The states.
+        keys: Columns that say which design and state a row is.
+    """
     return kernel.row_writer(plan.state(block), block.shape, keys)

@@ -1,4 +1,4 @@
-"""Which columns a study's tables have, and the values of those that say which design and state a row is."""
+"""The columns of a study's tables, and the values of those that say which row is which."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -38,81 +38,82 @@ JUDGEMENTS = {
 }
 """Truths of `designs`, with what they mean; the record counts each."""
 
-_MOST_LOOKED_INTO = 2**18
-"""Arms at angles."""
+_MOST_MOMENT_ARMS = 2**18
+"""Most moment arms, arms times elbow angles, that are worked out to know which results are null."""
 
-Values = Callable[[Block], npt.ArrayLike]
+BlockValues: TypeAlias = Callable[[Block], npt.ArrayLike]
+"""Gives the values of a column in a block, to broadcast over its designs, directions and angles."""
 
 
 @dataclass(frozen=True, eq=False)
 class Tables:
-    """The columns of both tables of a plan, in order, with what fills the leading ones."""
+    """Columns of the tables of a plan, in order, with the values of the leading ones."""
 
     plan: Plan
 
     @cached_property
-    def leading(self) -> dict[Column, Values]:
-        """`design` and the columns of the axes, each with its values in a block."""
-        columns: dict[Column, Values] = {
-            Column("design", "count", "1", "number of the design, from 0"): _design_numbers
-        }
+    def leading(self) -> dict[Column, BlockValues]:
+        """`design` and the columns of the axes, with their values."""
+        number = Column("design", "count", "1", "number of the design, from 0")
+        columns: dict[Column, BlockValues] = {number: _design_numbers}
         for key in self._keys():
             columns |= self._columns_of(key)
         if self.plan.study.setting.read != F0:
             model = Column.of(QUANTITIES["model_pretension"], is_axis=True, nullable=True)
-            columns[model] = lambda block: np.asarray(self.plan.design(block).flexor.pretension)
-        for at, axis in enumerate(self.plan.axes):
+            columns[model] = self._model_pretension
+        for place, axis in enumerate(self.plan.axes):
             if axis.names:
                 names = Column(
                     axis.column, "text", "1", axis.meaning, is_axis=True, choices=axis.names
                 )
-                columns[names] = _within(
-                    Varying(np.nan, ((at, np.arange(len(axis), dtype=np.float64)),))
-                )
+                positions = np.arange(len(axis), dtype=np.float64)
+                columns[names] = _within(Varying(np.nan, ((place, positions),)))
         return columns
 
     @cached_property
     def designs(self) -> tuple[Column, ...]:
         """Columns of `designs`."""
-        results = [self._result(QUANTITIES[name]) for name in OF_DESIGNS]
-        results += [
-            Column.of(QUANTITIES[name]) for name in (*self.plan.of_motion, *self.plan.of_forms)
-        ]
+        added = (*self.plan.of_motion, *self.plan.of_forms)
         return (
             *self.leading,
-            *results,
+            *(self._result(QUANTITIES[name]) for name in OF_DESIGNS),
+            *(Column.of(QUANTITIES[name]) for name in added),
             *(Column(name, "truth", "1", meaning) for name, meaning in JUDGEMENTS.items()),
         )
 
     @cached_property
-    def of_states(self) -> dict[Column, Values]:
-        """The columns that say which state of a design a row is, each with its values in a block."""
-        directions = tuple(dict.fromkeys((*self.plan.directions, "flexion", "extension")))
-        text = Column(
+    def of_states(self) -> dict[Column, BlockValues]:
+        """Columns that say which state of a design a row is, with their values."""
+        trajectory = self.plan.study.trajectory
+        angles = self.plan.elbow_angles
+        direction = Column(
             "direction",
             "text",
             "1",
             "direction of the elbow's motion",
             is_axis=True,
-            choices=directions,
+            choices=tuple(dict.fromkeys((*self.plan.directions, "flexion", "extension"))),
         )
         angle = Column.of(QUANTITIES["elbow_angle"], is_axis=True, nullable=False)
-        trajectory, angles = self.plan.study.trajectory, self.plan.elbow_angles
         if trajectory is None:
-            numbers = np.arange(len(self.plan.directions))[:, np.newaxis]
+            places = np.arange(len(self.plan.directions))[:, np.newaxis]
             return {
-                text: lambda block: numbers[block.directions],
+                direction: lambda block: places[block.directions],
                 angle: lambda block: angles[block.angles],
             }
-        ways = np.where(trajectory.flexion == trajectory.flexion[0], 0, 1)
         time = Column.of(QUANTITIES["time"], is_axis=True, nullable=False)
         speed = Column.of(QUANTITIES["elbow_speed"], nullable=False)
-        along = {time: trajectory.time, text: ways, angle: angles, speed: trajectory.speed}
-        return {column: partial(_sampled, values) for column, values in along.items()}
+        samples = {
+            time: trajectory.time,
+            direction: np.where(trajectory.flexion == trajectory.flexion[0], 0, 1),
+            angle: angles,
+            speed: trajectory.speed,
+        }
+        return {column: partial(_sampled, values) for column, values in samples.items()}
 
     @cached_property
     def states(self) -> tuple[Column, ...]:
-        """Columns of `states`; of the results those that the study keeps."""
+        """Columns of `states`, with the results that the study keeps."""
         kept = self.plan.study.output.states or ("status", *OF_STATES)
         status = Column("status", "text", "1", "which tendon is slack", choices=STATUS_NAMES)
         results = (status, *(self._result(QUANTITIES[name]) for name in OF_STATES))
@@ -126,53 +127,70 @@ class Tables:
         return self._as_read(Column.of(quantity, nullable=self._may_be_null(quantity.null)))
 
     def _may_be_null(self, when: str) -> bool:
-        """Whether a result that is null under a condition may be so anywhere in the study; see `Quantity.null`."""
-        if when == "slack" and np.any(self.plan.space.number(SLACK).within(self.plan.space.whole)):
-            return True
+        """Return True if a result may be null in the study; `when` is as in `Quantity.null`."""
+        if when == "slack":
+            space = self.plan.space
+            if np.any(space.number(SLACK).within(space.whole)):
+                return True
         return when == "often" or (when != "never" and not self._always_balanced)
 
     @cached_property
     def _always_balanced(self) -> bool:
-        """Whether the flexor can balance a load in every state; not looked into, and false, for very many arms."""
-        axes = {axis for name in ANCHORS for axis in self.plan.space.number(f"arm.{name}").axes}
-        box = tuple(
-            slice(0, length if axis in axes else 1) for axis, length in enumerate(self.plan.shape)
-        )
-        if math.prod(each.stop for each in box) * len(self.plan.elbow_angles) > _MOST_LOOKED_INTO:
+        """True if the flexor can balance a load in every state.
+
+        False, too, if there are too many arms to look at them all.
+        """
+        space = self.plan.space
+        elbow_angles = self.plan.elbow_angles
+        axes = {axis for name in ANCHORS for axis in space.number(f"arm.{name}").axes}
+        lengths = [length if axis in axes else 1 for axis, length in enumerate(self.plan.shape)]
+        if math.prod(lengths) * len(elbow_angles) > _MOST_MOMENT_ARMS:
             return False
-        motion = self.plan.space.design(box).arm.joint.motion(self.plan.elbow_angles)
+        box = tuple(slice(0, length) for length in lengths)
+        motion = space.design(box).arm.joint.motion(elbow_angles)
         return not np.isnan(motion.pulling_arm).any()
 
     def _as_read(self, column: Column) -> Column:
-        """A column that says how a pretension is read, if it is one."""
+        """Return a column that says how a pretension is read; any other column as it is."""
         read = self.plan.study.setting.read
         if read == F0 or column.name not in AS_READ:
             return column
         return replace(column, long_name=f"{column.long_name}, read as {read}")
 
     def _keys(self) -> dict[str, None]:
-        """Common keys that have a column: of every table, of axes and what these change, of what differs by side."""
+        """Return the common keys that have a column, each once and in order.
+
+        These are the keys of every table, those of axes and of what persons and draws change, and
+        those whose sides differ.
+        """
         axes = [key for key in self.plan.study.axes if key in keys()]
         bodies = [axis for axis in self.plan.axes if axis.key in (PERSON_AXIS, DRAW_AXIS)]
         of_bodies = [key for key in keys() if any(key in axis.keys for axis in bodies)]
         common = [split_side(key)[0] for key in (*axes, *of_bodies)]
-        return dict.fromkeys((*ALWAYS, *common, *sorted(self.plan.space.of_sides & keys().keys())))
+        of_sides = sorted(self.plan.space.of_sides & keys().keys())
+        return dict.fromkeys((*ALWAYS, *common, *of_sides))
 
-    def _columns_of(self, key: str) -> dict[Column, Values]:
-        """The column of a key, or if the sides differ the two of the sides and a null one."""
-        plain, quantity, space = keys()[key].column, keys()[key].number.quantity, self.plan.space
-        numbers = {plain: space.number(key)}
-        if key in space.of_sides and not isinstance(numbers[plain].value, Spline):
-            numbers = {
-                plain: Varying(None),
-                **{f"{plain}_{side}": space.number(key, side) for side in SIDES},
-            }
-        columns = {}
-        for name, number in numbers.items():  # a bend that follows the joint is no number
+    def _columns_of(self, key: str) -> dict[Column, BlockValues]:
+        """Return the column of a key; if the sides differ, a null one and one for each side."""
+        space = self.plan.space
+        quantity = keys()[key].number.quantity
+        name = keys()[key].column
+        common = space.number(key)
+        numbers = {name: common}
+        if key in space.of_sides and not isinstance(common.value, Spline):
+            numbers = {name: Varying(None)}
+            numbers |= {f"{name}_{side}": space.number(key, side) for side in SIDES}
+        columns: dict[Column, BlockValues] = {}
+        for column_name, number in numbers.items():
+            # A bend that follows the joint is a curve, no number.
             is_number = number.value is not None and not isinstance(number.value, Spline)
-            column = self._as_read(Column.of(quantity, name, is_axis=True, nullable=not is_number))
-            columns[column] = _within(number) if is_number else lambda _block: np.nan
+            column = Column.of(quantity, column_name, is_axis=True, nullable=not is_number)
+            columns[self._as_read(column)] = _within(number) if is_number else _null
         return columns
+
+    def _model_pretension(self, block: Block) -> npt.ArrayLike:
+        """Return the pretension that the model takes for a setting, N."""
+        return np.asarray(self.plan.design(block).flexor.pretension)
 
 
 def _design_numbers(block: Block) -> npt.ArrayLike:
@@ -184,6 +202,10 @@ def _sampled(values: npt.NDArray[Any], block: Block) -> npt.ArrayLike:
     return values[block.angles]
 
 
-def _within(number: Varying) -> Values:
-    """What a number is for the designs of a block."""
+def _null(_block: Block) -> npt.ArrayLike:
+    return np.nan
+
+
+def _within(number: Varying) -> BlockValues:
+    """Return the function that gives a number for the designs of a block."""
     return lambda block: number.within(block.designs)

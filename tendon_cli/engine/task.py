@@ -1,4 +1,4 @@
-"""What the engine carries out: a task, cut into parts, each of which becomes a file of every table."""
+"""The unit of work of the engine: a task, cut into parts, each of which becomes files of tables."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, TypeAlias
 
 import pyarrow as pa
 
@@ -23,16 +23,19 @@ from tendon_cli.tables.schema import Column, TableLayout, schema_of, versions
 from tendon_cli.tables.write import Filler, Rows, RowsInMemory, TableFile, WrittenFile, table_file
 from tendon_cli.version import RESULTS_VERSION
 
-Note = dict[str, Any]
-"""What a part gives besides its tables: counts and the like, as JSON has them."""
-LastFile = tuple[str, TableLayout, Filler]
-"""A file that follows from the whole record: its name, its layout, and what fills it."""
+Note: TypeAlias = dict[str, Any]
+"""Counts and the like that a part gives besides its tables, as JSON has them."""
+LastFile: TypeAlias = tuple[str, TableLayout, Filler]
+"""A file that follows from the whole record: its name, its layout, and its filler."""
+Compute: TypeAlias = Callable[[Callable[[], Note]], Note]
+"""Calls the function that computes a part, here or in another thread, and returns its note."""
 
 
 class Task(ABC):
-    """Points of a study's space and a fold over each, in parts whose length follows from the study alone.
+    """Points of a study's space and a fold over each, in parts.
 
-    Safe to be worked on from several threads; `stop` is set when whoever asked wants nothing of it any more.
+    The length of the parts follows from the study alone. Several threads may work on a task at
+    once. `stop` is set when its results are not wanted any more.
     """
 
     verb: ClassVar[str]
@@ -42,49 +45,53 @@ class Task(ABC):
     @classmethod
     @abstractmethod
     def of(cls, study: Study, stop: threading.Event | None = None) -> Self:
-        """That of a study; raises TendonError."""
+        """Return the task of a study; raises TendonError."""
 
     @property
     @abstractmethod
     def study(self) -> Study:
-        """What is asked."""
+        """The study that is carried out."""
 
     @property
     @abstractmethod
     def tables(self) -> Mapping[str, int]:
-        """Its tables, and of how many parts each is; of none if it is written last, of what all parts gave."""
+        """Tables and the number of parts of each; 0 for a table that follows from the record."""
 
     @abstractmethod
     def columns(self, table: str) -> tuple[Column, ...]:
-        """Columns of a table."""
+        """Return the columns of a table."""
 
     @abstractmethod
     def rows(self, table: str, index: int) -> int:
-        """Rows of a part of a table."""
+        """Return the number of rows in a part of a table."""
 
     @abstractmethod
     def fill(self, tables: Mapping[str, Rows], index: int) -> Note:
-        """Work a part out into those of its tables that are given; raises Stopped."""
+        """Compute a part into those of its tables that are given; raises Stopped."""
 
     @abstractmethod
     def is_note(self, index: int, note: Any) -> bool:
-        """Whether the note of a part is as `fill` gives it."""
+        """Return True if `note` is such as `fill` returns for a part."""
 
     @abstractmethod
     def place(self, index: int) -> str:
-        """What a part is of, for whoever reads a message."""
+        """Describe a part for messages: "designs 0 to 99, from load.mass=3"."""
 
     @property
     @abstractmethod
     def least_bytes(self) -> int:
-        """That its tables take on a disk at the very least."""
+        """Least size of the tables on the disk."""
 
     @abstractmethod
     def results(self, notes: Sequence[Note]) -> dict[str, Any]:
-        """What its record says of the parts, from the notes of all in their order; raises Stopped."""
+        """Return the results that the record has; raises Stopped.
+
+        Args:
+            notes: Notes of all parts, in their order.
+        """
 
     def warnings(self, record: Mapping[str, Any]) -> list[str]:  # noqa: ARG002
-        """What a reader has to know first."""
+        """Return what a reader of the results has to know first."""
         return list(self.study.warnings)
 
     def last(
@@ -92,23 +99,28 @@ class Task(ABC):
         record: Mapping[str, Any],  # noqa: ARG002
         read: Callable[[str], pa.Table],  # noqa: ARG002
     ) -> Iterator[LastFile]:
-        """Files that follow from the whole record; `read` gives parts.
+        """Yield the files that follow from the whole record, among them parts written once more.
 
-        A part that is written once more is the same however often it is, from its first form or from its last.
+        A part comes out the same however often it is written, whether from its first form or from
+        its last.
+
+        Args:
+            record: The record.
+            read: Returns the rows of a part by the name of its file.
         """
         return iter(())
 
     def check_memory(self) -> None:  # noqa: B027 - a task is of any size, unless it says so
-        """Raises SizeError for a task that is too large to be carried out in memory."""
+        """Raise SizeError if the task is too large to be carried out in memory."""
 
     @property
     def parts(self) -> int:
-        """How many parts the work is cut into."""
+        """Number of parts that the work is cut into."""
         return max(self.tables.values())
 
     @property
     def identity(self) -> dict[str, Any]:
-        """What makes two runs the same."""
+        """Facts that two runs share if and only if they are the same."""
         study = self.study
         return {
             "verb": self.verb,
@@ -118,7 +130,7 @@ class Task(ABC):
         }
 
     def files(self, index: int) -> dict[str, str]:
-        """The files of a part in the run folder, by table."""
+        """Return the files of a part in the run folder, by table."""
         return {
             table: file_name(table, index, parts)
             for table, parts in self.tables.items()
@@ -126,42 +138,48 @@ class Task(ABC):
         }
 
     def layout(self, table: str, index: int, rows: int | None = None) -> TableLayout:
-        """The layout of a part of a table; `rows` if it has not the usual number."""
+        """Return the layout of a part of a table.
+
+        Args:
+            table: The table.
+            index: The part.
+            rows: Number of rows, if it is not that of `Task.rows`.
+        """
         part = json.dumps({"index": index, "of": max(1, self.tables[table])}, sort_keys=True)
-        first = self._schemas[table]
-        schema = first.with_metadata({**first.metadata, b"tendon.part": part})
-        return TableLayout(
-            self.columns(table), schema, self.rows(table, index) if rows is None else rows
-        )
+        common = self._schemas[table]
+        schema = common.with_metadata({**common.metadata, b"tendon.part": part})
+        if rows is None:
+            rows = self.rows(table, index)
+        return TableLayout(self.columns(table), schema, rows)
 
     @cached_property
     def _schemas(self) -> dict[str, pa.Schema]:
-        """Those of all tables, but for the part; what they say follows from the study and the versions alone."""
+        """Schemas of all tables without the part, from the study and the versions alone."""
         facts = {
             "study": self.study.record,
             "study_hash": self.study.hash,
             "results_version": RESULTS_VERSION,
+            "versions": versions(),
         }
-        facts |= {"versions": versions()}
         return {
             table: schema_of(self.columns(table), {"table": table, **facts})
             for table in self.tables
         }
 
     def go_on(self) -> None:
-        """Raises Stopped if the work shall stop."""
+        """Raise Stopped if the results are not wanted any more."""
         if self.stop.is_set():
             raise Stopped
 
 
 def file_name(table: str, index: int, parts: int) -> str:
-    """Where a part of a table stands in the run folder: a file, or one in a folder of parts."""
+    """Return the name of a part in the run folder: a file, or one in a folder of parts."""
     return f"{table}.parquet" if parts <= 1 else f"{table}.parquet/part-{index:05d}.parquet"
 
 
 @dataclass(frozen=True)
 class PartResult:
-    """A finished part: what it notes, and its files by their names in the run folder."""
+    """A finished part: its note, and its files by their names in the run folder."""
 
     index: int
     note: Note = field(default_factory=dict)
@@ -170,13 +188,14 @@ class PartResult:
 
 @dataclass(frozen=True)
 class PartFailure:
-    """A part that could not be made, and why; the others go on."""
+    """A part that could not be made, and why; the other parts go on."""
 
     index: int
     error: Exception
 
 
-Results = Generator[PartResult | PartFailure]
+PartOutcomes: TypeAlias = Generator[PartResult | PartFailure]
+"""Parts in the order in which they are finished, or fail."""
 
 
 @dataclass(frozen=True)
@@ -189,62 +208,72 @@ class PartMaker:
     def open(
         self, name: str, layout: TableLayout
     ) -> AbstractContextManager[TableFile | RowsInMemory]:
-        """A file of a table, to be filled and flushed; it is put in place at the end."""
+        """Open a file of a table, to be filled and flushed; it is put in place at the end."""
         return table_file(self.folder / name, layout)
 
-    def make(
-        self, index: int, working: Callable[[Callable[[], Note]], Note] = lambda work: work()
-    ) -> PartResult:
-        """Work a part out, `working`, then put its files in place; raises OutputError, or Stopped."""
-        names, files = self.task.files(index), dict[str, TableFile | RowsInMemory]()
+    def make(self, index: int, compute: Compute = lambda work: work()) -> PartResult:
+        """Compute a part, then put its files in place; raises OutputError, Stopped.
+
+        Args:
+            index: The part.
+            compute: Calls the function that computes the part, by default in this thread.
+        """
+        names = self.task.files(index)
+        files: dict[str, TableFile | RowsInMemory] = {}
         with ExitStack() as stack:
 
             def work() -> Note:
                 for table, name in names.items():
-                    files[table] = stack.enter_context(
-                        self.open(name, self.task.layout(table, index))
-                    )
+                    layout = self.task.layout(table, index)
+                    files[table] = stack.enter_context(self.open(name, layout))
                 note = self.task.fill(files, index)
                 for file in files.values():
                     file.close()
                 return note
 
-            note = working(work)
+            note = compute(work)
             for file in files.values():
                 file.flush()
             self.check()
-            return PartResult(
-                index, note, {names[table]: file.close() for table, file in files.items()}
-            )
+            written = {names[table]: file.close() for table, file in files.items()}
+            return PartResult(index, note, written)
 
     def check(self) -> None:
-        """Raises where written files may not be put in place."""
+        """Raise an exception if written files may not be put in place."""
 
     def write(self, file: LastFile, announce: Callable[[str, WrittenFile], None]) -> WrittenFile:
-        """Write a file that follows from the whole record; it is announced before it stands; raises OutputError."""
-        name, layout, write = file
+        """Write a file that follows from the whole record; raises OutputError.
+
+        Args:
+            file: The file.
+            announce: Called with its name and what is written, before it is put in place.
+        """
+        name, layout, fill = file
         with self.open(name, layout) as opened:
-            opened.fill(layout.rows, write)
+            opened.fill(layout.rows, fill)
             announce(name, opened.close())
             opened.flush()
             return opened.close()
 
     def read(self, name: str) -> pa.Table:
-        """The rows of a file that stands in the run folder; raises InputError."""
+        """Return the rows of a file in the run folder; raises InputError."""
         return TableFiles((self.folder / name,)).read()
 
     def tidy(self) -> None:
-        """Remove what was begun by whoever was killed; only for who holds the folder."""
-        tables = [
+        """Remove files that killed processes had begun; only the holder of the folder may."""
+        folders = [self.folder]
+        folders += [
             self.folder / f"{table}.parquet"
             for table, parts in self.task.tables.items()
             if parts > 1
         ]
-        for home in (self.folder, *tables):
-            for left in home.iterdir() if home.is_dir() and not home.is_symlink() else ():
-                if OF_A_RUN.fullmatch(left.name):
+        for folder in folders:
+            if not folder.is_dir() or folder.is_symlink():
+                continue
+            for file in folder.iterdir():
+                if OF_A_RUN.fullmatch(file.name):
                     with contextlib.suppress(OSError):
-                        left.unlink()
+                        file.unlink()
 
 
 @dataclass(frozen=True)
@@ -256,23 +285,20 @@ class InMemory(PartMaker):
 
     @contextlib.contextmanager
     def open(self, name: str, layout: TableLayout) -> Iterator[RowsInMemory]:
-        """A part of a table, to be filled and kept."""
+        """Open a part of a table, to be filled; it is kept at the end."""
         rows = RowsInMemory(layout)
         yield rows
         self.kept[name] = rows.table()
 
     def read(self, name: str) -> pa.Table:
-        """The rows of a part that is kept."""
+        """Return the rows of a part that is kept."""
         return self.kept[name]
 
     def tables(self) -> dict[str, pa.Table]:
-        """The tables, each of all its parts."""
-        every = {table: max(1, parts) for table, parts in self.task.tables.items()}
-        names = {
-            table: [file_name(table, index, parts) for index in range(parts)]
-            for table, parts in every.items()
-        }
-        return {
-            table: pa.concat_tables(self.kept.pop(name) for name in each)
-            for table, each in names.items()
-        }
+        """Return the tables, each of all its parts, and let go of these."""
+        tables = {}
+        for table, parts in self.task.tables.items():
+            count = max(1, parts)
+            names = [file_name(table, index, count) for index in range(count)]
+            tables[table] = pa.concat_tables(self.kept.pop(name) for name in names)
+        return tables

@@ -1,4 +1,4 @@
-"""Parts made in threads of this process: some compute while others wait for the disk. And what ends them."""
+"""Parts made in threads of this process, where some compute while others wait for the disk."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from functools import partial
 from itertools import takewhile
 from pathlib import Path
 from types import FrameType
+from typing import TypeAlias
 
-from tendon_cli.engine.task import Note, PartFailure, PartMaker, PartResult, Results
+from tendon_cli.engine.task import Compute, Note, PartFailure, PartMaker, PartOutcomes, PartResult
 from tendon_cli.errors import (
     MemoryShortError,
     OutputError,
@@ -22,53 +23,67 @@ from tendon_cli.errors import (
     is_memory_short,
 )
 
-Runner = Callable[[PartMaker, Iterator[int]], Results]
+Runner: TypeAlias = Callable[[PartMaker, Iterator[int]], PartOutcomes]
 """Makes parts, and gives them in whatever order they are finished."""
 
 _ADDRESSES_PER_JOB = 300 * 10**6
-"""Three stacks, an arena of the C library (64 MB) for each, and the arrays of a part."""
+"""Three stacks, an arena of the C library (64 MB) for each, and the arrays of a part, bytes."""
 
 
 def available_cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    """Return the number of cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def make_parts(
     maker: PartMaker, runner: Runner, parts: Iterable[int], take: Callable[[PartResult], None]
 ) -> None:
-    """Make parts and hand each over as it is finished; raises for those that failed when the others are done."""
+    """Make parts, and hand each over as it is finished.
+
+    If parts fail, the others are finished first; then the failure is raised that says most: one
+    that ended the writing before any other, and a stop last.
+
+    Args:
+        maker: Makes a part.
+        runner: Has the maker make all parts.
+        parts: Indices of the parts.
+        take: Called with each finished part.
+    """
     failures: list[PartFailure] = []
-    with contextlib.closing(
-        runner(maker, iter(parts))
-    ) as results:  # nothing is out when the folder is let go
+    # Closing the results ends all work on parts before the folder is let go.
+    with contextlib.closing(runner(maker, iter(parts))) as results:
         try:
             for result in results:
-                failure = _taken(result, take)
-                failures += [failure] if failure else []
-                if failure and isinstance(failure.error, OutputError):
+                failure = _hand_over(result, take)
+                if failure is None:
+                    continue
+                failures.append(failure)
+                if isinstance(failure.error, OutputError):
                     maker.task.stop.set()  # the next part would not fit either
-        except (
-            BaseException
-        ) as error:  # such as KeyboardInterrupt: the parts that are being made end at once
-            maker.task.stop.set()
+        except BaseException as error:
+            maker.task.stop.set()  # ends the parts that are being made, at Ctrl-C for example
             if is_memory_short(error):
                 raise _memory_short(maker, "threads") from error
             raise
-    for failure in failures:  # what stopped the writing first, then anything else, then a stop
+    for failure in failures:
         if isinstance(failure.error, TendonError) and not isinstance(failure.error, Stopped):
             raise failure.error
     faults = [failure for failure in failures if not isinstance(failure.error, Stopped)]
     if faults:
-        raise _lost(maker, faults) from faults[0].error
+        raise _parts_failed(maker, faults) from faults[0].error
     if failures:
         raise failures[0].error
 
 
-def _taken(
+def _hand_over(
     result: PartResult | PartFailure, take: Callable[[PartResult], None]
 ) -> PartFailure | None:
-    """Hand a finished part over; what fails at that is a failure of the part, so that the others come to their end."""
+    """Hand a finished part over; return the failure of one that is not.
+
+    If handing over fails, that is a failure of the part, so that the others are still finished.
+    """
     if isinstance(result, PartFailure):
         return result
     try:
@@ -78,8 +93,9 @@ def _taken(
     return None
 
 
-def _lost(maker: PartMaker, faults: list[PartFailure]) -> TendonError:
-    first, where = faults[0], place(maker, faults[0].index)
+def _parts_failed(maker: PartMaker, faults: list[PartFailure]) -> TendonError:
+    first = faults[0]
+    where = place(maker, first.index)
     if is_memory_short(first.error):
         return _memory_short(maker, where)
     return WorkersLostError(
@@ -98,18 +114,26 @@ def _memory_short(maker: PartMaker, what: str) -> MemoryShortError:
 
 
 def place(maker: PartMaker, index: int) -> str:
-    """A part, and what it is of."""
+    """Describe a part for messages by its number and the task's words."""
     return f"part {index} ({maker.task.place(index)})"
 
 
 def in_threads(jobs: int) -> Runner:
-    """Makes parts, at most `jobs` at once, or as many as addresses allow; a single one in the calling thread."""
+    """Return the runner that makes parts in threads of this process.
+
+    Args:
+        jobs: Most parts computed at once; fewer if there are not enough addresses. A single one is
+            made in the calling thread.
+    """
     jobs = _affordable(jobs)
     return _one_by_one if jobs == 1 else partial(_at_once, jobs)
 
 
 def _affordable(jobs: int) -> int:
-    """At most as many jobs as there are addresses for: a thread without them aborts the process, uncaught."""
+    """Return the number of jobs that there are addresses for, at most `jobs`.
+
+    A thread without addresses would abort the process, and nothing could catch it.
+    """
     try:
         import resource  # not on every system
 
@@ -122,16 +146,17 @@ def _affordable(jobs: int) -> int:
     return max(1, min(jobs, (limit - used) // _ADDRESSES_PER_JOB))
 
 
-def _one_by_one(maker: PartMaker, missing: Iterator[int]) -> Results:
-    """Each part when it is asked for."""
+def _one_by_one(maker: PartMaker, missing: Iterator[int]) -> PartOutcomes:
+    """Make each part when it is asked for."""
     return (_attempt(maker, index) for index in missing)
 
 
-def _at_once(jobs: int, maker: PartMaker, missing: Iterator[int]) -> Results:
-    """Parts as they are finished, and failures among them, since joblib would end all at the first exception.
+def _at_once(jobs: int, maker: PartMaker, missing: Iterator[int]) -> PartOutcomes:
+    """Yield parts as they are finished, and failures among them.
 
-    As many threads as there are jobs compute, so that no others have the C library keep memory for them; twice as many
-    parts are begun, for some wait for the disk. However this ends, no thread works on a part any more.
+    A failure is a result, since joblib would end all parts at the first exception. As many threads
+    as there are jobs compute, so that the C library keeps memory for no others; twice as many parts
+    are begun, for some wait for the disk. However this ends, no thread works on a part any more.
     """
     from concurrent.futures import ThreadPoolExecutor
 
@@ -142,13 +167,11 @@ def _at_once(jobs: int, maker: PartMaker, missing: Iterator[int]) -> Results:
 
     def make(index: int) -> PartResult | PartFailure:
         with begun:
-            return (
-                PartFailure(index, Stopped())
-                if ended.is_set()
-                else _attempt(maker, index, computed)
-            )
+            if ended.is_set():
+                return PartFailure(index, Stopped())
+            return _attempt(maker, index, compute)
 
-    def computed(work: Callable[[], Note]) -> Note:
+    def compute(work: Callable[[], Note]) -> Note:
         return computing.submit(work).result()
 
     with (
@@ -157,41 +180,39 @@ def _at_once(jobs: int, maker: PartMaker, missing: Iterator[int]) -> Results:
             2 * jobs, backend="threading", return_as="generator_unordered", pre_dispatch="n_jobs"
         ) as pool,
     ):
-        parts = pool(
-            delayed(make)(index) for index in takewhile(lambda _: not ended.is_set(), missing)
-        )
+        to_begin = takewhile(lambda _: not ended.is_set(), missing)
+        parts = pool(delayed(make)(index) for index in to_begin)
         try:
-            for part in parts:  # noqa: UP028 - `yield from` would close joblib's generator, which then cancels
+            # `yield from` would close joblib's generator, which then cancels.
+            for part in parts:  # noqa: UP028
                 yield part
         except BaseException:
             maker.task.stop.set()
             raise
         finally:
             ended.set()
-            list(parts)  # until those that are at work are done, for which joblib would not wait
-            for _ in range(2 * jobs):  # nor does it after KeyboardInterrupt
+            list(parts)  # waits for the parts that are being made, as joblib would not
+            for _ in range(2 * jobs):  # after KeyboardInterrupt the list does not wait, either
                 begun.acquire()
 
 
-def _attempt(
-    maker: PartMaker, index: int, *working: Callable[[Callable[[], Note]], Note]
-) -> PartResult | PartFailure:
-    """A part; its failure is reported with the part's coordinates, while the others go on."""
+def _attempt(maker: PartMaker, index: int, *compute: Compute) -> PartResult | PartFailure:
+    """Make a part; return its failure with the part's index, so that the others go on."""
     try:
-        return maker.make(index, *working)
+        return maker.make(index, *compute)
     except Exception as error:  # noqa: BLE001
         return PartFailure(index, error)
 
 
 @contextlib.contextmanager
 def ended_by_keyboard(stop: threading.Event | None) -> Iterator[threading.Event]:
-    """The event that ends a run: the caller's, or one that Ctrl-C sets; a second Ctrl-C does not wait."""
+    """Yield the event that ends a run: the caller's, or one that Ctrl-C sets.
+
+    A second Ctrl-C does not wait for the run to end. Stopped becomes KeyboardInterrupt.
+    """
     is_main = threading.current_thread() is threading.main_thread()
-    if (
-        stop is not None
-        or not is_main
-        or signal.getsignal(signal.SIGINT) is not signal.default_int_handler
-    ):
+    is_default = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if stop is not None or not is_main or not is_default:
         yield stop or threading.Event()
         return
     ended = threading.Event()

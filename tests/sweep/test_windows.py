@@ -106,7 +106,11 @@ def test_an_answers_windows_are_those_of_a_sweep_over_many_angles():
     np.testing.assert_allclose(found.pretension_to, each.pretension_to.min(), rtol=1e-5)
 
 
-@pytest.mark.parametrize("most", [{"_MOST_KEPT": 0}, {"_MOST_BEFORE": 0}, {"_DESIGNS": 5}], ids=str)
+@pytest.mark.parametrize(
+    "most",
+    [{"_MOST_WINDOWS_KEPT": 0}, {"_MOST_STATES_BEFOREHAND": 0}, {"_DESIGNS_AT_ONCE": 5}],
+    ids=str,
+)
 def test_windows_of_all_designs_at_once_are_those_of_each_part(
     new_sweep, tmp_path, small_parts, monkeypatch, most
 ):

@@ -1,1 +1,1 @@
-"""A task on a running Dask cluster."""
+"""Carrying a task out on a running Dask cluster."""

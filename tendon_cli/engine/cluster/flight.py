@@ -1,6 +1,7 @@
 """A task on a running Dask cluster: parts go out to its workers and come back as they are finished.
 
-All that the library does happens in one event loop, which turns in the calling thread: no thread outlives a run.
+All that the library does happens in one event loop, which turns in the calling thread: no thread
+outlives a run.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from tendon_cli.engine.cluster.worker import (
     ready,
     unlike,
 )
-from tendon_cli.engine.task import PartFailure, PartMaker, PartResult, Results
+from tendon_cli.engine.task import PartFailure, PartMaker, PartOutcomes, PartResult
 from tendon_cli.engine.threads import Runner, place
 from tendon_cli.errors import Stopped, TendonError, UsageError, WorkersLostError, install_hint
 
@@ -37,8 +38,15 @@ CONNECT = 6.0
 ANSWER = 60.0
 """Seconds within which every worker must have imported tendon and answered whether it is fit."""
 PATIENCE = 30.0
-"""Seconds that a run waits for a scheduler that does not answer, or for the first worker after the last one died."""
-_LOOK, _COUNT, _RECALL, _CLOSE = 0.2, 2.0, 3.0, 2.0
+"""Seconds that a run waits for a scheduler that does not answer, or while no worker is left."""
+_LOOK = 0.2
+"""Seconds that a run waits for parts before it looks at the cluster."""
+_COUNT = 2.0
+"""Seconds between two counts of the workers' threads."""
+_RECALL = 3.0
+"""Seconds within which workers must let go of parts that are called back."""
+_CLOSE = 2.0
+"""Seconds within which the library must leave the cluster."""
 _ADDRESS = re.compile(r"(?:tcp|tls)://([\w.-]+|\[[0-9A-Fa-f:.]+\]):(\d{1,5})", re.ASCII)
 _TALKATIVE = (
     "distributed",
@@ -48,13 +56,20 @@ _TALKATIVE = (
     "tornado.application",
     "asyncio",
 )
+"""Loggers that are silenced."""
 
 
 @contextlib.contextmanager
 def connected(address: str, jobs: int | None) -> Iterator[Runner]:
-    """A cluster whose workers all have our versions; raises UsageError, or WorkersLostError within seconds.
+    """Yield the runner that makes parts on a cluster whose workers all have our versions.
 
-    `jobs` parts are out at once, by default two for each of the workers' threads.
+    Args:
+        address: Address of the scheduler, such as tcp://10.0.0.1:8786.
+        jobs: Parts that are out at once; None for two for each of the workers' threads.
+
+    Raises:
+        UsageError: The address is none, or the library is not installed.
+        WorkersLostError: Within seconds, if the cluster is not reached or a worker is unfit.
     """
     match = _ADDRESS.fullmatch(address)
     if match is None or not 0 < int(match[2]) < 2**16:
@@ -63,9 +78,8 @@ def connected(address: str, jobs: int | None) -> Iterator[Runner]:
     _library()
     with asyncio.Runner() as loop:
         with warnings.catch_warnings():
-            warnings.simplefilter(
-                "ignore"
-            )  # the library's, on other versions of what no table depends on
+            # The library warns of other versions of packages that no table depends on.
+            warnings.simplefilter("ignore")
             client = loop.run(_connect(address, match[1].strip("[]"), int(match[2])))
         try:
             yield partial(_results, client, loop, jobs)
@@ -74,7 +88,7 @@ def connected(address: str, jobs: int | None) -> Iterator[Runner]:
 
 
 def _library() -> Any:
-    """The package `distributed`, its loggers silenced; raises UsageError where it is not installed."""
+    """Return the package distributed, its loggers silenced; raises UsageError without it."""
     try:
         import distributed  # an optional extra
     except ImportError:
@@ -88,13 +102,12 @@ def _library() -> Any:
 
 
 async def _connect(address: str, host: str, port: int) -> Any:
-    """A client of the cluster, all of whose workers have our versions; raises WorkersLostError."""
+    """Return a client of a cluster whose workers all have our versions; raises WorkersLostError."""
     client = None
     try:
         async with asyncio.timeout(CONNECT):
-            _, writer = await asyncio.open_connection(
-                host, port
-            )  # the library would not say what is wrong
+            # Tried without the library first, which would not say what is wrong.
+            _, writer = await asyncio.open_connection(host, port)
             writer.close()
             client = _library().Client(
                 address, asynchronous=True, set_as_default=False, timeout=CONNECT
@@ -110,27 +123,36 @@ async def _connect(address: str, host: str, port: int) -> Any:
 
 
 def _unreachable(address: str, error: Exception, client: Any) -> WorkersLostError:
+    """Return the error of a scheduler that does not answer, or has no workers."""
     if isinstance(error, TimeoutError) and getattr(client, "status", None) == "running":
-        return WorkersLostError(
-            "the cluster has no workers", where=address, hint=f"`dask worker {address}` starts one"
-        )
+        hint = f"`dask worker {address}` starts one"
+        return WorkersLostError("the cluster has no workers", where=address, hint=hint)
     if isinstance(error, TimeoutError):
         why = f" within {CONNECT:.0f} s"
     elif isinstance(error, OSError) and error.errno is not None:
-        why = f": {os.strerror(error.errno) if error.errno > 0 else error.strerror}"  # those of names are below zero
+        # Errors of looking up a name have numbers below zero.
+        reason = os.strerror(error.errno) if error.errno > 0 else error.strerror
+        why = f": {reason}"
     else:
         why = ": something else does, or another version"
-    hint = "is it running, and can it be reached from here? `dask scheduler` prints its address when it starts"
+    hint = (
+        "is it running, and can it be reached from here? "
+        "`dask scheduler` prints its address when it starts"
+    )
     return WorkersLostError(f"no Dask scheduler answers{why}", where=address, hint=hint)
 
 
 async def _ask_everywhere(
-    client: Any, question: Callable[[Any], Refusal | None], about: Any
+    client: Any, question: Callable[[Any], Refusal | None], argument: Any
 ) -> None:
-    """Raises WorkersLostError for the first worker that refuses; one that is gone is left to the scheduler."""
+    """Ask every worker a question; a worker that is gone is left to the scheduler.
+
+    Raises:
+        WorkersLostError: A worker refuses, or one does not answer.
+    """
     try:
         async with asyncio.timeout(ANSWER):
-            answers = await client.run(question, about, on_error="return")
+            answers = await client.run(question, argument, on_error="return")
     except TimeoutError:
         raise _lost(client, f"has workers that do not answer within {ANSWER:.0f} s") from None
     for worker, answer in answers.items():
@@ -151,23 +173,23 @@ async def _close(client: Any) -> None:
 
 
 def _lost(client: Any, what: str) -> WorkersLostError:
+    where = getattr(client.scheduler, "address", None)
     hint = "the parts that were finished are kept; --resume goes on, with or without --scheduler"
-    return WorkersLostError(
-        f"the scheduler {what}", where=getattr(client.scheduler, "address", None), hint=hint
-    )
+    return WorkersLostError(f"the scheduler {what}", where=where, hint=hint)
 
 
 def _results(
     client: Any, loop: asyncio.Runner, jobs: int | None, maker: PartMaker, missing: Iterator[int]
-) -> Results:
-    """Parts as they are finished; raises WorkersLostError where the cluster is lost or unfit."""
+) -> PartOutcomes:
+    """Yield parts as they are finished; raises WorkersLostError if the cluster is lost or unfit."""
     flight = _Flight(client, maker, jobs)
     try:
         loop.run(flight.prepare())
         while loop.run(flight.fill(missing)):
             yield from loop.run(flight.landed())
             if maker.task.stop.is_set() and flight.parts:
-                yield PartFailure(next(iter(flight.parts.values())), Stopped())
+                first_part = next(iter(flight.parts.values()))
+                yield PartFailure(first_part, Stopped())
                 return
     finally:
         loop.run(flight.recall())
@@ -176,50 +198,59 @@ def _results(
 
 @dataclass
 class _Flight:
-    """The parts of a run that are out on the cluster."""
+    """Parts of a run that are out on the cluster."""
 
     client: Any
     maker: PartMaker
     jobs: int | None
     parts: dict[asyncio.Task[PartResult | PartFailure | None], int] = field(default_factory=dict)
-    """Parts that are out, by what waits for them."""
+    """Parts that are out, by the tasks that wait for them."""
     suspects: list[int] = field(default_factory=list)
-    """Parts whose workers died. Each goes out once more, alone, since another part may have been the cause."""
+    """Parts whose workers died.
+
+    Each goes out once more, alone, since another part may have been the cause.
+    """
     alone: bool = False
+    """True once suspects go out, one at a time."""
     at_once: int = 1
+    """Parts that may be out at once."""
     asked: float = field(default_factory=time.monotonic)
+    """Time at which the threads were last asked for."""
     manned: float = field(default_factory=time.monotonic)
+    """Time at which there last was a worker."""
 
     async def prepare(self) -> None:
-        """See that every worker is fit for this run."""
+        """Make every worker ready for this run; raises WorkersLostError if one is unfit."""
         self.assignment = Assignment.of(self.maker)
         await _ask_everywhere(self.client, ready, self.assignment)
         self.count = asyncio.create_task(self.client.nthreads())
         self._counted(await self.count)
 
     async def fill(self, missing: Iterator[int]) -> bool:
-        """Send parts out as far as there is room; whether any are out."""
-        while (
-            not self.alone
-            and len(self.parts) < self.at_once
-            and (index := next(missing, None)) is not None
-        ):
-            self.parts[asyncio.create_task(self._made(index))] = index
+        """Send out as many parts as there is room for; return True if any are out."""
+        while not self.alone and len(self.parts) < self.at_once:
+            index = next(missing, None)
+            if index is None:
+                break
+            self._send(index)
         if not self.parts and self.suspects:
-            self.alone, index = True, self.suspects.pop()
-            self.parts[asyncio.create_task(self._made(index))] = index
+            self.alone = True
+            self._send(self.suspects.pop())
         return bool(self.parts)
 
+    def _send(self, index: int) -> None:
+        self.parts[asyncio.create_task(self._made(index))] = index
+
     async def landed(self) -> list[PartResult | PartFailure]:
-        """What came back, waiting for a moment at most; raises WorkersLostError."""
+        """Return the parts that came back, after a moment at most; raises WorkersLostError."""
         done, _ = await asyncio.wait(self.parts, timeout=_LOOK, return_when=asyncio.FIRST_COMPLETED)
-        for waited in done:
-            del self.parts[waited]
+        for waiting in done:
+            del self.parts[waiting]
         self._watch()
-        return [outcome for waited in done if (outcome := waited.result()) is not None]
+        return [outcome for waiting in done if (outcome := waiting.result()) is not None]
 
     async def recall(self) -> None:
-        """Call back what is still out; workers end it at once and leave nothing behind."""
+        """Call back the parts that are out; workers end them at once and leave nothing behind."""
         for waiting in self.parts:
             waiting.cancel()
         if self.parts and self.client.status == "running":
@@ -229,11 +260,13 @@ class _Flight:
                     await self.client.run(halt, self.assignment.run, on_error="ignore")
 
     async def _made(self, index: int) -> PartResult | PartFailure | None:
-        """What comes of a part that is sent out; nothing if it is to be sent once more.
+        """Return what comes of a part that is sent out; None if it is to be sent once more.
 
-        A worker that dies before it hands over what it made is no loss: the scheduler has the part made again.
+        A worker that dies before it hands over what it made is no loss: the scheduler has the part
+        made again.
         """
-        key = (f"tendon-part-{self.assignment.run}{'-alone' if self.alone else ''}", index)
+        suffix = "-alone" if self.alone else ""
+        key = (f"tendon-part-{self.assignment.run}{suffix}", index)
         future = self.client.submit(make_part, self.assignment, index, key=key, pure=False)
         try:
             result: PartResult | Refusal = await future
@@ -244,33 +277,41 @@ class _Flight:
             if not self.alone:
                 self.suspects.append(index)
                 return None
-            died, last = error.allowed_failures + 1, error.last_worker.address
-            return PartFailure(
-                index,
-                OnWorkerError(f"{died} workers died of it one after another, the last {last}"),
-            )
+            died = error.allowed_failures + 1
+            last = error.last_worker.address
+            message = f"{died} workers died of it one after another, the last {last}"
+            return PartFailure(index, OnWorkerError(message))
         except Exception as error:  # noqa: BLE001 - its worker could not even answer for it
             if isinstance(error, CancelledError) or self.client.status != "running":
                 raise _lost(self.client, "went away, or gave up our parts") from None
             return PartFailure(index, OnWorkerError(f"{type(error).__name__}: {error}"))
-        if isinstance(result, Refusal) and result.kind == "unfit":
+        if not isinstance(result, Refusal):
+            return result
+        if result.kind == "unfit":
             raise result.error()
-        return PartFailure(index, result.error()) if isinstance(result, Refusal) else result
+        return PartFailure(index, result.error())
 
     def _watch(self) -> None:
         """Count the workers' threads now and then, and see by it that the scheduler lives."""
         waited = time.monotonic() - self.asked
-        if self.client.status != "running" or (
-            self.count.done() and self.count.exception() is not None
-        ):
+        is_answered = self.count.done()
+        if self.client.status != "running":
             raise _lost(self.client, "went away")
-        if self.count.done() and waited > _COUNT:
+        if is_answered and self.count.exception() is not None:
+            raise _lost(self.client, "went away")
+        if is_answered and waited > _COUNT:
             self._counted(self.count.result())
-            self.count, self.asked = asyncio.create_task(self.client.nthreads()), time.monotonic()
-        elif not self.count.done() and waited > PATIENCE:
+            self.count = asyncio.create_task(self.client.nthreads())
+            self.asked = time.monotonic()
+        elif not is_answered and waited > PATIENCE:
             raise _lost(self.client, f"does not answer for {PATIENCE:.0f} s")
 
     def _counted(self, threads: dict[str, int]) -> None:
+        """Set the number of parts that may be out; raises WorkersLostError if no worker is left.
+
+        Args:
+            threads: Number of threads of each worker.
+        """
         now = time.monotonic()
         self.at_once = self.jobs or max(1, 2 * sum(threads.values()))
         if threads:

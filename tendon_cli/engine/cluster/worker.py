@@ -1,8 +1,9 @@
-"""What a cluster's worker does of a task: rebuild it, make a part, put its files into the shared run folder.
+"""A worker's side of a run: rebuild the task, make parts, put their files into the run folder.
 
-Nothing here knows the cluster's library. A worker answers with what it made or why it did not; it never raises. As the
-cluster may give a part to a second worker while a first one, thought dead, still writes, each worker writes under names
-that nobody else has and renames at the very end, where the run still stands.
+Nothing here knows the cluster's library. A worker answers with what it made or why it did not; it
+never raises. The cluster may give a part to a second worker while a first one, thought dead, still
+writes. So each worker writes under names that nobody else has, and renames at the very end, if the
+folder still holds the run.
 """
 
 from __future__ import annotations
@@ -26,17 +27,20 @@ from tendon_cli.tables.schema import versions
 from tendon_cli.version import RESULTS_VERSION
 
 _MOST_RUNS = 4
+"""Most runs whose makers are kept in a process."""
 _HEAD = 2**14
+"""Bytes at the beginning of a record that hold the hash of its study."""
 _PATIENCE = 5.0
 """Seconds after which a network file system should show what was written elsewhere."""
 
 _MAKERS: dict[str, _RemoteMaker] = {}
+"""Makers of this process, by the names of their runs."""
 _LOCK = threading.Lock()
 
 
 @dataclass(frozen=True)
 class Assignment:
-    """What a worker must know of a run; small, as it goes with every part."""
+    """Facts of a run that a worker needs; small, since they go with every part."""
 
     run: str
     """A name that no other run has."""
@@ -47,40 +51,45 @@ class Assignment:
     """The resolved study, the order of its axes and what its files gave, as JSON."""
     kind: type[Task]
     parts: int
+    """Number of parts of the run."""
     versions: dict[str, str]
+    """Versions that a worker must have."""
 
     @classmethod
     def of(cls, maker: PartMaker) -> Assignment:
-        """The assignment that lets any worker make the same parts."""
-        task, folder = maker.task, str(maker.folder.absolute())
-        record = json.dumps(task.study.record)
+        """Return the assignment that lets any worker make the same parts."""
+        task = maker.task
         return cls(
-            uuid.uuid4().hex,
-            folder,
-            task.study.hash,
-            record,
-            type(task),
-            task.parts,
-            all_versions(),
+            run=uuid.uuid4().hex,
+            folder=str(maker.folder.absolute()),
+            study_hash=task.study.hash,
+            record=json.dumps(task.study.record),
+            kind=type(task),
+            parts=task.parts,
+            versions=all_versions(),
         )
 
     def task(self) -> Task:
-        """The task, its study rebuilt without its files."""
+        """Return the task, its study rebuilt without its files."""
         return self.kind.of(recorded_study(json.loads(self.record)))
 
-    def stands_in_folder(self) -> bool:
-        """Whether the run folder is to be seen from here, and holds this study, unfinished or to be repaired."""
+    def is_in_folder(self) -> bool:
+        """Return True if the run folder is seen from here and holds this study.
+
+        The run is unfinished, which its journal says, or repaired, which its record says.
+        """
         mark = f'"study_hash": "{self.study_hash}"'.encode()
         for name in (JOURNAL, *RECORDS.values()):
             with contextlib.suppress(OSError), (Path(self.folder) / name).open("rb") as file:
-                if mark in (file.readline() if name == JOURNAL else file.read(_HEAD)):
+                beginning = file.readline() if name == JOURNAL else file.read(_HEAD)
+                if mark in beginning:
                     return True
         return False
 
 
 @dataclass(frozen=True)
 class Refusal:
-    """Why a worker did not make a part; `unfit` where it can make none of this run."""
+    """Reason why a worker did not make a part; `unfit` if it can make no part of this run."""
 
     kind: Literal["unfit", "output", "stopped", "failed"]
     reason: str
@@ -89,9 +98,11 @@ class Refusal:
     host: str = field(default_factory=platform.node)
 
     def error(self) -> Exception:
-        """What the run meets that this worker was asked by."""
+        """Return the exception that the run raises for it."""
         if self.kind == "unfit":
-            where = f"worker {self.host}" + (f": {self.where}" if self.where else "")
+            where = f"worker {self.host}"
+            if self.where:
+                where += f": {self.where}"
             return WorkersLostError(self.reason, where=where, hint=self.hint)
         reason = f"{self.reason}, on worker {self.host}"
         if self.kind == "output":
@@ -100,7 +111,7 @@ class Refusal:
 
 
 class OnWorkerError(Exception):
-    """What went wrong with a part on a worker, in that worker's words."""
+    """Failure of a part on a worker, in that worker's words."""
 
 
 class Unfit(Exception):  # noqa: N818 - a state of this worker
@@ -108,17 +119,17 @@ class Unfit(Exception):  # noqa: N818 - a state of this worker
 
 
 def all_versions() -> dict[str, str]:
-    """Everything that the bytes of a table follow from, besides the study."""
+    """Return all versions that the bytes of a table follow from, besides the study."""
     return {**versions(), "results": str(RESULTS_VERSION)}
 
 
 def unlike(expected: dict[str, str]) -> Refusal | None:
-    """Refuses where this worker's versions would give other bytes."""
-    here = all_versions()
+    """Refuse if this worker's versions would give other bytes; None if they are as expected."""
+    installed = all_versions()
     wrong = [
-        f"{name} {here[name]} instead of {version}"
+        f"{name} {installed[name]} instead of {version}"
         for name, version in expected.items()
-        if here[name] != version
+        if installed[name] != version
     ]
     if not wrong:
         return None
@@ -127,11 +138,14 @@ def unlike(expected: dict[str, str]) -> Refusal | None:
 
 
 def ready(assignment: Assignment) -> Refusal | None:
-    """Prepare this worker for a run; refuses where it cannot take part."""
+    """Prepare this worker for a run; refuse if it cannot take part, else return None."""
     try:
         _maker(assignment)
     except Unfit as error:
-        hint = "workers write into the run folder themselves: it must be shared, and have the same path everywhere"
+        hint = (
+            "workers write into the run folder themselves: "
+            "it must be shared, and have the same path everywhere"
+        )
         return Refusal("unfit", str(error), where=assignment.folder, hint=hint)
     return None
 
@@ -162,30 +176,31 @@ def halt(run: str) -> None:
 
 @dataclass(frozen=True)
 class _RemoteMaker(PartMaker):
-    """Makes parts for a run elsewhere, and puts them in place only as long as that goes on."""
+    """Makes parts for a run elsewhere, and puts them in place only while that run goes on."""
 
     assignment: Assignment = field(kw_only=True)
 
     def check(self) -> None:
-        """Raises Unfit if the run has gone on without this worker."""
-        if not self.assignment.stands_in_folder():
+        """Raise Unfit if the run has gone on without this worker."""
+        if not self.assignment.is_in_folder():
             raise Unfit("the run folder is gone, or holds another run by now")
 
 
 def _maker(assignment: Assignment) -> _RemoteMaker:
-    """The maker of a run, built once in this process; raises Unfit."""
+    """Return the maker of a run, built once in this process; raises Unfit."""
     with _LOCK:
         if assignment.run not in _MAKERS:
             maker = _new_maker(assignment)
             while len(_MAKERS) >= _MOST_RUNS:
-                del _MAKERS[next(iter(_MAKERS))]
+                oldest = next(iter(_MAKERS))
+                del _MAKERS[oldest]
             _MAKERS[assignment.run] = maker
         return _MAKERS[assignment.run]
 
 
 def _new_maker(assignment: Assignment) -> _RemoteMaker:
     deadline = time.monotonic() + _PATIENCE
-    while not assignment.stands_in_folder():
+    while not assignment.is_in_folder():
         if time.monotonic() > deadline:
             raise Unfit("this worker does not see the run folder")
         time.sleep(0.2)
