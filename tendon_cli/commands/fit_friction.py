@@ -109,7 +109,7 @@ def fit_friction(
 def _check_outputs(
     inputs: tuple[Path | None, ...], plot: Path | None, out: Path | None, strokes: Path | None
 ) -> None:
-    """Raise UsageError if an output would be written over what must stay.
+    """Raise UsageError if an output would overwrite a file that must stay.
 
     Args:
         inputs: Readings and route.
@@ -128,7 +128,7 @@ def _check_outputs(
         for source in filter(None, inputs):
             with contextlib.suppress(OSError, ValueError):
                 if file.samefile(source):
-                    problem = f"{source.name}, which is read, would be written over"
+                    problem = f"{source.name} is an input, and would be overwritten"
                     raise UsageError(problem, where=option, hint="choose another name")
         mark = "`tendon fit-friction`" if option == "--out" else "tendon fit-friction"
         check_ours(file, mark, option)

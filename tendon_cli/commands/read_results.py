@@ -294,7 +294,7 @@ def export(
     with contextlib.suppress(OSError):
         if file.samefile(source):
             raise UsageError(
-                f"{file.name}, which is read, would be written over", hint="choose another name"
+                f"{file.name} is an input, and would be overwritten", hint="choose another name"
             )
     count = write_rows(rows, file, form)
     record = {"file": str(file), "rows": count, "columns": rows.names}

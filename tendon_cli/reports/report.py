@@ -108,7 +108,7 @@ def write_report(result: AnyResult, out: str | PathLike[str] | None = None) -> P
     target = folder / NAME if out is None else result_path(out)
     if not _may_write(target):
         raise UsageError(
-            "is no page of tendon, and is left as it is", where=str(target), hint="another --out"
+            "is not a page of tendon, and is left as it is", where=str(target), hint="another --out"
         )
     page = _page(folder)
     write_whole(target, page.encode())
@@ -141,7 +141,7 @@ def _paper_page(folder: Path) -> str:
         rows = [tuple(str(entry[name]) for name in _LEDGER_FIELDS) for entry in entries]
     except (OSError, ValueError, KeyError, TypeError) as error:
         hint = "`tendon paper` writes it anew"
-        raise InputError(f"is no ledger: {error}", where=str(folder / LEDGER), hint=hint) from None
+        raise InputError(f"is not a ledger: {error}", where=str(folder / LEDGER), hint=hint) from None
     pictures, left_out = _pictures(folder)
     table = html.table(("id", "verdict", "what the paper says", "result"), rows)
     parts = [
