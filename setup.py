@@ -1,4 +1,7 @@
-"""What pyproject.toml cannot say: the kernel, compiled where a C compiler is at hand, with the version it goes by."""
+"""Build the compiled kernel, which pyproject.toml cannot describe, and add the examples.
+
+The kernel is compiled with the version that it goes by, if a C compiler is at hand.
+"""
 
 import re
 from pathlib import Path
@@ -7,9 +10,8 @@ from setuptools import Extension, setup
 from setuptools.command.build_py import build_py
 
 KERNEL = Path("tendon_cli/kernel")
-VERSION = re.search(
-    r"^VERSION = (\d+)$", (KERNEL / "__init__.py").read_text(encoding="utf-8"), re.MULTILINE
-)[1]
+_CODE = (KERNEL / "__init__.py").read_text(encoding="utf-8")
+VERSION = re.search(r"^VERSION = (\d+)$", _CODE, re.MULTILINE)[1]
 EXTENSION = Extension(
     "tendon_cli.kernel._native",
     sources=[str(KERNEL / f"{name}.c") for name in ("native", "plain", "avx2", "avx512")],
@@ -29,19 +31,22 @@ EXTENSION = Extension(
 
 
 class BuildWithExamples(build_py):
-    """The studies and readings of the documentation stand in the package, too, for `tendon init --from`."""
+    """Copy the studies and readings of the documentation into the package, too.
+
+    `tendon init --from` copies them from there.
+    """
 
     def run(self):
-        """Build as ever, then copy."""
+        """Build as usual, then copy."""
         super().run()
-        if not self.editable_mode:
-            for source in sorted(Path("configs").rglob("*")):
-                if source.suffix in (".toml", ".csv"):
-                    target = Path(
-                        self.build_lib, "tendon_cli/examples", source.relative_to("configs")
-                    )
-                    self.mkpath(str(target.parent))
-                    self.copy_file(str(source), str(target))
+        if self.editable_mode:
+            return
+        examples = Path(self.build_lib, "tendon_cli/examples")
+        for source in sorted(Path("configs").rglob("*")):
+            if source.suffix in (".toml", ".csv"):
+                target = examples / source.relative_to("configs")
+                self.mkpath(str(target.parent))
+                self.copy_file(str(source), str(target))
 
 
 setup(

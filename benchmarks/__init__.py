@@ -1,1 +1,1 @@
-"""Ratios measured in one run: against the machine's own limit, and against what a user would write instead."""
+"""Ratios measured in one run: tendon against the machine's own limit, and against other scripts."""

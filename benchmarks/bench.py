@@ -1,10 +1,10 @@
 """`make bench`: how fast a sweep is and how much memory it takes, as ratios measured in one run.
 
-Rates depend on the machine, so each stands beside something measured on it a moment before or after: the machine's own
-limit (the same tables, ready in memory, written by bare pyarrow), what an expert would write (`expert.py`), a fused
-loop in C (`fused.c`), the imports that cannot be done without. Beside the ratio by the clock stands that of processor
-time, which says more on a machine that others use, and the spread of the rounds. A full run is put at the end of
-`history.jsonl`.
+Rates depend on the machine, so each stands beside something measured on it a moment before or
+after: the machine's own limit (the same tables, ready in memory, written by bare pyarrow), what an
+expert would write (`expert.py`), a fused loop in C (`fused.c`), the imports that cannot be done
+without. Beside the ratio by the clock stands that of processor time, which says more on a machine
+that others use, and the spread of the rounds. A full run is put at the end of `history.jsonl`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from benchmarks.report import HISTORY, Report, append
 from benchmarks.setting import Bench
 
 QUIET = 0.5
-"""Load below which nothing else counts."""
+"""Largest load of a machine that counts as quiet."""
 
 _SECTIONS = {
     "states": sections.states_sweep,
@@ -38,7 +38,7 @@ _SECTIONS = {
 
 
 def full(scratch: Path) -> Bench:
-    """The sizes that the targets are for."""
+    """Return the sizes that the targets are for."""
     return Bench(
         scratch,
         Report(),
@@ -60,15 +60,19 @@ def full(scratch: Path) -> Bench:
 
 
 def quick(scratch: Path) -> Bench:
-    """A tenth of the sizes, for a look while working."""
+    """Return a tenth of the sizes, for a look while working."""
     bench = full(scratch)
-    bench.rounds, bench.small_rounds, bench.lock_parts = 2, 5, 8
-    bench.states, bench.designs = (25, 10, 11), (25, 20, 10, 10)
+    bench.rounds = 2
+    bench.small_rounds = 5
+    bench.lock_parts = 8
+    bench.states = (25, 10, 11)
+    bench.designs = (25, 20, 10, 10)
     bench.growing = {size: text for size, text in bench.growing.items() if "10^9" not in size}
     return bench
 
 
 def _options() -> argparse.Namespace:
+    """Read the options of the command line."""
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.bench", description="measure tendon in ratios"
     )
@@ -86,27 +90,30 @@ def _options() -> argparse.Namespace:
 
 def main() -> None:
     """Measure, print, record."""
-    options, started = _options(), time.monotonic()
+    options = _options()
+    started = time.monotonic()
     compileall.compile_dir(ROOT / "tendon_cli", quiet=1)  # as pip does with what it installs
-    what, here = when_and_what(), machine()
-    changed = ", with uncommitted changes" if what["uncommitted_changes"] else ""
-    print(f"tendon {what['version']} ({what['commit'] or 'no commit'}{changed}), {what['date']}")
-    print(", ".join(f"{name} {value}" for name, value in here.items()))
-    if float(str(what["load_before"])) > QUIET:
-        print(
-            f"the machine is in use (load {what['load_before']}), and ratios are worse than on a quiet one"
-        )
+    measured = when_and_what()
+    computer = machine()
+    commit = measured["commit"] or "no commit"
+    changed = ", with uncommitted changes" if measured["uncommitted_changes"] else ""
+    print(f"tendon {measured['version']} ({commit}{changed}), {measured['date']}")
+    print(", ".join(f"{name} {value}" for name, value in computer.items()))
+    load = float(str(measured["load_before"]))
+    if load > QUIET:
+        print(f"the machine is in use (load {load}), and ratios are worse than on a quiet one")
     if options.quick:
         print("quick: a tenth of the sizes that the targets are for")
     with tempfile.TemporaryDirectory(prefix="tendon-bench-") as name:
-        bench = (quick if options.quick else full)(Path(name))
+        scratch = Path(name)
+        bench = quick(scratch) if options.quick else full(scratch)
         for section in options.only or _SECTIONS:
             if hasattr(os, "sync"):
                 os.sync()  # what the section before left to be written would hold up this one
             _SECTIONS[section](bench)
     print(f"\n{time.monotonic() - started:.0f} s in all")
     if not (options.quick or options.only):
-        append(bench.report.record(what, here), options.history)
+        append(bench.report.record(measured, computer), options.history)
         print(f"recorded in {options.history.name}")
 
 

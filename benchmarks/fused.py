@@ -1,8 +1,8 @@
-"""`fused.c` compiled by the system's C compiler and called from threads: the designs of `studies.designs_study`.
+"""Compile `fused.c` with the system's C compiler, and call it from threads.
 
-Of a study without an axis of pretension, their windows.
-
-Its tables by angle and by friction are made here with NumPy; the call lets go of the interpreter's lock.
+It computes the designs of `studies.designs_study`, or the windows of a study without an axis of
+pretension. Its tables by angle and by friction are made here with NumPy; the call lets go of the
+interpreter's lock.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 import subprocess
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -68,6 +69,8 @@ _TABLES = (
 
 
 class _Study(ctypes.Structure):
+    """`Study` of `fused.c`."""
+
     _fields_ = (
         *((name, ctypes.c_long) for name in _LENGTHS),
         ("elbow_radius", ctypes.c_double),
@@ -77,19 +80,25 @@ class _Study(ctypes.Structure):
 
 
 class Fused:
-    """The loop over the designs of a plan whose axes are `AXES`, all else by default; `out` has the results.
+    """Loop over the designs of a plan, or over their windows if pretension is no axis.
 
-    Where pretension is no axis it is that over their windows.
+    Args:
+        plan: Plan whose axes are `AXES`, with or without the first; all else is the default.
+        folder: Folder for the compiled loop.
     """
 
     def __init__(self, plan: Plan, folder: Path) -> None:
         keys = tuple(axis.key for axis in plan.axes)
         if keys not in (AXES, AXES[1:]):
             raise ValueError(f"the loop is written for the axes {', '.join(AXES)}")
-        self.results = RESULTS if keys == AXES else WINDOWS
-        self._function = _compiled(folder, "sweep" if keys == AXES else "windows")
         values = [np.array(axis.values, dtype=np.float64) for axis in plan.axes]
-        values = values if keys == AXES else [np.zeros(1), *values]
+        if keys == AXES:
+            self.results = RESULTS
+            self._function = _compiled(folder, "sweep")
+        else:
+            self.results = WINDOWS
+            self._function = _compiled(folder, "windows")
+            values = [np.zeros(1), *values]
         self._combinations = plan.designs // len(values[0])
         self.out = np.zeros((len(self.results), plan.designs))
         self._tables = _tables(values, plan.elbow_angles) | {"out": self.out}
@@ -106,24 +115,26 @@ class Fused:
         )
 
     def run(self, threads: int) -> Took:
-        """Compute everything."""
-        ends = [self._combinations * at // threads for at in range(threads + 1)]
+        """Compute all designs in some threads."""
+        ends = [self._combinations * thread // threads for thread in range(threads + 1)]
         study = ctypes.byref(self._study)
         return in_threads(
-            partial(self._function, study, *ends[at : at + 2]) for at in range(threads)
+            partial(self._function, study, start, stop) for start, stop in pairwise(ends)
         )
 
     def columns(self) -> dict[str, Array]:
-        """The result columns of the designs table, `RESULTS` or `WINDOWS`."""
+        """Return the columns of results, `RESULTS` or `WINDOWS`, by name."""
         return dict(zip(self.results, self.out, strict=True))
 
 
 def _compiled(folder: Path, name: str) -> ctypes._NamedFuncPointer:
-    library, loop = folder / "fused.so", folder / "fused.o"
-    subprocess.run(
-        ["cc", *OPTIONS, "-fPIC", "-c", "-o", loop, Path(__file__).with_name("fused.c")], check=True
-    )
-    # Linked without these options, or loading it would have the whole process take the smallest numbers for nought.
+    """Compile the loop, and return one of its functions."""
+    source = Path(__file__).with_name("fused.c")
+    loop = folder / "fused.o"
+    library = folder / "fused.so"
+    subprocess.run(["cc", *OPTIONS, "-fPIC", "-c", "-o", loop, source], check=True)
+    # Linked without these options, or loading it would have the whole process take the smallest
+    # numbers for nought.
     subprocess.run(["cc", "-shared", "-o", library, loop, "-lm"], check=True)
     function = getattr(ctypes.CDLL(str(library)), name)
     function.argtypes = (ctypes.POINTER(_Study), ctypes.c_long, ctypes.c_long)
@@ -132,10 +143,14 @@ def _compiled(folder: Path, name: str) -> ctypes._NamedFuncPointer:
 
 
 def _tables(values: list[Array], angle: Array) -> dict[str, Array]:
-    """The axes, and what the loop looks up by angle and by friction, flexor before extensor as they are in flexion."""
+    """Return the axes, and the numbers that the loop looks up by angle and by friction.
+
+    Only angles with a positive moment arm are kept. By friction the flexor comes before the
+    extensor, as they are in flexion.
+    """
     pretension, spring, ratio, friction, load = values
     flexor_travel, extensor_travel, arm, slope = geometry(angle)
-    able = arm > 0
+    has_arm = arm > 0
     by_angle = {
         "angle": angle,
         "arm": arm,
@@ -153,5 +168,5 @@ def _tables(values: list[Array], angle: Array) -> dict[str, Array]:
         "load_moment": GRAVITY * (WEIGHT * WEIGHT_AT + load * LOAD_AT),
         "capstan": np.ascontiguousarray(capstan),
         "tendon": np.ascontiguousarray(tendon),
-        **{name: np.ascontiguousarray(column[able]) for name, column in by_angle.items()},
+        **{name: np.ascontiguousarray(column[has_arm]) for name, column in by_angle.items()},
     }

@@ -1,10 +1,9 @@
-"""The kernel of tendon against the loop in C, over the same states and in as many threads, in turn.
-
-Of a study without an axis of pretension its windows, which is all that tendon then computes.
+"""Measure the kernel of tendon and the loop in C, over the same states and in as many threads.
 
     python -m benchmarks.kernel STUDY FOLDER THREADS TIMES
 
-Runs in one process and prints seconds as JSON. tendon computes parts as a sweep does, into rows that are discarded.
+For a study without an axis of pretension both compute windows. Runs in one process, in turn, and
+prints seconds as JSON. tendon computes parts as a sweep does, into rows that are discarded.
 """
 
 from __future__ import annotations
@@ -26,15 +25,15 @@ from tendon_cli.tables.write import Filler
 
 
 class Discarded:
-    """Rows that go nowhere."""
+    """Table whose rows are forgotten."""
 
     def fill(self, count: int, write: Filler) -> None:
-        """Have them worked out, and forget them."""
+        """Have rows worked out, and forget them."""
         write({}, range(count))
 
 
 def tendon(task: Sweep, threads: int) -> Took:
-    """All parts of a plan, computed by some threads."""
+    """Compute all parts of a plan in some threads."""
     work = _designs if "tendon.pretension" in task.plan.study.axes else _windows
     parts = iter(range(task.plan.parts))
     lock = threading.Lock()
@@ -44,6 +43,7 @@ def tendon(task: Sweep, threads: int) -> Took:
 def _parts(
     work: Callable[[Sweep, range], None], task: Sweep, parts: Iterator[int], lock: threading.Lock
 ) -> None:
+    """Compute one part after the other until none is left."""
     while True:
         with lock:
             index = next(parts, None)
@@ -53,33 +53,34 @@ def _parts(
 
 
 def _designs(task: Sweep, designs: range) -> None:
+    """Compute the rows of a part."""
     task.fill_designs({"designs": Discarded()}, designs)
 
 
 def _windows(task: Sweep, designs: range) -> None:
+    """Compute the windows of a part."""
     for whole in task.plan.blocks_of_designs(designs):
         for block in task.folds.small_blocks(whole):
             task.folds.windows(block, task.plan.design(block))
 
 
 def main(study: str, folder: str, threads: str, times: str) -> None:
+    """Measure, and print the runs of both sides."""
     keep_freed_memory()
     plan = Plan(load_study(Path(study)))
     fused = Fused(plan, Path(folder))
-    fused.run(int(threads))  # its results take their memory once
+    count = int(threads)
+    fused.run(count)  # its results take their memory once
     ours, theirs = interleaved(
-        int(times), lambda: tendon(Sweep(plan), int(threads)), lambda: fused.run(int(threads))
+        int(times), lambda: tendon(Sweep(plan), count), lambda: fused.run(count)
     )
-    print(
-        json.dumps(
-            {
-                "tendon": asdict(ours)["runs"],
-                "c": asdict(theirs)["runs"],
-                "states": plan.states,
-                "options": " ".join(OPTIONS),
-            }
-        )
-    )
+    record = {
+        "tendon": asdict(ours)["runs"],
+        "c": asdict(theirs)["runs"],
+        "states": plan.states,
+        "options": " ".join(OPTIONS),
+    }
+    print(json.dumps(record))
 
 
 if __name__ == "__main__":

@@ -1,10 +1,11 @@
-"""How long a part of a sweep holds Python's lock, which caps how many cores one process can use.
+"""Measure the time for which a part of a sweep holds Python's lock.
 
     python -m benchmarks.lock STUDY FOLDER PARTS
 
-Makes parts in one thread, as a sweep does, and takes from the processor time of each that of the calls which let go of
-the lock: the kernel, the writer (but for what it calls back, and the copy that this takes), hashing, files. What NumPy
-lets go of for a moment counts as held. Prints medians of a part as JSON, in seconds.
+That time caps how many cores one process can use. Makes parts in one thread, as a sweep does, and
+takes from the processor time of each that of the calls which let go of the lock: the kernel, the
+writer (but for what it calls back, and the copy that this takes), hashing, files. What NumPy lets
+go of for a moment counts as held. Prints medians of a part as JSON, in seconds.
 """
 
 from __future__ import annotations
@@ -30,17 +31,17 @@ from tendon_cli.studies.load import load_study
 from tendon_cli.tables import digest, write
 
 WARM = 2
-"""Parts that are not counted, since they work out what all need."""
+"""Parts that are not counted, since they work out what all parts need."""
 
 
 class Released:
-    """The processor time of calls that let go of the lock."""
+    """Processor time of calls that let go of the lock, s."""
 
     def __init__(self) -> None:
         self.seconds = 0.0
 
     def counted(self, call: Callable[..., Any]) -> Callable[..., Any]:
-        """The same function, counted."""
+        """Return a function that does the same, and is counted."""
 
         def timed(*arguments: Any, **options: Any) -> Any:
             started = time.thread_time()
@@ -51,33 +52,35 @@ class Released:
 
         return timed
 
-    def within(self, whole: object, *names: str) -> Some:
-        """The same object, with some methods counted."""
-        return Some(whole, {name: self.counted(getattr(whole, name)) for name in names})
+    def within(self, target: object, *names: str) -> Proxy:
+        """Return an object that does the same, with some methods counted."""
+        return Proxy(target, {name: self.counted(getattr(target, name)) for name in names})
 
-    def sha256(self, made: Any) -> Some:
-        """A hash that is counted, and its copies."""
+    def sha256(self, made: Any) -> Proxy:
+        """Return a hash that does the same, counted like its copies."""
         methods = {"update": self.counted(made.update), "copy": lambda: self.sha256(made.copy())}
-        return Some(made, methods)
+        return Proxy(made, methods)
 
 
-class Some:
-    """An object, some of whose methods are others."""
+class Proxy:
+    """An object with some of its methods replaced."""
 
-    def __init__(self, whole: object, methods: dict[str, Callable[..., Any]]) -> None:
-        self._whole, self._methods = whole, methods
+    def __init__(self, target: object, methods: dict[str, Callable[..., Any]]) -> None:
+        self._target = target
+        self._methods = methods
 
     def __getattr__(self, name: str) -> Any:
-        return self._methods[name] if name in self._methods else getattr(self._whole, name)
+        return self._methods[name] if name in self._methods else getattr(self._target, name)
 
 
 def watch() -> Released:
-    """Count what this process calls from now on; it is there for nothing else."""
+    """Count the calls of this process from now on; it serves nothing else."""
     released = Released()
     if kernel.kind() is not None:
         native = released.within(kernel.native(), "rows", "extremes", "window")
         kernel.native = lambda: native
-    digest.hashlib = Some(hashlib, {"sha256": lambda *data: released.sha256(hashlib.sha256(*data))})
+    sha256 = lambda *data: released.sha256(hashlib.sha256(*data))  # noqa: E731
+    digest.hashlib = Proxy(hashlib, {"sha256": sha256})
 
     class Sink(digest.StampedSink):
         def __init__(self, file: Any) -> None:
@@ -95,29 +98,35 @@ def watch() -> Released:
             super().__init__(*arguments, **options)
             self.writer = released.within(self.writer, "write_table", "close")
 
-    write.StampedSink, write.pq.ParquetWriter = Sink, Writer
+    write.StampedSink = Sink
+    write.pq.ParquetWriter = Writer
     os.fsync = released.counted(os.fsync)
     return released
 
 
 def main(study: str, folder: str, parts: str) -> None:
+    """Make parts, and print the medians."""
     keep_freed_memory()
     plan = Plan(load_study(Path(study)))
     for table in plan.study.output.tables:
         (Path(folder) / f"{table}.parquet").mkdir(parents=True)
-    maker, released = PartMaker(Sweep(plan), Path(folder)), watch()
-    held, all_of_it = [], []
+    maker = PartMaker(Sweep(plan), Path(folder))
+    released = watch()
+    held = []
+    processor = []
     for index in range(min(plan.parts, WARM + int(parts))):
-        before, started = released.seconds, time.thread_time()
+        released_before = released.seconds
+        started = time.thread_time()
         maker.make(index)
-        all_of_it.append(time.thread_time() - started)
-        held.append(all_of_it[-1] - (released.seconds - before))
-    states = len(plan.part(0)) * plan.states_per_design
-    print(
-        json.dumps(
-            {"held": median(held[WARM:]), "processor": median(all_of_it[WARM:]), "states": states}
-        )
-    )
+        seconds = time.thread_time() - started
+        processor.append(seconds)
+        held.append(seconds - (released.seconds - released_before))
+    record = {
+        "held": median(held[WARM:]),
+        "processor": median(processor[WARM:]),
+        "states": len(plan.part(0)) * plan.states_per_design,
+    }
+    print(json.dumps(record))
 
 
 if __name__ == "__main__":

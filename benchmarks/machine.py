@@ -1,4 +1,4 @@
-"""What the figures were measured on and of: nothing here names a host or a path."""
+"""The machine and the version that are measured; nothing here names a host or a path."""
 
 from __future__ import annotations
 
@@ -15,12 +15,14 @@ LIBRARIES = ("numpy", "pyarrow", "pydantic", "typer")
 
 
 def cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    """Return the number of cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def machine() -> dict[str, object]:
-    """Processor, cores, memory, system and versions."""
+    """Return processor, cores, memory, system and versions."""
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     return {
         "processor": _processor(),
@@ -34,16 +36,14 @@ def machine() -> dict[str, object]:
 
 
 def when_and_what() -> dict[str, object]:
-    """The date, which tendon was measured, and how busy the machine was before.
+    """Return the date, the version of tendon, and the load of the machine before.
 
-    The commit is known where git and the repository are.
+    The commit is known if there are git and the repository.
     """
     from tendon_cli.version import __version__
 
-    commit, changed = (
-        _git("rev-parse", "--short=12", "HEAD"),
-        _git("status", "--porcelain", "--", "tendon_cli"),
-    )
+    commit = _git("rev-parse", "--short=12", "HEAD")
+    changed = _git("status", "--porcelain", "--", "tendon_cli")
     return {
         "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         "version": __version__,
@@ -54,19 +54,21 @@ def when_and_what() -> dict[str, object]:
 
 
 def free_memory() -> int:
-    """Bytes that processes could still take; 0 where the system does not tell."""
+    """Return the bytes that processes could still take; 0 if the system does not tell."""
     try:
         lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
     except OSError:
         return 0
-    return next(
-        (int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable")), 0
-    )
+    for line in lines:
+        if line.startswith("MemAvailable"):
+            return int(line.split()[1]) * 1024
+    return 0
 
 
 def lacking(folder: Path, *, disk: float, memory: float) -> str | None:
-    """Why something that takes so many bytes cannot be measured here, or None where it can."""
-    room, space = free_memory(), shutil.disk_usage(folder).free
+    """Return why something that takes so many bytes cannot be measured here; None if it can."""
+    room = free_memory()
+    space = shutil.disk_usage(folder).free
     if room and room < memory:
         return f"skipped: takes {memory / 1e9:.0f} GB of memory, {room / 1e9:.0f} GB are free"
     if space < disk:
@@ -75,31 +77,34 @@ def lacking(folder: Path, *, disk: float, memory: float) -> str | None:
 
 
 def compiler() -> str | None:
-    """The system's C compiler and its version, or None where there is none."""
+    """Return the version of the system's C compiler; None if there is none."""
     if shutil.which("cc") is None:
         return None
-    said = subprocess.run(["cc", "--version"], capture_output=True, text=True, check=False).stdout
-    return said.splitlines()[0] if said else "cc"
+    done = subprocess.run(["cc", "--version"], capture_output=True, text=True, check=False)
+    return done.stdout.splitlines()[0] if done.stdout else "cc"
 
 
 def _processor() -> str:
+    """Return the name of the processor."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:
-        said = subprocess.run(
+        done = subprocess.run(
             ["sysctl", "-n", "machdep.cpu.brand_string"],
             capture_output=True,
             text=True,
             check=False,
         )
-        return said.stdout.strip() or platform.processor() or platform.machine()
+        return done.stdout.strip() or platform.processor() or platform.machine()
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     return names[0] if names else platform.machine()
 
 
 def _git(*arguments: str) -> str:
+    """Return what git prints; empty if there is no git."""
     if shutil.which("git") is None:
         return ""
-    return subprocess.run(
+    done = subprocess.run(
         ["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=False
-    ).stdout.strip()
+    )
+    return done.stdout.strip()

@@ -1,4 +1,4 @@
-"""Running commands as whole processes and asking the system what they took."""
+"""Run commands as whole processes, and ask the system what they took."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ from benchmarks.machine import ROOT
 
 @dataclass(frozen=True)
 class Took:
-    """Seconds by the clock, and of processors: user and system, of a process and of those that it waited for."""
+    """Time of a run, s: by the clock, and of processors.
+
+    Processor time is user and system time of a process and of those that it waited for.
+    """
 
     seconds: float
     processor: float
@@ -23,9 +26,10 @@ class Took:
 
 @dataclass(frozen=True)
 class Cost(Took):
-    """What a whole process took, with its peak of resident bytes; tendon starts no other processes."""
+    """Time and memory of a whole process; tendon starts no other processes."""
 
     memory: int
+    """Peak of resident bytes."""
 
 
 @dataclass(frozen=True)
@@ -36,19 +40,20 @@ class Times:
 
     @property
     def seconds(self) -> list[float]:
-        """By the clock."""
-        return [each.seconds for each in self.runs]
+        """Time of each run by the clock, s."""
+        return [took.seconds for took in self.runs]
 
     @property
     def processor(self) -> list[float]:
-        """Of processors."""
-        return [each.processor for each in self.runs]
+        """Processor time of each run, s."""
+        return [took.processor for took in self.runs]
 
 
 def run(command: Sequence[str]) -> Cost:
-    """Run a command once; raises RuntimeError with its error output where it fails.
+    """Run a command once; raise RuntimeError with its error output if it fails.
 
-    Linux begins the peak of a process with that of the one which starts it, so this one imports nothing large.
+    Linux begins the peak of a process with that of the one which starts it, so this one imports
+    nothing large.
     """
     started = time.perf_counter()
     with subprocess.Popen(
@@ -65,22 +70,27 @@ def run(command: Sequence[str]) -> Cost:
 
 
 def interleaved(times: int, *sides: Callable[[], Took]) -> list[Times]:
-    """What each side takes, run in turn, so that a machine that slows down does so for all.
+    """Run some sides in turn, so that a machine that slows down does so for all.
 
-    What is unwritten is flushed before each run, lest one side waits for the disk on behalf of another.
+    What is unwritten is flushed before each run, lest one side waits for the disk on behalf of
+    another.
+
+    Returns:
+        Times of each side.
     """
-    taken: list[list[Took]] = [[] for _ in sides]
+    runs_of_sides: list[list[Took]] = [[] for _ in sides]
     for _ in range(times):
-        for side, found in zip(sides, taken, strict=True):
+        for side, runs in zip(sides, runs_of_sides, strict=True):
             os.sync()
-            found.append(side())
-    return [Times(tuple(found)) for found in taken]
+            runs.append(side())
+    return [Times(tuple(runs)) for runs in runs_of_sides]
 
 
 def in_threads(calls: Iterable[Callable[[], object]]) -> Took:
-    """What some calls take, each in a thread of its own; processor time is that of this whole process."""
+    """Make some calls, each in a thread of its own; processor time is that of the whole process."""
     workers = [threading.Thread(target=call) for call in calls]
-    started, worked = time.perf_counter(), time.process_time()
+    started = time.perf_counter()
+    worked = time.process_time()
     for worker in workers:
         worker.start()
     for worker in workers:
@@ -89,5 +99,5 @@ def in_threads(calls: Iterable[Callable[[], object]]) -> Took:
 
 
 def ratios(above: Sequence[float], below: Sequence[float]) -> list[float]:
-    """The ratios of runs made next to each other, the smallest first."""
-    return sorted(one / other for one, other in zip(above, below, strict=True))
+    """Return the ratios of runs made next to each other, the smallest first."""
+    return sorted(ours / theirs for ours, theirs in zip(above, below, strict=True))

@@ -1,4 +1,4 @@
-"""The ratios with their targets: as lines for people, and as a record for the history."""
+"""Ratios with their targets: as lines for people, and as a record for the history."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ HISTORY = Path(__file__).with_name("history.jsonl")
 
 @dataclass(frozen=True)
 class Ratio:
-    """A ratio, or the reason why there is none; `target` is what it should be at most or at least."""
+    """A ratio, or the reason why there is none."""
 
     name: str
     value: float | None
     target: float | None = None
+    """Value that the ratio should have, at most or at least; None without a target."""
     bound: Literal["at most", "at least"] = "at most"
     note: str = ""
     spread: tuple[float, float] | None = None
@@ -37,72 +38,104 @@ class Ratio:
         bound: Literal["at most", "at least"] = "at most",
         note: str = "",
     ) -> Self:
-        """The median of the ratios of runs made next to each other, by the clock and of processor time."""
-        found = ratios(above.seconds, below.seconds)
-        worked = median(ratios(above.processor, below.processor))
-        what = f"{min(above.seconds):.3g} s, {min(below.seconds):.3g} s{note and '; '}{note}"
-        return cls(name, median(found), target, bound, what, (found[0], found[-1]), worked)
+        """Return the median of the ratios of runs made next to each other.
+
+        Args:
+            name: Name of the ratio.
+            above: Runs of one side.
+            below: Runs of the other side, of the same number.
+            target: Value that the ratio should have.
+            bound: The sense of the target.
+            note: Note after the shortest times of both sides.
+        """
+        by_clock = ratios(above.seconds, below.seconds)
+        of_processor = ratios(above.processor, below.processor)
+        notes = [f"{min(above.seconds):.3g} s, {min(below.seconds):.3g} s"]
+        if note:
+            notes.append(note)
+        return cls(
+            name,
+            median(by_clock),
+            target,
+            bound,
+            note="; ".join(notes),
+            spread=(by_clock[0], by_clock[-1]),
+            processor=median(of_processor),
+        )
 
     @property
     def met(self) -> bool | None:
-        """Whether the target is met; None where there is none, or nothing was measured."""
+        """True if the target is met; None without a target, or if nothing was measured."""
         if self.value is None or self.target is None:
             return None
-        return self.value <= self.target if self.bound == "at most" else self.value >= self.target
+        if self.bound == "at most":
+            return self.value <= self.target
+        return self.value >= self.target
 
     def line(self) -> str:
-        """The ratio, its target, the verdict, and what it comes from."""
-        value = (
-            "      -"
-            if self.value is None
-            else f"{self.value:7.3f}"
-            if self.value < 10
-            else f"{self.value:7.1f}"
-        )
+        """Return the ratio, its target, the verdict, and what it comes from."""
+        value = "-"
+        if self.value is not None:
+            value = f"{self.value:.3f}" if self.value < 10 else f"{self.value:.1f}"
         target = "" if self.target is None else f"{self.bound} {self.target:g}"
         verdict = {True: "met", False: "MISSED", None: ""}[self.met]
         spread = "" if self.spread is None else "{:.3g} to {:.3g}".format(*self.spread)
-        worked = "" if self.processor is None else f"processor {self.processor:.3g}"
-        return f"  {self.name:<50} {value}  {target:<14} {verdict:<7} {spread:<15} {worked:<16} {self.note}".rstrip()
+        processor = "" if self.processor is None else f"processor {self.processor:.3g}"
+        cells = (
+            f"{self.name:<50}",
+            f"{value:>7} ",
+            f"{target:<14}",
+            f"{verdict:<7}",
+            f"{spread:<15}",
+            f"{processor:<16}",
+            self.note,
+        )
+        return f"  {' '.join(cells)}".rstrip()
 
 
 @dataclass
 class Report:
-    """Everything that one run of the benchmark measured."""
+    """All that one run of the benchmark measured."""
 
     ratios: list[Ratio] = field(default_factory=list)
     times: dict[str, Times] = field(default_factory=dict)
-    """Every run, by what ran."""
+    """Times of all runs, by what ran."""
     memory: dict[str, float] = field(default_factory=dict)
-    """Peak MB by what ran."""
+    """Peak of memory, MB, by what ran."""
 
     def heading(self, text: str) -> None:
-        """Print what comes next."""
+        """Print a heading."""
         print(f"\n{text}", flush=True)
 
     def add(self, *ratios: Ratio) -> None:
-        """Take ratios, and print them at once."""
+        """Add ratios, and print them at once."""
         self.ratios += ratios
         for ratio in ratios:
             print(ratio.line(), flush=True)
 
-    def record(self, what: dict[str, object], machine: dict[str, object]) -> dict[str, Any]:
-        """The run as one object."""
-        told = {ratio.name: {**asdict(ratio), "met": ratio.met} for ratio in self.ratios}
-        for entry in told.values():
+    def record(self, measured: dict[str, object], machine: dict[str, object]) -> dict[str, Any]:
+        """Return the run as one object, after what was measured and on which machine."""
+        ratios = {}
+        for ratio in self.ratios:
+            entry = asdict(ratio) | {"met": ratio.met}
             del entry["name"]
-        seconds = {
-            name: [round(each, 4) for each in taken.seconds] for name, taken in self.times.items()
+            ratios[ratio.name] = entry
+        seconds = {}
+        processor_seconds = {}
+        for name, times in self.times.items():
+            seconds[name] = [round(value, 4) for value in times.seconds]
+            processor_seconds[name] = [round(value, 4) for value in times.processor]
+        return {
+            **measured,
+            "machine": machine,
+            "ratios": ratios,
+            "seconds": seconds,
+            "processor_seconds": processor_seconds,
+            "peak_mb": {name: round(peak, 1) for name, peak in self.memory.items()},
         }
-        processor = {
-            name: [round(each, 4) for each in taken.processor] for name, taken in self.times.items()
-        }
-        memory = {name: round(peak, 1) for name, peak in self.memory.items()}
-        times = {"seconds": seconds, "processor_seconds": processor}
-        return {**what, "machine": machine, "ratios": told, **times, "peak_mb": memory}
 
 
 def append(record: dict[str, Any], history: Path) -> None:
-    """Put a record at the end of the history, a line of JSON."""
+    """Append a record to the history, a line of JSON."""
     with history.open("a", encoding="utf-8") as file:
         file.write(json.dumps(record, ensure_ascii=False) + "\n")

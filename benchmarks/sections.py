@@ -1,4 +1,4 @@
-"""The measurements of `make bench`, one function each: they run things in turn, and put ratios into the report."""
+"""Measurements of `make bench`, one function each: it puts its ratios into the report."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from benchmarks import studies
 from benchmarks.machine import compiler, lacking
 from benchmarks.measure import Cost, Times, Took, interleaved, run
 from benchmarks.report import Ratio
-from benchmarks.setting import Bench, designs_in, said_by
+from benchmarks.setting import Bench, designs_in, record_of
 
 _READY_BYTES = 230  # of a state in memory, with some room
 _WRITTEN_BYTES = 90  # of a state on the disk
 
 
 def states_sweep(bench: Bench) -> None:
-    """A sweep with both tables against a bare write of them, and against the script of an expert."""
+    """Measure a sweep with both tables against a bare write, and the script of an expert."""
     study = bench.study(studies.states_study(*bench.states))
     states = designs_in(bench.states) * studies.STATES_PER_DESIGN
-    bench.report.heading(
-        f"Both tables, {states:,} states (medians of the ratios of {bench.rounds} interleaved rounds)"
-    )
-    # In memory twice, for the bare write and by the expert's script, and some more while they are being made ready.
+    rounds = f"medians of the ratios of {bench.rounds} interleaved rounds"
+    bench.report.heading(f"Both tables, {states:,} states ({rounds})")
+    # In memory twice, for the bare write and by the expert's script, and some more while they are
+    # being made ready.
     why = lacking(
         bench.scratch, disk=4 * states * _WRITTEN_BYTES, memory=2.5 * states * _READY_BYTES
     )
@@ -45,37 +45,38 @@ def states_sweep(bench: Bench) -> None:
 
 
 def _states_rounds(bench: Bench, study: Path, write: Callable[[], dict[str, float]]) -> None:
+    """Run tendon, the bare write and the script of the expert in turn."""
     sweeps: list[tuple[Cost, float]] = []
     flushes: list[float] = []
     scripts: list[Cost] = []
-    script, table = Path(__file__).with_name("expert.py"), bench.scratch / "expert.parquet"
+    script = Path(__file__).with_name("expert.py")
+    table = bench.scratch / "expert.parquet"
 
     def tendon() -> Took:
-        sweeps.append(bench.sweep(study))
-        return sweeps[-1][0]
+        cost, seconds_by_record = bench.sweep(study)
+        sweeps.append((cost, seconds_by_record))
+        return cost
 
     def bare() -> Took:
-        said = write()
-        flushes.append(said.pop("flush"))
-        return Took(**said)
+        times = write()
+        flushes.append(times.pop("flush"))
+        return Took(**times)
 
     def expert() -> Took:
-        scripts.append(run([sys.executable, str(script), str(table), *map(str, bench.states)]))
+        cost = run([sys.executable, str(script), str(table), *map(str, bench.states)])
+        scripts.append(cost)
         table.unlink()
-        return scripts[-1]
+        return cost
 
     ours, bares, experts = interleaved(bench.rounds, tendon, bare, expert)
     inside = Times(tuple(Took(seconds, cost.processor) for cost, seconds in sweeps))
-    on_disk = Times(
-        tuple(
-            Took(t.seconds + flush, t.processor)
-            for t, flush in zip(bares.runs, flushes, strict=True)
-        )
-    )
-    peak, theirs = (
-        max(cost.memory for cost, _ in sweeps) / 1e6,
-        min(cost.memory for cost in scripts) / 1e6,
-    )
+    flushed = [
+        Took(took.seconds + flush, took.processor)
+        for took, flush in zip(bares.runs, flushes, strict=True)
+    ]
+    on_disk = Times(tuple(flushed))
+    peak = max(cost.memory for cost, _ in sweeps) / 1e6
+    experts_peak = min(cost.memory for cost in scripts) / 1e6
     bench.report.times |= {
         "states: tendon": ours,
         "states: tendon by run.json": inside,
@@ -83,7 +84,7 @@ def _states_rounds(bench: Bench, study: Path, write: Callable[[], dict[str, floa
         "states: bare write with fsync": on_disk,
         "states: expert's script": experts,
     }
-    bench.report.memory |= {"states: tendon": peak, "states: expert's script": theirs}
+    bench.report.memory |= {"states: tendon": peak, "states: expert's script": experts_peak}
     bench.report.add(
         Ratio.of("tendon / bare write", ours, bares, 1.25),
         Ratio.of("without tendon's start-up / bare write", inside, bares),
@@ -91,21 +92,23 @@ def _states_rounds(bench: Bench, study: Path, write: Callable[[], dict[str, floa
         Ratio.of("expert's script / tendon", experts, ours, 3.0, "at least"),
         Ratio(
             "tendon's peak memory / the expert's",
-            peak / theirs,
+            peak / experts_peak,
             0.125,
-            note=f"{peak:.0f} MB, {theirs:.0f} MB",
+            note=f"{peak:.0f} MB, {experts_peak:.0f} MB",
         ),
     )
 
 
 def kept_columns(bench: Bench) -> None:
-    """A sweep that keeps three columns of its states against one that keeps them all."""
+    """Measure a sweep that keeps three columns of its states against one that keeps them all."""
     whole = studies.states_study(*bench.states)
     states = designs_in(bench.states) * studies.STATES_PER_DESIGN
     bench.report.heading(
         f"Three columns of {states:,} states against all ({bench.rounds} interleaved pairs)"
     )
-    few, every, size = bench.study(whole + studies.KEPT), bench.study(whole), dict[Path, int]()
+    few = bench.study(whole + studies.KEPT)
+    every = bench.study(whole)
+    size: dict[Path, int] = {}
 
     def swept(study: Path) -> Took:
         folder = bench.fresh("kept")
@@ -124,20 +127,22 @@ def kept_columns(bench: Bench) -> None:
 
 
 def designs_sweep(bench: Bench) -> None:
-    """A sweep with only the designs table against a process that imports the libraries and writes the ready table."""
+    """Measure a sweep with only the designs table against imports and a bare write of it."""
     study = bench.study(studies.designs_study(*bench.designs))
     designs = designs_in(bench.designs)
     size = f"{designs:,} designs, {designs * studies.STATES_PER_DESIGN:,} states"
     bench.report.heading(
         f"Designs only, {size} (median of the ratios of {bench.rounds} interleaved pairs)"
     )
-    first, target = bench.fresh("first"), bench.fresh("ready")
+    first = bench.fresh("first")
+    target = bench.fresh("ready")
     bench.sweep(study, keep=first)
 
     def rival() -> Took:
         started = time.monotonic()
-        said = said_by("rivals", "ready_table", first, target, bench.threads)
-        return Took(float(said["ended"] - started - said["reading"]), float(said["processor"]))
+        record = record_of("rivals", "ready_table", first, target, bench.threads)
+        seconds = record["ended"] - started - record["reading"]
+        return Took(float(seconds), float(record["processor"]))
 
     ours, theirs = interleaved(bench.rounds, lambda: bench.sweep(study)[0], rival)
     bench.report.times |= {"designs: tendon": ours, "designs: imports and ready table": theirs}
@@ -145,10 +150,11 @@ def designs_sweep(bench: Bench) -> None:
 
 
 def kernel_share(bench: Bench) -> None:
-    """The kernel alone against a fused loop in C over the same states."""
+    """Measure the kernel alone against a fused loop in C over the same states."""
     pairs = f"median of the ratios of {bench.rounds} interleaved pairs"
     bench.report.heading(f"Kernel alone, {bench.threads} threads each ({pairs})")
-    designs, windows = studies.designs_study(*bench.kernel), studies.windows_study(*bench.windows)
+    designs = studies.designs_study(*bench.kernel)
+    windows = studies.windows_study(*bench.windows)
     for how, text, target, environment in (
         ("compiled", designs, 0.4, {}),
         ("in NumPy alone", designs, 0.1, {"TENDON_NO_COMPILED": "1"}),
@@ -158,38 +164,39 @@ def kernel_share(bench: Bench) -> None:
         if compiler() is None:
             bench.report.add(Ratio(name, None, target, "at least", "skipped: no C compiler (cc)"))
             continue
-        said = said_by(
+        record = record_of(
             "kernel", bench.study(text), bench.scratch, bench.threads, bench.rounds, **environment
         )
-        ours, theirs = (
-            Times(tuple(Took(**each) for each in said[side])) for side in ("tendon", "c")
-        )
+        ours = Times(tuple(Took(**run) for run in record["tendon"]))
+        theirs = Times(tuple(Took(**run) for run in record["c"]))
         bench.report.times |= {f"kernel: tendon, {how}": ours, f"kernel: C, beside {how}": theirs}
-        by_tendon, by_c = (said["states"] / min(side.seconds) / 1e6 for side in (ours, theirs))
-        rates = f"tendon {by_tendon:.0f} M/s, C {by_c:.0f} M/s"
+        our_rate = record["states"] / min(ours.seconds) / 1e6
+        their_rate = record["states"] / min(theirs.seconds) / 1e6
+        note = f"tendon {our_rate:.0f} M/s, C {their_rate:.0f} M/s; cc {record['options']}"
         # The rate of tendon over that of C is the time of C over that of tendon.
-        bench.report.add(
-            Ratio.of(name, theirs, ours, target, "at least", f"{rates}; cc {said['options']}")
-        )
+        bench.report.add(Ratio.of(name, theirs, ours, target, "at least", note))
 
 
 def lock(bench: Bench) -> None:
-    """How long a part of a study of many parts holds Python's lock, beside what it takes."""
+    """Measure the time for which a part holds Python's lock, beside the time that it takes."""
     bench.report.heading(
         f"Python's lock, a part with both tables in one thread (median of {bench.lock_parts} parts)"
     )
-    study, folder = bench.study(studies.states_study(*bench.many_parts)), bench.fresh("lock")
-    said = said_by("lock", study, folder, bench.lock_parts)
+    study = bench.study(studies.states_study(*bench.many_parts))
+    folder = bench.fresh("lock")
+    record = record_of("lock", study, folder, bench.lock_parts)
     shutil.rmtree(folder)
-    part, states = said["processor"], said["states"]
-    note = f"{1e3 * part:.0f} ms of processor time for {states:,} states, so {part / said['held']:.0f} cores at most"
-    bench.report.add(
-        Ratio("ms under Python's lock for each part", 1e3 * said["held"], 5.0, note=note)
+    processor = record["processor"]
+    held = record["held"]
+    note = (
+        f"{1e3 * processor:.0f} ms of processor time for {record['states']:,} states, "
+        f"so {processor / held:.0f} cores at most"
     )
+    bench.report.add(Ratio("ms under Python's lock for each part", 1e3 * held, 5.0, note=note))
 
 
 def memory(bench: Bench) -> None:
-    """Peak memory as studies grow."""
+    """Measure peak memory as studies grow."""
     bench.report.heading("Peak memory as studies grow (one run each)")
     peaks = {size: _peak(bench, f"memory: {size}", text) for size, text in bench.growing.items()}
     largest = list(peaks)[-1]
@@ -201,13 +208,16 @@ def memory(bench: Bench) -> None:
 
 
 def _peak(bench: Bench, name: str, text: str) -> float:
+    """Run a study, and return its peak of memory, MB."""
     cost, _ = bench.sweep(bench.study(text))
-    bench.report.times[name], bench.report.memory[name] = Times((cost,)), cost.memory / 1e6
-    return cost.memory / 1e6
+    peak = cost.memory / 1e6
+    bench.report.times[name] = Times((cost,))
+    bench.report.memory[name] = peak
+    return peak
 
 
 def plain_script(bench: Bench) -> None:
-    """What most would write: joblib over designs, on a sample of them."""
+    """Measure the script that most would write: joblib over designs, on a sample of them."""
     bench.report.heading(
         "joblib over designs, by its rate on 2,000 of them (one run each, tendon's median of above)"
     )
@@ -218,12 +228,18 @@ def plain_script(bench: Bench) -> None:
         ours = bench.report.times.get(f"{what}: tendon")
         if not ours:
             continue
-        said = said_by(
+        record = record_of(
             "rivals", "joblib_per_design", bench.study(text), bench.fresh("plain.parquet"), 2000
         )
-        count = said.pop("designs")
-        bench.report.times[f"{what}: joblib over {count} designs"] = Times((Took(**said),))
-        by_clock, worked = (said[name] / count * designs for name in ("seconds", "processor"))
-        name, note = f"joblib over designs / tendon, {what} study", f"{by_clock:.0f} s by its rate"
-        ratio = by_clock / median(ours.seconds)
-        bench.report.add(Ratio(name, ratio, note=note, processor=worked / median(ours.processor)))
+        count = record.pop("designs")
+        bench.report.times[f"{what}: joblib over {count} designs"] = Times((Took(**record),))
+        seconds = record["seconds"] / count * designs
+        processor = record["processor"] / count * designs
+        bench.report.add(
+            Ratio(
+                f"joblib over designs / tendon, {what} study",
+                seconds / median(ours.seconds),
+                note=f"{seconds:.0f} s by its rate",
+                processor=processor / median(ours.processor),
+            )
+        )

@@ -1,4 +1,4 @@
-"""Where and at which sizes it is measured, and how tendon and its rivals are called."""
+"""The folder and the sizes of a benchmark, and the calls of tendon and its rivals."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ TENDON = [str(_SCRIPT)] if _SCRIPT.exists() else [sys.executable, "-m", "tendon_
 
 @dataclass
 class Bench:
-    """Where it is measured, what goes into the report, and the sizes."""
+    """Folder, report and sizes of one run of the benchmark."""
 
     scratch: Path
     report: Report
@@ -37,7 +37,9 @@ class Bench:
     designs: tuple[int, int, int, int]
     """Values on the axes of `studies.designs_study`."""
     kernel: tuple[int, int, int, int]
+    """Values on the axes of `studies.designs_study`, for the kernel alone."""
     windows: tuple[int, int, int]
+    """Values on the axes of `studies.windows_study`."""
     many_parts: tuple[int, int, int]
     """Values on the axes of `studies.states_study`, with more parts than `lock_parts`."""
     lock_parts: int
@@ -47,62 +49,84 @@ class Bench:
     _numbers: Iterator[int] = field(default_factory=itertools.count)
 
     def fresh(self, name: str) -> Path:
-        """A path in the scratch folder where nothing stands yet."""
+        """Return a new path in the scratch folder."""
         stem, dot, ending = name.partition(".")
         return self.scratch / f"{stem}-{next(self._numbers)}{dot}{ending}"
 
     def study(self, text: str) -> Path:
-        """A study as a file of its own."""
+        """Write a study to a file of its own, and return its path."""
         return studies.written(text, self.fresh("study.toml"))
 
     def sweep(
         self, study: Path, *, keep: Path | None = None, figures: bool = False
     ) -> tuple[Cost, float]:
-        """Run a study into a fresh folder, as a whole process; its cost, and the seconds that its record says."""
+        """Run a study as a whole process.
+
+        Args:
+            study: Study file.
+            keep: Folder that stays; by default a new one, which is removed.
+            figures: True to draw figures.
+
+        Returns:
+            Cost of the process, and seconds by its own record.
+        """
         folder = keep or self.fresh("run")
         words = ["sweep", str(study), "--out", str(folder), "--quiet", "--jobs", str(self.threads)]
-        words += [] if figures else ["--no-figures"]
+        if not figures:
+            words.append("--no-figures")
         cost = run([*TENDON, *words])
-        inside = float(json.loads((folder / "run.json").read_text(encoding="utf-8"))["seconds"])
+        record = json.loads((folder / "run.json").read_text(encoding="utf-8"))
         if keep is None:
             shutil.rmtree(folder)
-        return cost, inside
+        return cost, float(record["seconds"])
 
     @contextmanager
     def bare_writer(self, run_folder: Path) -> Iterator[Callable[[], dict[str, float]]]:
-        """A process that keeps the tables of a run in memory and writes them whenever asked."""
+        """Yield a function that writes the tables of a run, which a process keeps in memory."""
         command = _python("rivals", "bare_write", run_folder, self.fresh("bare"), self.threads)
         with subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT
         ) as process:
-            into, out = process.stdin, process.stdout
+            into = process.stdin
+            out = process.stdout
             if into is None or out is None or out.readline().strip() != "ready":
                 raise RuntimeError("the tables could not be read into memory")
 
             def write() -> dict[str, float]:
                 into.write("\n")
                 into.flush()
-                taken: dict[str, float] = json.loads(out.readline())
-                return taken
+                times: dict[str, float] = json.loads(out.readline())
+                return times
 
             yield write
             into.close()
 
 
-def said_by(module: str, *arguments: object, **environment: str) -> dict[str, Any]:
-    """What a module of the benchmark prints as JSON when it is run as a process, with more in its environment."""
-    command, around = _python(module, *arguments), os.environ | environment
-    ended = subprocess.run(
-        command, check=True, cwd=ROOT, stdout=subprocess.PIPE, text=True, env=around
+def record_of(module: str, *arguments: object, **environment: str) -> dict[str, Any]:
+    """Run a module of the benchmark as a process, and return the JSON that it prints.
+
+    Args:
+        module: Name of the module.
+        arguments: Arguments of its command line.
+        environment: Variables to set in its environment.
+    """
+    done = subprocess.run(
+        _python(module, *arguments),
+        check=True,
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        text=True,
+        env=os.environ | environment,
     )
-    said: dict[str, Any] = json.loads(ended.stdout)
-    return said
+    record: dict[str, Any] = json.loads(done.stdout)
+    return record
 
 
 def designs_in(counts: tuple[int, ...]) -> int:
-    """Designs of a study with so many values on its axes, and four loads."""
+    """Return the number of designs of a study with so many values on its axes, and four loads."""
     return 4 * math.prod(counts)
 
 
 def _python(module: str, *arguments: object) -> list[str]:
+    """Return the command that runs a module of the benchmark."""
     return [sys.executable, "-m", f"benchmarks.{module}", *map(str, arguments)]

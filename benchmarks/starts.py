@@ -1,4 +1,4 @@
-"""What starting costs, beside the imports that cannot be done without: a small study, the help, figures, `import`."""
+"""Measure start-up: a small study, the help, figures and `import`, beside needed imports."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from benchmarks.measure import Times, Took, interleaved, run
 from benchmarks.report import Ratio
 from benchmarks.setting import TENDON, Bench
 
-LIBRARIES = "import typer, numpy, pyarrow.parquet; from pydantic import BaseModel"  # `import pydantic` imports nothing
+# `import pydantic` alone imports nothing.
+LIBRARIES = "import typer, numpy, pyarrow.parquet; from pydantic import BaseModel"
 MATPLOTLIB = "import matplotlib.figure, matplotlib.backends.backend_agg"
 
 
 def start_up(bench: Bench) -> None:
-    """A small study, the help and the library against the imports that they cannot do without."""
+    """Measure a small study, the help and the library against the imports that they need."""
     bench.report.heading(
         f"Start-up (ratios of the minima of {bench.small_rounds} interleaved runs)"
     )
@@ -30,17 +31,17 @@ def start_up(bench: Bench) -> None:
             "import tendon_cli": _python("import tendon_cli"),
         },
     )
-    more = (min(library.seconds) - min(typer.seconds)) * 1e3
+    beyond_typer = (min(library.seconds) - min(typer.seconds)) * 1e3
     worked = (min(library.processor) - min(typer.processor)) * 1e3
     bench.report.add(
         _of_minima("small study / importing its libraries", small, libraries, 1.5),
         _of_minima("tendon --help / import typer", helped, typer, 1.3),
-        Ratio("import tendon_cli beyond import typer, ms", more, 10.0, processor=worked),
+        Ratio("import tendon_cli beyond import typer, ms", beyond_typer, 10.0, processor=worked),
     )
 
 
 def figures(bench: Bench) -> None:
-    """What drawing adds to a sweep, against importing what draws."""
+    """Measure what drawing adds to a sweep, against importing the library that draws."""
     bench.report.heading(
         f"Figures of the quickstart (of the minima of {bench.small_rounds} interleaved runs)"
     )
@@ -54,10 +55,8 @@ def figures(bench: Bench) -> None:
             "import numpy": _python("import numpy"),
         },
     )
-    ours, theirs = (
-        min(drawn.seconds) - min(bare.seconds),
-        min(imports.seconds) - min(nothing.seconds),
-    )
+    ours = min(drawn.seconds) - min(bare.seconds)
+    theirs = min(imports.seconds) - min(nothing.seconds)
     worked = min(drawn.processor) - min(bare.processor)
     needed = min(imports.processor) - min(nothing.processor)
     note = f"{ours:.3f} s, {theirs:.3f} s, both less what comes before"
@@ -73,23 +72,23 @@ def figures(bench: Bench) -> None:
 
 
 def _measured(bench: Bench, sides: dict[str, Callable[[], Took]]) -> list[Times]:
-    """The sides in turn, also put into the report."""
-    taken = interleaved(bench.small_rounds, *sides.values())
+    """Run the sides in turn, and put their times into the report."""
+    times_of_sides = interleaved(bench.small_rounds, *sides.values())
     bench.report.times |= {
-        f"start-up: {name}": times for name, times in zip(sides, taken, strict=True)
+        f"start-up: {name}": times for name, times in zip(sides, times_of_sides, strict=True)
     }
-    return taken
+    return times_of_sides
 
 
 def _python(code: str) -> Callable[[], Took]:
+    """Return a function that runs code as a whole process."""
     return lambda: run([sys.executable, "-c", code])
 
 
 def _of_minima(name: str, above: Times, below: Times, target: float) -> Ratio:
-    """Of the shortest runs, which start-up is measured by: whatever disturbs it makes it longer."""
-    (ours, worked), (theirs, needed) = (
-        (min(side.seconds), min(side.processor)) for side in (above, below)
-    )
-    return Ratio(
-        name, ours / theirs, target, note=f"{ours:.3f} s, {theirs:.3f} s", processor=worked / needed
-    )
+    """Return the ratio of the shortest runs: whatever disturbs a start-up makes it longer."""
+    ours = min(above.seconds)
+    theirs = min(below.seconds)
+    processor = min(above.processor) / min(below.processor)
+    note = f"{ours:.3f} s, {theirs:.3f} s"
+    return Ratio(name, ours / theirs, target, note=note, processor=processor)

@@ -1,4 +1,4 @@
-"""The studies that are measured, as text for a study file, by the number of values on each axis."""
+"""Studies that are measured, as text for a study file, by the number of values on each axis."""
 
 from __future__ import annotations
 
@@ -8,16 +8,19 @@ LOADS = '["0 kg", "3 kg", "5 kg", "10 kg"]'
 STATES_PER_DESIGN = 182
 """Two directions and 91 angles, the default."""
 
-
 MANY_PARTS = "10^7, both tables"
-"""The least study whose peak the larger ones are held to: one of a single part, as 10^6 is, takes less."""
+"""Smallest study whose peak the larger ones are compared with; one of a single part, as 10^6 is,
+takes less."""
 
 KEPT = '[output]\nstates = ["status", "flexor_tension_distal", "motor_torque"]\n'
-"""At the end of a study: three columns of its states."""
+"""End of a study that writes only three columns of its states."""
 
 
 def states_study(pretensions: int, springs: int, ratios: int) -> str:
-    """Pretension, springs, spool and four loads, with both tables; `expert.py` computes the same designs."""
+    """Return a study with both tables, over pretension, springs, spool and four loads.
+
+    `expert.py` computes the same designs.
+    """
     return f"""
 name = "states"
 [tendon]
@@ -32,7 +35,10 @@ mass = {LOADS}
 
 
 def designs_study(pretensions: int, springs: int, ratios: int, frictions: int) -> str:
-    """One axis more, and only the designs table; `fused.c` computes the same designs."""
+    """Return a study with one axis more, and only the designs table.
+
+    `fused.c` computes the same designs.
+    """
     return f"""
 name = "designs"
 [tendon]
@@ -51,12 +57,14 @@ tables = ["designs"]
 
 
 def windows_study(springs: int, ratios: int, frictions: int) -> str:
-    """Without the axis of pretension, which a window is over."""
+    """Return such a study without the axis of pretension, which windows are found along."""
     text = designs_study(1, springs, ratios, frictions)
-    return text.replace(text[text.index("[tendon]") : text.index("[spring]")], "")
+    start = text.index("[tendon]")
+    stop = text.index("[spring]")
+    return text[:start] + text[stop:]
 
 
 def written(text: str, path: Path) -> Path:
-    """The study as a file."""
+    """Write a study to a file, and return its path."""
     path.write_text(text, encoding="utf-8")
     return path

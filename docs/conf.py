@@ -1,4 +1,4 @@
-"""Sphinx configuration: Markdown pages, notebooks that are run, the library from its own documentation, all offline."""
+"""Sphinx configuration: Markdown pages, notebooks that are run, the library; all offline."""
 
 import os
 import sys
@@ -22,14 +22,12 @@ version = __version__
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 exclude_patterns = ["_build"]
-nb_execution_mode = (
-    "force"  # each notebook is run with the pages, and a cell that fails ends the build
-)
+# Each notebook is run with the pages, and a cell that fails ends the build.
+nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
-quiet = Path(
-    tempfile.mkdtemp(), "profile_default"
-)  # else each kernel warns that it talks to this process
+# Without this setting each kernel warns that it talks to this process.
+quiet = Path(tempfile.mkdtemp(), "profile_default")
 quiet.mkdir()
 (quiet / "ipython_kernel_config.py").write_text("c.Application.log_level = 40\n", encoding="utf-8")
 os.environ["IPYTHONDIR"] = str(quiet.parent)
@@ -40,7 +38,8 @@ autodoc_typehints = "signature"
 autodoc_member_order = "bysource"
 
 html_theme = "furo"
-html_math_renderer = "mathml"  # which browsers draw themselves; MathJax would come from the network
+# Browsers draw MathML themselves; MathJax would come from the network.
+html_math_renderer = "mathml"
 html_title = f"tendon {__version__}"
 html_static_path = []
 html_show_sphinx = False
@@ -51,25 +50,25 @@ pygments_style = "friendly"
 pygments_dark_style = "native"
 
 
-def inline(writer, node):
+def write_inline(writer, node):
     """Write a formula within a line."""
     writer.body.append(convert(node.astext()))
     raise SkipNode
 
 
-def displayed(writer, node):
+def write_displayed(writer, node):
     """Write a formula that stands alone."""
     writer.body.append(convert(node.astext(), display="block"))
     raise SkipNode
 
 
-def with_messages(_app, _page, source):
-    """Write every message of the code into the page that asks for them."""
+def insert_messages(_app, _page, source):
+    """Insert the table of all messages into the page that asks for it."""
     source[0] = source[0].replace("<!-- every message, from the code -->", messages.table())
 
 
 def setup(app):
-    """Let tables of numbers be shown as they are, and formulas without the network."""
-    app.connect("source-read", with_messages)
+    """Connect what Sphinx calls: messages, plain tables of numbers, formulas as MathML."""
+    app.connect("source-read", insert_messages)
     app.add_lexer("csv", TextLexer)
-    app.add_html_math_renderer("mathml", (inline, None), (displayed, None))
+    app.add_html_math_renderer("mathml", (write_inline, None), (write_displayed, None))

@@ -1,8 +1,9 @@
-"""The figures of the pages, from the shipped studies and those that the pages show: `python docs/figures.py [PAGE]`.
+"""Make the figures of the pages: `python docs/figures.py [PAGE]`.
 
-Above an image stands how it is made, `<!-- made by: COMMAND -> FILE -->`: a command for a shell, in a folder with the
-files of the page (blocks that begin with `# file: NAME`) and `configs`, and the file that it leaves. `make docs` makes
-those of all pages; that of the README is kept in the repository, made by `python docs/figures.py README.md`.
+Above an image stands how it is made, `<!-- made by: COMMAND -> FILE -->`: a command for a shell, in
+a folder with the files of the page (blocks that begin with `# file: NAME`) and `configs`, and the
+file that it leaves. `make docs` makes the figures of all pages; that of the README is kept in the
+repository, made by `python docs/figures.py README.md`.
 """
 
 from __future__ import annotations
@@ -22,7 +23,14 @@ FILE = re.compile(r"^```\w+\n# file: (\S+)\n(.*?)^```", re.DOTALL | re.MULTILINE
 
 
 def make_figures(page: Path) -> list[Path]:
-    """Make every figure of a page; returns their files. Raises CalledProcessError where a command fails."""
+    """Make all figures of a page.
+
+    Returns:
+        Files of the figures.
+
+    Raises:
+        CalledProcessError: A command failed.
+    """
     text = page.read_text(encoding="utf-8")
     made = []
     for command, result, image in RECIPE.findall(text):
@@ -30,7 +38,7 @@ def make_figures(page: Path) -> list[Path]:
             for name, content in FILE.findall(text):
                 Path(folder, name).write_text(content, encoding="utf-8")
             Path(folder, "configs").symlink_to(DOCS.parent / "configs")
-            _call(command, folder)
+            _run(command, folder)
             target = page.parent / image
             target.parent.mkdir(exist_ok=True)
             shutil.copy(Path(folder, result), target)
@@ -38,8 +46,8 @@ def make_figures(page: Path) -> list[Path]:
     return made
 
 
-def _call(command: str, folder: str) -> None:
-    """Run a command, with the tendon of this environment and nothing printed unless it fails."""
+def _run(command: str, folder: str) -> None:
+    """Run a command with the tendon of this environment; print what it says only if it fails."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(  # noqa: S602 - our own pages
         command,

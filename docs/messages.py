@@ -1,4 +1,4 @@
-"""Every message of tendon, from the code itself, for the page of questions: none can be missing or out of date."""
+"""Collect all messages of tendon from its code, so that the page of questions lacks none."""
 
 from __future__ import annotations
 
@@ -20,67 +20,86 @@ KINDS = {
     "FolderError": "folder, exit 7",
     "UnitError": "study, exit 2",
 }
+"""Kind and exit code of each error, by the name that makes it."""
 _PLACE_OF_MESSAGE = {"Fault": 1}
+"""Place of the message among the arguments; 0 for any other error."""
 _PLACE_OF_HINT = {"Fault": 2, "fault": 1, "UnitError": 1}
+"""Place of the hint among the arguments, unless it is given by keyword."""
 
 
 def messages() -> list[tuple[str, str, str]]:
-    """Message, what helps and kind of every error, by the message; a value that it holds is `...`."""
-    found: dict[tuple[str, str], str] = {}
+    """Return message, hint and kind of all errors, sorted; a value in a message is `...`."""
+    hints: dict[tuple[str, str], str] = {}
     for path in sorted(PACKAGE.rglob("*.py")):
         for function in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(function, ast.FunctionDef):
-                for message, hint, kind in _of(function):
-                    found[message, kind] = found.get((message, kind)) or hint
-    return sorted((message, hint, kind) for (message, kind), hint in found.items())
+                for message, hint, kind in _messages_in(function):
+                    hints[message, kind] = hints.get((message, kind)) or hint
+    return sorted((message, hint, kind) for (message, kind), hint in hints.items())
 
 
 def table() -> str:
-    """All messages as a Markdown table."""
+    """Return all messages as a Markdown table."""
     rows = [f"| {_cell(message)} | {_cell(hint)} | {kind} |" for message, hint, kind in messages()]
     return "\n".join(["| message | what helps | kind |", "|---|---|---|", *rows])
 
 
-def _of(function: ast.AST) -> Iterator[tuple[str, str, str]]:
-    """Those of the errors that one function makes."""
-    assigned = [node for node in ast.walk(function) if isinstance(node, ast.Assign)]
+def _messages_in(function: ast.AST) -> Iterator[tuple[str, str, str]]:
+    """Yield message, hint and kind of each error that a function makes."""
     for node in ast.walk(function):
-        name = (
-            node.func.id if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) else ""
-        )
-        if not isinstance(node, ast.Call) or name not in KINDS:
+        if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Name):
             continue
-        texts = {
-            each.targets[0].id: _texts(each.value, {})
-            for each in assigned
-            if each.lineno <= node.lineno and isinstance(each.targets[0], ast.Name)
-        }
+        name = node.func.id
+        if name not in KINDS:
+            continue
+        known = _assigned_texts(function, node.lineno)
+        place_of_hint = _PLACE_OF_HINT.get(name)
+        hints = [keyword.value for keyword in node.keywords if keyword.arg == "hint"]
+        if place_of_hint is not None and len(node.args) > place_of_hint:
+            hints.append(node.args[place_of_hint])
+        hint_texts = [text for hint in hints for text in _texts(hint, known)]
+        hint = "; or ".join(dict.fromkeys(hint_texts))
         place = _PLACE_OF_MESSAGE.get(name, 0)
-        hints = [each.value for each in node.keywords if each.arg == "hint"]
-        if name in _PLACE_OF_HINT and len(node.args) > _PLACE_OF_HINT[name]:
-            hints.append(node.args[_PLACE_OF_HINT[name]])
-        hint = "; or ".join(dict.fromkeys(text for each in hints for text in _texts(each, texts)))
-        for message in _texts(node.args[place], texts) if len(node.args) > place else ():
-            if re.search(r"[A-Za-z]{3}", message):
-                yield message, hint, KINDS[name]
+        if len(node.args) > place:
+            for message in _texts(node.args[place], known):
+                if re.search(r"[A-Za-z]{3}", message):
+                    yield message, hint, KINDS[name]
+
+
+def _assigned_texts(function: ast.AST, last_line: int) -> dict[str, list[str]]:
+    """Return the texts that variables of a function hold up to a line, by name."""
+    texts = {}
+    for node in ast.walk(function):
+        if isinstance(node, ast.Assign) and node.lineno <= last_line:
+            target = node.targets[0]
+            if isinstance(target, ast.Name):
+                texts[target.id] = _texts(node.value, {})
+    return texts
 
 
 def _texts(node: ast.AST, known: dict[str, list[str]]) -> list[str]:
-    """What a piece of code may say; what it works out is `...`."""
+    """Return the texts that an expression may have; a value within a text is `...`.
+
+    Args:
+        node: The expression.
+        known: Texts of variables by name.
+    """
     if isinstance(node, ast.Constant):
         return [node.value] if isinstance(node.value, str) else []
     if isinstance(node, ast.JoinedStr):
-        return [
-            "".join(
-                str(part.value) if isinstance(part, ast.Constant) else "..." for part in node.values
-            )
+        parts = [
+            str(part.value) if isinstance(part, ast.Constant) else "..." for part in node.values
         ]
+        return ["".join(parts)]
     if isinstance(node, ast.IfExp):
         return [*_texts(node.body, known), *_texts(node.orelse, known)]
     if isinstance(node, ast.BoolOp):
         return [text for value in node.values for text in _texts(value, known)]
-    return known.get(node.id, []) if isinstance(node, ast.Name) else []
+    if isinstance(node, ast.Name):
+        return known.get(node.id, [])
+    return []
 
 
 def _cell(text: str) -> str:
+    """Return a text as a cell of a Markdown table."""
     return re.sub(r"([|<>*_`\[\]])", r"\\\1", " ".join(text.split()))

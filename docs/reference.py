@@ -1,6 +1,7 @@
-"""The tables of reference in the pages, from the code itself: `python docs/reference.py` writes them anew.
+"""Write the tables of reference into the pages, from the code itself: `python docs/reference.py`.
 
-They stand between `<!-- from the code: NAME -->` and `<!-- until here -->`; a test holds them to what is written here.
+They stand between `<!-- from the code: NAME -->` and `<!-- until here -->`; a test compares them
+with the tables that are written here.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from tendon_cli.quantities import (
     OF_TRAJECTORIES,
     PLAUSIBLE,
     QUANTITIES,
+    Quantity,
 )
 from tendon_cli.space.axis import split_side
 from tendon_cli.studies.study import Study, keys
@@ -32,14 +34,14 @@ from tendon_cli.units import UNITS
 
 MARKED = re.compile(r"(<!-- from the code: ([\w -]+) -->\n).*?(<!-- until here -->)", re.DOTALL)
 NEGATIVE = (
-    "Finished, but states have no equilibrium, no choice has a window, `check` found a limit broken or a change, or a "
-    "finding of the paper fails."
+    "Finished, but states have no equilibrium, no choice has a window, `check` found a limit "
+    "broken or a change, or a finding of the paper fails."
 )
-COMMANDS = typer.main.get_command(cli.app).commands  # type: ignore[attr-defined]  # a group has them
+COMMANDS = typer.main.get_command(cli.app).commands  # type: ignore[attr-defined]  # of a group
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A Markdown table."""
+    """Return a Markdown table."""
     lines = [_row(heads), "|" + "---|" * len(heads), *(_row(row) for row in rows)]
     return "\n".join(lines)
 
@@ -49,39 +51,42 @@ def _row(cells: Sequence[str]) -> str:
 
 
 def key_table() -> str:
-    """Every number of a study."""
+    """Return the table of all numbers of a study."""
     rows = []
     for path, key in keys().items():
-        if split_side(path)[1] is None:
-            number, quantity = key.number, key.number.quantity
-            unit = "" if quantity.unit == "1" else f" {quantity.unit}"
-            possible = f"{number.low:g} to {number.high:g}{unit}"
-            low, high = PLAUSIBLE.get(number.name, (None, None))
-            plausible = (
-                ""
-                if low is None
-                else f"{say.quantity(quantity, low)} to {say.quantity(quantity, high)}"
+        if split_side(path)[1] is not None:
+            continue
+        number = key.number
+        quantity = number.quantity
+        low, high = PLAUSIBLE.get(number.name, (None, None))
+        plausible = ""
+        if low is not None:
+            plausible = f"{say.quantity(quantity, low)} to {say.quantity(quantity, high)}"
+        rows.append(
+            (
+                f"`{path}`",
+                quantity.symbol,
+                quantity.long_name,
+                _default(path),
+                plausible,
+                f"{number.low:g} to {number.high:g}{_unit_after_number(quantity)}",
+                f"`{key.column}`",
             )
-            column = f"`{key.column}`"
-            rows.append(
-                (
-                    f"`{path}`",
-                    quantity.symbol,
-                    quantity.long_name,
-                    _default(path),
-                    plausible,
-                    possible,
-                    column,
-                )
-            )
+        )
     return table(("key", "symbol", "meaning", "default", "plausible", "possible", "column"), rows)
 
 
+def _unit_after_number(quantity: Quantity) -> str:
+    """Return the SI unit of a quantity, after a space; empty for a number without a unit."""
+    return "" if quantity.unit == "1" else f" {quantity.unit}"
+
+
 def _default(path: str) -> str:
-    """What a key is without the study saying it."""
-    values = Study().numbers.get(
-        path, Study().motion.elbow_angle if path == "motion.elbow_angle" else None
-    )
+    """Return the value of a key that a study does not give."""
+    study = Study()
+    values = study.numbers.get(path)
+    if path == "motion.elbow_angle":
+        values = study.motion.elbow_angle
     if values is None:
         return "-"
     shown = [say.quantity(keys()[path].number.quantity, value) for value in values.array]
@@ -89,7 +94,7 @@ def _default(path: str) -> str:
 
 
 def limit_table() -> str:
-    """Every limit, with what it bounds and what a study must state for it."""
+    """Return the table of all limits, with what each bounds and what it needs."""
     rows = []
     for name, limit in LIMITS.items():
         quantity = QUANTITIES[name]
@@ -99,35 +104,35 @@ def limit_table() -> str:
 
 
 def plausible_table() -> str:
-    """Between which values a number may be changed to give a design a window."""
+    """Return the table of ranges in which a number may be changed to give a design a window."""
     rows = []
     for path, (low, high) in PARAMETERS.items():
         quantity = keys()[path].number.quantity
-        unit = "" if quantity.unit == "1" else f" {quantity.unit}"
-        rows.append((f"`{path}`", quantity.symbol, f"{low:g} to {high:g}{unit}"))
+        values = f"{low:g} to {high:g}{_unit_after_number(quantity)}"
+        rows.append((f"`{path}`", quantity.symbol, values))
     return table(("key", "symbol", "plausible"), rows)
 
 
 def unit_table() -> str:
-    """Every unit that a quantity may have."""
+    """Return the table of all units, by dimension."""
     by_dimension: dict[str, list[str]] = {}
     for unit in UNITS.values():
         by_dimension.setdefault(unit.dimension, []).append(f"`{unit.symbol}`")
-    return table(
-        ("dimension", "units"),
-        ((name, ", ".join(symbols)) for name, symbols in by_dimension.items()),
-    )
+    rows = ((dimension, ", ".join(symbols)) for dimension, symbols in by_dimension.items())
+    return table(("dimension", "units"), rows)
 
 
 def column_table(columns: Iterable[str]) -> str:
-    """Results of a table."""
-    found = [QUANTITIES[column] for column in columns]
-    rows = ((f"`{each.name}`", each.unit, each.symbol, each.long_name) for each in found)
+    """Return the table of some columns of results."""
+    rows = []
+    for column in columns:
+        quantity = QUANTITIES[column]
+        rows.append((f"`{quantity.name}`", quantity.unit, quantity.symbol, quantity.long_name))
     return table(("column", "unit", "symbol", "meaning"), rows)
 
 
 def command_table() -> str:
-    """Every command with its arguments and what it does."""
+    """Return the table of all commands, with their arguments and what they do."""
     rows = (
         (f"`tendon {_usage(command)}`", _sentence(command.help)) for command in COMMANDS.values()
     )
@@ -135,6 +140,7 @@ def command_table() -> str:
 
 
 def _usage(command: Any) -> str:
+    """Return the name of a command with its arguments, as a cell of a table."""
     arguments = [parameter for parameter in command.params if not _is_option(parameter)]
     words = [each.metavar if each.required else f"[{each.metavar}]" for each in arguments]
     return " ".join([command.name, *words]).replace("|", "\\|")
@@ -145,68 +151,65 @@ def _is_option(parameter: Any) -> bool:
 
 
 def option_table(name: str) -> str:
-    """Every option of a command."""
+    """Return the table of all options of a command."""
     rows = []
     for option in filter(_is_option, COMMANDS[name].params):
         value = "" if option.is_flag or not option.metavar else f" {option.metavar}"
-        flags = [
-            f"`{flag}{value}`".replace("|", "\\|")
-            for flag in (*option.opts, *option.secondary_opts)
-        ]
-        plain = isinstance(option.default, str | int | float | Path) and not isinstance(
-            option.default, bool
-        )
-        rows.append(
-            (
-                ", ".join(flags),
-                _escaped(option.help) + (f"; default {option.default}" if plain else ""),
-            )
-        )
+        flags = [f"`{flag}{value}`" for flag in (*option.opts, *option.secondary_opts)]
+        meaning = _escaped(option.help)
+        has_default = isinstance(option.default, str | int | float | Path)
+        if has_default and not isinstance(option.default, bool):
+            meaning += f"; default {option.default}"
+        rows.append((", ".join(flags).replace("|", "\\|"), meaning))
     return table(("option", "meaning"), rows)
 
 
 def _escaped(text: str) -> str:
+    """Escape the signs of Markdown in a text of a cell."""
     return re.sub(r"([|<*])", r"\\\1", text)
 
 
 def exit_table() -> str:
-    """Every exit code with the kinds of error that have it."""
+    """Return the table of all exit codes, with the kinds of error that have them."""
     rows = {
         0: "everything computed, written and verified",
         1: f"`{errors.TendonError.kind}`: a fault of tendon itself",
+        errors.EXIT_NEGATIVE: f"a negative result: {_sentence(NEGATIVE)}",
     }
-    rows[errors.EXIT_NEGATIVE] = f"a negative result: {_sentence(NEGATIVE)}"
     for kind in errors.TendonError.__subclasses__():
-        if kind is not errors.InterruptError:
-            said = f"`{kind.kind}`: {_sentence(kind.__doc__).partition('; ')[0]}"
-            rows[kind.exit] = f"{rows[kind.exit]}; {said}" if kind.exit in rows else said
+        if kind is errors.InterruptError:
+            continue
+        meaning = f"`{kind.kind}`: {_sentence(kind.__doc__).partition('; ')[0]}"
+        rows[kind.exit] = f"{rows[kind.exit]}; {meaning}" if kind.exit in rows else meaning
     for number in (signal.SIGHUP, signal.SIGINT, signal.SIGTERM):
         rows[128 + number] = f"`{errors.InterruptError.kind}`: by {number.name}, cleanly"
     return table(("exit", "meaning"), ((f"{code}", rows[code]) for code in sorted(rows)))
 
 
 def _sentence(text: str | None) -> str:
-    """The first sentence, beginning small, without its full stop."""
+    """Return the first paragraph, beginning small, without its full stop."""
     first = " ".join((text or "").split("\n\n")[0].split())
-    return (first if first[:3].isupper() else first[:1].lower() + first[1:]).removesuffix(".")
+    if not first[:3].isupper():
+        first = first[:1].lower() + first[1:]
+    return first.removesuffix(".")
 
 
 def face_table() -> str:
-    """Every function of the library."""
+    """Return the table of all functions of the library."""
     rows = []
     for name in tendon_cli.__all__:
         function = getattr(tendon_cli, name)
         if inspect.isfunction(function):
-            rows.append(
-                (f"`{name}{_plain(inspect.signature(function))}`", _sentence(function.__doc__))
-            )
+            signature = _plain(inspect.signature(function))
+            rows.append((f"`{name}{signature}`", _sentence(function.__doc__)))
     return table(("function", "what it gives"), rows)
 
 
 def _plain(signature: inspect.Signature) -> str:
-    """A signature without types, and without functions by name."""
+    """Return a signature without types, and with `...` for a function as a default."""
     bare = [
-        each.replace(annotation=inspect.Parameter.empty) for each in signature.parameters.values()
+        parameter.replace(annotation=inspect.Parameter.empty)
+        for parameter in signature.parameters.values()
     ]
     return re.sub(r"<function .*? at \w+>", "...", str(inspect.Signature(bare)))
 
@@ -229,11 +232,11 @@ TABLES: dict[str, Callable[..., str]] = {
 
 
 def renewed(page: str) -> str:
-    """A page with its tables as the code has them now."""
+    """Return a page with its tables as the code has them now."""
 
     def anew(match: re.Match[str]) -> str:
-        name, *about = match[2].split()
-        return f"{match[1]}{TABLES[name](*about)}\n{match[3]}"
+        name, *arguments = match[2].split()
+        return f"{match[1]}{TABLES[name](*arguments)}\n{match[3]}"
 
     return MARKED.sub(anew, page)
 

@@ -1,1 +1,1 @@
-"""The tool against an engine nobody here wrote; `make verify` (see docs/verification.md)."""
+"""Comparison of tendon with MuJoCo; `make verify` (see docs/verification.md)."""

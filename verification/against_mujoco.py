@@ -1,7 +1,7 @@
-"""Compare tendon with MuJoCo: `python -m verification.against_mujoco [--write docs/verification.md]`.
+"""Compare tendon with MuJoCo: `python -m verification.against_mujoco [--write PAGE]`.
 
-Prints a table of differences and ends with 1 where a tolerance is missed. Where MuJoCo is not installed, one line says
-why nothing was compared, and it ends with 0.
+Prints a table of differences and ends with 1 if a tolerance is missed. If MuJoCo is not installed,
+one line says why nothing was compared, and it ends with 0.
 """
 
 from __future__ import annotations
@@ -16,11 +16,12 @@ from verification.cases import SEED, draw_cases
 
 CASES = 100
 COMMAND = "python -m verification.against_mujoco --write docs/verification.md"
-BEGIN, END = f"<!-- written by `{COMMAND}` -->", "<!-- end of what is written -->"
+BEGIN = f"<!-- written by `{COMMAND}` -->"
+END = "<!-- end of what is written -->"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Compare, print, write; the exit code."""
+    """Compare, print and write; return the exit code."""
     parser = argparse.ArgumentParser(
         prog="python -m verification.against_mujoco", description="tendon against MuJoCo"
     )
@@ -38,38 +39,44 @@ def main(arguments: Sequence[str] | None = None) -> int:
     report, holds = _compare(mujoco.__version__)
     sys.stdout.write(f"{report}\n")
     if options.write is not None:
-        _put(options.write, report)
+        _write(options.write, report)
     return 0 if holds else 1
 
 
 def _compare(engine_version: str) -> tuple[str, bool]:
-    """The report in Markdown, and whether all of it holds."""
+    """Return the report in Markdown, and True if all of it holds."""
     from verification import compare, friction, tool
     from verification.rig import Rig
 
     cases = draw_cases(CASES)
-    engine, ours = [Rig(case).answer() for case in cases], tool.answers(cases)
-    rows, differing = compare.differences(engine, ours), compare.disagreements(engine, ours)
+    engine = [Rig(case).answer() for case in cases]
+    ours = tool.answers(cases)
+    rows = compare.differences(engine, ours)
+    differing = compare.disagreements(engine, ours)
     missed = sum(not row.holds for row in rows)
+    states_hold = not missed and not differing
+    states_verdict = "All hold."
+    if not states_hold:
+        states_verdict = f"MISSED: {missed} quantities, {differing} states of slack."
+
     fitted = friction.fits()
     off = sum(not row.holds for row in fitted)
-    verdict = (
-        "All hold."
-        if not missed and not differing
-        else f"MISSED: {missed} quantities, {differing} states of slack."
-    )
+    friction_verdict = f"MISSED: {off} coefficients." if off else "All hold."
+    tolerance = f"{friction.TOLERANCE:.0%}"
     report = (
-        f"tendon {__version__} against MuJoCo {engine_version}, {CASES} random arms and designs (seed {SEED}):"
+        f"tendon {__version__} against MuJoCo {engine_version}, "
+        f"{CASES} random arms and designs (seed {SEED}):"
         f"\n{compare.counts(ours)}.\n"
-        f"States in which the two differ on which side is slack: {differing}.\n\n{compare.table(rows)}\n\n{verdict}\n\n"
-        f"Friction coefficients fitted to a rope dragged over a drum (tolerance {friction.TOLERANCE:.0%}):\n\n"
-        f"{friction.table(fitted)}\n\n{f'MISSED: {off} coefficients.' if off else 'All hold.'}"
+        f"States in which the two differ on which side is slack: {differing}.\n\n"
+        f"{compare.table(rows)}\n\n{states_verdict}\n\n"
+        f"Friction coefficients fitted to a rope dragged over a drum (tolerance {tolerance}):\n\n"
+        f"{friction.table(fitted)}\n\n{friction_verdict}"
     )
-    return report, not missed and not differing and not off
+    return report, states_hold and not off
 
 
-def _put(page: Path, report: str) -> None:
-    """Replace what stands between the marks of the page."""
+def _write(page: Path, report: str) -> None:
+    """Replace the text between the marks of the page."""
     before, begin, rest = page.read_text(encoding="utf-8").partition(BEGIN)
     _, end, after = rest.partition(END)
     if not begin or not end:

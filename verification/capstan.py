@@ -1,9 +1,10 @@
 """A rope of beads dragged over a drum in MuJoCo, with a load cell at each end.
 
-MuJoCo's tendons do not rub. Its contacts do: the rope is a chain of point masses, each pressed on the drum by the
-links to its neighbours and held back by the engine's Coulomb contact. Nothing here knows the capstan equation.
-The motor moves to and fro; the load is a spring, so that the force varies. Cells and spring pull only beyond their
-natural length: before the rope is taut, and after, both cells read zero.
+MuJoCo's tendons do not rub. Its contacts do: the rope is a chain of point masses, each pressed on
+the drum by the links to its neighbours and held back by the engine's Coulomb contact. Nothing here
+knows the capstan equation. The motor moves to and fro; the load is a spring, so that the force
+varies. Cells and spring pull only beyond their natural length: before the rope is taut, and after,
+both cells read zero.
 """
 
 from __future__ import annotations
@@ -15,22 +16,28 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 
 TURN = np.radians(144.0)
+"""Angle by which the rope turns over the drum, rad."""
 _BEADS = 48
-"""On the drum, 3 deg each: a polygon's limit 2 n artanh(μ tan(φ/2n)) is then within 0.03 % of μφ."""
-_RADIUS, _BEAD = 0.05, 0.001  # m; of the rope's path over the drum, and of a bead
+"""Beads on the drum, 3 deg each: a polygon's limit 2 n artanh(μ tan(φ/2n)) is then within 0.03 % of
+μφ."""
+_RADIUS = 0.05  # m, of the rope's path over the drum
+_BEAD = 0.001  # m, radius of a bead
 _FREE = 0.3  # m of each cell's strand, along the drum's tangent
 _SLACK = 0.001  # m that the motor moves before its cell pulls
-_CELL, _SPRING = 20e3, 4e3  # N/m
-_LOW, _HIGH = 0.004, 0.014  # m; where the motor turns round
+_CELL = 20e3  # N/m, stiffness of the cell at the motor
+_SPRING = 4e3  # N/m, stiffness of the load
+_LOW = 0.004  # m, where the motor turns round
+_HIGH = 0.014  # m, where the motor turns round
 _SPEED = 0.005  # m/s: dragging the beads against their damping takes 0.0015 N
-_STEP, _REPORT = 0.0005, 0.02  # s
+_STEP = 0.0005  # s, of the simulation
+_REPORT = 0.02  # s, between readings
 
 # A constraint of impedance 0.97 gives way a little: the rope stretches. Nearly rigid, 0.99
 # and more, it chatters on the drum at large friction, and rubs less than it should.
 _MJCF = """
 <mujoco>
-  <option gravity="0 0 0" timestep="{step!r}" cone="elliptic" impratio="10" integrator="implicitfast"
-    iterations="50" tolerance="1e-12"/>
+  <option gravity="0 0 0" timestep="{step!r}" cone="elliptic" impratio="10"
+    integrator="implicitfast" iterations="50" tolerance="1e-12"/>
   <default>
     <geom condim="3" friction="{friction!r} 0 0" solref="{soft!r} 1" solimp="0.97 0.97 0.0001"/>
     <joint type="slide" damping="0.005"/>
@@ -59,7 +66,15 @@ _BODY = """<body pos="{0}"><joint axis="1 0 0"/><joint axis="0 0 1"/><site name=
 
 
 def readings(friction: float, *, cycles: int = 5) -> tuple[Array, Array, Array]:
-    """Time (s), force at the motor and at the load (N, means over 20 ms): from slack, to and fro, to slack."""
+    """Drag the rope from slack, to and fro, to slack.
+
+    Args:
+        friction: Coefficient of the contacts.
+        cycles: Number of strokes to and fro.
+
+    Returns:
+        Time (s), and the forces at the motor and at the load (N, means over 20 ms).
+    """
     model = mujoco.MjModel.from_xml_string(_mjcf(friction))
     data = mujoco.MjData(model)
     start = data.mocap_pos[0].copy()
@@ -77,15 +92,24 @@ def readings(friction: float, *, cycles: int = 5) -> tuple[Array, Array, Array]:
 
 
 def _mjcf(friction: float) -> str:
-    """The rope at rest, just taut: three beads before the drum, eight behind it to be pulled on."""
+    """Return the model of the rope at rest, just taut.
+
+    Three beads lie before the drum, and eight behind it to be pulled on.
+    """
     along = np.arange(-3.5, _BEADS + 8.0) * _RADIUS * TURN / _BEADS
     last = len(along) - 1
+    beads = [_BODY.format(_place(s), i, _BEAD) for i, s in enumerate(along)]
+    links = [
+        f'<spatial name="link {i}"><site site="{i}"/><site site="{i + 1}"/></spatial>'
+        for i in range(last)
+    ]
+    holds = [f'<tendon tendon1="link {i}"/>' for i in range(last)]
     return _MJCF.format(
         friction=float(friction),
         step=_STEP,
         soft=2.0 * _STEP,
         drum=_RADIUS - _BEAD,
-        beads="\n    ".join(_BODY.format(_place(s), i, _BEAD) for i, s in enumerate(along)),
+        beads="\n    ".join(beads),
         motor=_place(along[0] - _FREE),
         load=_place(along[-1] + _FREE),
         cell=_CELL,
@@ -93,16 +117,17 @@ def _mjcf(friction: float) -> str:
         spring=_SPRING,
         spring_length=_FREE,
         last=last,
-        links="\n    ".join(
-            f'<spatial name="link {i}"><site site="{i}"/><site site="{i + 1}"/></spatial>'
-            for i in range(last)
-        ),
-        holds="".join(f'<tendon tendon1="link {i}"/>' for i in range(last)),
+        links="\n    ".join(links),
+        holds="".join(holds),
     )
 
 
 def _place(along: float) -> str:
-    """Where the rope is at a length (m) along its path from the point at the motor where it meets the drum."""
+    """Return the position of the rope, as MuJoCo reads it.
+
+    `along` is the length (m) along its path from the point on the motor's side where it meets the
+    drum.
+    """
     angle = np.clip(along / _RADIUS, 0.0, TURN)
     beyond = along - angle * _RADIUS
     x = _RADIUS * np.cos(angle) - beyond * np.sin(angle)

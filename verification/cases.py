@@ -1,4 +1,7 @@
-"""Random arms and designs, one state each, without friction: numbers only, so that tool and engine read the same."""
+"""Random arms and designs, one state each, without friction.
+
+Cases hold numbers only, so that tendon and the engine read the same.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ SEED = 20260101
 
 @dataclass(frozen=True)
 class Line:
-    """A tendon with its spring. SI units."""
+    """A tendon with its spring, SI units."""
 
     length: float
     diameter: float
@@ -19,17 +22,17 @@ class Line:
     spring_stiffness: float
     pretension: float
     bend_angle: float
-    """Of the sheath, rad; without friction nothing may depend on it, and the engine is not told."""
+    """Bend of the sheath, rad; without friction nothing depends on it, and the engine gets none."""
 
     @property
     def tendon_stiffness(self) -> float:
-        """A E / L of a round tendon, N/m."""
+        """Stiffness of a round tendon, A E / L, N/m."""
         return float(np.pi * self.diameter**2 / 4.0 * self.youngs_modulus / self.length)
 
 
 @dataclass(frozen=True)
 class Case:
-    """An arm, a design and one elbow angle. SI units, angles in rad; names as in `tendon_cli.model`."""
+    """An arm, a design and one elbow angle: SI units, rad, names as in `tendon_cli.model`."""
 
     a1: float
     b1: float
@@ -51,18 +54,26 @@ class Case:
 
 
 def draw_cases(number: int) -> list[Case]:
-    """The same cases on every machine; one in ten with the forearm along the vertical, where nothing weighs."""
+    """Draw cases, the same on every machine.
+
+    One in ten has its forearm along the vertical, where nothing weighs.
+    """
     rng = np.random.default_rng(SEED)
     return [_draw_case(rng, weightless=index % 10 == 0) for index in range(number)]
 
 
 def _draw_case(rng: np.random.Generator, *, weightless: bool) -> Case:
-    """A case between a child's arm and a tall man's; the upper arm from far back to overhead, where extensors lift.
+    """Draw a case between a child's arm and a tall man's.
 
-    The weightless ones are bent far, where both tendons go slack unless pretension is high.
+    The upper arm lies between far back and overhead, where extensors lift. Weightless cases are
+    bent far, where both tendons go slack unless pretension is high.
     """
-    elbow_angle = np.radians(rng.uniform(60.0, 130.0) if weightless else rng.uniform(0.0, 130.0))
-    pretension = rng.choice([20.0, 400.0]) if weightless else 250.0
+    if weightless:
+        elbow_angle = np.radians(rng.uniform(60.0, 130.0))
+        pretension = rng.choice([20.0, 400.0])
+    else:
+        elbow_angle = np.radians(rng.uniform(0.0, 130.0))
+        pretension = 250.0
     return Case(
         a1=rng.uniform(0.02, 0.08),
         b1=rng.uniform(0.10, 0.26),
@@ -85,7 +96,7 @@ def _draw_case(rng: np.random.Generator, *, weightless: bool) -> Case:
 
 
 def _draw_line(rng: np.random.Generator, pretension: float) -> Line:
-    """Steel or fibre, half a metre to three, springs from soft to none worth the name."""
+    """Draw a line: steel or fibre, half a metre to three, springs from soft to nearly rigid."""
     return Line(
         length=rng.uniform(0.5, 3.0),
         diameter=rng.uniform(0.8e-3, 2.0e-3),

@@ -19,12 +19,12 @@ class Quantity:
     """A row of the table."""
 
     name: str
-    """In `rig.Answer` and `tool`."""
+    """Name in `rig.Answer` and `tool.ToolAnswers`."""
     unit: str
     floor: float
-    """Smallest magnitude that a difference is related to, so that slack tensions of 0 N count too."""
+    """Smallest magnitude that a difference is divided by, so that tensions of 0 N count too."""
     needs_tension: bool = False
-    """Not determined where both tendons are slack."""
+    """True if the quantity is not determined where both tendons are slack."""
 
 
 QUANTITIES = (
@@ -51,63 +51,69 @@ class Difference:
 
     quantity: Quantity
     states: int
-    """How many states have a value to compare."""
+    """Number of states with a value to compare."""
     largest: float
     """Magnitude of the largest value, in the quantity's unit."""
     absolute: float
+    """Largest difference, in the quantity's unit."""
     relative: float
-    """To the engine's value or the floor, whichever is larger."""
+    """Largest difference as a share of the engine's value or of the floor, if that is larger."""
     worst: int
     """Number of the case with the largest relative difference."""
 
     @property
     def holds(self) -> bool:
-        """Within the tolerance; a value that is not a number never is."""
+        """True if within the tolerance; a value that is not a number never is."""
         return bool(self.relative <= TOLERANCE)
 
 
 def differences(engine: list[Answer], tool: ToolAnswers) -> list[Difference]:
-    """One entry per quantity."""
+    """Return the largest differences of each quantity."""
     return [_difference(quantity, engine, tool) for quantity in QUANTITIES]
 
 
 def _difference(quantity: Quantity, engine: list[Answer], tool: ToolAnswers) -> Difference:
-    flexor, extensor = engine_slack(engine)
-    chosen = ~(flexor & extensor) if quantity.needs_tension else np.ones(len(engine), dtype=bool)
-    expected = np.array([getattr(answer, quantity.name) for answer in engine])[chosen]
-    got = tool.values[quantity.name][chosen]
+    """Return the largest differences of a quantity, over the states that determine it."""
+    is_determined = np.ones(len(engine), dtype=bool)
+    if quantity.needs_tension:
+        flexor, extensor = engine_slack(engine)
+        is_determined = ~(flexor & extensor)
+    expected = np.array([getattr(answer, quantity.name) for answer in engine])[is_determined]
+    got = tool.values[quantity.name][is_determined]
     absolute = np.abs(got - expected)
     relative = absolute / np.maximum(np.abs(expected), quantity.floor)
     return Difference(
         quantity=quantity,
-        states=int(chosen.sum()),
+        states=int(is_determined.sum()),
         largest=float(np.abs(expected).max()),
         absolute=float(absolute.max()),
         relative=float(relative.max()),
-        worst=int(np.flatnonzero(chosen)[np.argmax(relative)]),
+        worst=int(np.flatnonzero(is_determined)[np.argmax(relative)]),
     )
 
 
 def engine_slack(engine: list[Answer]) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-    """Whether flexor and extensor are slack in the engine."""
+    """Return masks of the states in which flexor and extensor are slack in the engine."""
     flexor = np.array([answer.flexor_is_slack for answer in engine])
-    return flexor, np.array([answer.extensor_is_slack for answer in engine])
+    extensor = np.array([answer.extensor_is_slack for answer in engine])
+    return flexor, extensor
 
 
 def disagreements(engine: list[Answer], tool: ToolAnswers) -> int:
-    """In how many states tool and engine differ on which side is slack, or the tool makes up a free spool angle."""
+    """Count the states in which tendon and the engine differ on which side is slack.
+
+    The spool angle must be undetermined just where both sides are slack.
+    """
     flexor, extensor = engine_slack(engine)
     our_flexor, our_extensor = side_is_slack(tool.status)
-    unknown = np.isnan(tool.values["spool_angle"])
-    return int(
-        (
-            (flexor != our_flexor) | (extensor != our_extensor) | (unknown != (flexor & extensor))
-        ).sum()
-    )
+    has_no_angle = np.isnan(tool.values["spool_angle"])
+    sides_differ = (flexor != our_flexor) | (extensor != our_extensor)
+    angle_differs = has_no_angle != (flexor & extensor)
+    return int((sides_differ | angle_differs).sum())
 
 
 def table(rows: list[Difference]) -> str:
-    """The differences as a Markdown table that also reads well in a terminal."""
+    """Return the differences as a Markdown table that also reads well in a terminal."""
     head = (
         "quantity",
         "unit",
@@ -119,33 +125,32 @@ def table(rows: list[Difference]) -> str:
         "verdict",
     )
     cells = [head, *(_cells(row) for row in rows)]
-    widths = [max(len(line[column]) for line in cells) for column in range(len(head))]
-    lines = [
-        "| "
-        + " | ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True))
-        + " |"
-        for line in cells
-    ]
-    return "\n".join(
-        [lines[0], "|" + "|".join("-" * (width + 2) for width in widths) + "|", *lines[1:]]
-    )
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    lines = []
+    for row_cells in cells:
+        padded = [cell.ljust(width) for cell, width in zip(row_cells, widths, strict=True)]
+        lines.append(f"| {' | '.join(padded)} |")
+    rule = "|".join("-" * (width + 2) for width in widths)
+    return "\n".join([lines[0], f"|{rule}|", *lines[1:]])
 
 
 def _cells(row: Difference) -> tuple[str, ...]:
-    name = _LONG_NAMES.get(row.quantity.name, row.quantity.name.replace("_", " "))
-    numbers = f"{row.largest:.3g}", f"{row.absolute:.0e}", f"{row.relative:.0e}", f"{TOLERANCE:.0e}"
+    """Return a row of the table."""
+    name = row.quantity.name
     return (
-        name,
+        _LONG_NAMES.get(name, name.replace("_", " ")),
         row.quantity.unit,
         str(row.states),
-        *numbers,
+        f"{row.largest:.3g}",
+        f"{row.absolute:.0e}",
+        f"{row.relative:.0e}",
+        f"{TOLERANCE:.0e}",
         "holds" if row.holds else f"MISSED, case {row.worst}",
     )
 
 
 def counts(tool: ToolAnswers) -> str:
-    """How many states there are of each status."""
-    number = np.bincount(tool.status, minlength=len(statics.STATUS_NAMES))
-    return ", ".join(
-        f"{count} {name}" for count, name in zip(number, statics.STATUS_NAMES, strict=True) if count
-    )
+    """Return the number of states of each status, in words."""
+    numbers = np.bincount(tool.status, minlength=len(statics.STATUS_NAMES))
+    named = zip(numbers, statics.STATUS_NAMES, strict=True)
+    return ", ".join(f"{number} {name}" for number, name in named if number)

@@ -1,12 +1,14 @@
-"""Write `excursion.csv` from what other tools say of a joint: an OpenSim file of moment arms, or a MuJoCo model.
+"""Write `excursion.csv` from a joint of another tool: OpenSim's moment arms, or a MuJoCo model.
 
     python -m verification.excursions FILE.sto ANGLE FLEXOR EXTENSOR excursion.csv
 
-Without arguments, compare tendon with MuJoCo on random joints whose tendons wrap a ball and a drum, which are read by
-way of such a file: the moment arms that MuJoCo takes by itself, and whether tendon's tensions balance its joint.
+Without arguments, compare tendon with MuJoCo on random joints whose tendons wrap a ball and a drum,
+and which tendon reads from such a file: the moment arms must be those that MuJoCo finds by itself,
+and tendon's tensions must balance its joint.
 
-Moment arms are integrated over the angle (a cubic spline's antiderivative). OpenSim counts them positive if the muscle
-turns the coordinate in its positive direction, so an extensor's are negative there; its path lengthens with flexion.
+Moment arms are integrated over the angle (a cubic spline's antiderivative). OpenSim counts them
+positive if the muscle turns the coordinate in its positive direction, so an extensor's are negative
+there; its path lengthens with flexion.
 """
 
 from __future__ import annotations
@@ -23,113 +25,160 @@ Array = npt.NDArray[np.float64]
 
 
 def from_opensim(text: str, angle: str, flexor: str, extensor: str) -> str:
-    """The CSV of a storage file (.sto, .mot) that has moment arms (m) in the columns of two muscles over an angle."""
+    """Return the CSV of an OpenSim storage file (.sto, .mot) of moment arms (m) over an angle.
+
+    Args:
+        text: Content of the file.
+        angle: Column of the angle.
+        flexor: Column of the flexor's moment arm.
+        extensor: Column of the extensor's moment arm.
+
+    Raises:
+        ValueError: A column is missing.
+    """
     head, _, table = text.partition("endheader")
     names, *rows = [line.split() for line in table.splitlines() if line.strip()]
     columns = dict(zip(names, np.array(rows, dtype=np.float64).T, strict=True))
     missing = [name for name in (angle, flexor, extensor) if name not in columns]
     if missing:
         raise ValueError(f"no column {missing[0]}, the file has: {', '.join(names)}")
-    turned = columns[angle]
-    order = np.argsort(turned)
-    radians = np.radians(turned) if "indegrees=yes" in head.lower().replace(" ", "") else turned
-    at = radians[order]
-    shortens = CubicSpline(at, columns[flexor][order]).antiderivative()(at)
-    lengthens = CubicSpline(at, -columns[extensor][order]).antiderivative()(at)
-    return as_csv(at, shortens, lengthens)
+    order = np.argsort(columns[angle])
+    angles = columns[angle][order]
+    is_in_degrees = "indegrees=yes" in head.lower().replace(" ", "")
+    if is_in_degrees:
+        angles = np.radians(angles)
+    shortens = CubicSpline(angles, columns[flexor][order]).antiderivative()(angles)
+    lengthens = CubicSpline(angles, -columns[extensor][order]).antiderivative()(angles)
+    return as_csv(angles, shortens, lengthens)
 
 
 def from_mujoco(model: Any, joint: str, flexor: str, extensor: str, angles: Array) -> str:
-    """The CSV of two spatial tendons of a MuJoCo model, by their lengths as one joint turns; needs mujoco."""
+    """Return the CSV of two spatial tendons of a MuJoCo model, by their lengths as a joint turns.
+
+    Args:
+        model: The `MjModel`.
+        joint: Name of the joint.
+        flexor: Name of the flexor.
+        extensor: Name of the extensor.
+        angles: Angles of the joint, rad.
+    """
     import mujoco  # type: ignore[import-not-found,unused-ignore]
 
-    data, lengths = mujoco.MjData(model), []
+    data = mujoco.MjData(model)
+    lengths = []
     for angle in angles:
         data.joint(joint).qpos[0] = angle
         mujoco.mj_forward(model, data)
         lengths.append([float(data.tendon(name).length[0]) for name in (flexor, extensor)])
-    short, long = np.array(lengths).T
-    return as_csv(angles, short[0] - short, long - long[0])
+    flexor_length, extensor_length = np.array(lengths).T
+    shortens = flexor_length[0] - flexor_length
+    lengthens = extensor_length - extensor_length[0]
+    return as_csv(angles, shortens, lengthens)
 
 
 def as_csv(angles: Array, shortens: Array, lengthens: Array) -> str:
-    """The file that `[joint] excursion` takes."""
+    """Return the content of a file for `[joint] excursion`.
+
+    Args:
+        angles: Angles of the joint, rad.
+        shortens: Length by which the flexor's path has become shorter, m.
+        lengthens: Length by which the extensor's path has become longer, m.
+    """
+    head = "angle (rad),flexor (m),extensor (m)"
     rows = zip(angles.tolist(), shortens.tolist(), lengthens.tolist(), strict=True)
-    return (
-        "\n".join(
-            ["angle (rad),flexor (m),extensor (m)", *(",".join(map(repr, row)) for row in rows)]
-        )
-        + "\n"
-    )
+    lines = [",".join(map(repr, row)) for row in rows]
+    return "\n".join([head, *lines]) + "\n"
 
 
-# --- Against MuJoCo --------------------------------------------------------------------------------------------------
+# --- Against MuJoCo -------------------------------------------------------------------------------
 
-_JOINTS, _ROWS, _SEED, _TOLERANCE = 20, 400, 7, 1e-4
+_JOINTS = 20
+_ROWS = 400
+"""Rows of the file of a joint."""
+_SEED = 7
+_TOLERANCE = 1e-4
 _MODEL = """
 <mujoco><compiler angle="radian"/><option gravity="0 0 -9.81"/>
  <worldbody><body>
-  <site name="r" pos="{r[0]} 0 {r[1]}"/><site name="front" pos="0.2 0 0"/><site name="p" pos="{p[0]} 0 {p[1]}"/>
-  <site name="back" pos="-0.2 0 0"/>
-  <geom name="ball" type="sphere" size="{ball[0]}" pos="{ball[1]} 0 {ball[2]}" contype="0" conaffinity="0" mass="0"/>
-  <geom name="drum" type="cylinder" size="{drum[0]} 0.05" pos="{drum[1]} 0 {drum[2]}" euler="1.570796326794897 0 0"
+  <site name="r" pos="{r[0]} 0 {r[1]}"/><site name="front" pos="0.2 0 0"/>
+  <site name="p" pos="{p[0]} 0 {p[1]}"/><site name="back" pos="-0.2 0 0"/>
+  <geom name="ball" type="sphere" size="{ball[0]}" pos="{ball[1]} 0 {ball[2]}"
    contype="0" conaffinity="0" mass="0"/>
+  <geom name="drum" type="cylinder" size="{drum[0]} 0.05" pos="{drum[1]} 0 {drum[2]}"
+   euler="1.570796326794897 0 0" contype="0" conaffinity="0" mass="0"/>
   <body><joint name="joint" type="hinge" axis="0 -1 0"/>
-   <geom type="capsule" size="0.02" fromto="0 0 0 0 0 {length}" mass="{mass}" contype="0" conaffinity="0"/>
-   <site name="q" pos="{q[0]} 0 {q[1]}"/><site name="s" pos="{s[0]} 0 {s[1]}"/></body></body></worldbody>
+   <geom type="capsule" size="0.02" fromto="0 0 0 0 0 {length}" mass="{mass}"
+    contype="0" conaffinity="0"/>
+   <site name="q" pos="{q[0]} 0 {q[1]}"/><site name="s" pos="{s[0]} 0 {s[1]}"/>
+  </body></body></worldbody>
  <tendon>
-  <spatial name="flexor"><site site="r"/><geom geom="ball" sidesite="front"/><site site="q"/></spatial>
-  <spatial name="extensor"><site site="p"/><geom geom="drum" sidesite="back"/><site site="s"/></spatial>
+  <spatial name="flexor"><site site="r"/><geom geom="ball" sidesite="front"/><site site="q"/>
+  </spatial>
+  <spatial name="extensor"><site site="p"/><geom geom="drum" sidesite="back"/><site site="s"/>
+  </spatial>
  </tendon></mujoco>"""
 
 
-def _drawn(rng: np.random.Generator) -> dict[str, Any]:
-    """A joint: anchors before and behind both links, a ball and a drum beside its axis, what hangs on it."""
-    near = {"r": (0.045, 0.2), "p": (-0.03, 0.18), "q": (0.03, -0.1), "s": (-0.02, -0.05)}
-    sites = {name: np.array(at) * rng.uniform(0.85, 1.15, 2) for name, at in near.items()}
-    wrapped = {"ball": (0.03, 0.03, 0.04), "drum": (0.028, -0.006, 0.004)}
-    sizes = {name: np.array(at) * rng.uniform(0.85, 1.15, 3) for name, at in wrapped.items()}
+# Positions (m) near which the sites are drawn, and radius and position of the bodies wrapped
+_SITES = {"r": (0.045, 0.2), "p": (-0.03, 0.18), "q": (0.03, -0.1), "s": (-0.02, -0.05)}
+_WRAPPED = {"ball": (0.03, 0.03, 0.04), "drum": (0.028, -0.006, 0.004)}
+
+
+def _draw_joint(rng: np.random.Generator) -> dict[str, Any]:
+    """Draw anchors before and behind both links, a ball and a drum at the axis, and a weight."""
+    sites = {name: np.array(place) * rng.uniform(0.85, 1.15, 2) for name, place in _SITES.items()}
+    sizes = {name: np.array(size) * rng.uniform(0.85, 1.15, 3) for name, size in _WRAPPED.items()}
     return {**sites, **sizes, "mass": rng.uniform(0.8, 2.5), "length": -rng.uniform(0.2, 0.4)}
 
 
-def _difference(drawn: dict[str, Any]) -> tuple[float, float, int]:
-    """Largest errors of moment arms and of the balance, as shares, and at how many angles the ball wraps."""
+def _errors(joint: dict[str, Any]) -> tuple[float, float, int]:
+    """Compare tendon with MuJoCo on a joint.
+
+    Returns:
+        Largest errors of the moment arms and of the balance, as shares, and the number of angles
+        at which the ball wraps.
+    """
     import mujoco
 
     import tendon_cli as tendon
 
-    model = mujoco.MjModel.from_xml_string(_MODEL.format(**drawn))
+    model = mujoco.MjModel.from_xml_string(_MODEL.format(**joint))
     angles = np.linspace(-0.4, 1.5, _ROWS)
     table = from_mujoco(model, "joint", "flexor", "extensor", angles).splitlines()[1:]
     columns = np.array([row.split(",") for row in table], dtype=np.float64).T.tolist()
     excursion = dict(zip(("angle", "flexor", "extensor"), columns, strict=True))
     excursion["angle"] = [f"{value!r} rad" for value in excursion["angle"]]
-    states = tendon.sweep(
-        {
-            "joint": {"excursion": excursion},
-            "arm": {"forearm_mass": drawn["mass"], "forearm_com": -0.5 * drawn["length"]},
-            "tendon": {"pretension": "300 N"},
-            "spool": {"ratio": 0.5},
-            "motion": {
-                "direction": "flexion",
-                "elbow_angle": [f"{angle!r} rad" for angle in (-0.3, 0.0, 0.7, 1.1, 1.4)],
-            },
-        }
-    ).states
-    data, arms, left, wraps = mujoco.MjData(model), 0.0, 0.0, 0
-    for state in states.itertuples():
+    study = {
+        "joint": {"excursion": excursion},
+        "arm": {"forearm_mass": joint["mass"], "forearm_com": -0.5 * joint["length"]},
+        "tendon": {"pretension": "300 N"},
+        "spool": {"ratio": 0.5},
+        "motion": {
+            "direction": "flexion",
+            "elbow_angle": [f"{angle!r} rad" for angle in (-0.3, 0.0, 0.7, 1.1, 1.4)],
+        },
+    }
+    data = mujoco.MjData(model)
+    arm_error = 0.0
+    balance_error = 0.0
+    wraps = 0
+    for state in tendon.sweep(study).states.itertuples():
         data.joint("joint").qpos[0] = state.elbow_angle
         mujoco.mj_forward(model, data)
-        flexor, extensor = -float(data.ten_J.ravel()[0]), float(data.ten_J.ravel()[1])
-        arms = max(arms, abs(state.flexor_moment_arm / flexor - 1.0))
-        moments = flexor * state.flexor_tension_distal, extensor * state.extensor_tension_distal
-        left = max(left, abs(moments[0] - moments[1] - float(data.qfrc_bias[0])) / max(moments))
+        jacobian = data.ten_J.ravel()
+        flexor_arm = -float(jacobian[0])
+        extensor_arm = float(jacobian[1])
+        arm_error = max(arm_error, abs(state.flexor_moment_arm / flexor_arm - 1.0))
+        flexion = flexor_arm * state.flexor_tension_distal
+        extension = extensor_arm * state.extensor_tension_distal
+        left_over = abs(flexion - extension - float(data.qfrc_bias[0]))
+        balance_error = max(balance_error, left_over / max(flexion, extension))
         wraps += int(data.ten_wrapnum[0] > 2)
-    return arms, left, wraps
+    return arm_error, balance_error, wraps
 
 
 def _compare() -> int:
-    """Compare, print; the exit code."""
+    """Compare random joints and print; return the exit code."""
     try:
         import mujoco
     except (ImportError, OSError) as reason:
@@ -138,13 +187,16 @@ def _compare() -> int:
         )
         return 0
     rng = np.random.default_rng(_SEED)
-    arms, left, wraps = np.array([_difference(_drawn(rng)) for _ in range(_JOINTS)]).T
-    holds = max(arms.max(), left.max()) < _TOLERANCE
+    errors = np.array([_errors(_draw_joint(rng)) for _ in range(_JOINTS)])
+    arm_errors, balance_errors, wraps = errors.T
+    holds = max(arm_errors.max(), balance_errors.max()) < _TOLERANCE
     sys.stdout.write(
         f"{_JOINTS} joints with curved wrapping (seed {_SEED}), tables of {_ROWS} rows, "
         f"against MuJoCo {mujoco.__version__}:\n"
-        f"largest error of a moment arm {arms.max():.1e}, of the balance with tendon's tensions {left.max():.1e} "
-        f"(tolerance {_TOLERANCE:g}); the ball wraps at {wraps.sum():.0f} of {5 * _JOINTS} angles\n"
+        f"largest error of a moment arm {arm_errors.max():.1e}, "
+        f"of the balance with tendon's tensions {balance_errors.max():.1e} "
+        f"(tolerance {_TOLERANCE:g}); the ball wraps at {wraps.sum():.0f} "
+        f"of {5 * _JOINTS} angles\n"
         f"{'All hold.' if holds else 'MISSED.'}\n"
     )
     return 0 if holds else 1
@@ -154,6 +206,5 @@ if __name__ == "__main__":
     if len(sys.argv) == 1:
         sys.exit(_compare())
     source, *columns, target = sys.argv[1:]
-    Path(target).write_text(
-        from_opensim(Path(source).read_text(encoding="utf-8"), *columns), encoding="utf-8"
-    )
+    content = from_opensim(Path(source).read_text(encoding="utf-8"), *columns)
+    Path(target).write_text(content, encoding="utf-8")

@@ -1,8 +1,9 @@
 """A case in MuJoCo's modelling language: the actuator built of the engine's own parts.
 
-The upper arm is fixed at its inclination; forearm and load hang on a hinge under gravity. Each side is a chain: spool -
-tendon in its sheath - free junction - spring - arm. The flexor's spring runs straight from r to q, the extensor's wraps
-a cylinder at the elbow. A spool turns its angle times its radius into tendon length.
+The upper arm is fixed at its inclination; forearm and load hang on a hinge under gravity. Each side
+is a chain: spool - tendon in its sheath - free junction - spring - arm. The flexor's spring runs
+straight from r to q, the extensor's wraps a cylinder at the elbow. A spool turns its angle times
+its radius into tendon length.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from verification.cases import Case
 
 @dataclass(frozen=True)
 class Chain:
-    """A side of the actuator: where its parts stand among the model's tendons and joints."""
+    """Indices of the parts of one side among the model's tendons and joints."""
 
     path: int
     """Tendon without stiffness from anchor to anchor, for lengths and moment arms."""
@@ -28,13 +29,15 @@ class Chain:
     """Joint along which the end of the tendon, where the spring begins, slides."""
 
 
-ELBOW, SPOOL = 0, 1
-"""Joints, each of one degree of freedom."""
+# Joints, each of one degree of freedom
+ELBOW = 0
+SPOOL = 1
 FLEXOR = Chain(path=0, spring=2, tendon=4, junction=2)
 EXTENSOR = Chain(path=1, spring=3, tendon=5, junction=3)
 
-# x forward, z up the upper arm, so that flexion turns about -y. The junctions slide along y, out of the plane and 20 m
-# away: a straight lead for whatever travel the root search tries, level at every inclination.
+# x forward, z up the upper arm, so that flexion turns about -y. The junctions slide along y, out of
+# the plane and 20 m away: a straight lead for whatever travel the root search tries, level at every
+# inclination.
 _MJCF = """
 <mujoco>
   <compiler angle="radian"/>
@@ -72,7 +75,8 @@ _MJCF = """
   <tendon>
     <spatial name="flexor path"><site site="r"/><site site="q"/></spatial>
     <spatial name="extensor path">
-      <site site="extensor start"/><geom geom="pulley" sidesite="behind the elbow"/><site site="extensor end"/>
+      <site site="extensor start"/><geom geom="pulley" sidesite="behind the elbow"/>
+      <site site="extensor end"/>
     </spatial>
     <spatial name="flexor spring" stiffness="{flexor_spring!r}">
       <site site="flexor junction"/><site site="r"/><site site="q"/>
@@ -85,49 +89,47 @@ _MJCF = """
       <joint joint="spool" coef="{flexor_radius!r}"/><joint joint="flexor junction" coef="-1"/>
     </fixed>
     <fixed name="extensor tendon" stiffness="{extensor_tendon!r}">
-      <joint joint="spool" coef="{minus_extensor_radius!r}"/><joint joint="extensor junction" coef="-1"/>
+      <joint joint="spool" coef="{minus_extensor_radius!r}"/>
+      <joint joint="extensor junction" coef="-1"/>
     </fixed>
   </tendon>
 </mujoco>
 """
-_LOAD = '<body name="load" pos="0 0 {0!r}"><inertial pos="0 0 0" mass="{1!r}" diaginertia="1e-3 1e-3 1e-3"/></body>'
+_LOAD = (
+    '<body name="load" pos="0 0 {0!r}">'
+    '<inertial pos="0 0 0" mass="{1!r}" diaginertia="1e-3 1e-3 1e-3"/></body>'
+)
 _MIDDLE_OF_WRAP = np.radians(70.0)
-"""Where the side site lies, from straight behind towards the forearm: keeps the wrap on one side from 0 to 140°."""
+"""Direction of the side site, from straight behind towards the forearm: keeps the wrap on one side
+from 0 to 140°."""
 
 
 def mjcf(case: Case) -> str:
-    """The model; every number is written so that it reads back exactly."""
+    """Return the model; every number is written so that it reads back exactly."""
     side = np.array([-np.cos(_MIDDLE_OF_WRAP), -np.sin(_MIDDLE_OF_WRAP)]) * 2.0 * case.elbow_radius
-    flexor, extensor = case.flexor, case.extensor
     numbers = {
-        name: float(getattr(case, name))
-        for name in (
-            "a1",
-            "b1",
-            "a2",
-            "elbow_radius",
-            "upper_arm_angle",
-            "forearm_mass",
-            "flexor_radius",
-        )
-    }
-    numbers |= {
+        "a1": case.a1,
+        "b1": case.b1,
+        "a2": case.a2,
         "minus_b2": -case.b2,
+        "elbow_radius": case.elbow_radius,
+        "upper_arm_angle": case.upper_arm_angle,
+        "forearm_mass": case.forearm_mass,
         "com_z": -case.forearm_com,
-        "behind": -case.elbow_radius
-        / 2.0,  # closer than the pulley's rim, so that the tendon always wraps it
+        # Closer than the pulley's rim, so that the tendon always wraps it
+        "behind": -case.elbow_radius / 2.0,
         "side_x": side[0],
         "side_z": side[1],
+        "flexor_radius": case.flexor_radius,
         "minus_extensor_radius": -case.ratio * case.flexor_radius,
-        "flexor_spring": flexor.spring_stiffness,
-        "extensor_spring": extensor.spring_stiffness,
-        "flexor_tendon": flexor.tendon_stiffness,
-        "extensor_tendon": extensor.tendon_stiffness,
+        "flexor_spring": case.flexor.spring_stiffness,
+        "extensor_spring": case.extensor.spring_stiffness,
+        "flexor_tendon": case.flexor.tendon_stiffness,
+        "extensor_tendon": case.extensor.tendon_stiffness,
     }
-    numbers = {name: float(value) for name, value in numbers.items()}
-    load = (
-        _LOAD.format(-float(case.load_distance), float(case.load_mass))
-        if case.load_mass > 0.0
-        else ""
-    )
-    return _MJCF.format(**numbers, load=load)
+    load = ""
+    if case.load_mass > 0.0:
+        load = _LOAD.format(-float(case.load_distance), float(case.load_mass))
+    # A float of Python, not of NumPy, is written as a plain number.
+    plain = {name: float(value) for name, value in numbers.items()}
+    return _MJCF.format(**plain, load=load)

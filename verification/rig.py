@@ -1,8 +1,9 @@
 """States of rest in MuJoCo, found with its inverse dynamics.
 
-Nothing here knows the tool's equations. The engine finds path lengths, moment arms and the forces that hold its joints;
-the root search moves the junctions and the spool until junctions and elbow need none. Tendons and springs pull only
-beyond their natural length, so that a slack side is slack of itself.
+Nothing here knows the equations of tendon. The engine finds path lengths, moment arms and the
+forces that hold its joints; the root search moves the junctions and the spool until junctions and
+elbow need none. Tendons and springs pull only beyond their natural length, so that a slack side is
+slack of itself.
 """
 
 from __future__ import annotations
@@ -20,16 +21,15 @@ from verification.mjcf import ELBOW, EXTENSOR, FLEXOR, SPOOL, Chain, mjcf
 
 Array = npt.NDArray[np.float64]
 
-_FURTHEST_WINDING = (
-    6.0  # m of tendon that the root search may wind; the junctions may go twice as far
-)
-_HARDLY = 1e-6  # N; a tendon with less is slack
+_FURTHEST_WINDING = 6.0
+"""Length of tendon that the root search may wind, m; the junctions may go twice as far."""
+_SLACK_BELOW = 1e-6  # N
 _ELBOW_STEP = 1e-4  # rad, for the stiffness
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What the engine says of a case."""
+    """Answer of the engine to a case, SI units."""
 
     flexor_path: float
     flexor_moment_arm: float
@@ -40,7 +40,7 @@ class Answer:
     flexor_slack: float
     extensor_slack: float
     loose: float
-    """Path that no tendon takes up, at the extensor: η times the flexor's slack and the extensor's."""
+    """Path that no tendon takes up: η times the flexor's slack plus the extensor's, m."""
     spool_angle: float
     motor_torque: float
     elbow_torque: float
@@ -59,21 +59,21 @@ class Rig:
         self._pretension()
 
     def answer(self) -> Answer:
-        """Kinematics and the state of rest at the case's elbow angle."""
+        """Return kinematics and the state of rest at the case's elbow angle."""
         elbow = self._case.elbow_angle
         spool = self._resting_spool(elbow, 0.0)
         self._settle(elbow, spool)
-        if (
-            max(self._tension(FLEXOR), self._tension(EXTENSOR)) < _HARDLY
-        ):  # anywhere between two ends
+        both_slack = max(self._tension(FLEXOR), self._tension(EXTENSOR)) < _SLACK_BELOW
+        if both_slack:  # the spool rests anywhere between two ends
             spool = (self._resting_spool(elbow, 1e-3) + self._resting_spool(elbow, -1e-3)) / 2.0
-        ahead, behind = (
-            self._settle(elbow + step, spool)[ELBOW] for step in (_ELBOW_STEP, -_ELBOW_STEP)
-        )
+        ahead = self._settle(elbow + _ELBOW_STEP, spool)[ELBOW]
+        behind = self._settle(elbow - _ELBOW_STEP, spool)[ELBOW]
         holding = self._settle(elbow, spool)
         length = self._data.ten_length.copy()
-        flexor_slack, extensor_slack = self._slack(FLEXOR), self._slack(EXTENSOR)
-        flexor, extensor = self._tension(FLEXOR), self._tension(EXTENSOR)
+        flexor_slack = self._slack(FLEXOR)
+        extensor_slack = self._slack(EXTENSOR)
+        flexor = self._tension(FLEXOR)
+        extensor = self._tension(EXTENSOR)
         return Answer(
             flexor_path=length[FLEXOR.path],
             flexor_moment_arm=-self._moment_arm(FLEXOR.path),
@@ -88,16 +88,18 @@ class Rig:
             motor_torque=holding[SPOOL],
             elbow_torque=self._gravity_torque(),
             elbow_stiffness=(ahead - behind) / (2.0 * _ELBOW_STEP),
-            flexor_is_slack=flexor < _HARDLY,
-            extensor_is_slack=extensor < _HARDLY,
+            flexor_is_slack=flexor < _SLACK_BELOW,
+            extensor_is_slack=extensor < _SLACK_BELOW,
         )
 
     def _pretension(self) -> None:
-        """Natural lengths that give each side its pretension at zero spool angle, from the arm's lengths at 0°.
+        """Set the natural lengths that give each side its pretension at zero spool angle.
 
-        The published reference takes the flexor's path there as b1 + b2 instead of what it is.
+        They follow from the arm's lengths at 0°. The published reference takes the flexor's path
+        there as b1 + b2, not as the engine measures it.
         """
-        model, case = self._model, self._case
+        model = self._model
+        case = self._case
         natural = model.tendon_length0.copy()
         if not case.from_initial:
             natural[FLEXOR.spring] += case.b1 + case.b2 - natural[FLEXOR.path]
@@ -108,7 +110,10 @@ class Rig:
         model.tendon_lengthspring[:, 1] = natural
 
     def _holding(self, *position: float) -> Array:
-        """Torques and forces that hold the four joints at a position, by the engine's inverse dynamics."""
+        """Return the torques and forces that hold the four joints at a position.
+
+        By the engine's inverse dynamics, N m and N.
+        """
         self._data.qpos[:] = position
         self._data.qvel[:] = 0.0
         self._data.qacc[:] = 0.0
@@ -117,7 +122,7 @@ class Rig:
         return holding
 
     def _settle(self, elbow: float, spool: float) -> Array:
-        """What holds the joints where elbow and spool are held and both junctions have come to rest."""
+        """Let both junctions come to rest, elbow and spool held; return what holds the joints."""
         reach = 2.0 * _FURTHEST_WINDING
         flexor = _root(lambda end: self._holding(elbow, spool, end, 0.0)[FLEXOR.junction], reach)
         extensor = _root(
@@ -126,20 +131,21 @@ class Rig:
         return self._holding(elbow, spool, flexor, extensor)
 
     def _resting_spool(self, elbow: float, pull: float) -> float:
-        """Spool angle at which the elbow stays where it is, `pull` (N m) against it."""
+        """Return the spool angle at which the elbow stays where it is, `pull` (N m) against it."""
         reach = _FURTHEST_WINDING / self._case.flexor_radius
         return _root(lambda spool: self._settle(elbow, spool)[ELBOW] - pull, reach)
 
     def _tension(self, chain: Chain) -> float:
-        """Distal tension of a side: the force that holds its junction where it is once the tendon is cut."""
+        """Return the distal tension of a side, N: it holds the junction once the tendon is cut."""
         return float(self._with_cut([chain.tendon])[chain.junction])
 
     def _gravity_torque(self) -> float:
-        """Torque that holds the elbow where it is with everything cut: gravity alone."""
-        return float(self._with_cut(list(range(self._model.ntendon)))[ELBOW])
+        """Return the torque that holds the elbow against gravity alone, with everything cut."""
+        all_tendons = list(range(self._model.ntendon))
+        return float(self._with_cut(all_tendons)[ELBOW])
 
     def _with_cut(self, tendons: list[int]) -> Array:
-        """What holds the joints at the present position without some of the tendons."""
+        """Return what holds the joints at the present position without some of the tendons."""
         stiffness = self._model.tendon_stiffness.copy()
         self._model.tendon_stiffness[tendons] = 0.0
         holding = self._holding(*self._data.qpos)
@@ -147,17 +153,19 @@ class Rig:
         return holding
 
     def _slack(self, chain: Chain) -> float:
-        """By how much a side's spring and tendon together are shorter than natural, else 0, m."""
+        """Return the length by which a side is shorter than natural, spring and tendon, m."""
         pair = [chain.spring, chain.tendon]
         missing = self._model.tendon_lengthspring[pair, 1] - self._data.ten_length[pair]
         return max(0.0, float(np.sum(missing)))
 
     def _moment_arm(self, tendon: int) -> float:
-        """d(length)/d(elbow angle) from the engine's Jacobian of tendon lengths, m/rad."""
+        """Return d(length)/d(elbow angle) from the engine's Jacobian of tendon lengths, m/rad."""
         first = self._model.ten_J_rowadr[tendon]
         entries = slice(first, first + self._model.ten_J_rownnz[tendon])
-        return float(self._data.ten_J[entries][self._model.ten_J_colind[entries] == ELBOW].sum())
+        is_of_elbow = self._model.ten_J_colind[entries] == ELBOW
+        return float(self._data.ten_J[entries][is_of_elbow].sum())
 
 
 def _root(function: Callable[[float], float], reach: float) -> float:
+    """Return the root of a function between -reach and reach."""
     return float(brentq(function, -reach, reach, xtol=1e-16, rtol=1e-15, maxiter=200))

@@ -1,4 +1,4 @@
-"""The same cases answered by tendon, all in one call, under the engine's names."""
+"""The same cases answered by tendon, all in one call, under the names of the engine's answers."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ToolAnswers:
-    """What tendon says, one entry per case."""
+    """Answers of tendon, one entry per case."""
 
     values: dict[str, Array]
-    """By the names of `rig.Answer`; NaN where tendon says that a value is not determined."""
+    """Values by the names of `rig.Answer`; NaN where tendon leaves a value undetermined."""
     status: npt.NDArray[np.int8]
     """Index into `statics.STATUS_NAMES`."""
 
@@ -44,6 +44,7 @@ def answers(cases: list[Case]) -> ToolAnswers:
 
 
 def _values(state: actuator.State) -> dict[str, Array]:
+    """Return the values of a state by the names of `rig.Answer`."""
     radius = state.coupling.extensor_arm
     return {
         "flexor_path": state.motion.flexor_path,
@@ -63,17 +64,19 @@ def _values(state: actuator.State) -> dict[str, Array]:
 
 
 def _side(lines: list[Line]) -> Side:
+    """Return the lines of one side of all cases, without friction."""
     names = ("bend_angle", "length", "diameter", "youngs_modulus", "spring_stiffness", "pretension")
     return Side(friction=0.0, **_columns(lines, *names))
 
 
 def _columns(rows: list[Case] | list[Line], *names: str) -> dict[str, Any]:
+    """Return some numbers of all rows as arrays, by name."""
     return {name: np.array([getattr(row, name) for row in rows]) for name in names}
 
 
 def side_is_slack(
     status: npt.NDArray[np.int8],
 ) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-    """Whether flexor and extensor are slack."""
+    """Return masks of the states in which flexor and extensor are slack."""
     both = status == statics.BOTH_SLACK
     return (status == statics.FLEXOR_SLACK) | both, (status == statics.EXTENSOR_SLACK) | both

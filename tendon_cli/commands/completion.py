@@ -1,7 +1,8 @@
-"""`tendon completion`: what a shell needs to complete commands, options and their values.
+"""`tendon completion`: scripts and candidates by which a shell completes commands and values.
 
-What may stand for a value are words of tendon, and those of the tables and studies that a line names: as typer asks,
-each with its meaning, for the command of a context that typer has read as far as it goes.
+Candidates for a value are words of tendon, and words of the tables and studies that the line names.
+The functions that return them are called by typer with the context of the command, read as far as
+the line goes; a candidate is a word, or a word with its meaning.
 """
 
 import re
@@ -21,7 +22,9 @@ _tendon() {
     while IFS= read -r rest; do COMPREPLY+=("$2$rest"); done < <(
         "$1" completion bash --line "${COMP_LINE:0:COMP_POINT}" 2>/dev/null
     )
-    if [[ ${#COMPREPLY[@]} -eq 1 && ${COMPREPLY[0]} == *= ]]; then compopt -o nospace 2>/dev/null; fi
+    if [[ ${#COMPREPLY[@]} -eq 1 && ${COMPREPLY[0]} == *= ]]; then
+        compopt -o nospace 2>/dev/null
+    fi
 }
 complete -o default -F _tendon tendon"""
 
@@ -59,18 +62,18 @@ complete -c tendon -f -a '(__tendon_complete)'"""
 _MOST_NAMES = 1000
 _SCRIPTS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH}
 
-Shell = Annotated[
+ShellArgument = Annotated[
     str,
     typer.Argument(
         metavar="bash|zsh|fish", help="which shell", autocompletion=lambda: list(_SCRIPTS)
     ),
 ]
-Line = Annotated[
+LineOption = Annotated[
     str | None, typer.Option(metavar="TEXT", help="complete this line instead; for the script")
 ]
 
 
-def completion(context: typer.Context, shell: Shell, line: Line = None) -> None:
+def completion(context: typer.Context, shell: ShellArgument, line: LineOption = None) -> None:
     """Print a script that lets bash, zsh or fish complete commands, options, keys and columns.
 
     bash: eval "$(tendon completion bash)" in ~/.bashrc; zsh: the same in ~/.zshrc, after compinit;
@@ -85,65 +88,92 @@ def completion(context: typer.Context, shell: Shell, line: Line = None) -> None:
         print_result(_SCRIPTS[shell])
         return
     words, begun, quote = split_line(line)
-    items = [
-        item for item in candidates(context.find_root().command, words, begun) if item[0] != begun
-    ]
-    if shell == "bash":  # which splits words at signs of its choice: it gets the rest of each
-        text = [_for_bash(word.removeprefix(begun), quote) for word, _ in items]
+    found = candidates(context.find_root().command, words, begun)
+    items = [(word, meaning) for word, meaning in found if word != begun]
+    if shell == "bash":  # splits words at signs of its choice, so that it needs the rest of each
+        lines = [_for_bash(word.removeprefix(begun), quote) for word, _ in items]
     else:
-        text = [
-            f"{word}  {' '.join(meaning.split())}" if meaning else word for word, meaning in items
-        ]
-    print_result("\n".join(text), unless=not text)
+        lines = [_with_meaning(word, meaning) for word, meaning in items]
+    print_result("\n".join(lines), unless=not lines)
+
+
+def _with_meaning(word: str, meaning: str) -> str:
+    """Return a candidate as the scripts of zsh and fish read it: on one line, after two spaces."""
+    return f"{word}  {' '.join(meaning.split())}" if meaning else word
 
 
 def _for_bash(word: str, quote: str) -> str:
-    """A word as bash is to put it into the line, where nothing of it may be run."""
+    """Return a word as bash is to put it into the line, where nothing of it may be run."""
     if quote == "'":
         return word.replace("'", "'\\''")
-    return re.sub(r'(["$`\\])' if quote else r"([^\w@%+=:,./-])", r"\\\1", word)
+    if quote == '"':
+        return re.sub(r'(["$`\\])', r"\\\1", word)
+    return re.sub(r"([^\w@%+=:,./-])", r"\\\1", word)
 
 
 def split_line(line: str) -> tuple[list[str], str, str]:
-    """The whole words of a line after the program's, the one that is begun, and the quote that is open in it."""
-    for closing in ("", "'", '"'):
+    """Split a line that is being typed.
+
+    Returns:
+        The whole words after the name of the program, the word that is begun, and the quote that
+        is open in it.
+    """
+    for quote in ("", "'", '"'):
         try:
-            *words, last = shlex.split(
-                f"{line}x{closing}"
-            )  # the x makes a word of what is begun, also of nothing
+            # The x makes a word of what is begun, also of nothing.
+            *words, last = shlex.split(f"{line}x{quote}")
         except ValueError:
             continue
-        return words[1:], last[:-1], closing
+        return words[1:], last[:-1], quote
     return [], "", ""
 
 
 def candidates(app: Any, words: list[str], begun: str) -> list[tuple[str, str]]:
-    """What may stand for the word that is begun, after these words, each with its meaning; nothing for a file.
+    """Return the words that may stand for the word that is begun, each with its meaning.
 
-    `app` is the command of the program, with those below it in `commands`.
+    Args:
+        app: Command of the program, with its subcommands in `commands`.
+        words: Words before.
+        begun: Beginning of the word, which may be empty.
+
+    Returns:
+        Words and meanings; none where a file is to be named.
     """
     name = next((word for word in words if not word.startswith("-")), None)
     command = app if name is None else app.commands.get(name)
     if command is None:
         return []
     given = words[words.index(name) + 1 :] if name else []
-    parameter = next(
-        (each for each in command.params if given and given[-1] in each.opts and not each.is_flag),
-        None,
-    )
+    parameter = _option_awaiting_value(command, given)
     if parameter is not None:
         given.pop()
     elif not begun.startswith("-"):
-        parameter = next(
-            (each for each in command.params if each.param_type_name == "argument"), None
-        )
+        parameter = _first_argument(command)
     context = command.make_context(command.name, given, resilient_parsing=True)
     items = (parameter or command).shell_complete(context, begun)
     return [(item.value, item.help or "") for item in items if item.type == "plain"]
 
 
+def _option_awaiting_value(command: Any, given: list[str]) -> Any:
+    """Return the option that the last word given names and that takes a value; else None."""
+    if not given:
+        return None
+    for parameter in command.params:
+        if given[-1] in parameter.opts and not parameter.is_flag:
+            return parameter
+    return None
+
+
+def _first_argument(command: Any) -> Any:
+    """Return the first argument of a command; None if it has none."""
+    for parameter in command.params:
+        if parameter.param_type_name == "argument":
+            return parameter
+    return None
+
+
 def settings() -> list[Any]:
-    """Every key of a study with `=`, and with each of its values if these are few words."""
+    """Return all keys of a study with `=`, and with each of their values if these are few words."""
     from tendon_cli.studies.json_schema import key_words
 
     return [
@@ -154,60 +184,67 @@ def settings() -> list[Any]:
 
 
 def keys() -> list[Any]:
-    """Every key of a study that holds numbers."""
-    from tendon_cli.studies.study import keys as numbers
+    """Return all keys of a study that hold numbers."""
+    from tendon_cli.studies.study import keys as number_keys
 
-    return [(path, key.number.quantity.long_name) for path, key in numbers().items()]
+    return [(path, key.number.quantity.long_name) for path, key in number_keys().items()]
 
 
 def templates() -> list[Any]:
-    """The questions that a study can start from."""
+    """Return the questions that a study can start from."""
     from tendon_cli.studies.starter import TEMPLATES
 
     return list(TEMPLATES.items())
 
 
 def tables(ctx: typer.Context) -> list[Any]:
-    """The tables of the folder that the line names, else all that there may be."""
+    """Return the tables of the folder that the line names, else all that there may be."""
     from tendon_cli.cube.source import TABLES
 
     source = _source(ctx)
-    return [
-        name for name in TABLES if source is not None and (source / f"{name}.parquet").exists()
-    ] or list(TABLES)
+    if source is not None:
+        found = [name for name in TABLES if (source / f"{name}.parquet").exists()]
+        if found:
+            return found
+    return list(TABLES)
 
 
 def cases(ctx: typer.Context) -> list[Any]:
-    """Those of the study that the line names."""
+    """Return the cases of the study that the line names."""
     study = _study(ctx)
     return [case.name for case in study.cases] if study is not None else []
 
 
 def persons(ctx: typer.Context) -> list[Any]:
-    """Those of every survey, and those of the study that the line names."""
+    """Return the persons of every survey, and those of the study that the line names."""
     from tendon_cli.studies.people.population import NAMED
 
     study = _study(ctx)
-    names = study.people.population.names if study is not None and study.people is not None else ()
-    return [*NAMED, *names[:_MOST_NAMES]]
+    if study is None or study.people is None:
+        return list(NAMED)
+    return [*NAMED, *study.people.population.names[:_MOST_NAMES]]
 
 
 def columns(ctx: typer.Context, incomplete: str) -> list[Any]:
-    """Columns of the table that the line names, else every one that there may be, after those of a list or a sign."""
-    before = incomplete[: incomplete.rfind(",") + 1] or ("-" if incomplete.startswith("-") else "")
-    return [(before + name, meaning) for name, meaning in (_held(ctx) or _possible()).items()]
+    """Return the columns of the table that the line names, else all that there may be.
+
+    What stands before a column stays: the columns before it in a list, or the sign to sort by.
+    """
+    before = incomplete[: incomplete.rfind(",") + 1]
+    if not before and incomplete.startswith("-"):
+        before = "-"
+    names = _columns_of_table(ctx) or _all_columns()
+    return [(before + name, meaning) for name, meaning in names.items()]
 
 
 def _source(ctx: typer.Context) -> Path | None:
-    """The run, table or study that the line names first."""
-    first = next(
-        (each.name for each in ctx.command.params if each.param_type_name == "argument"), ""
-    )
-    return ctx.params.get(first or "")
+    """Return the run, table or study that the line names first."""
+    argument = _first_argument(ctx.command)
+    return None if argument is None else ctx.params.get(argument.name)
 
 
 def _study(ctx: typer.Context) -> Any:
-    """The study that the line names; None if it cannot be read."""
+    """Return the study that the line names; None if it cannot be read."""
     source = _source(ctx)
     if source is None or str(source) == "-":
         return None
@@ -219,8 +256,11 @@ def _study(ctx: typer.Context) -> Any:
         return None
 
 
-def _held(ctx: typer.Context) -> dict[str, str]:
-    """Columns of the table that the line names with their meanings, unverified; empty if there is none."""
+def _columns_of_table(ctx: typer.Context) -> dict[str, str]:
+    """Return the columns of the table that the line names with their meanings, unverified.
+
+    There are none if the line names no table.
+    """
     source = _source(ctx)
     if source is None:
         return {}
@@ -232,22 +272,25 @@ def _held(ctx: typer.Context) -> dict[str, str]:
             schema = table_in(source).schema
         else:
             file = file_of(source, ctx.params.get("table"))
-            file = min(file.glob("part-*.parquet")) if file.is_dir() else file
+            if file.is_dir():
+                file = min(file.glob("part-*.parquet"))
             if not file.is_file():  # a pipe would be waited for
                 return {}
             schema = TableFiles((file,)).schema
     except (TendonError, OSError, ValueError):  # an error of Arrow is one of the latter two
         return {}
-    return {
-        name: (schema.field(name).metadata or {}).get(b"long_name", b"").decode()
-        for name in schema.names
-    }
+    meanings = {}
+    for name in schema.names:
+        metadata = schema.field(name).metadata or {}
+        meanings[name] = metadata.get(b"long_name", b"").decode()
+    return meanings
 
 
-def _possible() -> dict[str, str]:
-    """Every column that a table of tendon may have, with its meaning."""
+def _all_columns() -> dict[str, str]:
+    """Return all columns that a table of tendon may have, with their meanings."""
     from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES
-    from tendon_cli.studies.study import keys as numbers
+    from tendon_cli.studies.study import keys as number_keys
 
     results = {name: QUANTITIES[name].long_name for name in (*OF_DESIGNS, *OF_STATES, *OF_CYCLES)}
-    return results | {key.column: key.number.quantity.long_name for key in numbers().values()}
+    numbers = {key.column: key.number.quantity.long_name for key in number_keys().values()}
+    return results | numbers

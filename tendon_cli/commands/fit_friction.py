@@ -12,66 +12,74 @@ from tendon_cli.commands import options
 from tendon_cli.errors import UsageError
 from tendon_cli.terminal import print_result
 
-Readings = Annotated[
+ReadingsArgument = Annotated[
     list[Path],
     typer.Argument(
-        parser=options.source,
+        parser=options.read_path,
         metavar="CSV",
         help="readings of two load cells, one at each end; several are one fit",
     ),
 ]
-BendAngle = Annotated[
+BendAngleOption = Annotated[
     str | None,
     options.option("ANGLE", "total bend of the sheath: '144 deg' or '144 deg +/- 2 deg'"),
 ]
-Route = Annotated[
+RouteOption = Annotated[
     Path | None,
     options.option(
-        "FILE", "way-points x, y, z of the sheath, instead of --bend-angle", parser=options.source
+        "FILE",
+        "way-points x, y, z of the sheath, instead of --bend-angle",
+        parser=options.read_path,
     ),
 ]
-PathSmoothing = Annotated[
+PathSmoothingOption = Annotated[
     str | None, options.option("LENGTH", "noise of the route's way-points, such as '0.5 mm'")
 ]
-FirstCell = Annotated[str | None, options.option("COLUMN", "column of the first load cell")]
-SecondCell = Annotated[str | None, options.option("COLUMN", "column of the second load cell")]
-MotorCell = Annotated[str | None, options.option("1|2", "which cell is at the motor's end")]
-Position = Annotated[
+FirstCellOption = Annotated[str | None, options.option("COLUMN", "column of the first load cell")]
+SecondCellOption = Annotated[str | None, options.option("COLUMN", "column of the second load cell")]
+MotorCellOption = Annotated[str | None, options.option("1|2", "which cell is at the motor's end")]
+PositionOption = Annotated[
     str | None,
     options.option("COLUMN", "column of the motor's position, travel, speed or encoder counts"),
 ]
-ZeroMotor = Annotated[
+ZeroMotorOption = Annotated[
     str | None, options.option("FORCE", "what the motor's cell reads without load")
 ]
-ZeroLoad = Annotated[str | None, options.option("FORCE", "what the load's cell reads without load")]
-CellUncertainty = Annotated[
+ZeroLoadOption = Annotated[
+    str | None, options.option("FORCE", "what the load's cell reads without load")
+]
+CellUncertaintyOption = Annotated[
     str | None,
     options.option("TEXT", "standard uncertainty of a cell's zero and gain: '0.2 N, 0.5 %'"),
 ]
-StrokesFile = Annotated[Path | None, options.written("write a table of the strokes: .csv")]
-FitFigure = Annotated[Path | None, options.written("draw readings and fit: .png, .svg, .pdf")]
-Fragment = Annotated[Path | None, options.written("write a file for [sheath] friction_from")]
+StrokesOption = Annotated[Path | None, options.output_option("write a table of the strokes: .csv")]
+FitFigureOption = Annotated[
+    Path | None, options.output_option("draw readings and fit: .png, .svg, .pdf")
+]
+FragmentOption = Annotated[
+    Path | None, options.output_option("write a file for [sheath] friction_from")
+]
 
 
 def fit_friction(
-    csv: Readings,
-    bend_angle: BendAngle = None,
-    route: Route = None,
-    path_smoothing: PathSmoothing = None,
-    cell_1: FirstCell = None,
-    cell_2: SecondCell = None,
-    motor: MotorCell = None,
-    position: Position = None,
-    zero_motor: ZeroMotor = None,
-    zero_load: ZeroLoad = None,
-    cell_uncertainty: CellUncertainty = None,
-    strokes: StrokesFile = None,
-    plot: FitFigure = None,
-    out: Fragment = None,
-    as_json: options.AsJson = False,
+    csv: ReadingsArgument,
+    bend_angle: BendAngleOption = None,
+    route: RouteOption = None,
+    path_smoothing: PathSmoothingOption = None,
+    cell_1: FirstCellOption = None,
+    cell_2: SecondCellOption = None,
+    motor: MotorCellOption = None,
+    position: PositionOption = None,
+    zero_motor: ZeroMotorOption = None,
+    zero_load: ZeroLoadOption = None,
+    cell_uncertainty: CellUncertaintyOption = None,
+    strokes: StrokesOption = None,
+    plot: FitFigureOption = None,
+    out: FragmentOption = None,
+    as_json: options.JsonOption = False,
 ) -> None:
     """Fit the friction coefficient, with its uncertainty, to the readings of two load cells."""
-    _check_places((*csv, route), plot, out, strokes)
+    _check_outputs((*csv, route), plot, out, strokes)
     fit = tendon.fit_friction(
         csv,
         bend_angle,
@@ -98,25 +106,29 @@ def fit_friction(
     print_result(fit.record if as_json else fit.text)
 
 
-def _check_places(
-    read: tuple[Path | None, ...], plot: Path | None, out: Path | None, strokes: Path | None
+def _check_outputs(
+    inputs: tuple[Path | None, ...], plot: Path | None, out: Path | None, strokes: Path | None
 ) -> None:
-    """Refuse to write over the readings or the route, over what tendon did not write, or both over each other."""
+    """Raise UsageError if an output would overwrite a file that must stay.
+
+    Args:
+        inputs: Readings and route.
+        plot: Figure to write, which may replace only one that tendon wrote; likewise the others.
+        out: File of the coefficient to write.
+        strokes: Table of strokes to write.
+    """
     from tendon_cli.files import check_ours
 
-    given = [
-        (option, place)
-        for option, place in (("--plot", plot), ("--out", out), ("--strokes", strokes))
-        if place
-    ]
-    for (one, place), (other, place_of_other) in itertools.combinations(given, 2):
-        if place.absolute() == place_of_other.absolute():
-            raise UsageError(f"{one} and {other} name the same file", where=f"{one}, {other}")
-    for option, place in given:
-        mark = "`tendon fit-friction`" if option == "--out" else "tendon fit-friction"
-        for source in filter(None, read):
+    outputs = [("--plot", plot), ("--out", out), ("--strokes", strokes)]
+    given = [(option, file) for option, file in outputs if file]
+    for (first, file), (second, other_file) in itertools.combinations(given, 2):
+        if file.absolute() == other_file.absolute():
+            raise UsageError(f"{first} and {second} name the same file", where=f"{first}, {second}")
+    for option, file in given:
+        for source in filter(None, inputs):
             with contextlib.suppress(OSError, ValueError):
-                if place.samefile(source):
-                    problem = f"{source.name}, which is read, would be written over"
+                if file.samefile(source):
+                    problem = f"{source.name} is an input, and would be overwritten"
                     raise UsageError(problem, where=option, hint="choose another name")
-        check_ours(place, mark, option)
+        mark = "`tendon fit-friction`" if option == "--out" else "tendon fit-friction"
+        check_ours(file, mark, option)

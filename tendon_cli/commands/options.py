@@ -1,6 +1,7 @@
-"""Options that several commands have."""
+"""Arguments and options that several commands have, and what makes and reads them."""
 
-# No `from __future__ import annotations` in the commands: typer would compile each annotation anew, at every start.
+# No `from __future__ import annotations` in the commands: typer would compile each annotation
+# anew, at every start.
 
 from collections.abc import Callable
 from pathlib import Path
@@ -15,60 +16,71 @@ from tendon_cli.errors import UsageError
 def option(
     metavar: str, text: str, *names: str, among: Callable[..., list[Any]] | None = None, **more: Any
 ) -> Any:
-    """An option with a value, completed from what `among` gives, or from the words of `metavar`."""
+    """Make an option with a value.
+
+    Args:
+        metavar: Name of the value in the help; words separated by "|" are all that it may be.
+        text: Help.
+        names: Names of the option; by default that of its parameter.
+        among: Function that completes the value, unless `metavar` lists the words.
+        more: What else `typer.Option` takes.
+    """
     words = metavar.split("|")
-    return typer.Option(
-        *names,
-        metavar=metavar,
-        help=text,
-        autocompletion=(lambda: words) if words[1:] else among,
-        **more,
-    )
+    complete = among
+    if len(words) > 1:
+        complete = lambda: words  # noqa: E731 - typer asks for a function
+    return typer.Option(*names, metavar=metavar, help=text, autocompletion=complete, **more)
 
 
-def source(text: str | Path) -> Path:
-    """A file or folder to read; raises UsageError for what cannot be a name. A default is a path already."""
+def read_path(text: str | Path) -> Path:
+    """Return the path of a file or folder to read; raise UsageError for what cannot be a name.
+
+    A default is a path already.
+    """
     from tendon_cli.files import path_of
 
     return path_of(text)
 
 
-def place(text: str | Path) -> Path:
-    """A file or folder of results; raises UsageError for what cannot be a name."""
+def results_path(text: str | Path) -> Path:
+    """Return the path of a file or folder to write; raise UsageError for what cannot be a name."""
     from tendon_cli.files import result_path
 
     return result_path(text)
 
 
-def listed(names: list[str] | None) -> tuple[str, ...]:
-    """Names that are separated by commas, or given one by one."""
-    return tuple(name.strip() for text in names or () for name in text.split(",") if name.strip())
+def split_names(texts: list[str] | None) -> tuple[str, ...]:
+    """Return names that are separated by commas, or given one by one."""
+    names = [name.strip() for text in texts or () for name in text.split(",")]
+    return tuple(name for name in names if name)
 
 
-def exclude(one: str, is_one: bool, other: str, is_other: bool) -> None:
-    """Refuse two options at once; raises UsageError."""
-    if is_one and is_other:
-        raise UsageError(f"{one} and {other} exclude each other")
+def refuse_both(first: str, has_first: bool, second: str, has_second: bool) -> None:
+    """Raise UsageError if two options that exclude each other are both given."""
+    if has_first and has_second:
+        raise UsageError(f"{first} and {second} exclude each other")
 
 
-def written(text: str, metavar: str = "FILE") -> Any:
-    """An option that names a file or folder to write."""
-    return option(metavar, text, parser=place)
+def output_option(text: str, metavar: str = "FILE") -> Any:
+    """Make an option that names a file or folder to write."""
+    return option(metavar, text, parser=results_path)
 
 
-StudyFile = Annotated[
+StudyArgument = Annotated[
     Path,
     typer.Argument(
-        parser=source,
+        parser=read_path,
         metavar="STUDY",
         help="study file, TOML or YAML; - reads it from standard input",
     ),
 ]
-RunFolder = Annotated[
+RunArgument = Annotated[
     Path,
-    typer.Argument(parser=place, metavar="RUN", help="folder of a sweep, a design or the paper"),
+    typer.Argument(
+        parser=results_path, metavar="RUN", help="folder of a sweep, a design or the paper"
+    ),
 ]
-Settings = Annotated[
+SettingsOption = Annotated[
     list[str] | None,
     option(
         "KEY=VALUE",
@@ -77,41 +89,53 @@ Settings = Annotated[
         among=completion.settings,
     ),
 ]
-Case = Annotated[str | None, option("NAME", "one of the study's cases", among=completion.cases)]
-OutFile = Annotated[Path | None, written("file to write")]
-AsJson = Annotated[bool, typer.Option("--json", help="print exactly one JSON object")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
+CaseOption = Annotated[
+    str | None, option("NAME", "one of the study's cases", among=completion.cases)
+]
+OutFileOption = Annotated[Path | None, output_option("file to write")]
+JsonOption = Annotated[bool, typer.Option("--json", help="print exactly one JSON object")]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
 
-# What computes a folder of results
-OutFolder = Annotated[
+# Commands that compute a folder of results
+
+OutFolderOption = Annotated[
     Path | None,
-    written(
-        "folder to write to; default results/<name>, results/<name>-design for an answer", "DIR"
+    output_option(
+        "folder to write to; default: results/<name>, or results/<name>-design for an answer", "DIR"
     ),
 ]
-Jobs = Annotated[int | None, option("N", "compute N parts at once; default: one per core", min=1)]
-DryRun = Annotated[bool, typer.Option("--dry-run", help="show the size and cost, write nothing")]
-Resume = Annotated[bool, typer.Option("--resume", help="finish what was interrupted")]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="replace the results in the folder")]
-NoFigures = Annotated[bool, typer.Option("--no-figures", help="draw nothing")]
-NoLock = Annotated[
+JobsOption = Annotated[
+    int | None, option("N", "compute N parts at once; default: one per core", min=1)
+]
+DryRunOption = Annotated[
+    bool, typer.Option("--dry-run", help="show the size and cost, write nothing")
+]
+ResumeOption = Annotated[bool, typer.Option("--resume", help="finish what was interrupted")]
+OverwriteOption = Annotated[
+    bool, typer.Option("--overwrite", help="replace the results in the folder")
+]
+NoFiguresOption = Annotated[bool, typer.Option("--no-figures", help="draw nothing")]
+NoLockOption = Annotated[
     bool, typer.Option("--no-lock", help="do not lock the folder, for file systems without locks")
 ]
-Scheduler = Annotated[str | None, option("tcp://HOST:PORT", "compute on this running Dask cluster")]
+SchedulerOption = Annotated[
+    str | None, option("tcp://HOST:PORT", "compute on this running Dask cluster")
+]
 
-# Rows of tables
-Table = Annotated[
+# Commands that read rows of tables
+
+TableArgument = Annotated[
     Path,
     typer.Argument(
-        parser=place,
+        parser=results_path,
         metavar="TABLE_OR_RUN",
         help="a table, the folder of a run or an answer, or a CSV of people",
     ),
 ]
-TableName = Annotated[
+TableOption = Annotated[
     str | None, option("NAME", "table of the folder", "--table", among=completion.tables)
 ]
-Where = Annotated[
+WhereOption = Annotated[
     list[str] | None,
     option(
         "FILTER",
@@ -119,7 +143,7 @@ Where = Annotated[
         among=completion.columns,
     ),
 ]
-Columns = Annotated[
+ColumnsOption = Annotated[
     list[str] | None,
     option("NAMES", "columns to show, separated by commas", among=completion.columns),
 ]

@@ -1,4 +1,4 @@
-"""`tendon check`, `report`, `plot`, `show` and `export`: what stands in a folder of results, and in any table."""
+"""Commands that read results: `tendon check`, `report`, `plot`, `show` and `export`."""
 
 import contextlib
 import io
@@ -14,37 +14,39 @@ from tendon_cli.commands import completion, options
 from tendon_cli.errors import EXIT_NEGATIVE, UsageError
 from tendon_cli.terminal import print_result
 
-Baseline = Annotated[Path | None, options.written("report only what changed since this run", "RUN")]
-Tolerance = Annotated[
+BaselineOption = Annotated[
+    Path | None, options.output_option("report only what changed since this run", "RUN")
+]
+ToleranceOption = Annotated[
     float | None,
     options.option(
         "SHARE", "largest difference allowed, as a share of a column's scale; default 1e-9"
     ),
 ]
-Apart = Annotated[
+ExceptOption = Annotated[
     list[str] | None,
     options.option(
         "KEY", "key in which the studies may differ; repeatable", "--except", among=completion.keys
     ),
 ]
-Worst = Annotated[
+WorstOption = Annotated[
     int, typer.Option(metavar="N", min=1, help="how many designs to list, the worst first")
 ]
-Markdown = Annotated[
+MarkdownOption = Annotated[
     bool, typer.Option("--markdown", help="print Markdown, for the summary of a CI job")
 ]
 
 
 def check(
-    run: options.RunFolder,
-    baseline: Baseline = None,
-    tolerance: Tolerance = None,
-    apart: Apart = None,
-    worst: Worst = 10,
-    markdown: Markdown = False,
-    as_json: options.AsJson = False,
+    run: options.RunArgument,
+    baseline: BaselineOption = None,
+    tolerance: ToleranceOption = None,
+    apart: ExceptOption = None,
+    worst: WorstOption = 10,
+    markdown: MarkdownOption = False,
+    as_json: options.JsonOption = False,
 ) -> None:
-    """Check that every design of a run is within its limits, or compare it with another run; exit 4 if not.
+    """Check that every design of a run keeps its limits, or that two runs agree; exit 4 if not.
 
     An answer of `tendon design` passes if at least one choice has a window of pretension.
     """
@@ -55,7 +57,7 @@ def check(
         raise UsageError(
             "--tolerance is a share of a column's scale, 0 or more", hint="such as 1e-9"
         )
-    options.exclude("--json", as_json, "--markdown", markdown)
+    options.refuse_both("--json", as_json, "--markdown", markdown)
     if baseline is None and (apart or tolerance is not None):
         given = "--except" if tolerance is None else "--tolerance"
         raise UsageError(f"{given} is for a comparison", hint="--baseline names the other run")
@@ -67,84 +69,88 @@ def check(
         raise typer.Exit(EXIT_NEGATIVE)
 
 
-Page = Annotated[
-    Path | None, options.written("file to write; default: report.html in the run's folder")
+PageOption = Annotated[
+    Path | None,
+    options.output_option("file to write; default: report.html in the run's folder"),
 ]
 
 
-def report(run: options.RunFolder, out: Page = None, as_json: options.AsJson = False) -> None:
+def report(
+    run: options.RunArgument, out: PageOption = None, as_json: options.JsonOption = False
+) -> None:
     """Write one HTML page with everything that a run or an answer holds."""
     written = str(tendon.report(run, out))
     print_result({"report": written} if as_json else written)
 
 
-Source = Annotated[
+FigureSourceArgument = Annotated[
     Path,
     typer.Argument(
-        parser=options.source,
+        parser=options.read_path,
         metavar="RUN_OR_TABLE",
         help="a run folder, or any one of its tables; a study with --arm",
     ),
 ]
-Between = Annotated[
+BetweenOption = Annotated[
     bool,
     typer.Option(
         "--between",
-        help="of an answer: what each limit asks for over the angle, and what binds where",
+        help="for an answer: draw the pretension that each limit allows over the angle, "
+        "and which limit binds where",
     ),
 ]
-DrawsArm = Annotated[
+ArmOption = Annotated[
     bool,
     typer.Option("--arm", help="draw the arm of a study to scale, and the route of its sheath"),
 ]
-TableName = Annotated[str | None, options.option("states|designs", "table of a run folder")]
-Quantities = Annotated[
+PlotTableOption = Annotated[str | None, options.option("states|designs", "table of a run folder")]
+QuantityOption = Annotated[
     list[str] | None,
     options.option(
         "COLUMN", "what to draw; repeatable", "--quantity", "-y", among=completion.columns
     ),
 ]
-Against = Annotated[
+AcrossOption = Annotated[
     str | None,
     options.option("COLUMN", "the horizontal axis", "--x", "-x", among=completion.columns),
 ]
-Colour = Annotated[
+ColourOption = Annotated[
     str | None,
     options.option("AXIS", "a colour for each value of this axis", among=completion.columns),
 ]
-Panels = Annotated[
+PanelsOption = Annotated[
     str | None,
     options.option("AXIS", "a panel for each value of this axis", among=completion.columns),
 ]
-Units = Annotated[
+UnitOption = Annotated[
     list[str] | None, options.option("UNIT", "unit to show a dimension in, such as cm; repeatable")
 ]
-Angles = Annotated[
+AngleOption = Annotated[
     list[str] | None,
     options.option("ANGLE", "with --arm: elbow angle to draw, such as 45 deg; repeatable"),
 ]
-Format = Annotated[str, options.option("png|svg|pdf", "format of the figure", "--format")]
-Size = Annotated[str, options.option("SIZE", "column, page, '120 mm' or '120 x 80 mm'")]
+FormatOption = Annotated[str, options.option("png|svg|pdf", "format of the figure", "--format")]
+SizeOption = Annotated[str, options.option("SIZE", "column, page, '120 mm' or '120 x 80 mm'")]
 
 
 def plot(
-    source: Source,
-    arm: DrawsArm = False,
-    between: Between = False,
-    table: TableName = None,
-    quantity: Quantities = None,
-    x: Against = None,
-    colour: Colour = None,
-    panels: Panels = None,
-    where: options.Where = None,
-    unit: Units = None,
-    angle: Angles = None,
-    case: options.Case = None,
-    settings: options.Settings = None,
-    format_: Format = "png",
-    size: Size = "page",
-    out: options.OutFile = None,
-    as_json: options.AsJson = False,
+    source: FigureSourceArgument,
+    arm: ArmOption = False,
+    between: BetweenOption = False,
+    table: PlotTableOption = None,
+    quantity: QuantityOption = None,
+    x: AcrossOption = None,
+    colour: ColourOption = None,
+    panels: PanelsOption = None,
+    where: options.WhereOption = None,
+    unit: UnitOption = None,
+    angle: AngleOption = None,
+    case: options.CaseOption = None,
+    settings: options.SettingsOption = None,
+    format_: FormatOption = "png",
+    size: SizeOption = "page",
+    out: options.OutFileOption = None,
+    as_json: options.JsonOption = False,
 ) -> None:
     """Draw figures of a run, of any table, of an answer, or of the arm of a study."""
     if str(source) == "-":
@@ -155,9 +161,8 @@ def plot(
     if arm:
         from tendon_cli.figures.geometry import draw_geometry
 
-        drawn = draw_geometry(
-            source, tuple(settings or ()), [_angle(text) for text in angle or ()], out, case
-        )
+        angles = [_angle(text) for text in angle or ()]
+        drawn = draw_geometry(source, tuple(settings or ()), angles, out, case)
     elif between:
         from tendon_cli.engine.results import verified_record
         from tendon_cli.figures.answer_figures import draw_between_samples
@@ -192,6 +197,7 @@ def plot(
 
 
 def _angle(text: str) -> float:
+    """Return an angle in rad; raise UsageError for what is none."""
     from tendon_cli.units import UnitError, parse_measure
 
     try:
@@ -200,94 +206,97 @@ def _angle(text: str) -> float:
         raise UsageError(error.problem, where="--angle", hint=error.hint) from None
 
 
-Sort = Annotated[
+SortOption = Annotated[
     str | None,
     options.option(
         "COLUMN", "sort by this column; -COLUMN: the largest first", among=completion.columns
     ),
 ]
-Head = Annotated[int, typer.Option(min=0, metavar="N", help="how many rows to show")]
-AsCsv = Annotated[bool, typer.Option("--csv", help="print CSV in SI units, named in the header")]
+HeadOption = Annotated[int, typer.Option(min=0, metavar="N", help="how many rows to show")]
+CsvOption = Annotated[
+    bool, typer.Option("--csv", help="print CSV in SI units, named in the header")
+]
 
 
 def show(
-    source: options.Table,
-    table: options.TableName = None,
-    where: options.Where = None,
-    sort: Sort = None,
-    columns: options.Columns = None,
-    head: Head = 20,
-    as_json: options.AsJson = False,
-    as_csv: AsCsv = False,
+    source: options.TableArgument,
+    table: options.TableOption = None,
+    where: options.WhereOption = None,
+    sort: SortOption = None,
+    columns: options.ColumnsOption = None,
+    head: HeadOption = 20,
+    as_json: options.JsonOption = False,
+    as_csv: CsvOption = False,
 ) -> None:
     """Show rows of a table in the terminal.
 
-    A run shows its designs and an answer its choices, unless --table names another table; a CSV of people is shown as
-    tendon reads it.
+    Shows the designs of a run and the choices of an answer, unless --table names another table; a
+    CSV of people is shown as tendon reads it.
     """
     from tendon_cli.cube.rows import rows_in, write_csv
     from tendon_cli.summary import rows_text
 
-    options.exclude("--json", as_json, "--csv", as_csv)
-    rows = rows_in(Path(source), table, where or (), options.listed(columns), sort)
+    options.refuse_both("--json", as_json, "--csv", as_csv)
+    rows = rows_in(source, table, where or (), options.split_names(columns), sort)
     shown, total = rows.head(head, sort)
     if as_csv:
-        written = io.BytesIO()
-        write_csv(rows, written, iter([shown]))
-        print_result(written.getvalue().decode().rstrip("\n"))
+        text = io.BytesIO()
+        write_csv(rows, text, iter([shown]))
+        print_result(text.getvalue().decode().rstrip("\n"))
     elif as_json:
         units = {name: rows.unit(name) for name in rows.names}
-        print_result({"rows": total, "units": units, "data": [*map(_finite, shown.to_pylist())]})
+        data = [_as_json(row) for row in shown.to_pylist()]
+        print_result({"rows": total, "units": units, "data": data})
     else:
         print_result(rows_text(rows, shown, total, shutil.get_terminal_size().columns))
 
 
-def _finite(row: dict[str, object]) -> dict[str, object]:
-    """A row that JSON can hold."""
-    odd = {
-        name: value
-        for name, value in row.items()
-        if isinstance(value, float) and not math.isfinite(value)
-    }
-    return row | {name: "rigid" if value == math.inf else None for name, value in odd.items()}
+def _as_json(row: dict[str, object]) -> dict[str, object]:
+    """Return a row that JSON can hold: "rigid" for an infinite stiffness, null for no number."""
+    result = dict(row)
+    for name, value in row.items():
+        if isinstance(value, float) and not math.isfinite(value):
+            result[name] = "rigid" if value == math.inf else None
+    return result
 
 
-CsvFile = Annotated[
-    Path, typer.Argument(parser=options.place, metavar="FILE.csv", help="file to write")
+CsvArgument = Annotated[
+    Path, typer.Argument(parser=options.results_path, metavar="FILE.csv", help="file to write")
 ]
-Locale = Annotated[
+LocaleOption = Annotated[
     str,
     options.option(
         "LANGUAGE",
         "numbers as this language writes them: de writes 1,5 and separates by semicolons",
     ),
 ]
-InUnits = Annotated[
+UnitsOption = Annotated[
     str, options.option("si|study", "SI units, or those people read, such as mm", "--units")
 ]
 
 
 def export(
-    source: options.Table,
-    file: CsvFile,
-    table: options.TableName = None,
-    where: options.Where = None,
-    columns: options.Columns = None,
-    locale: Locale = "en",
-    units: InUnits = "si",
-    as_json: options.AsJson = False,
+    source: options.TableArgument,
+    file: CsvArgument,
+    table: options.TableOption = None,
+    where: options.WhereOption = None,
+    columns: options.ColumnsOption = None,
+    locale: LocaleOption = "en",
+    units: UnitsOption = "si",
+    as_json: options.JsonOption = False,
 ) -> None:
     """Write a table as CSV, in SI units, for tools that cannot read Parquet."""
     from tendon_cli.cube.rows import CsvForm, rows_in
-    from tendon_cli.cube.rows import export as written
+    from tendon_cli.cube.rows import export as write_rows
 
     form = CsvForm(locale, units)
-    rows = rows_in(source, table, where or (), options.listed(columns))
+    rows = rows_in(source, table, where or (), options.split_names(columns))
     with contextlib.suppress(OSError):
         if file.samefile(source):
             raise UsageError(
-                f"{file.name}, which is read, would be written over", hint="choose another name"
+                f"{file.name} is an input, and would be overwritten", hint="choose another name"
             )
-    count = written(rows, file, form)
+    count = write_rows(rows, file, form)
+    record = {"file": str(file), "rows": count, "columns": rows.names}
     text = f"{file} written: {count:,} rows, {len(rows.names)} columns"
-    print_result({"file": str(file), "rows": count, "columns": rows.names} if as_json else text)
+    print_result(record if as_json else text)

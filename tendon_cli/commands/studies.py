@@ -1,7 +1,6 @@
-"""`tendon init`, `schema`, `state`, `sweep`, `design` and `paper`: a study to start from, and what follows from one."""
+"""Commands on studies: `tendon init`, `schema`, `state`, `sweep`, `design` and `paper`."""
 
 import contextlib
-import inspect
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -16,15 +15,18 @@ from tendon_cli.terminal import print_note, print_result, progress
 
 if TYPE_CHECKING:
     from tendon_cli.answers.answer import Answer
+    from tendon_cli.engine.results import Run
     from tendon_cli.studies.study import Study
 
-StarterFile = Annotated[
+StarterArgument = Annotated[
     Path | None,
     typer.Argument(
-        parser=options.place, metavar="FILE", help="TOML or YAML, by its ending; default study.toml"
+        parser=options.results_path,
+        metavar="FILE",
+        help="TOML or YAML, by its ending; default study.toml",
     ),
 ]
-Template = Annotated[
+TemplateOption = Annotated[
     str,
     options.option(
         "NAME",
@@ -34,11 +36,11 @@ Template = Annotated[
         among=completion.templates,
     ),
 ]
-Example = Annotated[
+ExampleOption = Annotated[
     str | None,
     options.option("NAME", "copy this study or CSV from the documentation instead", "--from"),
 ]
-IsListed = Annotated[
+ListOption = Annotated[
     bool,
     typer.Option(
         "--list", help="list the questions and the files that --from copies, write nothing"
@@ -47,28 +49,25 @@ IsListed = Annotated[
 
 
 def init(
-    file: StarterFile = None,
-    template: Template = "sweep",
-    example: Example = None,
-    listed: IsListed = False,
+    file: StarterArgument = None,
+    template: TemplateOption = "sweep",
+    example: ExampleOption = None,
+    listed: ListOption = False,
 ) -> None:
     """Write a commented study to start from, or copy one from the documentation."""
     from tendon_cli.studies.starter import TEMPLATES, examples, write_example, write_starter
 
     if listed:
-        lines = [f"  {name:<10} {question}" for name, question in TEMPLATES.items()]
-        print_result("\n".join(["--for", *lines, "--from", *(f"  {name}" for name in examples())]))
+        questions = [f"  {name:<10} {question}" for name, question in TEMPLATES.items()]
+        files = [f"  {name}" for name in examples()]
+        print_result("\n".join(["--for", *questions, "--from", *files]))
         return
-    options.exclude("--for", template != "sweep", "--from", example is not None)
+    options.refuse_both("--for", template != "sweep", "--from", example is not None)
     if example is not None:
         file, name = write_example(example, file)
-        verb = (
-            "fit-friction"
-            if file.suffix == ".csv"
-            else "design"
-            if name.startswith("design/")
-            else "sweep"
-        )
+        verb = "design" if name.startswith("design/") else "sweep"
+        if file.suffix == ".csv":
+            verb = "fit-friction"
     else:
         file = file or Path("study.toml")
         write_starter(file, template)
@@ -83,98 +82,80 @@ def schema() -> None:
     print_result(schema_text())
 
 
-Person = Annotated[
+PersonOption = Annotated[
     str | None,
     options.option(
         "NAME", "one of the study's people, or mean-man, mean-woman", among=completion.persons
     ),
 ]
-Draw = Annotated[
+DrawOption = Annotated[
     int | None, options.option("N", "a draw of the uncertain numbers; default: nominal numbers")
 ]
-Reversal = Annotated[
+ReversalOption = Annotated[
     bool, typer.Option("--reversal", help="add what happens if the motion turns back there")
 ]
-Plot = Annotated[
-    Path | None, options.written("draw the motor over the cycle, and the turn with --reversal")
+PlotOption = Annotated[
+    Path | None,
+    options.output_option("draw the motor over the cycle, and the turn with --reversal"),
 ]
 
 
 def state(
-    study: options.StudyFile,
-    settings: options.Settings = None,
-    case: options.Case = None,
-    person: Person = None,
-    draw: Draw = None,
-    reversal: Reversal = False,
-    plot: Plot = None,
-    as_json: options.AsJson = False,
+    study: options.StudyArgument,
+    settings: options.SettingsOption = None,
+    case: options.CaseOption = None,
+    person: PersonOption = None,
+    draw: DrawOption = None,
+    reversal: ReversalOption = False,
+    plot: PlotOption = None,
+    as_json: options.JsonOption = False,
 ) -> None:
     """Work out one state line by line, with the numbers of every equation, to check by hand."""
-    page = tendon.state(
-        tendon.load_study(study, settings or ()), case, person, draw, reversal=reversal, plot=plot
-    )
+    loaded = tendon.load_study(study, settings or ())
+    page = tendon.state(loaded, case, person, draw, reversal=reversal, plot=plot)
     print_result(page.record if as_json else page.text)
     if not page.has_equilibrium:
         raise typer.Exit(EXIT_NEGATIVE)
 
 
-Prove = Annotated[
+ProveOption = Annotated[
     list[str] | None,
     options.option(
         "CHOICE", "prove its window, too: a row of choices.parquet; repeatable", "--prove"
     ),
 ]
-AllowNoEquilibrium = Annotated[
+AllowNoEquilibriumOption = Annotated[
     bool, typer.Option("--allow-no-equilibrium", help="exit 0 even if states have no equilibrium")
 ]
 
 
-def sweep(**given: Any) -> None:
-    """Run every combination of a study's values; write Parquet tables and slack maps."""
-    _compute(**given, is_design=False)
-
-
-def design(**given: Any) -> None:
-    """Find the window of pretension and the best choice, what limits them, and what would fix it."""
-    _compute(**given, is_design=True)
-
-
-def _compute(
-    study: options.StudyFile,
-    out: options.OutFolder = None,
-    jobs: options.Jobs = None,
-    settings: options.Settings = None,
-    prove: Prove = None,
-    dry_run: options.DryRun = False,
-    resume: options.Resume = False,
-    overwrite: options.Overwrite = False,
-    as_json: options.AsJson = False,
-    quiet: options.Quiet = False,
-    no_figures: options.NoFigures = False,
-    allow_no_equilibrium: AllowNoEquilibrium = False,
-    no_lock: options.NoLock = False,
-    scheduler: options.Scheduler = None,
-    *,
-    is_design: bool,
+def sweep(
+    study: options.StudyArgument,
+    out: options.OutFolderOption = None,
+    jobs: options.JobsOption = None,
+    settings: options.SettingsOption = None,
+    dry_run: options.DryRunOption = False,
+    resume: options.ResumeOption = False,
+    overwrite: options.OverwriteOption = False,
+    as_json: options.JsonOption = False,
+    quiet: options.QuietOption = False,
+    no_figures: options.NoFiguresOption = False,
+    allow_no_equilibrium: AllowNoEquilibriumOption = False,
+    no_lock: options.NoLockOption = False,
+    scheduler: options.SchedulerOption = None,
 ) -> None:
-    options.exclude("--resume", resume, "--overwrite", overwrite)
+    """Run every combination of a study's values; write Parquet tables and slack maps."""
+    options.refuse_both("--resume", resume, "--overwrite", overwrite)
     keep_freed_memory()
     with stopped_by_signals(str(out or "results")) as stop:
-        proofs = [f"design.prove={json.dumps(prove)}"] if prove else []
-        loaded = tendon.load_study(study, [*(settings or ()), *proofs])
-        folder = out or Path("results", f"{loaded.name}-design" if is_design else loaded.name)
+        loaded = tendon.load_study(study, settings or ())
+        folder = out or Path("results", loaded.name)
         if dry_run:
-            record, text = (
-                _question(loaded)
-                if is_design
-                else _cost(loaded, folder, jobs, figures=not no_figures)
-            )
+            record, text = _cost_of_sweep(loaded, folder, jobs, figures=not no_figures)
             print_result(record if as_json else text, unless=quiet and not as_json)
             return
-        verb = tendon.design if is_design else tendon.sweep
         with progress(loaded.name, quiet=quiet or as_json) as show:
-            done: Any = verb(
+            run = tendon.sweep(
                 loaded,
                 folder,
                 jobs,
@@ -186,40 +167,72 @@ def _compute(
                 progress=show,
                 stop=stop,
             )
-    text = _answer_text(done) if is_design else done.text
-    print_result(done.record if as_json else text, unless=quiet and not as_json)
-    if not quiet:
-        _note_stale_page(folder, done.record)
-    if (
-        not done.feasible
-        if is_design
-        else done.record["no_equilibrium"] and not allow_no_equilibrium
-    ):
+    _print_results(run, run.text, folder, as_json=as_json, quiet=quiet)
+    if run.record["no_equilibrium"] and not allow_no_equilibrium:
         raise typer.Exit(EXIT_NEGATIVE)
 
 
-for _command, _foreign in ((sweep, "prove"), (design, "allow_no_equilibrium")):
-    _options = inspect.signature(_compute).parameters.values()
-    _command.__signature__ = inspect.Signature(  # type: ignore[attr-defined]  # which typer reads
-        [each for each in _options if each.name not in (_foreign, "is_design")]
-    )
+def design(
+    study: options.StudyArgument,
+    out: options.OutFolderOption = None,
+    jobs: options.JobsOption = None,
+    settings: options.SettingsOption = None,
+    prove: ProveOption = None,
+    dry_run: options.DryRunOption = False,
+    resume: options.ResumeOption = False,
+    overwrite: options.OverwriteOption = False,
+    as_json: options.JsonOption = False,
+    quiet: options.QuietOption = False,
+    no_figures: options.NoFiguresOption = False,
+    no_lock: options.NoLockOption = False,
+    scheduler: options.SchedulerOption = None,
+) -> None:
+    """Find the window of pretension and the best choice, what limits them and what would fix it."""
+    options.refuse_both("--resume", resume, "--overwrite", overwrite)
+    keep_freed_memory()
+    with stopped_by_signals(str(out or "results")) as stop:
+        all_settings = list(settings or ())
+        if prove:
+            all_settings.append(f"design.prove={json.dumps(prove)}")
+        loaded = tendon.load_study(study, all_settings)
+        folder = out or Path("results", f"{loaded.name}-design")
+        if dry_run:
+            record, text = _size_of_design(loaded)
+            print_result(record if as_json else text, unless=quiet and not as_json)
+            return
+        with progress(loaded.name, quiet=quiet or as_json) as show:
+            answer = tendon.design(
+                loaded,
+                folder,
+                jobs,
+                not no_figures,
+                resume=resume,
+                overwrite=overwrite,
+                lock=not no_lock,
+                scheduler=scheduler,
+                progress=show,
+                stop=stop,
+            )
+    _print_results(answer, _answer_text(answer), folder, as_json=as_json, quiet=quiet)
+    if not answer.feasible:
+        raise typer.Exit(EXIT_NEGATIVE)
 
 
-def _cost(
+def _cost_of_sweep(
     study: "Study", folder: Path, jobs: int | None, *, figures: bool
 ) -> tuple[dict[str, Any], str]:
-    """The size and cost of a sweep, as a record and as text."""
+    """Return the size and cost of a sweep, as a record and as text."""
     from tendon_cli.engine.folder import free_bytes
     from tendon_cli.summary import estimate_text
 
-    cost, free = tendon.estimate(study, jobs, figures), free_bytes(folder)
-    return {"name": study.name, **cost.record(), "free_bytes": free}, estimate_text(
-        cost, study.name, free
-    )
+    cost = tendon.estimate(study, jobs, figures)
+    free = free_bytes(folder)
+    record = {"name": study.name, **cost.record(), "free_bytes": free}
+    return record, estimate_text(cost, study.name, free)
 
 
-def _question(study: "Study") -> tuple[dict[str, Any], str]:
-    """What a study asks, and how much work that is, as a record and as text."""
+def _size_of_design(study: "Study") -> tuple[dict[str, Any], str]:
+    """Return the size of the question that a study asks, as a record and as text."""
     from tendon_cli.answers.problem import question
 
     asked = question(study)
@@ -233,43 +246,54 @@ def _question(study: "Study") -> tuple[dict[str, Any], str]:
     record["states"] = record["windows"] * asked.states_per_design
     record["notes"] = list(asked.notes)
     lines += [f"  {name:<12} {record[name]:,}" for name in ("windows", "states")]
-    return record, "\n".join([*lines, *(f"  note         {note}" for note in asked.notes)])
+    lines += [f"  note         {note}" for note in asked.notes]
+    return record, "\n".join(lines)
+
+
+def _print_results(
+    result: "Run | Answer", text: str, folder: Path, *, as_json: bool, quiet: bool
+) -> None:
+    """Print a run or an answer, and a note if the page in its folder is out of date."""
+    print_result(result.record if as_json else text, unless=quiet and not as_json)
+    if not quiet:
+        _note_stale_page(folder, result.record)
 
 
 def _note_stale_page(folder: Path, record: dict[str, Any]) -> None:
-    """Print a note if the page in a folder is of other results than its record."""
+    """Print a note if the page in a folder shows other results than its record."""
     from tendon_cli.files import read_file
     from tendon_cli.reports.html import MARK
 
     with contextlib.suppress(OSError):
         page = read_file(folder / "report.html", 10**7).decode(errors="replace")
         sums = [record["study_hash"], *(entry["sha256"] for entry in record["files"])]
-        if MARK in page[:4096] and not all(each in page for each in sums):
+        is_current = all(checksum in page for checksum in sums)
+        if MARK in page[:4096] and not is_current:
             print_note(
-                f"{folder}/report.html is of earlier results; `tendon report {folder}` writes it anew"
+                f"{folder}/report.html is of earlier results; "
+                f"`tendon report {folder}` writes it anew"
             )
 
 
 def _answer_text(answer: "Answer") -> str:
-    """An answer with its warnings, and what was written where."""
+    """Return an answer with its warnings, and the files that were written."""
     record = answer.record
     files = dict.fromkeys(entry["path"].split("/")[0] for entry in record["files"])
-    took = ", up to date" if answer.up_to_date else f" in {record['seconds']:.3g} s"
     written = ", ".join([*files, "design.json", *record["figures"]])
-    warnings = (f"warning: {warning}" for warning in record["warnings"])
-    return "\n".join(
-        [answer.text, *warnings, f"{record['name']}{took}, in {answer.folder}: {written}"]
-    )
+    took = ", up to date" if answer.up_to_date else f" in {record['seconds']:.3g} s"
+    warnings = [f"warning: {warning}" for warning in record["warnings"]]
+    last = f"{record['name']}{took}, in {answer.folder}: {written}"
+    return "\n".join([answer.text, *warnings, last])
 
 
-PaperFolder = Annotated[Path, options.written("folder to write to", "DIR")]
+PaperFolderOption = Annotated[Path, options.output_option("folder to write to", "DIR")]
 
 
 def paper(
-    out: PaperFolder = Path("results/paper"),
-    jobs: options.Jobs = None,
-    quiet: options.Quiet = False,
-    as_json: options.AsJson = False,
+    out: PaperFolderOption = Path("results/paper"),
+    jobs: options.JobsOption = None,
+    quiet: options.QuietOption = False,
+    as_json: options.JsonOption = False,
 ) -> None:
     """Reproduce the paper: every figure, and a check of every finding and claim."""
     with stopped_by_signals(str(out)) as stop, progress("paper", quiet=quiet or as_json) as show:

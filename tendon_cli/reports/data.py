@@ -1,4 +1,7 @@
-"""What a page carries: axes, quantities, tables and states as numbers that its scripts unpack, and what was thinned."""
+"""Data of a page: axes, quantities, tables and states, packed as numbers that its scripts unpack.
+
+A page is kept small: of long axes it has only some values, and of many columns the first.
+"""
 
 from __future__ import annotations
 
@@ -24,90 +27,113 @@ from tendon_cli.studies.study import Study
 from tendon_cli.units import UNITS
 
 MOST_CELLS = 700_000
+"""Largest number of cells of a map."""
 MOST_BYTES = 2_300_000
-"""Of all maps together, so that a page stays under 5 MB with its library and its states."""
+"""Size of all maps together, so that a page stays under 5 MB with its library and its states."""
 
 
 def page_data(**given: Any) -> dict[str, Any]:
-    """What the scripts of a page are given: every name there is, whether the page has it or not."""
-    lists: dict[str, Any] = {name: [] for name in ("axes", "quantities", "arms")}
-    nothing = dict.fromkeys(("states", "table", "design", "people", "between", "start")) | {
-        "angle": "elbow angle"
-    }
-    units = {symbol: [unit.dimension, float(unit.factor)] for symbol, unit in UNITS.items()}
-    return {**lists, **nothing, "units": units, **given}
+    """Return the data of a page with every name that its scripts read.
+
+    A name that is not given is empty: the page has no such part.
+    """
+    data: dict[str, Any] = {"axes": [], "quantities": [], "arms": []}
+    for name in ("states", "table", "design", "people", "between", "start"):
+        data[name] = None
+    data["angle"] = "elbow angle"
+    data["units"] = {symbol: [unit.dimension, float(unit.factor)] for symbol, unit in UNITS.items()}
+    return data | given
 
 
 @dataclass(frozen=True, eq=False)
 class PageAxis:
-    """An axis of the maps, and which of its positions the page keeps."""
+    """An axis of the maps, with the positions whose values the page has."""
 
     axis: Axis
     shown: Shown
-    kept: Ints
+    positions: Ints
 
     def record(self) -> dict[str, Any]:
-        """As the page has it."""
-        values = self.axis.values[self.kept]
+        """Return the axis as JSON; values that are not all finite numbers are given as texts."""
         about = _about(self.shown) | {"key": self.axis.key}
-        if self.axis.is_text or not np.isfinite(values).all():
-            names = [
-                str(value) if self.axis.is_text else self.shown.text(float(value))
-                for value in values
-            ]
+        values = self.axis.values[self.positions]
+        if self.axis.is_text:
+            names = [str(value) for value in values]
+            return {**about, "values": None, "names": names, "is_log": False}
+        if not np.isfinite(values).all():
+            names = [self.shown.text(float(value)) for value in values]
             return {**about, "values": None, "names": names, "is_log": False}
         numbers = [float(f"{value:.10g}") for value in self.shown.scaled(values)]
         return {**about, "values": numbers, "names": None, "is_log": self.axis.is_log}
 
 
 def page_axes(cube: Cube) -> list[PageAxis]:
-    """The axes of a table, so many values of each that a page can hold them."""
-    kept = thinned([axis.length for axis in cube.axes], MOST_CELLS)
+    """Return the axes of a table, thinned so that a page can hold their product."""
+    positions = thinned([axis.length for axis in cube.axes], MOST_CELLS)
     return [
-        PageAxis(axis, cube.shown(axis.column), at)
-        for axis, at in zip(cube.axes, kept, strict=True)
+        PageAxis(axis, cube.shown(axis.column), along)
+        for axis, along in zip(cube.axes, positions, strict=True)
     ]
 
 
 def thinning_text(axes: Iterable[PageAxis], left_out: Sequence[str]) -> list[str]:
-    """What the page does not hold of the run."""
-    kept = [
-        f"{len(each.kept)} of {each.axis.length} values of {each.shown.name}"
-        for each in axes
-        if len(each.kept) < each.axis.length
+    """Return a sentence on what the page leaves out of the results; empty if it has all of them.
+
+    Args:
+        axes: The axes of the page.
+        left_out: Names of the columns that found no room.
+    """
+    thinned_axes = [
+        f"{len(axis.positions)} of {axis.axis.length} values of {axis.shown.name}"
+        for axis in axes
+        if len(axis.positions) < axis.axis.length
     ]
-    parts = [f"it holds {', '.join(kept)}"] if kept else []
-    parts += [f"it leaves out {', '.join(left_out)}"] if left_out else []
-    return (
-        [f"This page is kept small: {'; '.join(parts)}. The tables have everything."]
-        if parts
-        else []
-    )
+    parts = []
+    if thinned_axes:
+        parts.append(f"it holds {', '.join(thinned_axes)}")
+    if left_out:
+        parts.append(f"it leaves out {', '.join(left_out)}")
+    if not parts:
+        return []
+    return [f"This page is kept small: {'; '.join(parts)}. The tables have everything."]
 
 
 def within_size(records: Iterable[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[str]]:
-    """Columns in the order of their use, as many as MOST_BYTES hold; and what the others are called."""
-    kept, left_out, budget = [], [], MOST_BYTES
+    """Select the first columns that fit into MOST_BYTES together.
+
+    Args:
+        records: Columns as `number_record` returns them, the most useful first.
+
+    Returns:
+        The columns that fit, and the labels of the others.
+    """
+    selected = []
+    left_out = []
+    budget = MOST_BYTES
     for record in records:
         size = len(record["array"]["data"])
         if size > budget:
             left_out.append(record["label"])
             continue
         budget -= size
-        kept.append(record)
-    return kept, left_out
+        selected.append(record)
+    return selected, left_out
 
 
 def number_record(shown: Shown, values: Values) -> dict[str, Any]:
-    """A column of numbers as the page has it, in the unit shown."""
+    """Return a column of numbers (SI) as JSON, in the unit shown, with its range."""
     scaled = shown.scaled(values)
     finite = scaled[np.isfinite(scaled)]
-    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
+    low = 0.0
+    high = 1.0
+    if finite.size:
+        low = float(finite.min())
+        high = float(finite.max())
     return {**_about(shown), "classes": None, "low": low, "high": high, "array": packed(scaled)}
 
 
 def truths_record(columns: Mapping[str, Values]) -> list[dict[str, Any]]:
-    """Columns that are true or false, to be filtered by."""
+    """Return columns of truths as JSON; the table hides them, and its filters read them."""
     return [
         {
             "name": name,
@@ -122,53 +148,66 @@ def truths_record(columns: Mapping[str, Values]) -> list[dict[str, Any]]:
 
 
 def _about(shown: Shown) -> dict[str, Any]:
-    """What a column is called, and the unit that its numbers are in."""
-    unit = "" if shown.unit == "1" else shown.unit
-    dimension = shown.quantity.dimension
+    """Return the name of a column and the unit of its numbers."""
     return {
         "name": shown.column,
         "label": shown.name,
-        "unit": unit,
-        "dimension": dimension,
+        "unit": _unit(shown),
+        "dimension": shown.quantity.dimension,
         "factor": shown.factor,
     }
 
 
-# --- Packing ---------------------------------------------------------------------------------------------------------
+def _unit(shown: Shown) -> str:
+    """Return the symbol of the unit shown; empty for a number without one."""
+    return "" if shown.unit == "1" else shown.unit
+
+
+# --- Packing --------------------------------------------------------------------------------------
 
 
 FEW = 50_000
-"""Up to so many numbers keep seven digits."""
-_NONE = 65535
+"""Largest number of values that keep seven digits; more are packed in steps of 16 bits."""
+_NO_VALUE = 65535
+"""Step that stands for no value, as in `unpack` of `page/base.js`."""
 
 
 def packed(values: npt.ArrayLike) -> dict[str, Any]:
-    """A text that the page unpacks to the same numbers, flat; null where not finite."""
+    """Pack numbers into a text that the page unpacks, flat; no number where not finite.
+
+    Up to FEW numbers are packed as float32. More are packed as steps between the smallest and the
+    largest number, with an error of at most half a step.
+    """
     array = np.asarray(values, dtype=np.float64).ravel()
-    finite = np.isfinite(array)
-    if array.size <= FEW or not finite.any():
-        return {"type": "f4", "data": _text(np.where(finite, array, np.nan).astype("<f4"))}
-    low, high = float(array[finite].min()), float(array[finite].max())
-    step = (high - low) / (_NONE - 1) or 1.0
-    steps = np.where(finite, np.rint((np.where(finite, array, low) - low) / step), _NONE)
-    return {"type": "u2", "low": low, "step": step, "data": _text(steps.astype("<u2"))}
+    is_finite = np.isfinite(array)
+    if array.size <= FEW or not is_finite.any():
+        singles = np.where(is_finite, array, np.nan).astype("<f4")
+        return {"type": "f4", "data": _encoded(singles)}
+    low = float(array[is_finite].min())
+    high = float(array[is_finite].max())
+    step = (high - low) / (_NO_VALUE - 1) or 1.0
+    filled = np.where(is_finite, array, low)
+    steps = np.where(is_finite, np.rint((filled - low) / step), _NO_VALUE)
+    return {"type": "u2", "low": low, "step": step, "data": _encoded(steps.astype("<u2"))}
 
 
 def packed_classes(values: npt.ArrayLike) -> dict[str, Any]:
-    """Small whole numbers."""
-    return {"type": "u1", "data": _text(np.asarray(values, dtype=np.uint8).ravel())}
+    """Pack whole numbers from 0 to 255, flat."""
+    return {"type": "u1", "data": _encoded(np.asarray(values, dtype=np.uint8).ravel())}
 
 
-def _text(array: npt.NDArray[Any]) -> str:
+def _encoded(array: npt.NDArray[Any]) -> str:
+    """Encode the bytes of an array: base64 of deflated data."""
     return base64.b64encode(zlib.compress(array.tobytes(), 6)).decode("ascii")
 
 
-# --- States of some designs as curves over the elbow angle, and their arms, by the model alone -----------------------
+# --- States of some designs as curves over the elbow angle, and their arms, by the model alone ----
 
 
 MOST_ANGLES = 61
+"""Largest number of elbow angles of a curve."""
 MOST_DESIGNS = 400
-"""Whose states the page keeps: about 3 kB each."""
+"""Largest number of designs whose states the page has: about 3 kB each."""
 
 GROUPS = {
     "tension at the elbow": ("flexor_tension_distal", "extensor_tension_distal"),
@@ -179,8 +218,9 @@ GROUPS = {
     "spool angle": ("spool_angle",),
     "travel": ("flexor_travel", "extensor_travel"),
 }
+"""Columns of states that share a figure, by its title."""
 OF_TAUT = ("tension at the elbow", "torque", "elbow stiffness", "travel")
-"""Those that say something of states without slack; the travels are shown of a joint that has no anchors to draw."""
+"""Groups that tell of states without slack; travels are shown for a joint without anchors."""
 _ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")
 _ARM = (*_ANCHORS, "load_distance")
 
@@ -189,55 +229,86 @@ Curves = dict[str, Array]
 
 
 def angles_of(study: Study) -> Array:
-    """The elbow angles that a page keeps, (1, K)."""
+    """Return the elbow angles of the curves, (1, angles), rad."""
     angles = study.angles
     if study.trajectory is not None:  # curves over the angle stand still
         angles = np.linspace(angles.min(), angles.max(), MOST_ANGLES)
-    return np.asarray(angles[evenly(len(angles), MOST_ANGLES)]).reshape(1, -1)
+    selected = angles[evenly(len(angles), MOST_ANGLES)]
+    return np.asarray(selected).reshape(1, -1)
 
 
 def curves(
     study: Study, design: Design, shape: tuple[int, ...], labels: Iterable[str] = GROUPS
 ) -> Curves:
-    """Of designs, whose axes have a shape, the curves of some groups."""
-    flexion = np.array([[direction == "flexion"] for direction in study.motion.direction])
+    """Evaluate designs as curves over the elbow angle, with the measures of their arms.
+
+    Args:
+        study: Directions and elbow angles.
+        design: Designs whose numbers broadcast over `shape`, directions and angles.
+        shape: Lengths of the axes of the designs.
+        labels: Names of the groups in GROUPS whose columns are wanted. The travels are left out
+            for an arm with anchors, which the page draws.
+    """
+    is_flexion = np.array([[direction == "flexion"] for direction in study.motion.direction])
     angles = angles_of(study)
-    columns = State.columns(evaluate(design, angles, flexion))
-    states = (*shape, flexion.size, angles.size)
-    is_drawn = isinstance(design.arm.joint, Anchors)
-    wanted = [
-        column
-        for label in labels
-        if not (is_drawn and label == "travel")
-        for column in GROUPS[label]
-    ]
-    result = {
-        name: np.broadcast_to(columns[name], states).reshape(-1, *states[-2:]) for name in wanted
-    }
+    columns = State.columns(evaluate(design, angles, is_flexion))
     joint = design.arm.joint
-    measures = {name: getattr(joint, name) for name in _ANCHORS} if is_drawn else {}
+    has_anchors = isinstance(joint, Anchors)
+    result: Curves = {}
+    for label in labels:
+        if has_anchors and label == "travel":
+            continue
+        for name in GROUPS[label]:
+            states = np.broadcast_to(columns[name], (*shape, is_flexion.size, angles.size))
+            result[name] = states.reshape(-1, is_flexion.size, angles.size)
+    measures: dict[str, Any] = {}
+    if has_anchors:
+        measures = {name: getattr(joint, name) for name in _ANCHORS}
     measures["load_distance"] = design.arm.load_distance
-    return result | {
-        name: np.broadcast_to(value, (*shape, 1, 1)).ravel() for name, value in measures.items()
-    }
+    for name, value in measures.items():
+        result[name] = np.broadcast_to(value, (*shape, 1, 1)).ravel()
+    return result
 
 
 def rows_with_states(cube: Cube, axes: Sequence[PageAxis], most: int) -> tuple[list[Ints], Ints]:
-    """Positions on a page's axes, of `most` rows together, whose states it shows, and these rows."""
-    kept = thinned([len(axis.kept) for axis in axes], most)
-    places = {each.axis.column: each.kept[at] for each, at in zip(axes, kept, strict=True)}
-    return kept, cube.rows(list(places), places).ravel()
+    """Select rows whose states the page shows, evenly along its axes.
+
+    Args:
+        cube: The table.
+        axes: The axes of the page.
+        most: Largest number of rows.
+
+    Returns:
+        Positions along each of the page's axes, and the rows of their product.
+    """
+    selected = thinned([len(axis.positions) for axis in axes], most)
+    positions = {
+        axis.axis.column: axis.positions[along] for axis, along in zip(axes, selected, strict=True)
+    }
+    return selected, cube.rows(list(positions), positions).ravel()
 
 
 def states_record(
-    study: Study, kept: Sequence[npt.NDArray[np.int64]], of_conditions: Sequence[tuple[str, Curves]]
+    study: Study, positions: Sequence[Ints], of_conditions: Sequence[tuple[str, Curves]]
 ) -> tuple[dict[str, Any], list[dict[str, list[float]]]]:
-    """Curves and arms as the page has them, of each condition by what it is called; `kept` on the page's axes."""
+    """Return curves and arms as JSON.
+
+    Args:
+        study: Directions and elbow angles.
+        positions: Positions along the page's axes whose product the designs are.
+        of_conditions: Curves under each condition, with its name, which may be empty.
+
+    Returns:
+        The curves of all conditions, and the measures of the arms under each.
+    """
+    groups: list[dict[str, Any]] = []
+    for number, (condition, result) in enumerate(of_conditions):
+        groups += _groups(number, condition, result)
     record = {
-        "kept": [[int(index) for index in each] for each in kept],
+        "kept": [[int(index) for index in along] for along in positions],
         "angles": [round(float(angle), 6) for angle in np.rad2deg(angles_of(study).ravel())],
         "directions": list(study.motion.direction),
-        "groups": [group for at, each in enumerate(of_conditions) for group in _groups(at, *each)],
+        "groups": groups,
     }
     arms = [
         {name: _short(result[name]) for name in _ARM if name in result}
@@ -247,33 +318,30 @@ def states_record(
 
 
 def _groups(arm: int, condition: str, result: Curves) -> Iterable[dict[str, Any]]:
+    """Yield the figures of a condition as JSON; `arm` is the number of its arms."""
     for label, columns in GROUPS.items():
-        lines: list[dict[str, Any]] = []
-        for column in columns if columns[0] in result else ():
-            shown = Shown.of(column, QUANTITIES[column])
-            colour = next((side for side in ("flexor", "extensor") if side in column), "motor")
-            lines.append(
-                {
-                    "label": shown.name,
-                    "colour": colour,
-                    "array": packed(shown.scaled(result[column])),
-                }
-            )
-        if not lines:
+        if columns[0] not in result:
             continue
-        lines[0]["colour"] = "joint" if label == "torque" else lines[0]["colour"]
-        unit = Shown.of(columns[0], QUANTITIES[columns[0]]).unit
-        text = f"{label}, {condition}" if condition else label
+        lines = [_line(column, result[column]) for column in columns]
+        if label == "torque":
+            lines[0]["colour"] = "joint"
         yield {
-            "label": text,
+            "label": f"{label}, {condition}" if condition else label,
             "condition": condition,
             "arm": arm,
-            "unit": "" if unit == "1" else unit,
+            "unit": _unit(Shown.of(columns[0], QUANTITIES[columns[0]])),
             "lines": lines,
         }
 
 
+def _line(column: str, values: Array) -> dict[str, Any]:
+    """Return the curves of one column, in the colour of its side or else of the motor."""
+    shown = Shown.of(column, QUANTITIES[column])
+    colour = next((side for side in ("flexor", "extensor") if side in column), "motor")
+    return {"label": shown.name, "colour": colour, "array": packed(shown.scaled(values))}
+
+
 def _short(values: Array) -> list[float]:
-    """A measure of each design, or once where it is the same for all."""
+    """Return a measure of each design, or only one value if all are equal."""
     rounded = [float(f"{value:.6g}") for value in values.tolist()]
     return rounded[:1] if len(set(rounded)) == 1 else rounded

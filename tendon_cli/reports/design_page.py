@@ -1,7 +1,8 @@
-"""The page of an answer: the answer, maps of the choices, their windows and front, and the states behind them."""
+"""The page of an answer: its text, maps of the choices, windows, front, and states behind them."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -54,6 +55,7 @@ RESULTS = (
     "min_elbow_stiffness",
     "max_contact_pressure",
 )
+"""Columns of numbers that the page shows, the most useful first."""
 GOALS = (
     "tolerance",
     "served",
@@ -62,41 +64,40 @@ GOALS = (
     "max_spring_extension",
     "peak_motor_torque",
 )
+"""Columns that the front can be drawn over."""
 MOST_CONDITIONS = 4
-"""Whose states the page keeps, evenly chosen."""
+"""Largest number of conditions whose states the page has, evenly chosen."""
 
-_BINDS, _COSTS = "What binds where, for the choice named first", "What one goal costs the other"
-_STATES = "The states of one choice, at its pretension"
 _COLOURS = ("slack", "unstable", "beyond", "nowhere")
-_TRUTHS, _WORDS = ("feasible", "refined", "on_front"), ("from_by", "to_by")
+_SIGNS = "ABCDEFGHIJ"
+_TRUTHS = ("feasible", "refined", "on_front")
+_WORDS = ("from_by", "to_by")
 
 
 def design_page(folder: Path, record: dict[str, Any]) -> str:
-    """The page of the answer in a folder, opened by `open_answer`."""
+    """Return the page of an answer.
+
+    Args:
+        folder: Folder of the answer.
+        record: Its record, as `verified_record` returns it.
+    """
     table = open_table(folder / "choices.parquet")
     cube = choices_of(table)
     axes = page_axes(cube)
-    kept = {each.axis.column: each.kept for each in axes}
-    grid = cube.rows(list(kept), kept).ravel()
-    product = int(np.prod([axis.length for axis in cube.axes]))
-    rows = np.concatenate([grid, np.arange(product, table.rows)])
-    read = cube.gather(
-        rows, [name for name in (*kept, *RESULTS, *_TRUTHS, *_WORDS) if name in cube.columns]
-    )
+    positions = {axis.axis.column: axis.positions for axis in axes}
+    grid = cube.rows(list(positions), positions).ravel()
+    product = math.prod(axis.length for axis in cube.axes)
+    read = _read_choices(cube, axes, grid, np.arange(product, table.rows))
+    on_grid = {name: values[: len(grid)] for name, values in read.items()}
+
     columns = {
         name: read[name] for name in RESULTS if name in read and np.isfinite(read[name]).any()
     }
     labels = {name: cube.shown(name) for name in columns}
-    maps, left_out = within_size(
-        number_record(labels[name], values[: len(grid)]) for name, values in columns.items()
-    )
-    maps.insert(
-        min(1, len(maps)),
-        _conflicts(cube, {name: values[: len(grid)] for name, values in read.items()}),
-    )
-    states, arms = _states(cube, axes, read["pretension"][: len(grid)])
-    persons = folder / "persons.parquet"
-    people = people_record(record, open_table(persons).read() if persons.exists() else None)
+    maps, left_out = within_size(number_record(labels[name], on_grid[name]) for name in columns)
+    maps.insert(min(1, len(maps)), _conflicts(cube, on_grid))
+    states, arms = _states(cube, axes, on_grid["pretension"])
+    people = people_record(record, _persons(folder))
     design = _answers(read, columns, labels, pretension_name(cube.study))
     between = _between(record, cube.limits)
     data = page_data(
@@ -110,57 +111,77 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
         people=people,
         between=between,
     )
+
     answer = html.blocks(record.get("blocks") or [say.sentence(record["text"])])
     answer += html.notes(thinning_text(axes, left_out))
-    has_windows = bool(axes) and "pretension_from" in columns
-    parts = {
-        **({"map": ("Map", "Map of the choices", html.part("map"))} if axes else {}),
-        **(
-            {"windows": ("Windows", "Windows of pretension", html.part("windows"))}
-            if has_windows
-            else {}
-        ),
-        **({"between": ("Angles", _BINDS, html.part("between"))} if between is not None else {}),
-        **({"people": ("People", "For whom", html.part("people"))} if people is not None else {}),
-        **({"front": ("Front", _COSTS, html.part("front"))} if len(design["goals"]) > 1 else {}),
-        **({"design": ("One choice", _STATES, html.part("states"))} if states is not None else {}),
-        "list": ("Table", "All choices of this page", html.part("table")),
-    }
+    parts: dict[str, html.Part] = {}
+    if axes:
+        parts["map"] = ("Map", "Map of the choices", html.part("map"))
+    if axes and "pretension_from" in columns:
+        parts["windows"] = ("Windows", "Windows of pretension", html.part("windows"))
+    if between is not None:
+        heading = "What binds where, for the choice named first"
+        parts["between"] = ("Angles", heading, html.part("between"))
+    if people is not None:
+        parts["people"] = ("People", "For whom", html.part("people"))
+    if len(design["goals"]) > 1:
+        parts["front"] = ("Front", "What one goal costs the other", html.part("front"))
+    if states is not None:
+        heading = "The states of one choice, at its pretension"
+        parts["design"] = ("One choice", heading, html.part("states"))
+    parts["list"] = ("Table", "All choices of this page", html.part("table"))
     return html.result_page(
         record, "an answer", ("The answer", answer), parts, record["study"], data
     )
+
+
+def _read_choices(
+    cube: Cube, axes: Sequence[PageAxis], grid: Ints, between_points: Ints
+) -> dict[str, Values]:
+    """Read the choices on the grid of the page, then those between the points of the grid."""
+    axis_columns = [axis.axis.column for axis in axes]
+    wanted = (*axis_columns, *RESULTS, *_TRUTHS, *_WORDS)
+    names = [name for name in wanted if name in cube.columns]
+    return cube.gather(np.concatenate([grid, between_points]), names)
+
+
+def _persons(folder: Path) -> pa.Table | None:
+    """Read the table of an answer's persons; None if it has none."""
+    file = folder / "persons.parquet"
+    return open_table(file).read() if file.exists() else None
 
 
 def _answers(
     read: Mapping[str, Values],
     columns: Mapping[str, Values],
     labels: Mapping[str, Shown],
-    name: str,
+    pretension: str,
 ) -> dict[str, Any]:
-    """Windows and front, a number a choice."""
+    """Return windows and front as JSON, one number per choice; `pretension` names their axis."""
     records = {name: number_record(labels[name], values) for name, values in columns.items()}
     records["on_front"] = {"label": "on the front", "unit": "", "array": packed(read["on_front"])}
     goals = [name for name in GOALS if name in records]
-    shown = [goals.index(name) for name in ("max_tension", "tolerance") if name in goals]
+    display = [goals.index(name) for name in ("max_tension", "tolerance") if name in goals]
+    display += [0, min(1, len(goals) - 1)]
     return {
         "columns": records,
-        "pretension": name,
+        "pretension": pretension,
         "texts": {name: read[name].tolist() for name in _WORDS},
         "goals": goals,
-        "display": [*shown, 0, min(1, len(goals) - 1)][:2],
+        "display": display[:2],
     }
 
 
 def _conflicts(cube: Cube, read: Mapping[str, Values]) -> dict[str, Any]:
-    """Why a choice has no window, as a map of classes."""
+    """Return the map of the reasons why choices have no window, as classes."""
     texts = conflicts_of(read, cube.limits).tolist()
-    names = list(dict.fromkeys(text for text in texts if text))
+    reasons = list(dict.fromkeys(text for text in texts if text))
     classes = [{"label": "has a window", "sign": "W", "colour": "feasible"}]
-    classes += [
-        {"label": name, "sign": "ABCDEFGHIJ"[at % 10], "colour": _COLOURS[at % len(_COLOURS)]}
-        for at, name in enumerate(names)
-    ]
-    values = [1 + names.index(text) if text else 0 for text in texts]
+    for number, reason in enumerate(reasons):
+        sign = _SIGNS[number % len(_SIGNS)]
+        colour = _COLOURS[number % len(_COLOURS)]
+        classes.append({"label": reason, "sign": sign, "colour": colour})
+    values = [1 + reasons.index(text) if text else 0 for text in texts]
     about = {"name": "conflict", "label": "why there is no window", "unit": ""}
     return {**about, "classes": classes, "array": packed_classes(values)}
 
@@ -171,124 +192,149 @@ def _table(
     columns: Mapping[str, Values],
     labels: Mapping[str, Shown],
 ) -> dict[str, Any]:
-    shown: list[dict[str, Any]] = []
-    for each in axes:
-        values, name = read[each.axis.column], each.axis.column
-        is_text = each.axis.is_text
-        about = {"name": name, "key": each.axis.key, "label": each.shown.name, "unit": ""}
-        shown.append(
-            {**about, "texts": values.tolist()} if is_text else number_record(each.shown, values)
-        )
-    shown += [number_record(labels[name], values) for name, values in columns.items()]
-    shown += [
-        {
-            "name": name,
-            "label": label,
-            "unit": "",
-            "texts": [text or "none" for text in read[name].tolist()],
-        }
-        for name, label in zip(_WORDS, ("bound below by", "bound above by"), strict=True)
-    ]
-    shown += truths_record({name: read[name] for name in _TRUTHS})
-    return {"rows": len(read["feasible"]), "columns": shown}
+    """Return the table of all choices of the page as JSON."""
+    records: list[dict[str, Any]] = []
+    for axis in axes:
+        name = axis.axis.column
+        if axis.axis.is_text:
+            about = {"name": name, "key": axis.axis.key, "label": axis.shown.name, "unit": ""}
+            records.append({**about, "texts": read[name].tolist()})
+        else:
+            records.append(number_record(axis.shown, read[name]))
+    for name, values in columns.items():
+        records.append(number_record(labels[name], values))
+    for name, label in zip(_WORDS, ("bound below by", "bound above by"), strict=True):
+        texts = [text or "none" for text in read[name].tolist()]
+        records.append({"name": name, "label": label, "unit": "", "texts": texts})
+    records += truths_record({name: read[name] for name in _TRUTHS})
+    return {"rows": len(read["feasible"]), "columns": records}
 
 
 def _start(record: dict[str, Any], axes: Sequence[PageAxis]) -> list[int] | None:
-    """Where the map opens: at the best choice, or the nearest that the page keeps."""
-    row = record.get("best")
-    if row is None:
+    """Return the page's positions nearest to the best choice, where the map opens; None without."""
+    best = record.get("best")
+    if best is None:
         return None
-    at = [int(position(each.axis, row[each.axis.column])[0]) for each in axes]
-    return [int(np.argmin(np.abs(each.kept - place))) for each, place in zip(axes, at, strict=True)]
+    start = []
+    for axis in axes:
+        place = int(position(axis.axis, best[axis.axis.column])[0])
+        start.append(int(np.argmin(np.abs(axis.positions - place))))
+    return start
 
 
 def _states(cube: Cube, axes: Sequence[PageAxis], pretension: Values) -> tuple[Any, Any]:
-    """Curves of some choices at their pretensions, under a few of the conditions; None if no choice has one."""
+    """Return the states of some choices at their pretensions, under a few of the conditions.
+
+    Args:
+        cube: The choices.
+        axes: The axes of the page.
+        pretension: Pretension of each choice on the page's grid, flat, N; NaN without a window.
+
+    Returns:
+        Curves and arms as `states_record` returns them; None and an empty list if no choice has a
+        pretension.
+    """
     if cube.files is None or not np.isfinite(pretension).any():
         return None, []
     study = recorded_study(cube.files.facts["study"])
     space = space_of(study).unset()
-    lengths = [len(axis.kept) for axis in axes]
-    few = evenly(len(space.conditions), MOST_CONDITIONS)
-    kept, rows = rows_with_states(cube, axes, MOST_DESIGNS // len(few))
-    cells = (
-        np.ravel_multi_index(np.meshgrid(*kept, indexing="ij"), lengths).ravel()
-        if axes
-        else np.zeros(1, np.int64)
-    )
-    numbers, of_conditions = {**space.choices.numbers(rows), PRETENSION: pretension[cells]}, []
-    for at in few:
-        one = np.array([at])
-        design = space.at(numbers, space.conditions.numbers(one)).design()
-        of_conditions.append(
-            (_in_words(space.conditions, one), curves(study, design, (len(rows), 1), OF_TAUT))
-        )
-    return states_record(study, kept, of_conditions)
+    selected = evenly(len(space.conditions), MOST_CONDITIONS)
+    positions, rows = rows_with_states(cube, axes, MOST_DESIGNS // len(selected))
+    cells = np.zeros(1, np.int64)  # of a grid without axes
+    if axes:
+        lengths = [len(axis.positions) for axis in axes]
+        cells = np.ravel_multi_index(np.meshgrid(*positions, indexing="ij"), lengths).ravel()
+    numbers = {**space.choices.numbers(rows), PRETENSION: pretension[cells]}
+    of_conditions = []
+    for index in selected:
+        condition = np.array([index])
+        design = space.at(numbers, space.conditions.numbers(condition)).design()
+        name = _condition_name(space.conditions, condition)
+        of_conditions.append((name, curves(study, design, (len(rows), 1), OF_TAUT)))
+    return states_record(study, positions, of_conditions)
 
 
-def _in_words(conditions: Space, one: Ints) -> str:
-    """One of the conditions."""
+def _condition_name(conditions: Space, condition: Ints) -> str:
+    """Return the values of a condition in words; `condition` is its row, in an array."""
     words = []
-    for factor, place in zip(conditions.axes, conditions.places(one).values(), strict=True):
-        at = int(place[0])
-        shown = (
-            None if factor.names else Shown.of(factor.column, keys()[factor.key].number.quantity)
-        )
-        words.append(
-            factor.names[at]
-            if shown is None
-            else f"{shown.name} {shown.text(float(factor.values[at]))}"
-        )
+    for axis, places in zip(conditions.axes, conditions.places(condition).values(), strict=True):
+        place = int(places[0])
+        if axis.names:
+            words.append(axis.names[place])
+        else:
+            shown = Shown.of(axis.column, keys()[axis.key].number.quantity)
+            words.append(f"{shown.name} {shown.text(float(axis.values[place]))}")
     return ", ".join(words)
 
 
 def _between(record: dict[str, Any], bounds: Mapping[str, float]) -> dict[str, Any] | None:
-    """What each limit asks of the pretension over the angle, for the choice named first; None without such curves."""
+    """Return each limit's bound on the pretension over the angle, for the choice named first.
+
+    Args:
+        record: Record of the answer.
+        bounds: The limits of the study, SI.
+
+    Returns:
+        The curves as JSON; None if the answer has none.
+    """
     drawn = over_angle(record)
     if drawn is None:
         return None
-    lines, points = [], []
-    for end, of_end, on_line in zip(("from", "to"), drawn.ends, drawn.at_samples, strict=True):
-        points += [
-            each
-            for each in zip(drawn.samples.tolist(), on_line.tolist(), strict=True)
-            if np.isfinite(each[1])
-        ]
-        for limit, values in of_end.items():
-            shown = [
-                float(f"{value:.6g}") if np.isfinite(value) else None
-                for value in drawn.shown(values).tolist()
-            ]
-            lines.append(
-                {"label": say.limit_words(limit, bounds).label, "end": end, "values": shown}
-            )
+    lines = []
+    points = []
+    for end, bounds_of_end, at_samples in zip(
+        ("from", "to"), drawn.ends, drawn.at_samples, strict=True
+    ):
+        for angle, value in zip(drawn.samples.tolist(), at_samples.tolist(), strict=True):
+            if np.isfinite(value):
+                points.append((angle, value))
+        for limit, values in bounds_of_end.items():
+            label = say.limit_words(limit, bounds).label
+            rounded = [_rounded(value) for value in drawn.shown(values).tolist()]
+            lines.append({"label": label, "end": end, "values": rounded})
     low, high = drawn.window
     return {
         "angles": drawn.angle.round(6).tolist(),
         "lines": lines,
         "window": [low, None if np.isinf(high) else high],
         "top": drawn.top,
-        "samples": {"x": [x for x, _ in points], "y": [y for _, y in points]},
+        "samples": {"x": [angle for angle, _ in points], "y": [value for _, value in points]},
         "says": " ".join([*drawn.texts, f"Shaded is what {drawn.works[0]}."]),
     }
 
 
+def _rounded(value: float) -> float | None:
+    """Return a number with six digits; None if it is not finite."""
+    return float(f"{value:.6g}") if np.isfinite(value) else None
+
+
 MOST_PERSONS = 5000
-_USUAL = ("biceps_circumference", "weight")
+"""Largest number of persons that the page draws, evenly chosen."""
+_USUAL_MEASURES = ("biceps_circumference", "weight")
 
 
 def people_record(record: dict[str, Any], persons: pa.Table | None) -> dict[str, Any] | None:
-    """What the page draws of the persons of an answer, from their table; None if it was not asked of people."""
+    """Return the persons of an answer as JSON, over two measures of the body.
+
+    The measures that explain who is not served come first.
+
+    Args:
+        record: Record of the answer.
+        persons: Table of its persons.
+
+    Returns:
+        Both measures and the persons served; None if the answer is not for people.
+    """
     population = record["population"]
     if population is None or persons is None or population["pretension"] is None:
         return None
-    kept = evenly(persons.num_rows, MOST_PERSONS)
-    named = [dimension for reason in population["not_served"] for dimension in reason["bodies"]]
-    first, second = list(dict.fromkeys((*named, *_USUAL)))[:2]
+    selected = evenly(persons.num_rows, MOST_PERSONS)
+    explaining = [measure for reason in population["not_served"] for measure in reason["bodies"]]
+    first, second = list(dict.fromkeys((*explaining, *_USUAL_MEASURES)))[:2]
     axes = {}
-    for name, dimension in (("x", first), ("y", second)):
-        shown = Shown.of(dimension, QUANTITIES[dimension])
-        axes[name] = number_record(shown, as_numpy(persons.column(dimension))[kept])
+    for name, measure in (("x", first), ("y", second)):
+        shown = Shown.of(measure, QUANTITIES[measure])
+        axes[name] = number_record(shown, as_numpy(persons.column(measure))[selected])
     enough = 1.0 if population["kind"] == "persons" else record["serve"]
-    served = as_numpy(persons.column("served"))[kept] >= enough - 1e-9
-    return {**axes, "served": {"array": packed_classes(served)}, "title": population["title"]}
+    is_served = as_numpy(persons.column("served"))[selected] >= enough - 1e-9
+    return {**axes, "served": {"array": packed_classes(is_served)}, "title": population["title"]}

@@ -1,4 +1,4 @@
-"""A page from its data: text escaped, scripts allowed by their hashes alone, nothing fetched."""
+"""Build a page from its data: text escaped, scripts allowed by hash, nothing fetched."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tendon_cli.say import Block
 _PAGE = files("tendon_cli.reports") / "page"
 _SCRIPTS = ("base", "map", "states", "table", "answers", "start")
 MARK = '<meta name="generator" content="tendon">'
-"""What tells a page of ours, near its beginning."""
+"""Element near the beginning of every page that tendon writes."""
 
 _PLOTLY = "plotly-cartesian-4.1.1.min.js"
 
@@ -26,115 +26,136 @@ _PLOTLY = "plotly-cartesian-4.1.1.min.js"
 def html_page(
     title: str, sections: Sequence[str], data: Mapping[str, Any], joint: str = "elbow"
 ) -> str:
-    """The whole file: `sections` are HTML, `data` is what the scripts draw, `joint` the word for the study's joint."""
-    code = "\n".join((_PAGE / f"{name}.js").read_text(encoding="utf-8") for name in _SCRIPTS)
+    """Return a page as the text of one file.
+
+    Args:
+        title: Title, not escaped.
+        sections: Contents, HTML.
+        data: What the scripts draw, as `page_data` returns it.
+        joint: Word for the study's joint.
+    """
+    code = "\n".join(_page_file(f"{name}.js") for name in _SCRIPTS)
     library = (files("tendon_cli.reports") / "plotly" / _PLOTLY).read_text(encoding="utf-8")
-    return (
-        (_PAGE / "page.html")
-        .read_text(encoding="utf-8")
-        .format(
-            mark=MARK,
-            scripts=f"{_source(library)} {_source(code)}",
-            title=escape(title),
-            library=library,
-            code=code,
-            style=(_PAGE / "page.css").read_text(encoding="utf-8"),
-            sections=say.of_joint("".join(sections), joint),
-            data=say.of_joint(_embedded(data), joint),
-        )
+    return _page_file("page.html").format(
+        mark=MARK,
+        scripts=f"{_hash_source(library)} {_hash_source(code)}",
+        title=escape(title),
+        library=library,
+        code=code,
+        style=_page_file("page.css"),
+        sections=say.of_joint("".join(sections), joint),
+        data=say.of_joint(_embedded(data), joint),
     )
 
 
+def _page_file(name: str) -> str:
+    """Read one of the files that every page is made of."""
+    return (_PAGE / name).read_text(encoding="utf-8")
+
+
 Part = tuple[str, str, str]
-"""A part of a page: what its link says, its heading, and HTML."""
+"""A part of a page: text of its link, heading, and HTML."""
 
 
 def result_page(
     record: Mapping[str, Any],
-    what: str,
+    kind: str,
     answer: tuple[str, str],
     parts: Mapping[str, Part],
     study: Mapping[str, Any],
     data: Mapping[str, Any],
 ) -> str:
-    """The page of a run or an answer: what came out (heading and HTML), its figures, its study and record."""
+    """Return the page of a run or an answer, with its study and its record at the end.
+
+    Args:
+        record: Record of the run or the answer.
+        kind: Noun for the subtitle: "a sweep" or "an answer".
+        answer: Heading and HTML of the first section.
+        parts: Figures and table by name, in their order.
+        study: The resolved study.
+        data: What the scripts draw, as `page_data` returns it.
+    """
     title = record["title"] or record["name"]
     numbers = escape(json.dumps(dict(study), indent=1))
     document = (
         f"<details><summary>Every number, in SI units</summary><pre>{numbers}</pre></details>"
     )
-    shown = {
+    all_parts = {
         **parts,
         "study": ("Study", "The study", document),
         "record": ("Record", "What was computed, by what", _record_table(record)),
     }
-    links = {"answer": "Answer", **{name: link for name, (link, _, _) in shown.items()}}
-    sections = [
-        head(title, f"{what} by tendon, study {record['study_hash'][:12]}", links),
-        section("answer", *answer, "answer"),
-        *(section(name, heading, inner) for name, (_, heading, inner) in shown.items()),
-    ]
-    return html_page(title, sections, data, say.joint_word(study))
+    links = {"answer": "Answer"}
+    sections = [section("answer", *answer, "answer")]
+    for name, (link, heading, inner) in all_parts.items():
+        links[name] = link
+        sections.append(section(name, heading, inner))
+    subtitle = f"{kind} by tendon, study {record['study_hash'][:12]}"
+    return html_page(title, [head(title, subtitle, links), *sections], data, say.joint_word(study))
 
 
 def _record_table(record: Mapping[str, Any]) -> str:
+    """Return the table of what was computed, by which versions, into which files."""
     rows = [("study, SHA-256", record["study_hash"])]
     rows += [(f"version of {name}", version) for name, version in record["versions"].items()]
     rows += [(name, record[name]) for name in ("designs", "states", "seconds") if name in record]
-    rows += [
-        (f"{entry['path']}, {entry['size']} bytes, SHA-256", entry["sha256"])
-        for entry in record["files"]
-    ]
+    for file in record["files"]:
+        rows.append((f"{file['path']}, {file['size']} bytes, SHA-256", file["sha256"]))
     return table(("what", "value"), rows)
 
 
-def _source(script: str) -> str:
+def _hash_source(script: str) -> str:
+    """Return the source expression that allows a script by its hash in the content policy."""
     digest = hashlib.sha256(script.encode()).digest()
     return f"'sha256-{base64.b64encode(digest).decode('ascii')}'"
 
 
 def _embedded(data: Mapping[str, Any]) -> str:
-    """JSON that ends no script element, whatever text is in it."""
+    """Return JSON that ends no script element, whatever text is in it."""
     text = json.dumps(data, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
-# --- Sections --------------------------------------------------------------------------------------------------------
+# --- Sections -------------------------------------------------------------------------------------
 
 
 def section(name: str, heading: str, inner: str, kind: str = "") -> str:
-    """A part of the page that its navigation can lead to; `inner` is HTML."""
-    return f'<section id="{name}-section" class="{kind}"><h2>{escape(heading)}</h2>\n{inner}</section>\n'
+    """Return a part of the page that its navigation can lead to; `inner` is HTML."""
+    return (
+        f'<section id="{name}-section" class="{kind}"><h2>{escape(heading)}</h2>\n'
+        f"{inner}</section>\n"
+    )
 
 
-def head(title: str, under: str, links: Mapping[str, str]) -> str:
-    """Title and navigation."""
-    places = " ".join(
+def head(title: str, subtitle: str, links: Mapping[str, str]) -> str:
+    """Return title and navigation; `links` are texts by the names of sections."""
+    anchors = " ".join(
         f'<a href="#{name}-section">{escape(text)}</a>' for name, text in links.items()
     )
-    text = f'<h1>{escape(title)}</h1><p class="says">{escape(under)}</p><nav>{places}</nav>'
+    text = f'<h1>{escape(title)}</h1><p class="says">{escape(subtitle)}</p><nav>{anchors}</nav>'
     return f'<header>{text}</header>\n<p id="fault" role="alert"></p>\n'
 
 
-def blocks(some: Iterable[Block]) -> str:
-    """What is said at length (`say.blocks`), for a screen of any width."""
+def blocks(contents: Iterable[Block]) -> str:
+    """Return text in blocks (`say.blocks`) as HTML for a screen of any width."""
     parts = []
-    for kind, group in itertools.groupby(some, key=lambda block: next(iter(block))):
-        contents = [block[kind] for block in group]
+    for kind, group in itertools.groupby(contents, key=lambda block: next(iter(block))):
+        bodies = [block[kind] for block in group]
         if kind == "item":
-            parts.append(f"<ul>{''.join(f'<li>{escape(text)}</li>' for text in contents)}</ul>")
+            items = "".join(f"<li>{escape(text)}</li>" for text in bodies)
+            parts.append(f"<ul>{items}</ul>")
         else:
-            parts += [_OF_BLOCKS[kind](content) for content in contents]
+            parts += [_OF_BLOCKS[kind](body) for body in bodies]
     return "".join(parts)
 
 
 def notes(texts: Sequence[str], kind: str = "note") -> str:
-    """What a reader has to know besides, or first, as a warning."""
-    return "".join(f'<p class="{kind}">{escape(each)}</p>' for each in texts)
+    """Return a paragraph for each text, set as a note or as a warning."""
+    return "".join(f'<p class="{kind}">{escape(text)}</p>' for text in texts)
 
 
 def plot(name: str, label: str) -> str:
-    """Where a figure is drawn, with the table of its numbers."""
+    """Return the place of a figure, with a table of its numbers that can be opened."""
     return (
         f'<div id="{name}" class="plot" role="img" aria-label="{escape(label)}"></div>'
         f'<details id="{name}-table"><summary>{escape(label)} as a table</summary>'
@@ -143,13 +164,15 @@ def plot(name: str, label: str) -> str:
 
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    """A small table of text."""
-    top = "".join(f'<th scope="col" class="left">{escape(each)}</th>' for each in heads)
-    top = f"<thead><tr>{top}</tr></thead>" if heads else ""
-    body = "".join(
-        "<tr>" + "".join(f'<td class="left">{escape(str(cell))}</td>' for cell in row) + "</tr>"
-        for row in rows
-    )
+    """Return a small table of text; without `heads` it has no head."""
+    top = ""
+    if heads:
+        cells = "".join(f'<th scope="col" class="left">{escape(text)}</th>' for text in heads)
+        top = f"<thead><tr>{cells}</tr></thead>"
+    body = ""
+    for row in rows:
+        cells = "".join(f'<td class="left">{escape(str(cell))}</td>' for cell in row)
+        body += f"<tr>{cells}</tr>"
     return f'<div class="scroll" tabindex="0"><table>{top}<tbody>{body}</tbody></table></div>'
 
 
@@ -171,7 +194,8 @@ _PLOTS = {
 
 
 def part(name: str) -> str:
-    """A figure, or the table, with what steers it (`page/parts.html`)."""
-    texts = re.split(r"<!-- (\w+) -->\n", (_PAGE / "parts.html").read_text(encoding="utf-8"))[1:]
+    """Return a figure or the table, with its controls, from `page/parts.html`."""
+    _, *texts = re.split(r"<!-- (\w+) -->\n", _page_file("parts.html"))
     parts = dict(zip(texts[::2], texts[1::2], strict=True))
-    return parts[name].replace("{plot}", plot(name, _PLOTS[name]) if name in _PLOTS else "")
+    figure = plot(name, _PLOTS[name]) if name in _PLOTS else ""
+    return parts[name].replace("{plot}", figure)

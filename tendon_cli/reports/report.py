@@ -1,4 +1,4 @@
-"""From a folder to its page: of a sweep, with its maps, states and table, of an answer, or of the paper."""
+"""Write the HTML page of a folder: of a sweep, an answer, or the reproduced paper."""
 
 from __future__ import annotations
 
@@ -40,10 +40,15 @@ from tendon_cli.studies.spaces import space_of
 from tendon_cli.summary import run_facts, run_head
 from tendon_cli.tables.read import open_table
 
-NAME, LEDGER = "report.html", "ledger.json"
-_MOST_PICTURES, _MOST_DATA = 3_000_000, 10**6
-"""Bytes of all figures of the paper together, those beyond are named; and of what it found."""
-_FIELDS = ("id", "verdict", "finding", "value")
+NAME = "report.html"
+"""Name of the page in the folder of its results."""
+LEDGER = "ledger.json"
+"""Name of the file that `tendon paper` leaves with its findings and claims."""
+_LARGEST_LEDGER = 10**6
+"""Largest size of a ledger that is read, bytes."""
+_LARGEST_PICTURES = 3_000_000
+"""Size of all figures of the paper together, bytes; figures beyond are named instead."""
+_LEDGER_FIELDS = ("id", "verdict", "finding", "value")
 
 
 _FIRST = (
@@ -62,7 +67,7 @@ _FIRST = (
     "slack_fraction",
     "unstable_fraction",
 )
-"""Columns of designs in the order in which they earn their room on the page; all others follow."""
+"""Columns of designs that come first on the page, the most useful first; all others follow."""
 
 _CLASSES = (
     {"label": "feasible", "sign": "F", "colour": "feasible"},
@@ -71,15 +76,29 @@ _CLASSES = (
     {"label": "slack", "sign": "S", "colour": "slack"},
     {"label": "no equilibrium", "sign": "N", "colour": "nowhere"},
 )
-"""What a design comes to, the best first; signs say what colours do."""
-_SLOWLY = "One design is shown over the angle, moved slowly; `tendon plot` draws its motion in time, with inertia."
+"""Outcomes of a design, the best first; signs tell them apart where colours cannot."""
+_SLOWLY = (
+    "One design is shown over the angle, moved slowly; `tendon plot` draws its motion in time, "
+    "with inertia."
+)
 
 
 def write_report(result: AnyResult, out: str | PathLike[str] | None = None) -> Path:
-    """Write one HTML page of a run, an answer or the reproduced paper, with everything in it; returns its path.
+    """Write one HTML page with everything that a run, an answer or the reproduced paper holds.
 
-    By default it is `report.html` in the folder of the result. Raises InputError for any other folder, UsageError if
-    something else stands under that name, OutputError.
+    The page needs no network and no other file.
+
+    Args:
+        result: A run, an answer, or the folder of one or of the paper.
+        out: File to write; by default `report.html` in the folder of the result.
+
+    Returns:
+        Path of the page.
+
+    Raises:
+        InputError: The folder holds no such result, or a damaged one.
+        UsageError: The file to write is something other than a page of tendon.
+        OutputError: The page cannot be written.
 
     >>> import tendon_cli as tendon
     >>> tendon.report(tendon.sweep({}, "results/mine"), "page.html")
@@ -87,28 +106,27 @@ def write_report(result: AnyResult, out: str | PathLike[str] | None = None) -> P
     """
     folder = folder_of(result)
     target = folder / NAME if out is None else result_path(out)
-    if not _is_ours(target):
+    if not _may_write(target):
         raise UsageError(
-            "is no page of tendon, and is left as it is", where=str(target), hint="another --out"
+            "is not a page of tendon, and is left as it is", where=str(target), hint="another --out"
         )
-    page = _page_of(folder)
+    page = _page(folder)
     write_whole(target, page.encode())
     return target
 
 
-def _page_of(folder: Path) -> str:
+def _page(folder: Path) -> str:
+    """Return the page of the results in a folder."""
     if (folder / LEDGER).exists():
         return _paper_page(folder)
     record = verified_record(folder)
-    return (
-        design_page(folder, record)
-        if record["verb"] == "design"
-        else _sweep_page(folder, Run(record, folder))
-    )
+    if record["verb"] == "design":
+        return design_page(folder, record)
+    return _sweep_page(folder, Run(record, folder))
 
 
-def _is_ours(target: Path) -> bool:
-    """Whether a name is free, or bears a page that was written here before."""
+def _may_write(target: Path) -> bool:
+    """Return True if there is no such file, or if it is a page that tendon wrote."""
     with output_errors(target):
         if not target.exists():
             return True
@@ -117,13 +135,13 @@ def _is_ours(target: Path) -> bool:
 
 
 def _paper_page(folder: Path) -> str:
-    """The page of what `tendon paper` left in a folder; raises InputError for a damaged ledger."""
+    """Return the page of the paper as `tendon paper` left it; raise InputError if it is damaged."""
     try:
-        entries = json.loads(read_file(folder / LEDGER, _MOST_DATA))
-        rows = [tuple(str(entry[name]) for name in _FIELDS) for entry in entries]
+        entries = json.loads(read_file(folder / LEDGER, _LARGEST_LEDGER))
+        rows = [tuple(str(entry[name]) for name in _LEDGER_FIELDS) for entry in entries]
     except (OSError, ValueError, KeyError, TypeError) as error:
         hint = "`tendon paper` writes it anew"
-        raise InputError(f"is no ledger: {error}", where=str(folder / LEDGER), hint=hint) from None
+        raise InputError(f"is not a ledger: {error}", where=str(folder / LEDGER), hint=hint) from None
     pictures, left_out = _pictures(folder)
     table = html.table(("id", "verdict", "what the paper says", "result"), rows)
     parts = [
@@ -139,10 +157,13 @@ def _paper_page(folder: Path) -> str:
 
 
 def _pictures(folder: Path) -> tuple[str, list[str]]:
-    room, pictures, left_out = _MOST_PICTURES, [], []
+    """Return the figures of a folder as HTML, and a note on each that finds no room."""
+    room = _LARGEST_PICTURES
+    pictures = []
+    notes = []
     for file in sorted(folder.glob("*.png")):
         if file.stat().st_size > room:
-            left_out.append(f"{file.name} is not on this page, which is kept small")
+            notes.append(f"{file.name} is not on this page, which is kept small")
             continue
         content = file.read_bytes()
         room -= len(content)
@@ -150,69 +171,65 @@ def _pictures(folder: Path) -> tuple[str, list[str]]:
         name = escape(file.stem)
         image = f'<img src="data:image/png;base64,{data}" alt="{name}">'
         pictures.append(f"<figure>{image}<figcaption>{name}</figcaption></figure>")
-    return "".join(pictures), left_out
+    return "".join(pictures), notes
 
 
 def _sweep_page(folder: Path, run: Run) -> str:
-    """The page of a finished sweep's folder."""
+    """Return the page of a finished sweep."""
     table = open_table(folder / "designs.parquet")
     cube = cube_of(table)
     axes = page_axes(cube)
-    positions = {each.axis.column: each.kept for each in axes}
+    positions = {axis.axis.column: axis.positions for axis in axes}
     rows = cube.rows(list(positions), positions)
-    names = _columns(cube)
+    names = _results(cube)
     columns = cube.gather(rows, [*names, *TRUTHS, "slack_fraction", "min_elbow_stiffness"])
-    nowhere = np.isnan(columns["min_elbow_stiffness"]) & (columns["slack_fraction"] > 0)
+    no_equilibrium = np.isnan(columns["min_elbow_stiffness"]) & (columns["slack_fraction"] > 0)
     records = (number_record(cube.shown(name), columns[name]) for name in names)
-    maps, left_out = within_size([_outcomes(columns, nowhere), *records])
+    maps, left_out = within_size([_outcomes(columns, no_equilibrium), *records])
     states, arms = _states(cube, axes)
-    shown = [
-        *({"axis": at} for at in range(len(axes))),
-        *({"quantity": at} for at in range(len(maps))),
-    ]
-    listed = {
-        "rows": rows.size,
-        "columns": [*shown, *truths_record({name: columns[name] for name in TRUTHS})],
-    }
+    table_columns: list[dict[str, Any]] = [{"axis": index} for index in range(len(axes))]
+    table_columns += [{"quantity": index} for index in range(len(maps))]
+    table_columns += truths_record({name: columns[name] for name in TRUTHS})
     data = page_data(
         axes=[axis.record() for axis in axes],
         quantities=maps,
         states=states,
         arms=arms,
-        table=listed,
+        table={"rows": rows.size, "columns": table_columns},
     )
+
+    warnings = [f"Warning: {warning}" for warning in run.record["warnings"]]
     remarks = thinning_text(axes, left_out)
     if cube.study["motion"].get("trajectory"):
         remarks.append(_SLOWLY)
-    answer = html.blocks([say.sentence(run_head(run))]) + html.table((), run_facts(run))
-    answer += html.notes(
-        [f"Warning: {each}" for each in run.record["warnings"]], "warning"
-    ) + html.notes(remarks)
-    parts = {
-        **({"map": ("Map", "Map of the designs", html.part("map"))} if axes else {}),
-        "design": ("One design", "The states of one design", html.part("states")),
-        "list": ("Table", "All designs of this page", html.part("table")),
-    }
+    answer = html.blocks([say.sentence(run_head(run))])
+    answer += html.table((), run_facts(run))
+    answer += html.notes(warnings, "warning")
+    answer += html.notes(remarks)
+    parts: dict[str, html.Part] = {}
+    if axes:
+        parts["map"] = ("Map", "Map of the designs", html.part("map"))
+    parts["design"] = ("One design", "The states of one design", html.part("states"))
+    parts["list"] = ("Table", "All designs of this page", html.part("table"))
     return html.result_page(
         run.record, "a sweep", ("What came out", answer), parts, cube.study, data
     )
 
 
-def _columns(cube: Cube) -> list[str]:
-    """Numbers that are results, the most wanted first."""
-    known = [name for name, quantity in cube.columns.items() if quantity is not None]
-    keys = {axis.column for axis in cube.axes}
-    results = known[known.index("min_flexor_tension") :]
-    return [
-        *(name for name in _FIRST if name in results),
-        *(n for n in results if n not in _FIRST and n not in keys),
-    ]
+def _results(cube: Cube) -> list[str]:
+    """Return the columns of numbers that are results, the most useful first."""
+    numbers = [name for name, quantity in cube.columns.items() if quantity is not None]
+    axis_columns = {axis.column for axis in cube.axes}
+    results = numbers[numbers.index("min_flexor_tension") :]
+    first = [name for name in _FIRST if name in results]
+    others = [name for name in results if name not in _FIRST and name not in axis_columns]
+    return first + others
 
 
 def _outcomes(
     columns: Mapping[str, Values], no_equilibrium: npt.NDArray[np.bool_]
 ) -> dict[str, Any]:
-    """What each design comes to, as a map of classes."""
+    """Return the map of the outcomes of all designs, as classes."""
     worst = np.where(columns["feasible"], 0, 1)
     worst = np.where(columns["stable"], worst, 2)
     worst = np.where(columns["taut"], worst, 3)
@@ -222,6 +239,9 @@ def _outcomes(
 
 
 def _states(cube: Cube, axes: Sequence[PageAxis]) -> tuple[Any, Any]:
-    (kept, rows), space = rows_with_states(cube, axes, MOST_DESIGNS), space_of(cube.asked)
+    """Return the states of some designs as curves, and their arms, as `states_record` does."""
+    positions, rows = rows_with_states(cube, axes, MOST_DESIGNS)
+    space = space_of(cube.asked)
     design = space.at(space.numbers(rows)).design()
-    return states_record(cube.asked, kept, [("", curves(cube.asked, design, (len(rows),)))])
+    result = curves(cube.asked, design, (len(rows),))
+    return states_record(cube.asked, positions, [("", result)])

@@ -112,7 +112,7 @@ def test_a_table_is_not_exported_over_itself(tendon, workplace):
     people.write_text("name,weight (kg)\nAda,62.5\n", encoding="utf-8")
     for name in ("people.csv", "./people.csv"):
         ran = tendon("export", "people.csv", name)
-        assert (ran.exit, "would be written over" in ran.err) == (2, True)
+        assert (ran.exit, "would be overwritten" in ran.err) == (2, True)
     assert people.read_text(encoding="utf-8").startswith("name,weight")
 
 

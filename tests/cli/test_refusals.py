@@ -102,7 +102,7 @@ REFUSED = [
     (f"{FIT} --route straight.csv", 3, "input", ""),
     (f"{FIT} --route table_a1.csv", 3, "input", ""),
     (f"{FIT} --route turn.csv --bend-angle '180 deg'", 2, "usage", "--route"),
-    (f"{FIT} --route turn.csv --plot turn.csv", 2, "usage", "would be written over"),
+    (f"{FIT} --route turn.csv --plot turn.csv", 2, "usage", "would be overwritten"),
     (f"{FIT} --bend-angle '180 deg' --path-smoothing '1 mm'", 2, "usage", "no route"),
     (f"{FIT} --bend-angle '144 deg' --out same.svg --plot same.svg", 2, "usage", "the same file"),
     (f"{FIT} --route turn.csv --path-smoothing '1 kg'", 2, "usage", ""),

@@ -2,97 +2,207 @@
 // The data of the page, and what all its figures share: colours, labels, tables.
 
 const page = JSON.parse(document.getElementById("data").textContent);
+
+// The quantity on the map, the axes across and up, a position on every axis, and rows marked.
 const view = { quantity: 0, x: 0, y: 1, at: page.axes.map(() => 0), brushed: null };
 
-// Packed numbers: base64 of deflated little-endian numbers; "u1" holds classes, "u2" steps from `low`, 65535 where there is none.
+const NO_VALUE = 65535; // a step that stands for no value
+const NARROW = 640; // width of a window, in pixels, below which figures are laid out for a phone
+const MOST_ROWS = 500; // of the table under a figure
+
+// --- Packed numbers ---
+
+// Returns packed numbers as a Float32Array, and keeps them: base64 of deflated little-endian
+// numbers, of which "u1" are classes, "f4" the numbers themselves, and "u2" steps from `low`.
 async function unpack(packed) {
-  if (packed.values) return packed.values;
+  if (packed.values) {
+    return packed.values;
+  }
   const bytes = Uint8Array.from(atob(packed.data), (sign) => sign.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
   const buffer = await new Response(stream).arrayBuffer();
-  if (packed.type === "u1") packed.values = Float32Array.from(new Uint8Array(buffer));
-  else if (packed.type === "f4") packed.values = new Float32Array(buffer);
-  else packed.values = Float32Array.from(new Uint16Array(buffer), (step) => (step === 65535 ? NaN : packed.low + packed.step * step));
+  if (packed.type === "u1") {
+    packed.values = Float32Array.from(new Uint8Array(buffer));
+  } else if (packed.type === "f4") {
+    packed.values = new Float32Array(buffer);
+  } else {
+    const numberOf = (step) => (step === NO_VALUE ? NaN : packed.low + packed.step * step);
+    packed.values = Float32Array.from(new Uint16Array(buffer), numberOf);
+  }
   packed.data = null;
   return packed.values;
 }
 
+// --- Elements of the page ---
+
+// Returns the element with an id.
+function byId(id) {
+  return document.getElementById(id);
+}
+
+// Makes an element; attributes such as "onclick" are what listens, null and false are left out.
 function make(name, attributes = {}, ...children) {
   const element = document.createElement(name);
   for (const [key, value] of Object.entries(attributes)) {
-    if (key.startsWith("on")) element.addEventListener(key.slice(2), value);
-    else if (value !== null && value !== false) element.setAttribute(key, value === true ? "" : value);
+    if (key.startsWith("on")) {
+      element.addEventListener(key.slice(2), value);
+    } else if (value !== null && value !== false) {
+      element.setAttribute(key, value === true ? "" : value);
+    }
   }
   element.append(...children);
   return element;
 }
 
-const place = (id) => document.getElementById(id);
-const number = (value) => (Number.isFinite(value) ? String(Number(value.toPrecision(5))) : "none");
-const withUnit = (value, unit) => (Number.isFinite(value) && unit ? `${number(value)} ${unit}` : number(value));
-const classOf = (kinds, value) => (kinds[value] || { label: "none" }).label;
-const named = (thing) => (thing.unit ? `${thing.label} [${thing.unit}]` : thing.label);
-const valueOf = (axis, index) => (axis.names ? axis.names[index] : withUnit(axis.values[index], axis.unit));
-const lengthOf = (axis) => (axis.names || axis.values).length;
-const strides = page.axes.map((_, at) => page.axes.slice(at + 1).reduce((product, axis) => product * lengthOf(axis), 1));
-const cellAt = (at) => at.reduce((sum, index, axis) => sum + index * strides[axis], 0);
-const positionOf = (cell) => page.axes.map((axis, at) => Math.floor(cell / strides[at]) % lengthOf(axis));
+// Makes a list to choose from; `change` is called with the position of what is chosen.
+function makeSelect(label, options, selected, change) {
+  const list = make("select", { onchange: (event) => change(Number(event.target.value)) });
+  options.forEach((text, index) => {
+    list.append(make("option", { value: index, selected: index === selected }, text));
+  });
+  return make("label", {}, label, list);
+}
 
+// --- Numbers and names as texts ---
+
+// Returns a number with five digits.
+function formatNumber(value) {
+  return Number.isFinite(value) ? String(Number(value.toPrecision(5))) : "none";
+}
+
+// Returns a number with its unit, which may be empty.
+function formatWithUnit(value, unit) {
+  const text = formatNumber(value);
+  return Number.isFinite(value) && unit ? `${text} ${unit}` : text;
+}
+
+// Returns the label of a class; a value that is no number has none.
+function classLabel(classes, value) {
+  return (classes[value] || { label: "none" }).label;
+}
+
+// Returns the label of an axis or a quantity, with its unit.
+function titleOf(column) {
+  return column.unit ? `${column.label} [${column.unit}]` : column.label;
+}
+
+// --- Axes and cells ---
+
+// Returns what stands along an axis: names or numbers.
+function ticksOf(axis) {
+  return axis.names || axis.values;
+}
+
+function lengthOf(axis) {
+  return ticksOf(axis).length;
+}
+
+// Returns one value of an axis as a text.
+function valueText(axis, index) {
+  return axis.names ? axis.names[index] : formatWithUnit(axis.values[index], axis.unit);
+}
+
+// Returns the product of the lengths of some axes.
+function cellsOf(axes) {
+  return axes.reduce((product, axis) => product * lengthOf(axis), 1);
+}
+
+// Cells from one value of each axis to the next: the last axis is the fastest.
+const strides = page.axes.map((_, at) => cellsOf(page.axes.slice(at + 1)));
+
+// Returns the cell at a position on every axis.
+function cellAt(position) {
+  return position.reduce((sum, index, axis) => sum + index * strides[axis], 0);
+}
+
+// Returns the index of a cell along one axis.
+function indexAlong(axis, cell) {
+  return Math.floor(cell / strides[axis]) % lengthOf(page.axes[axis]);
+}
+
+// Returns the position of a cell on every axis.
+function positionOf(cell) {
+  return page.axes.map((_, axis) => indexAlong(axis, cell));
+}
+
+// --- Figures ---
+
+// Returns a colour of the page's style by its name.
 function colour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 }
 
-const narrow = () => window.innerWidth < 640;
+function isNarrow() {
+  return window.innerWidth < NARROW;
+}
 
+// Returns the layout of a figure in the page's colours, with more of its own.
 function layout(more) {
-  const axis = { gridcolor: colour("line"), zerolinecolor: colour("line"), linecolor: colour("line"), automargin: true };
-  const base = {
+  const axis = {
+    gridcolor: colour("line"),
+    zerolinecolor: colour("line"),
+    linecolor: colour("line"),
+    automargin: true,
+  };
+  return {
     paper_bgcolor: "rgba(0,0,0,0)",
     plot_bgcolor: "rgba(0,0,0,0)",
     font: { color: colour("text"), family: "inherit", size: 13 },
     margin: { l: 64, r: 16, t: 34, b: 52 },
     hoverlabel: { bgcolor: colour("panel"), font: { color: colour("text") } },
-    legend: { orientation: "h", y: narrow() ? -0.4 : -0.25, yanchor: "top" },
+    legend: { orientation: "h", y: isNarrow() ? -0.4 : -0.25, yanchor: "top" },
     ...more,
+    xaxis: { ...axis, ...(more.xaxis || {}) },
+    yaxis: { ...axis, ...(more.yaxis || {}) },
   };
-  for (const name of ["xaxis", "yaxis"]) base[name] = { ...axis, ...(more[name] || {}) };
-  return base;
 }
 
-const drawn = new Map(); // what draws each figure again, when the colours change
+const redraws = new Map(); // what draws each figure again, when the colours change
+
 // No button leads out of the page: nothing is uploaded, and there is no server to upload it to.
 const settings = {
-  displaylogo: false, responsive: true, showSendToCloud: false, plotlyServerURL: "", showTips: false,
+  displaylogo: false,
+  responsive: true,
+  showSendToCloud: false,
+  plotlyServerURL: "",
+  showTips: false,
   modeBarButtonsToRemove: ["lasso2d", "autoScale2d", "sendChartToCloud"],
 };
 
-// A figure with its title and the titles of its axes, or axes; `again` draws it anew.
-async function draw(id, again, traces, title, x, y, more = {}) {
-  drawn.set(id, again);
-  const axis = (given) => (typeof given === "string" ? { title: { text: given } } : given);
-  const texts = { title: { text: title, x: 0.02, font: { size: 14 } }, xaxis: axis(x), yaxis: axis(y) };
-  await Plotly.react(place(id), traces, layout({ ...texts, ...more }), settings);
+// Draws a figure. An axis is its title or a Plotly axis; `again` draws the figure anew.
+async function drawFigure(id, again, traces, title, x, y, more = {}) {
+  redraws.set(id, again);
+  const asAxis = (given) => (typeof given === "string" ? { title: { text: given } } : given);
+  const ownLayout = {
+    title: { text: title, x: 0.02, font: { size: 14 } },
+    xaxis: asAxis(x),
+    yaxis: asAxis(y),
+    ...more,
+  };
+  await Plotly.react(byId(id), traces, layout(ownLayout), settings);
 }
 
-// The same numbers as a table, made when it is opened.
-function asTable(id, heads, rows) {
-  const details = place(`${id}-table`);
+// Lets the numbers of a figure be read as a table; `rows` returns them when it is opened.
+function fillTable(id, heads, rows) {
+  const details = byId(`${id}-table`);
   const fill = () => {
-    if (!details.open) return;
-    const most = 500;
-    const head = make("tr", {}, ...heads.map((text) => make("th", { scope: "col" }, text)));
-    const given = rows();
-    const body = given.slice(0, most).map((row) => make("tr", {}, ...row.map((text) => make("td", {}, String(text)))));
-    const table = make("table", {}, make("thead", {}, head), make("tbody", {}, ...body));
-    const rest = given.length > most ? [make("p", {}, `The first ${most} of ${given.length} rows.`)] : [];
-    details.querySelector(".rows").replaceChildren(table, ...rest);
+    if (!details.open) {
+      return;
+    }
+    const headCells = heads.map((text) => make("th", { scope: "col" }, text));
+    const allRows = rows();
+    const body = allRows.slice(0, MOST_ROWS).map((row) => {
+      const cells = row.map((text) => make("td", {}, String(text)));
+      return make("tr", {}, ...cells);
+    });
+    const head = make("thead", {}, make("tr", {}, ...headCells));
+    const contents = [make("table", {}, head, make("tbody", {}, ...body))];
+    if (allRows.length > MOST_ROWS) {
+      const note = `The first ${MOST_ROWS} of ${allRows.length} rows.`;
+      contents.push(make("p", {}, note));
+    }
+    details.querySelector(".rows").replaceChildren(...contents);
   };
   details.ontoggle = fill;
   fill();
-}
-
-function select(label, options, chosen, change) {
-  const list = make("select", { onchange: (event) => change(Number(event.target.value)) });
-  options.forEach((text, at) => list.append(make("option", { value: at, selected: at === chosen }, text)));
-  return make("label", {}, label, list);
 }

@@ -1,208 +1,432 @@
-// The map: any quantity over any two axes, a slider for each of the others, and a cell cursor for mouse and keyboard.
+// The map: any quantity over any two axes, a slider for each of the other axes, and a cell cursor
+// for mouse and keyboard. With one axis it is a line.
 
 const cursor = { i: 0, j: 0 };
-const mapped = { z: [], values: null };
+const mapped = { z: [], values: null }; // the rows of the map, and all values of its quantity
 
-const chosen = () => page.quantities[view.quantity];
-const others = () => page.axes.map((_, at) => at).filter((at) => at !== view.x && at !== view.y);
-const hasMap = () => page.axes.length > 0 && page.quantities.length > 0;
-const isLine = () => view.y >= page.axes.length;
-const rowsOfMap = () => (isLine() ? 1 : lengthOf(page.axes[view.y]));
+// --- What is on the map ---
 
-function cellOf(i, j) {
-  const at = [...view.at];
-  at[view.x] = i;
-  if (!isLine()) at[view.y] = j;
-  return cellAt(at);
+function hasMap() {
+  return page.axes.length > 0 && page.quantities.length > 0;
 }
 
-const along = (axis) => axis.names || axis.values;
+// True if the map is a line, since there is no axis to go up.
+function isLine() {
+  return view.y >= page.axes.length;
+}
 
-function sliced() {
-  const [length, start, dx, dy] = [lengthOf(page.axes[view.x]), cellOf(0, 0), strides[view.x], isLine() ? 0 : strides[view.y]];
-  const row = (j) => Float32Array.from({ length }, (_, i) => mapped.values[start + j * dy + i * dx]);
+function quantityOnMap() {
+  return page.quantities[view.quantity];
+}
+
+function axisAcross() {
+  return page.axes[view.x];
+}
+
+function axisUp() {
+  return page.axes[view.y];
+}
+
+function shownAxes() {
+  return isLine() ? [axisAcross()] : [axisAcross(), axisUp()];
+}
+
+// Returns the numbers of the axes that have a slider.
+function hiddenAxes() {
+  const all = page.axes.map((_, axis) => axis);
+  return all.filter((axis) => axis !== view.x && axis !== view.y);
+}
+
+function rowsOfMap() {
+  return isLine() ? 1 : lengthOf(axisUp());
+}
+
+// Returns the cell of the table at a place on the map.
+function cellOf(i, j) {
+  const position = [...view.at];
+  position[view.x] = i;
+  if (!isLine()) {
+    position[view.y] = j;
+  }
+  return cellAt(position);
+}
+
+// Returns true if a row of the table is a point of the grid; other choices lie between its points.
+function isOnMap(row) {
+  return row < cellsOf(page.axes);
+}
+
+// Cuts the rows of the map out of the values of its quantity.
+function cutMap() {
+  const length = lengthOf(axisAcross());
+  const start = cellOf(0, 0);
+  const dx = strides[view.x];
+  const dy = isLine() ? 0 : strides[view.y];
+  const valueAt = (i, j) => mapped.values[start + j * dy + i * dx];
+  const row = (j) => Float32Array.from({ length }, (_, i) => valueAt(i, j));
   mapped.z = Array.from({ length: rowsOfMap() }, (_, j) => row(j));
 }
 
-function heat() {
-  const quantity = chosen();
-  const [x, y] = [page.axes[view.x], page.axes[view.y]];
-  const trace = { type: "heatmap", x: along(x), y: along(y), z: mapped.z, hoverongaps: true, zsmooth: false };
-  trace.hovertemplate = `${x.label} %{x}<br>${y.label} %{y}<br>${quantity.label} %{z:.5g} ${quantity.unit}<extra></extra>`;
-  const bar = { title: { text: quantity.unit }, ...(narrow() ? { orientation: "h", y: -0.28, yanchor: "top", thickness: 12 } : {}) };
-  const single = quantity.low === quantity.high; // needs no colour bar
-  if (!quantity.classes) return { ...trace, colorscale: "Cividis", zmin: quantity.low - single, zmax: quantity.high + single, showscale: !single, colorbar: bar };
-  const count = quantity.classes.length;
-  const scale = quantity.classes.flatMap((kind, at) => [[at / count, colour(kind.colour)], [(at + 1) / count, colour(kind.colour)]]);
-  trace.hovertemplate = `${x.label} %{x}<br>${y.label} %{y}<extra></extra>`; // the class is said below the map
-  return { ...trace, colorscale: scale, zmin: -0.5, zmax: count - 0.5, showscale: false };
+// --- What is drawn ---
+
+// Returns the trace of the map: a colour for each cell.
+function heatTrace() {
+  const quantity = quantityOnMap();
+  const x = axisAcross();
+  const y = axisUp();
+  const places = `${x.label} %{x}<br>${y.label} %{y}<br>`;
+  const trace = {
+    type: "heatmap",
+    x: ticksOf(x),
+    y: ticksOf(y),
+    z: mapped.z,
+    hoverongaps: true,
+    zsmooth: false,
+    hovertemplate: `${places}${quantity.label} %{z:.5g} ${quantity.unit}<extra></extra>`,
+  };
+  if (quantity.classes) {
+    return { ...trace, ...classColours(x, y, quantity.classes) };
+  }
+  const bar = { title: { text: quantity.unit } };
+  if (isNarrow()) {
+    Object.assign(bar, { orientation: "h", y: -0.28, yanchor: "top", thickness: 12 });
+  }
+  const isSingle = quantity.low === quantity.high; // one value needs no colour bar
+  const beside = isSingle ? 1 : 0;
+  return {
+    ...trace,
+    colorscale: "Cividis",
+    zmin: quantity.low - beside,
+    zmax: quantity.high + beside,
+    showscale: !isSingle,
+    colorbar: bar,
+  };
 }
 
-// Signs on a coarse grid of cells name a class without its colour.
-function signs() {
-  const quantity = chosen();
-  if (!quantity.classes) return [];
-  const [columns, rows] = [lengthOf(page.axes[view.x]), rowsOfMap()];
-  const spread = (count, most) => Array.from({ length: Math.min(count, most) }, (_, k) => Math.floor(((k + 0.5) * count) / Math.min(count, most)));
-  const [x, y, text] = [[], [], []];
-  for (const j of spread(rows, 9)) {
-    for (const i of spread(columns, narrow() ? 7 : 14)) {
-      const at = mapped.z[j][i];
-      if (!Number.isFinite(at)) continue;
-      x.push(along(page.axes[view.x])[i]);
-      y.push(along(page.axes[view.y])[j]);
-      text.push(quantity.classes[at].sign);
+// Returns what a trace of classes has of its own: a band of one colour for each class.
+function classColours(x, y, classes) {
+  const count = classes.length;
+  const scale = classes.flatMap((kind, index) => [
+    [index / count, colour(kind.colour)],
+    [(index + 1) / count, colour(kind.colour)],
+  ]);
+  return {
+    colorscale: scale,
+    zmin: -0.5,
+    zmax: count - 0.5,
+    showscale: false,
+    // The class is said below the map.
+    hovertemplate: `${x.label} %{x}<br>${y.label} %{y}<extra></extra>`,
+  };
+}
+
+// Returns indices spread evenly over an axis, at most so many.
+function spread(count, most) {
+  const length = Math.min(count, most);
+  return Array.from({ length }, (_, k) => Math.floor(((k + 0.5) * count) / length));
+}
+
+// Returns signs on a coarse grid of cells, which name a class without its colour.
+function signTraces() {
+  const quantity = quantityOnMap();
+  if (!quantity.classes) {
+    return [];
+  }
+  const x = [];
+  const y = [];
+  const text = [];
+  for (const j of spread(rowsOfMap(), 9)) {
+    for (const i of spread(lengthOf(axisAcross()), isNarrow() ? 7 : 14)) {
+      const kind = mapped.z[j][i];
+      if (Number.isFinite(kind)) {
+        x.push(ticksOf(axisAcross())[i]);
+        y.push(ticksOf(axisUp())[j]);
+        text.push(quantity.classes[kind].sign);
+      }
     }
   }
-  return [{ type: "scatter", mode: "text", x, y, text, textfont: { color: colour("on-class"), size: 12 }, hoverinfo: "skip", showlegend: false }];
+  return [
+    {
+      type: "scatter",
+      mode: "text",
+      x,
+      y,
+      text,
+      textfont: { color: colour("on-class"), size: 12 },
+      hoverinfo: "skip",
+      showlegend: false,
+    },
+  ];
 }
 
-// The key of the classes; a map of numbers has its colour bar.
-function drawKey() {
-  const item = (kind) => make("span", {}, make("span", { class: "swatch", style: `background: var(--${kind.colour})` }, kind.sign), ` ${kind.label} `);
-  place("map-key").replaceChildren(...(chosen().classes || []).map(item));
-}
-
-const isOnMap = (row) => row < page.axes.reduce((product, axis) => product * lengthOf(axis), 1); // others lie between the points of the grid
-
-function brushedCells() {
-  if (!view.brushed || isLine()) return [];
-  const hidden = others();
-  const [x, y] = [[], []];
+// Returns the marks of the rows that are marked, so far as the map shows them.
+function brushTraces() {
+  if (!view.brushed || isLine()) {
+    return [];
+  }
+  const hidden = hiddenAxes();
+  const x = [];
+  const y = [];
   for (const cell of view.brushed.filter(isOnMap)) {
-    const at = positionOf(cell);
-    if (hidden.some((axis) => at[axis] !== view.at[axis])) continue;
-    x.push(along(page.axes[view.x])[at[view.x]]);
-    y.push(along(page.axes[view.y])[at[view.y]]);
+    const position = positionOf(cell);
+    if (hidden.every((axis) => position[axis] === view.at[axis])) {
+      x.push(ticksOf(axisAcross())[position[view.x]]);
+      y.push(ticksOf(axisUp())[position[view.y]]);
+    }
   }
   const marker = { symbol: "square-open", size: 11, color: colour("mark"), line: { width: 2 } };
-  return [{ type: "scatter", mode: "markers", x, y, marker, hoverinfo: "skip", showlegend: false, name: "brushed" }];
+  return [
+    {
+      type: "scatter",
+      mode: "markers",
+      x,
+      y,
+      marker,
+      hoverinfo: "skip",
+      showlegend: false,
+      name: "brushed",
+    },
+  ];
 }
 
-function lineOfMap() {
-  const { classes } = chosen();
-  const y = Array.from(mapped.z[0], (at) => (!classes ? at : Number.isFinite(at) ? classes[at].label : null));
-  return { type: "scatter", mode: "lines+markers", x: along(page.axes[view.x]), y, line: { color: colour("flexor") } };
+// Returns the trace of a map that is a line; classes are drawn by their names.
+function lineTrace() {
+  const { classes } = quantityOnMap();
+  let y = Array.from(mapped.z[0]);
+  if (classes) {
+    y = y.map((kind) => (Number.isFinite(kind) ? classes[kind].label : null));
+  }
+  return {
+    type: "scatter",
+    mode: "lines+markers",
+    x: ticksOf(axisAcross()),
+    y,
+    line: { color: colour("flexor") },
+  };
 }
 
-// The frame of a cell where it is drawn, or the place on a line.
+// Returns the frame of the cursor's cell as it is drawn, or its place on a line.
 function cursorShape() {
-  const [drawn] = place("map").calcdata[0];
+  const points = byId("map").calcdata[0];
   const line = { color: colour("mark"), width: 3 };
   if (isLine()) {
-    const x = place("map").calcdata[0][cursor.i].x;
-    return [{ type: "line", xref: "x", yref: "paper", x0: x, x1: x, y0: 0, y1: 1, line }];
+    const x = points[cursor.i].x;
+    return { type: "line", xref: "x", yref: "paper", x0: x, x1: x, y0: 0, y1: 1, line };
   }
-  return [{ type: "rect", x0: drawn.x[cursor.i], x1: drawn.x[cursor.i + 1], y0: drawn.y[cursor.j], y1: drawn.y[cursor.j + 1], line }];
+  const edges = points[0];
+  return {
+    type: "rect",
+    x0: edges.x[cursor.i],
+    x1: edges.x[cursor.i + 1],
+    y0: edges.y[cursor.j],
+    y1: edges.y[cursor.j + 1],
+    line,
+  };
 }
 
-const axisOf = (axis) => ({ title: { text: named(axis) }, type: axis.names ? "category" : axis.is_log ? "log" : "linear" });
+// Returns an axis as Plotly has it.
+function plotlyAxis(axis) {
+  let type = "linear";
+  if (axis.names) {
+    type = "category";
+  } else if (axis.is_log) {
+    type = "log";
+  }
+  return { title: { text: titleOf(axis) }, type };
+}
+
+// Writes the key of the classes; a map of numbers has its colour bar.
+function drawKey() {
+  const classes = quantityOnMap().classes || [];
+  const items = classes.map((kind) => {
+    const style = `background: var(--${kind.colour})`;
+    const swatch = make("span", { class: "swatch", style }, kind.sign);
+    return make("span", {}, swatch, ` ${kind.label} `);
+  });
+  byId("map-key").replaceChildren(...items);
+}
+
+// Returns the rows of the table under the map.
+function mapAsRows() {
+  const { classes } = quantityOnMap();
+  const rows = [];
+  mapped.z.forEach((values, j) => {
+    values.forEach((value, i) => {
+      const indices = [i, j];
+      const places = shownAxes().map((axis, at) => valueText(axis, indices[at]));
+      rows.push([...places, classes ? classLabel(classes, value) : formatNumber(value)]);
+    });
+  });
+  return rows;
+}
 
 async function drawMap() {
-  mapped.values = await unpack(chosen().array);
-  sliced();
-  const traces = isLine() ? [lineOfMap()] : [heat(), ...signs(), ...brushedCells()];
-  const y = isLine() ? named(chosen()) : { ...axisOf(page.axes[view.y]), showgrid: false };
-  const more = narrow() && !chosen().classes ? { margin: { l: 56, r: 8, t: 34, b: 96 } } : {};
+  mapped.values = await unpack(quantityOnMap().array);
+  cutMap();
+  const title = titleOf(quantityOnMap());
+  const x = { ...plotlyAxis(axisAcross()), showgrid: false };
+  let traces = [];
+  let y = title;
+  if (isLine()) {
+    traces = [lineTrace()];
+  } else {
+    traces = [heatTrace(), ...signTraces(), ...brushTraces()];
+    y = { ...plotlyAxis(axisUp()), showgrid: false };
+  }
+  const more = {};
+  if (isNarrow() && !quantityOnMap().classes) {
+    more.margin = { l: 56, r: 8, t: 34, b: 96 };
+  }
   drawKey();
-  await draw("map", drawMap, traces, named(chosen()), { ...axisOf(page.axes[view.x]), showgrid: false }, y, more);
-  asTable("map", [...shownAxes().map(named), named(chosen())], tabled);
+  await drawFigure("map", drawMap, traces, title, x, y, more);
+  fillTable("map", [...shownAxes().map(titleOf), title], mapAsRows);
   moveCursor(cursor.i, cursor.j);
 }
 
-const shownAxes = () => (isLine() ? [page.axes[view.x]] : [page.axes[view.x], page.axes[view.y]]);
+let isWaiting = false;
 
-function tabled() {
-  const { classes } = chosen();
-  const places = (i, j) => shownAxes().map((axis, at) => valueOf(axis, [i, j][at]));
-  return mapped.z.flatMap((row, j) => Array.from(row, (value, i) => [...places(i, j), classes ? classOf(classes, value) : number(value)]));
+// Draws the map and the windows once, before the next picture, however often it is asked for.
+function redraw() {
+  if (isWaiting) {
+    return;
+  }
+  isWaiting = true;
+  requestAnimationFrame(async () => {
+    isWaiting = false;
+    await drawMap();
+    if (byId("windows")) {
+      drawWindows();
+    }
+  });
 }
 
-function say(cell = cellOf(cursor.i, cursor.j)) {
+// --- The cursor ---
+
+// Says below the map what stands in a cell, by default in that of the cursor.
+function describeCell(cell = cellOf(cursor.i, cursor.j)) {
   const value = mapped.values[cell];
-  const quantity = chosen();
-  const where = page.axes.map((axis, at) => `${axis.label} ${valueOf(axis, positionOf(cell)[at])}`);
-  const what = quantity.classes ? classOf(quantity.classes, value) : withUnit(value, quantity.unit);
-  place("map-says").textContent = `${where.join(", ")}: ${quantity.label} ${what}`;
+  const quantity = quantityOnMap();
+  const position = positionOf(cell);
+  const places = page.axes.map((axis, at) => `${axis.label} ${valueText(axis, position[at])}`);
+  const text = quantity.classes
+    ? classLabel(quantity.classes, value)
+    : formatWithUnit(value, quantity.unit);
+  byId("map-says").textContent = `${places.join(", ")}: ${quantity.label} ${text}`;
 }
 
+// Moves the cursor to a cell, or to the nearest on the map.
 function moveCursor(i, j) {
-  cursor.i = Math.min(Math.max(i, 0), lengthOf(page.axes[view.x]) - 1);
+  cursor.i = Math.min(Math.max(i, 0), lengthOf(axisAcross()) - 1);
   cursor.j = Math.min(Math.max(j, 0), rowsOfMap() - 1);
-  Plotly.relayout(place("map"), { shapes: cursorShape() });
-  say();
+  Plotly.relayout(byId("map"), { shapes: [cursorShape()] });
+  describeCell();
 }
 
 const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+const FAR = 10; // cells that an arrow moves the cursor by, with the shift key
 
+// Moves the cursor by the arrow keys; Enter shows the states of its cell.
 function onKey(event) {
   if (KEYS[event.key]) {
-    const far = event.shiftKey ? 10 : 1;
-    moveCursor(cursor.i + far * KEYS[event.key][0], cursor.j + far * KEYS[event.key][1]);
-  } else if (event.key === "Enter") showDesign(cellOf(cursor.i, cursor.j));
-  else return;
+    const [di, dj] = KEYS[event.key];
+    const cells = event.shiftKey ? FAR : 1;
+    moveCursor(cursor.i + cells * di, cursor.j + cells * dj);
+  } else if (event.key === "Enter") {
+    showDesign(cellOf(cursor.i, cursor.j));
+  } else {
+    return;
+  }
   event.preventDefault();
 }
 
-function sliders() {
-  const boxes = others().map((at) => {
-    const axis = page.axes[at];
-    const shows = make("output", {}, valueOf(axis, view.at[at]));
-    const input = make("input", { type: "range", min: 0, max: lengthOf(axis) - 1, value: view.at[at], "aria-label": named(axis), "aria-valuetext": valueOf(axis, view.at[at]) });
-    input.addEventListener("input", () => {
-      view.at[at] = Number(input.value);
-      shows.textContent = valueOf(axis, view.at[at]);
-      input.setAttribute("aria-valuetext", shows.textContent);
-      redraw();
-      moveStates(at, view.at[at]);
-    });
-    return make("label", { class: "slider" }, `${axis.label} `, input, shows);
-  });
-  place("sliders").replaceChildren(...boxes);
+// Calls `use` with the place on the map that an event of Plotly is at, if it is at one.
+function withPlace(event, use) {
+  const isOfMap = (point) => point.data.type === "heatmap" || page.axes.length === 1;
+  const point = event.points.find(isOfMap);
+  if (!point) {
+    return;
+  }
+  const [j, i] = Array.isArray(point.pointIndex) ? point.pointIndex : [0, point.pointIndex];
+  use(i, j);
 }
 
-function choosers() {
-  const names = page.axes.map((axis) => axis.label);
-  const take = (which, other) => (at) => {
-    if (view[other] === at) view[other] = view[which];
-    view[which] = at;
-    cursor.i = cursor.j = 0;
-    choosers();
-    sliders();
+// --- Controls ---
+
+// Makes the slider of an axis.
+function makeSlider(at) {
+  const axis = page.axes[at];
+  const text = valueText(axis, view.at[at]);
+  const output = make("output", {}, text);
+  const input = make("input", {
+    type: "range",
+    min: 0,
+    max: lengthOf(axis) - 1,
+    value: view.at[at],
+    "aria-label": titleOf(axis),
+    "aria-valuetext": text,
+  });
+  input.addEventListener("input", () => {
+    view.at[at] = Number(input.value);
+    output.textContent = valueText(axis, view.at[at]);
+    input.setAttribute("aria-valuetext", output.textContent);
+    redraw();
+    moveStates(at, view.at[at]);
+  });
+  return make("label", { class: "slider" }, `${axis.label} `, input, output);
+}
+
+function drawSliders() {
+  byId("sliders").replaceChildren(...hiddenAxes().map(makeSlider));
+}
+
+// Puts an axis across ("x") or up ("y"); if it was the other one, the two change places.
+function chooseAxis(which, axis) {
+  const other = which === "x" ? "y" : "x";
+  if (view[other] === axis) {
+    view[other] = view[which];
+  }
+  view[which] = axis;
+  cursor.i = 0;
+  cursor.j = 0;
+  drawChoosers();
+  drawSliders();
+  redraw();
+}
+
+// Makes the lists of quantities and axes to choose from.
+function drawChoosers() {
+  const quantities = page.quantities.map((quantity) => quantity.label);
+  const chooseQuantity = (index) => {
+    view.quantity = index;
     redraw();
   };
-  const boxes = [select("Show ", page.quantities.map((quantity) => quantity.label), view.quantity, (at) => { view.quantity = at; redraw(); })];
-  if (page.axes.length > 1) boxes.push(select("across ", names, view.x, take("x", "y")), select("up ", names, view.y, take("y", "x")));
-  place("choosers").replaceChildren(...boxes);
-}
-
-let waiting = false;
-function redraw() {
-  if (waiting) return;
-  waiting = true;
-  requestAnimationFrame(async () => {
-    waiting = false;
-    await drawMap();
-    if (place("windows")) drawWindows();
-  });
+  const lists = [makeSelect("Show ", quantities, view.quantity, chooseQuantity)];
+  if (page.axes.length > 1) {
+    const names = page.axes.map((axis) => axis.label);
+    lists.push(makeSelect("across ", names, view.x, (axis) => chooseAxis("x", axis)));
+    lists.push(makeSelect("up ", names, view.y, (axis) => chooseAxis("y", axis)));
+  }
+  byId("choosers").replaceChildren(...lists);
 }
 
 async function startMap() {
-  if (!hasMap()) return;
+  if (!hasMap()) {
+    return;
+  }
   view.at = page.start || view.at;
-  [cursor.i, cursor.j] = [view.at[view.x], isLine() ? 0 : view.at[view.y]];
-  choosers();
-  sliders();
+  cursor.i = view.at[view.x];
+  cursor.j = isLine() ? 0 : view.at[view.y];
+  drawChoosers();
+  drawSliders();
   await drawMap();
-  const frame = place("map-frame");
-  frame.addEventListener("keydown", onKey);
-  const under = (event, use) => {
-    const point = event.points.find((each) => each.data.type === "heatmap" || page.axes.length === 1);
-    if (!point) return;
-    const [j, i] = Array.isArray(point.pointIndex) ? point.pointIndex : [0, point.pointIndex];
-    use(i, j);
-  };
-  place("map").on("plotly_hover", (event) => under(event, (i, j) => say(cellOf(i, j))));
-  place("map").on("plotly_unhover", () => say());
-  place("map").on("plotly_click", (event) => under(event, (i, j) => { moveCursor(i, j); showDesign(cellOf(i, j)); }));
+  byId("map-frame").addEventListener("keydown", onKey);
+  const map = byId("map");
+  map.on("plotly_hover", (event) => withPlace(event, (i, j) => describeCell(cellOf(i, j))));
+  map.on("plotly_unhover", () => describeCell());
+  map.on("plotly_click", (event) => {
+    withPlace(event, (i, j) => {
+      moveCursor(i, j);
+      showDesign(cellOf(i, j));
+    });
+  });
 }

@@ -1,4 +1,5 @@
-// Everything in its order; the page says when it is ready, and draws anew when the colours change.
+// Starts everything in its order; the page says when it is ready, and draws anew when the colours
+// change.
 
 async function start() {
   await startMap();
@@ -9,11 +10,16 @@ async function start() {
 }
 
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
-  for (const again of drawn.values()) again();
-  if (page.states) drawArm();
+  for (const again of redraws.values()) {
+    again();
+  }
+  if (page.states) {
+    drawArm();
+  }
 });
 
 start().catch((fault) => {
-  place("fault").textContent = `This page could not be drawn: ${fault.message}. Its tables are in the run's folder.`;
+  const hint = "Its tables are in the run's folder.";
+  byId("fault").textContent = `This page could not be drawn: ${fault.message}. ${hint}`;
   console.error(fault);
 });

@@ -1,37 +1,63 @@
-// The states of one design: curves over the elbow angle, and the arm drawn at an angle that one can move.
+// The states of one design: curves over the elbow angle, and the arm drawn at an angle that one
+// can move.
 
+// The design's cell, a figure of its states, the index of an angle, and where the states stand.
 const shown = { cell: 0, group: 0, angle: 0, position: [] };
 
-function keptCell(cell) {
-  const kept = page.states.kept;
-  const at = positionOf(cell).map((index, axis) => nearest(kept[axis], index));
-  shown.position = at.map((index, axis) => kept[axis][index]);
-  return at.reduce((sum, index, axis) => sum * kept[axis].length + index, 0);
-}
+const DASHES = ["solid", "dash"]; // of flexion and extension
+const SYMBOLS = ["circle", "square-open"];
 
+// Returns the place of the number nearest to one.
 function nearest(values, wanted) {
   let best = 0;
-  values.forEach((value, at) => { if (Math.abs(value - wanted) < Math.abs(values[best] - wanted)) best = at; });
+  values.forEach((value, index) => {
+    if (Math.abs(value - wanted) < Math.abs(values[best] - wanted)) {
+      best = index;
+    }
+  });
   return best;
 }
 
-const DASHES = ["solid", "dash"];
-const SYMBOLS = ["circle", "square-open"];
+// Returns the number of the design nearest to a cell among those whose states the page has, and
+// notes its position on the page's axes.
+function nearestDesign(cell) {
+  const { kept } = page.states; // positions on each axis that have states
+  const places = positionOf(cell).map((index, axis) => nearest(kept[axis], index));
+  shown.position = places.map((place, axis) => kept[axis][place]);
+  return places.reduce((sum, place, axis) => sum * kept[axis].length + place, 0);
+}
 
-async function curves() {
+function groupShown() {
+  return page.states.groups[shown.group];
+}
+
+// Returns the angle shown, in degrees.
+function angleShown() {
+  return page.states.angles[shown.angle];
+}
+
+// --- Curves ---
+
+// Returns a trace for each line of the figure in each direction.
+async function stateTraces() {
   const { angles, directions } = page.states;
-  const group = page.states.groups[shown.group];
-  const start = keptCell(shown.cell) * directions.length * angles.length;
+  const group = groupShown();
+  const start = nearestDesign(shown.cell) * directions.length * angles.length;
   const traces = [];
   for (const line of group.lines) {
     const values = await unpack(line.array);
-    directions.forEach((direction, d) => {
-      const from = start + d * angles.length;
+    directions.forEach((direction, number) => {
+      const from = start + number * angles.length;
+      const name = `${line.label}, ${direction}`;
       traces.push({
-        type: "scatter", mode: "lines+markers", x: angles, y: Array.from(values.subarray(from, from + angles.length)),
-        name: `${line.label}, ${direction}`, line: { color: colour(line.colour), dash: DASHES[d % 2] },
-        marker: { symbol: SYMBOLS[d % 2], size: 7, maxdisplayed: 12 },
-        hovertemplate: `%{x}°: %{y:.5g} ${group.unit}<extra>${line.label}, ${direction}</extra>`,
+        type: "scatter",
+        mode: "lines+markers",
+        x: angles,
+        y: Array.from(values.subarray(from, from + angles.length)),
+        name,
+        line: { color: colour(line.colour), dash: DASHES[number % 2] },
+        marker: { symbol: SYMBOLS[number % 2], size: 7, maxdisplayed: 12 },
+        hovertemplate: `%{x}°: %{y:.5g} ${group.unit}<extra>${name}</extra>`,
       });
     });
   }
@@ -39,99 +65,192 @@ async function curves() {
 }
 
 async function drawStates() {
-  const group = page.states.groups[shown.group];
-  const traces = await curves();
-  const line = { type: "line", xref: "x", yref: "paper", x0: angleNow(), x1: angleNow(), y0: 0, y1: 1, line: { color: colour("mark"), dash: "dot" } };
-  const up = named({ label: narrow() ? "" : group.label.split(",")[0], unit: group.unit });
-  await draw("states", drawStates, traces, named(group), `${page.angle} [deg]`, up, { shapes: [line] });
-  const heads = [`${page.angle} [deg]`, ...traces.map((trace) => `${trace.name} [${group.unit}]`)];
-  asTable("states", heads, () => page.states.angles.map((angle, at) => [number(angle), ...traces.map((trace) => number(trace.y[at]))]));
+  const group = groupShown();
+  const traces = await stateTraces();
+  const angleLine = {
+    type: "line",
+    xref: "x",
+    yref: "paper",
+    x0: angleShown(),
+    x1: angleShown(),
+    y0: 0,
+    y1: 1,
+    line: { color: colour("mark"), dash: "dot" },
+  };
+  const across = `${page.angle} [deg]`;
+  const label = isNarrow() ? "" : group.label.split(",")[0];
+  const up = titleOf({ label, unit: group.unit });
+  const more = { shapes: [angleLine] };
+  await drawFigure("states", drawStates, traces, titleOf(group), across, up, more);
+  const heads = [across, ...traces.map((trace) => `${trace.name} [${group.unit}]`)];
+  const row = (angle, at) => [angle, ...traces.map((trace) => trace.y[at])].map(formatNumber);
+  fillTable("states", heads, () => page.states.angles.map(row));
 }
 
-const angleNow = () => page.states.angles[shown.angle];
+// --- The arm ---
 
-function armNow() {
-  const arm = {}, cell = keptCell(shown.cell);
-  for (const [name, given] of Object.entries(page.arms[page.states.groups[shown.group].arm])) {
-    arm[name] = given.length === 1 ? given[0] : given[cell];
+// Returns the measures of the design's arm, in m; some are the same for all designs.
+function armShown() {
+  const number = nearestDesign(shown.cell);
+  const measures = page.arms[groupShown().arm];
+  const arm = {};
+  for (const [name, values] of Object.entries(measures)) {
+    arm[name] = values.length === 1 ? values[0] : values[number];
   }
   return arm;
 }
 
-function svg(name, attributes, text) {
+// Makes an element of a drawing.
+function makeSvg(name, attributes) {
   const element = document.createElementNS("http://www.w3.org/2000/svg", name);
-  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
-  if (text) element.textContent = text;
+  for (const [key, value] of Object.entries(attributes)) {
+    element.setAttribute(key, value);
+  }
   return element;
 }
 
+function makeLine([x1, y1], [x2, y2], kind) {
+  return makeSvg("line", { x1, y1, x2, y2, class: kind });
+}
+
+function makeCircle([cx, cy], r, kind) {
+  return makeSvg("circle", { cx, cy, r, class: kind });
+}
+
+// Draws the arm at the angle shown: the upper arm up the page, the forearm turned about the elbow.
 function drawArm() {
-  const arm = armNow();
-  if (arm.b1 === undefined) { // measured travels have no anchors to draw
-    place("arm").replaceChildren(make("p", {}, "This joint is known by its travels, not by anchors: they are among the curves, as \"travel\"."));
+  const arm = armShown();
+  if (arm.b1 === undefined) {
+    const text =
+      "This joint is known by its travels, not by anchors: " +
+      'they are among the curves, as "travel".';
+    byId("arm").replaceChildren(make("p", {}, text));
     return;
   }
-  const theta = (angleNow() * Math.PI) / 180;
-  const [sine, cosine] = [Math.sin(theta), Math.cos(theta)];
+  const theta = (angleShown() * Math.PI) / 180;
+  const sine = Math.sin(theta);
+  const cosine = Math.cos(theta);
   const at = (x, y) => [x, -y]; // up the page is up the arm
-  const r = at(arm.a1, arm.b1);
-  const q = at(arm.b2 * sine + arm.a2 * cosine, -arm.b2 * cosine + arm.a2 * sine);
+  const shoulder = [0, -arm.b1 * 1.1];
+  const elbow = [0, 0];
+  const upperAnchor = at(arm.a1, arm.b1);
+  const lowerFoot = at(arm.b2 * sine, -arm.b2 * cosine);
+  const lowerAnchor = at(
+    arm.b2 * sine + arm.a2 * cosine,
+    -arm.b2 * cosine + arm.a2 * sine,
+  );
   const hand = at(arm.load_distance * sine, -arm.load_distance * cosine);
   const size = Math.max(arm.b1, arm.load_distance);
-  const reach = Math.max(...page.states.angles.map((angle) => -arm.load_distance * Math.cos((angle * Math.PI) / 180)));
-  const [left, top] = [-arm.elbow_radius - 0.08 * size, -Math.max(arm.b1 * 1.15, reach + 0.08 * size)];
-  const box = [left, top, arm.load_distance * 1.1 - left, Math.max(arm.load_distance, arm.b2) * 1.1 - top];
-  const line = (from, to, kind) => svg("line", { x1: from[0], y1: from[1], x2: to[0], y2: to[1], class: kind });
-  const R = arm.elbow_radius;
-  const end = at(-R * cosine - sine * -arm.b2, -R * sine - cosine * arm.b2);
-  const wrapped = `M ${-R} ${-arm.b1} L ${-R} 0 A ${R} ${R} 0 0 0 ${-R * cosine} ${R * sine} L ${end[0]} ${end[1]}`;
-  const picture = svg("svg", { viewBox: box.join(" "), role: "img", "aria-label": `The arm at ${number(angleNow())} degrees` });
-  picture.append(
-    line([0, -arm.b1 * 1.1], [0, 0], "bone"), line([0, 0], hand, "bone"),
-    line([0, r[1]], r, "anchor"), line(at(arm.b2 * sine, -arm.b2 * cosine), q, "anchor"),
-    svg("circle", { cx: 0, cy: 0, r: R, class: "pulley" }), svg("path", { d: wrapped, class: "extensor" }), line(r, q, "flexor"),
-    svg("circle", { cx: r[0], cy: r[1], r: size * 0.018, class: "pin" }), svg("circle", { cx: q[0], cy: q[1], r: size * 0.018, class: "pin" }),
-    svg("circle", { cx: hand[0], cy: hand[1], r: size * 0.04, class: "load" }),
+
+  // The picture has room for the hand at every angle.
+  const heights = page.states.angles.map(
+    (angle) => -arm.load_distance * Math.cos((angle * Math.PI) / 180),
   );
-  place("arm").replaceChildren(picture);
+  const highest = Math.max(...heights);
+  const left = -arm.elbow_radius - 0.08 * size;
+  const top = -Math.max(arm.b1 * 1.15, highest + 0.08 * size);
+  const width = arm.load_distance * 1.1 - left;
+  const height = Math.max(arm.load_distance, arm.b2) * 1.1 - top;
+
+  // The extensor runs down behind the upper arm, around the elbow, and along the forearm.
+  const radius = arm.elbow_radius;
+  const extensorEnd = at(
+    -radius * cosine - sine * -arm.b2,
+    -radius * sine - cosine * arm.b2,
+  );
+  const extensor = [
+    `M ${-radius} ${-arm.b1}`,
+    `L ${-radius} 0`,
+    `A ${radius} ${radius} 0 0 0 ${-radius * cosine} ${radius * sine}`,
+    `L ${extensorEnd[0]} ${extensorEnd[1]}`,
+  ].join(" ");
+
+  const picture = makeSvg("svg", {
+    viewBox: [left, top, width, height].join(" "),
+    role: "img",
+    "aria-label": `The arm at ${formatNumber(angleShown())} degrees`,
+  });
+  picture.append(
+    makeLine(shoulder, elbow, "bone"),
+    makeLine(elbow, hand, "bone"),
+    makeLine([0, upperAnchor[1]], upperAnchor, "anchor"),
+    makeLine(lowerFoot, lowerAnchor, "anchor"),
+    makeCircle(elbow, radius, "pulley"),
+    makeSvg("path", { d: extensor, class: "extensor" }),
+    makeLine(upperAnchor, lowerAnchor, "flexor"),
+    makeCircle(upperAnchor, size * 0.018, "pin"),
+    makeCircle(lowerAnchor, size * 0.018, "pin"),
+    makeCircle(hand, size * 0.04, "load"),
+  );
+  byId("arm").replaceChildren(picture);
 }
 
+// --- Both ---
+
+// Shows the angle: the arm, the values at it, and its line through the curves.
 function drawAngle() {
-  place("angle-says").textContent = `${number(angleNow())}°`;
+  byId("angle-says").textContent = `${formatNumber(angleShown())}°`;
   drawArm();
-  const { unit } = page.states.groups[shown.group];
-  const values = place("states").data.map((line) => make("li", {}, `${line.name}: ${withUnit(line.y[shown.angle], unit)}`));
-  place("arm-values").replaceChildren(...values);
-  Plotly.relayout(place("states"), { "shapes[0].x0": angleNow(), "shapes[0].x1": angleNow() });
+  const { unit } = groupShown();
+  const items = byId("states").data.map((trace) => {
+    const value = formatWithUnit(trace.y[shown.angle], unit);
+    return make("li", {}, `${trace.name}: ${value}`);
+  });
+  byId("arm-values").replaceChildren(...items);
+  const line = { "shapes[0].x0": angleShown(), "shapes[0].x1": angleShown() };
+  Plotly.relayout(byId("states"), line);
 }
 
+// Shows the states of the design at a cell, or of the nearest that has any.
 async function showDesign(cell) {
-  if (!page.states) return;
+  if (!page.states) {
+    return;
+  }
   shown.cell = cell;
-  keptCell(cell);
-  const exact = shown.position.every((index, axis) => index === positionOf(cell)[axis]);
-  const where = page.axes.map((axis, at) => `${axis.label} ${valueOf(axis, shown.position[at])}`).join(", ") || "the only design";
-  place("design-says").textContent = exact ? where : `${where} (the nearest whose states this page keeps)`;
+  nearestDesign(cell);
+  const wanted = positionOf(cell);
+  const isExact = shown.position.every((index, axis) => index === wanted[axis]);
+  const places = page.axes.map(
+    (axis, at) => `${axis.label} ${valueText(axis, shown.position[at])}`,
+  );
+  const text = places.join(", ") || "the only design";
+  byId("design-says").textContent = isExact
+    ? text
+    : `${text} (the nearest whose states this page keeps)`;
   await drawStates();
   drawAngle();
 }
 
-// A slider of the map moves the states along its axis, too.
+// Moves the states along an axis, too, when a slider of the map moves.
 function moveStates(axis, index) {
-  if (!page.states) return;
-  const at = positionOf(shown.cell);
-  at[axis] = index;
-  showDesign(cellAt(at));
+  if (!page.states) {
+    return;
+  }
+  const position = positionOf(shown.cell);
+  position[axis] = index;
+  showDesign(cellAt(position));
 }
 
 function startStates() {
-  if (!page.states) return;
+  if (!page.states) {
+    return;
+  }
   const names = page.states.groups.map((group) => group.label);
-  place("groups").append(select("Show ", names, 0, async (at) => { shown.group = at; await drawStates(); drawAngle(); }));
-  const slide = place("angle");
-  slide.max = page.states.angles.length - 1;
-  shown.angle = Math.floor((page.states.angles.length - 1) * 0.6);
-  slide.value = shown.angle;
-  slide.addEventListener("input", () => { shown.angle = Number(slide.value); slide.setAttribute("aria-valuetext", `${number(angleNow())} degrees`); drawAngle(); });
+  const chooseGroup = async (group) => {
+    shown.group = group;
+    await drawStates();
+    drawAngle();
+  };
+  byId("groups").append(makeSelect("Show ", names, 0, chooseGroup));
+  const slider = byId("angle");
+  const last = page.states.angles.length - 1;
+  slider.max = last;
+  shown.angle = Math.floor(last * 0.6);
+  slider.value = shown.angle;
+  slider.addEventListener("input", () => {
+    shown.angle = Number(slider.value);
+    slider.setAttribute("aria-valuetext", `${formatNumber(angleShown())} degrees`);
+    drawAngle();
+  });
   return showDesign(cellAt(view.at));
 }

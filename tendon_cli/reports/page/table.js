@@ -1,114 +1,235 @@
 // The table of designs or choices: sorted by any column, filtered by comparisons.
 
-const listed = { sort: null, falling: false, filters: [], count: 100, columns: [] };
+const FIRST_ROWS = 100;
+const MORE_ROWS = 400;
 
+// The column that sorts, the filters, how many rows are shown, and the columns with their values.
+const listed = { sort: null, falling: false, filters: [], count: FIRST_ROWS, columns: [] };
+
+// Returns the columns of the table, each with `value`, which returns that of a row.
 async function columnsOfTable() {
   const columns = [];
   for (const column of page.table.columns) {
     if (column.axis !== undefined) {
-      const axis = page.axes[column.axis];
-      const at = (row) => Math.floor(row / strides[column.axis]) % lengthOf(axis);
-      columns.push({ ...axis, value: (row) => (axis.names ? axis.names[at(row)] : axis.values[at(row)]) });
-    } else if (column.texts) columns.push({ ...column, value: (row) => column.texts[row] });
-    else {
-      const like = column.array ? column : page.quantities[column.quantity];
-      const values = await unpack(like.array);
-      columns.push({ ...like, value: (row) => (like.classes ? classOf(like.classes, values[row]) : values[row]) });
+      columns.push(axisColumn(column.axis));
+    } else if (column.texts) {
+      columns.push({ ...column, value: (row) => column.texts[row] });
+    } else {
+      const source = column.array ? column : page.quantities[column.quantity];
+      columns.push(await arrayColumn(source));
     }
   }
   return columns;
 }
 
-// The filters of the command line: "margin > 5 N; load_mass in 3 kg, 5 kg; taut = yes". A number without a unit is in that of its column.
-const TRUTHS = { yes: 1, true: 1, 1: 1, no: 0, false: 0, 0: 0 };
-
-function parseFilters(text) {
-  return text.split(";").map((each) => each.trim()).filter(Boolean).map((part) => {
-    const match = part.match(/^(.+?)\s*(<=|>=|!=|==|=|<|>|\sin(?=\s|\[))\s*(.+)$/);
-    if (!match) throw new Error(`"${part}" is not a filter such as "${listed.columns[0].label} > 5"`);
-    const [sign, column] = [match[2].trim().replace("==", "="), columnNamed(match[1])];
-    const values = sign === "in" ? match[3].replace(/^\[|\]$/g, "").split(",") : [match[3]];
-    return { column, sign, wanted: values.map((value) => wantedOf(column, value.trim(), sign)) };
-  });
+// Returns the column of an axis of the page.
+function axisColumn(number) {
+  const axis = page.axes[number];
+  const ticks = ticksOf(axis);
+  return { ...axis, value: (row) => ticks[indexAlong(number, row)] };
 }
 
+// Returns the column of packed numbers, of which classes are shown by their labels.
+async function arrayColumn(source) {
+  const values = await unpack(source.array);
+  if (source.classes) {
+    return { ...source, value: (row) => classLabel(source.classes, values[row]) };
+  }
+  return { ...source, value: (row) => values[row] };
+}
+
+// --- Filters, as on the command line: "margin > 5 N; load_mass in 3 kg, 5 kg; taut = yes" ---
+
+const TRUTHS = { yes: 1, true: 1, 1: 1, no: 0, false: 0, 0: 0 };
+const FILTER = /^(.+?)\s*(<=|>=|!=|==|=|<|>|\sin(?=\s|\[))\s*(.+)$/;
+const MEASURE = /^([-+−]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)$/;
+const AS_PRINTED = 1e-3; // share by which a value may differ from what is printed of it
+const ROUNDING = 1e-9;
+
+// Returns the filters of a text; throws an Error that says what is wrong.
+function parseFilters(text) {
+  const parts = text.split(";").map((part) => part.trim());
+  return parts.filter(Boolean).map(parseFilter);
+}
+
+function parseFilter(text) {
+  const match = text.match(FILTER);
+  if (!match) {
+    const example = `${listed.columns[0].label} > 5`;
+    throw new Error(`"${text}" is not a filter such as "${example}"`);
+  }
+  const sign = match[2].trim().replace("==", "=");
+  const column = columnNamed(match[1]);
+  let values = [match[3]];
+  if (sign === "in") {
+    values = match[3].replace(/^\[|\]$/g, "").split(",");
+  }
+  return { column, sign, wanted: values.map((value) => wantedOf(column, value.trim(), sign)) };
+}
+
+// Returns the column of a name or key, of a label, or of the beginning of a label.
 function columnNamed(text) {
-  const wanted = text.trim().toLowerCase();
-  const words = wanted.replaceAll("_", " ");
-  const known = listed.columns;
-  const column = known.find((each) => each.name === wanted || each.key === wanted) || known.find((each) => each.label.toLowerCase() === words) || known.find((each) => each.label.toLowerCase().startsWith(words));
-  if (!column) throw new Error(`no column is called "${text.trim()}"; the heads of the columns are their names`);
+  const name = text.trim().toLowerCase();
+  const words = name.replaceAll("_", " ");
+  const { columns } = listed;
+  const column =
+    columns.find((one) => one.name === name || one.key === name) ||
+    columns.find((one) => one.label.toLowerCase() === words) ||
+    columns.find((one) => one.label.toLowerCase().startsWith(words));
+  if (!column) {
+    const hint = "the heads of the columns are their names";
+    throw new Error(`no column is called "${text.trim()}"; ${hint}`);
+  }
   return column;
 }
 
+// Returns the value that a filter asks for: a truth as 1 or 0, a text, or a number in the unit of
+// its column, which is also that of a number without one.
 function wantedOf(column, text, sign) {
   if (column.truth) {
-    if (!(text.toLowerCase() in TRUTHS) || "<>".includes(sign[0])) throw new Error(`${column.label} is yes or no`);
-    return TRUTHS[text.toLowerCase()];
+    return wantedTruth(column, text.toLowerCase(), sign);
   }
-  if (column.texts || column.names || column.classes) return text.replace(/^["'](.*)["']$/, "$1");
-  const match = text.match(/^([-+−]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)$/);
-  if (!match) throw new Error(`"${text}" is not a number`);
+  if (column.texts || column.names || column.classes) {
+    return text.replace(/^["'](.*)["']$/, "$1");
+  }
+  const match = text.match(MEASURE);
+  if (!match) {
+    throw new Error(`"${text}" is not a number`);
+  }
   const value = Number(match[1].replace("−", "-"));
-  if (match[2] === "") return value;
-  const unit = page.units[match[2]];
-  if (!unit || unit[0] !== column.dimension) throw new Error(`"${match[2]}" is no unit of ${column.label}${column.unit ? `, such as ${column.unit}` : ""}`);
+  const symbol = match[2];
+  if (symbol === "") {
+    return value;
+  }
+  const unit = page.units[symbol]; // dimension and factor to SI
+  if (!unit || unit[0] !== column.dimension) {
+    const example = column.unit ? `, such as ${column.unit}` : "";
+    throw new Error(`"${symbol}" is no unit of ${column.label}${example}`);
+  }
   return (value * unit[1]) / column.factor;
 }
 
-function passes(row, { column, sign, wanted }) {
-  const value = column.value(row);
-  const close = (each) => (typeof value === "string" ? value === each : Math.abs(value - each) <= 1e-3 * Math.abs(each) + 1e-9);
-  if (typeof value !== "string" && !Number.isFinite(value)) return false;
-  if (sign === "=" || sign === "in") return wanted.some(close);
-  if (sign === "!=") return !wanted.some(close);
-  const near = Math.abs(value - wanted[0]) <= 1e-9 * Math.abs(wanted[0]);
-  const beyond = sign[0] === "<" ? value < wanted[0] : value > wanted[0];
-  return sign.endsWith("=") ? beyond || near : beyond && !near;
+function wantedTruth(column, text, sign) {
+  const hasOrder = "<>".includes(sign[0]);
+  if (!(text in TRUTHS) || hasOrder) {
+    throw new Error(`${column.label} is yes or no`);
+  }
+  return TRUTHS[text];
 }
 
-function rowsOfTable() {
-  const rows = Array.from({ length: page.table.rows }, (_, row) => row).filter((row) => listed.filters.every((filter) => passes(row, filter)));
-  if (listed.sort !== null) {
-    const { value } = listed.columns[listed.sort];
-    const sign = listed.falling ? -1 : 1;
-    const order = (a, b) => (typeof a === "string" ? a.localeCompare(b) : (Number.isNaN(a) ? 1 : 0) - (Number.isNaN(b) ? 1 : 0) || sign * (a - b));
-    rows.sort((a, b) => (typeof value(a) === "string" ? sign : 1) * order(value(a), value(b)));
+// Returns true if a row passes a filter; a row without a number passes none.
+function passes(row, { column, sign, wanted }) {
+  const value = column.value(row);
+  const isText = typeof value === "string";
+  if (!isText && !Number.isFinite(value)) {
+    return false;
   }
-  return rows;
+  const isEqual = (other) => {
+    if (isText) {
+      return value === other;
+    }
+    return Math.abs(value - other) <= AS_PRINTED * Math.abs(other) + ROUNDING;
+  };
+  if (sign === "=" || sign === "in") {
+    return wanted.some(isEqual);
+  }
+  if (sign === "!=") {
+    return !wanted.some(isEqual);
+  }
+  const [bound] = wanted;
+  const isNear = Math.abs(value - bound) <= ROUNDING * Math.abs(bound);
+  const isBeyond = sign[0] === "<" ? value < bound : value > bound;
+  return sign.endsWith("=") ? isBeyond || isNear : isBeyond && !isNear;
+}
+
+// --- The table ---
+
+// Compares two values for rising order, numbers or texts.
+function compareValues(a, b) {
+  return typeof a === "string" ? a.localeCompare(b) : a - b;
+}
+
+// Returns the rows that pass the filters, sorted; rows without a number come last.
+function rowsOfTable() {
+  const all = Array.from({ length: page.table.rows }, (_, row) => row);
+  const rows = all.filter((row) => listed.filters.every((filter) => passes(row, filter)));
+  if (listed.sort === null) {
+    return rows;
+  }
+  const { value } = listed.columns[listed.sort];
+  const direction = listed.falling ? -1 : 1;
+  return rows.sort((first, second) => {
+    const a = value(first);
+    const b = value(second);
+    const missing = Number(Number.isNaN(a)) - Number(Number.isNaN(b));
+    return missing || direction * compareValues(a, b);
+  });
+}
+
+// Makes the head of a column, a button that sorts by it: rising first, then falling.
+function makeHead(column, at) {
+  const isSorted = listed.sort === at;
+  let order = "none";
+  let mark = "";
+  if (isSorted) {
+    order = listed.falling ? "descending" : "ascending";
+    mark = listed.falling ? " ▼" : " ▲";
+  }
+  const press = () => {
+    listed.falling = isSorted && !listed.falling;
+    listed.sort = at;
+    drawTable();
+    byId("list").querySelectorAll("th button")[at].focus();
+  };
+  const button = make("button", { type: "button", onclick: press }, titleOf(column) + mark);
+  return make("th", { scope: "col", "aria-sort": order }, button);
 }
 
 function drawTable() {
   const rows = rowsOfTable();
-  const seen = listed.columns.filter((column) => !column.hidden);
-  const head = seen.map((column, at) => {
-    const sorted = listed.sort === at ? (listed.falling ? "descending" : "ascending") : "none";
-    const mark = { ascending: " ▲", descending: " ▼", none: "" }[sorted];
-    const press = () => { listed.falling = listed.sort === at && !listed.falling; listed.sort = at; drawTable(); place("list").querySelectorAll("th button")[at].focus(); };
-    return make("th", { scope: "col", "aria-sort": sorted }, make("button", { type: "button", onclick: press }, named(column) + mark));
-  });
-  const cells = (row) => seen.map((column) => make("td", {}, typeof column.value(row) === "string" ? column.value(row) : number(column.value(row))));
+  const columns = listed.columns.filter((column) => !column.hidden);
   const marked = new Set(view.brushed);
-  const body = rows.slice(0, listed.count).map((row) => make("tr", { class: marked.has(row) && "marked" }, ...cells(row)));
-  place("list").replaceChildren(make("table", {}, make("thead", {}, make("tr", {}, ...head)), make("tbody", {}, ...body)));
-  place("list-says").textContent = `${Math.min(rows.length, listed.count)} of ${rows.length} rows that pass, of ${page.table.rows}`;
-  place("more").hidden = rows.length <= listed.count;
+  const body = rows.slice(0, listed.count).map((row) => {
+    const cells = columns.map((column) => {
+      const value = column.value(row);
+      return make("td", {}, typeof value === "string" ? value : formatNumber(value));
+    });
+    return make("tr", { class: marked.has(row) && "marked" }, ...cells);
+  });
+  const head = make("thead", {}, make("tr", {}, ...columns.map(makeHead)));
+  byId("list").replaceChildren(make("table", {}, head, make("tbody", {}, ...body)));
+  const seen = Math.min(rows.length, listed.count);
+  const total = page.table.rows;
+  byId("list-says").textContent = `${seen} of ${rows.length} rows that pass, of ${total}`;
+  byId("more").hidden = rows.length <= listed.count;
+}
+
+// Filters the table by a text; while it is no filter, the rows stay as they were.
+function onFilter(event) {
+  try {
+    listed.filters = parseFilters(event.target.value);
+    byId("filter-fault").textContent = "";
+    drawTable();
+  } catch (fault) {
+    byId("filter-fault").textContent = fault.message;
+  }
 }
 
 async function startTable() {
-  if (!page.table) return;
+  if (!page.table) {
+    return;
+  }
   listed.columns = await columnsOfTable();
-  place("more").addEventListener("click", () => { listed.count += 400; drawTable(); });
-  if (page.design) place("mark").addEventListener("click", () => brush(listed.filters.length ? rowsOfTable() : null));
-  else place("mark").remove();
-  place("filter").addEventListener("input", (event) => {
-    try {
-      listed.filters = parseFilters(event.target.value);
-      place("filter-fault").textContent = "";
-      drawTable();
-    } catch (fault) {
-      place("filter-fault").textContent = fault.message; // the rows stay as they were until it is one
-    }
+  byId("more").addEventListener("click", () => {
+    listed.count += MORE_ROWS;
+    drawTable();
   });
+  const mark = byId("mark");
+  if (page.design) {
+    mark.addEventListener("click", () => brush(listed.filters.length ? rowsOfTable() : null));
+  } else {
+    mark.remove();
+  }
+  byId("filter").addEventListener("input", onFilter);
   drawTable();
 }
