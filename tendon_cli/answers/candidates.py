@@ -121,7 +121,7 @@ def relevant(solutions: Solutions, goals: tuple[Goal, ...]) -> Rows:
 
 
 def leaves_out(problem: Problem) -> bool:
-    """True if choices that do not matter are left without the worst at their pretension."""
+    """Return True if choices that do not matter are left without their worst values."""
     goals = {goal.column: goal.maximise for goal in goals_of(problem.study)}
     has_bounds = all(
         goals[name] == (name == "min_elbow_stiffness") for name in WORST if name in goals

@@ -137,7 +137,7 @@ class Choices(Task):
         return summarised(solutions, goals_of(self.study))
 
     def is_note(self, index: int, note: Any) -> bool:
-        """True if the note of a part is as `fill` gives it."""
+        """Return True if the note of a part is as `fill` gives it."""
         part = self.part(index)
         try:
             counts = [note["feasible"], *(count for _, count in note["conflicts"])]

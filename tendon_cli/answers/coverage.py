@@ -114,7 +114,7 @@ def grouped(low: Array, high: Array, groups: npt.NDArray[np.int64]) -> tuple[Arr
 
 
 def serves(low: Array, high: Array, pretension: Array | float) -> Flags:
-    """True where pretensions are in windows, but for rounding."""
+    """Return True where pretensions are in windows, but for rounding."""
     with np.errstate(invalid="ignore"):
         is_above_low = low <= pretension * (1 + ROUNDING)
         is_below_high = pretension <= high * (1 + ROUNDING)

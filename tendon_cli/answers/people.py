@@ -78,7 +78,7 @@ class GroupWindows:
         )
 
     def served(self, pretension: float) -> Flags:
-        """True where a pretension, N, serves a group."""
+        """Return True where a pretension, N, serves a group."""
         return serves(self.low, self.high, pretension)
 
 

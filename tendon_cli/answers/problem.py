@@ -204,7 +204,7 @@ class Problem(Question):
 
 
 def _near_any(ends: Array, references: list[Array], share: float) -> Flags:
-    """True where ends, (choices, conditions), lie near a reference of their choice, (choices,)."""
+    """Return True where ends, (choices, conditions), lie near a reference, (choices,)."""
     is_near = np.zeros(ends.shape, dtype=np.bool_)
     with np.errstate(invalid="ignore"):
         for reference in references:

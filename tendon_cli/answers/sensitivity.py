@@ -192,7 +192,7 @@ def _steady(
 def _binds(
     problem: Problem, numbers: Numbers, count: int, end: str, binding: tuple[int, int]
 ) -> Flags:
-    """True for choices in which a limit binds in a state, or next to it."""
+    """Return True for choices in which a limit binds in a state, or next to it."""
     code, state = binding
     solved = solve(replace(problem, near=-1.0), numbers, count, with_worst=False)
     is_near = np.abs(solved[f"{end}_state"] - state) <= _NEAR

@@ -121,10 +121,10 @@ class Remarks:
             unit = self.time_unit or "unit of the file's time"
         unknown = Check(effect, None, None, unit, None, None)
         having = [place for place, model in enumerate(average.models) if effect in model.effects]
+        if not having and delay:
+            return replace(unknown, value=delay, standard_error=0.0, found=True)
         if not having:
-            return (
-                replace(unknown, value=delay, standard_error=0.0, found=True) if delay else unknown
-            )
+            return unknown
         model = average.models[max(having, key=average.weights.__getitem__)]
         share = float(np.sum(average.weights[having]))
         value, error = model.value(effect)
