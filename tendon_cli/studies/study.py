@@ -21,13 +21,13 @@ from tendon_cli.studies.contents import (
     Key,
     Title,
     case_tables,
-    document,
+    part_document,
     keys,
-    marked,
-    remarks,
+    marked_numbers,
+    warn_of_numbers,
 )
 from tendon_cli.studies.design_section import Goals, Limits, Uncertainty
-from tendon_cli.studies.fields import Later
+from tendon_cli.studies.fields import DeferredTables
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.parts import Part, usual
 from tendon_cli.studies.people.people_section import People
@@ -58,7 +58,7 @@ class Study(Displayed, Part):
     motion: parts.Motion = parts.Motion()
     model: parts.Model = parts.Model()
     output: parts.Output = parts.Output()
-    cases: Annotated[tuple[Part, ...], Later(case_tables)] = usual(
+    cases: Annotated[tuple[Part, ...], DeferredTables(case_tables)] = usual(
         (), description="one axis of linked values, such as persons"
     )
 
@@ -105,7 +105,7 @@ class Study(Displayed, Part):
         return {
             key: values
             for part in DESIGN_PARTS
-            for key, _, values in marked(getattr(self, part), part)
+            for key, _, values in marked_numbers(getattr(self, part), part)
         }
 
     @cached_property
@@ -208,7 +208,7 @@ class Study(Displayed, Part):
         ]
         tables = [(name, getattr(self, name)) for name in (*DESIGN_PARTS, "motion", "limits")]
         tables += [(f"cases.{at}", case) for at, case in enumerate(self.cases)]
-        return (*of_files, *remarks(item for name, table in tables for item in marked(table, name)))
+        return (*of_files, *warn_of_numbers(item for name, table in tables for item in marked_numbers(table, name)))
 
     @property
     def conditions(self) -> tuple[str, ...]:
@@ -249,7 +249,7 @@ class Study(Displayed, Part):
 
         Numbers that come from the body of a person are left out: once written they would count as stated.
         """
-        written = document(self)
+        written = part_document(self)
         for key in self.of_the_body:
             del written["arm"][key.removeprefix("arm.")]
         if (
