@@ -68,10 +68,10 @@ def any_study(content: AnyStudy) -> Study:
 
 
 def load_study(path: str | PathLike[str], settings: Iterable[str] = ()) -> Study:
-    """Read and check a study file, then apply settings KEY=VALUE.
+    """Read and check a study file, TOML or YAML, then apply settings KEY=VALUE.
 
     Args:
-        path: The file, in TOML, or in YAML by its ending; `-` is standard input.
+        path: The file, YAML by its ending, else TOML; `-` is standard input.
         settings: Settings as `--set` takes them.
 
     Raises:
