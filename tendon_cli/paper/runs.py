@@ -237,10 +237,10 @@ def share_of_people(people: int, stiffness: float, ratio: float, loads: Array) -
         "spool": {"ratio": ratio},
         "load": {"mass": list(loads)},
     }
-    asked = question(study_from(content))
-    windows = asked.windows({}, 1)
-    low, high = grouped(windows.low, windows.high, asked.groups)
-    return float(share_served(low, high, asked.weighting).served[0])
+    all_loads = question(study_from(content))
+    windows = all_loads.windows({}, 1)
+    low, high = grouped(windows.low, windows.high, all_loads.groups)
+    return float(share_served(low, high, all_loads.weighting).served[0])
 
 
 def is_falling(values: npt.ArrayLike) -> bool:
