@@ -1,4 +1,4 @@
-"""`tendon paper` without its printing: all studies, figures and statements of the paper, judged, as page and data."""
+"""Reproduce the paper: run its studies, draw its figures, judge its statements, write its page."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from tendon_cli.figures.style import FAINT, INK
 from tendon_cli.files import output_errors, write_whole
 from tendon_cli.friction import fit_friction
 from tendon_cli.paper.findings import CLAIMS, FINDINGS, failing_by_place
-from tendon_cli.paper.runs import READINGS, STUDIES, VARIANTS, Paper, PaperTables, swept
+from tendon_cli.paper.runs import READINGS, STUDIES, VARIANTS, Paper, PaperTables, sweep_studies
 from tendon_cli.paper.slips import SLIPS
-from tendon_cli.paper.statements import FALSE, IN_PART, TRUE, Entry, content, judged
+from tendon_cli.paper.statements import FALSE, IN_PART, TRUE, Entry, content, judge_all
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.tables.schema import versions
 from tendon_cli.version import RESULTS_VERSION
@@ -29,87 +29,100 @@ from tendon_cli.version import RESULTS_VERSION
 Progress = Callable[[int, int], None]
 """Called with the number of finished steps and of all steps."""
 
-WRAP_ANGLE, PRINTED_ANGLE = "144 deg", "180 deg"
-"""What Table A.1's coefficients imply, and the only angle that the paper prints."""
-_PAGE, _DATA, _TABLE_A1 = "ledger.md", "ledger.json", "table_a1.png"
+WRAP_ANGLE = "144 deg"
+"""Wrap angle that Table A.1's coefficients imply."""
+PRINTED_ANGLE = "180 deg"
+"""The only angle that the paper prints."""
+_PAGE = "ledger.md"
+_DATA = "ledger.json"
+_TABLE_A1 = "table_a1.png"
 
 
 @dataclass(frozen=True)
 class Reproduction:
-    """The paper reproduced: its statements judged, and the files that stand in `out`."""
+    """The paper reproduced: its statements judged, and the files that were written."""
 
     entries: tuple[Entry, ...]
     """Findings, claims and slips."""
     failing: Mapping[float, Sequence[str]]
-    """Which findings fail, by the distance from the elbow at which the load is held (m, rising)."""
+    """Findings that fail, by the rising distance from the elbow at which the load is held, m."""
     out: Path
+    """Folder of the files."""
     files: tuple[str, ...] = ()
+    """Names of the files: figures, page and data."""
 
     @property
     def holds(self) -> bool:
-        """Whether every verdict is the one on record."""
+        """True if every verdict is the one on record."""
         return all(entry.as_recorded for entry in self.entries)
 
     @property
     def span(self) -> tuple[float, float] | None:
-        """The nearest and the farthest place at which all findings hold, all those between them too; None for none."""
+        """Smallest and largest load distance between which all findings hold, m.
+
+        None if they hold at no place, or fail at a place between others at which they hold.
+        """
         holding = [place for place, failed in self.failing.items() if not failed]
-        if not holding or any(
-            self.failing[place] for place in self.failing if holding[0] < place < holding[-1]
-        ):
+        if not holding:
             return None
-        return holding[0], holding[-1]
+        near = holding[0]
+        far = holding[-1]
+        between = [place for place in self.failing if near < place < far]
+        if any(self.failing[place] for place in between):
+            return None
+        return near, far
 
     def of(self, kind: str) -> list[Entry]:
-        """The findings, claims or slips."""
+        """Select the entries of one kind: findings, claims or slips."""
         return [entry for entry in self.entries if entry.kind == kind]
 
     def data(self) -> list[dict[str, Any]]:
-        """The entries for a program."""
+        """Return the entries as dictionaries."""
         return [asdict(entry) | {"holds": entry.holds} for entry in self.entries]
 
     def json(self) -> str:
-        """The entries as a JSON list."""
+        """Return the entries as a JSON list."""
         return json.dumps(self.data(), indent=2, ensure_ascii=False) + "\n"
 
     def counts(self) -> list[str]:
-        """What came out, a line each."""
-        hold, shown = (
-            f"{sum(entry.holds for entry in part)} of {len(part)}"
-            for part in map(self.of, ("finding", "slip"))
-        )
+        """Return a summary of the verdicts, a sentence each."""
+        findings = self.of("finding")
         claims = self.of("claim")
+        slips = self.of("slip")
         verdicts = [entry.verdict for entry in claims]
         count = ", ".join(
             f"{verdicts.count(verdict)} {verdict}" for verdict in (TRUE, IN_PART, FALSE)
         )
         recorded = "all" if all(entry.as_recorded for entry in claims) else "not all"
         return [
-            f"{hold} findings of the paper hold.",
+            f"{_number_that_hold(findings)} findings of the paper hold.",
             f"Of its {len(claims)} claims {count}; {recorded} as on record.",
-            f"{shown} slips of its letter are shown.",
+            f"{_number_that_hold(slips)} slips of its letter are shown.",
             self._places(),
         ]
 
     def _places(self) -> str:
-        """The span in words, with what fails beyond it."""
+        """Return the span in words, with the findings that fail beyond it."""
         if self.span is None:
             return "The findings hold together over no one range of load distances."
         near, far = self.span
         places = list(self.failing)
-        ends = (("nearer", places.index(near) - 1), ("farther", places.index(far) + 1))
-        beyond = [
-            f"{way}, not {', '.join(self.failing[places[at]])}"
-            for way, at in ends
-            if 0 <= at < len(places)
-        ]
-        span = f"All findings hold together for loads held {1e3 * near:.0f} to {1e3 * far:.0f} mm from the elbow"
-        return "; ".join([span, *beyond]) + "."
+        text = "All findings hold together for loads held "
+        text += f"{1e3 * near:.0f} to {1e3 * far:.0f} mm from the elbow"
+        if places[0] < near:
+            nearer = places[places.index(near) - 1]
+            text += f"; nearer, not {', '.join(self.failing[nearer])}"
+        if places[-1] > far:
+            farther = places[places.index(far) + 1]
+            text += f"; farther, not {', '.join(self.failing[farther])}"
+        return f"{text}."
 
     def page(self) -> str:
-        """All of it as a page of Markdown."""
-        known, written, figures = versions(), content(), ""
+        """Return all of it as a page of Markdown."""
+        known = versions()
+        written = content()
         libraries = ", ".join(f"{name} {known[name]}" for name in ("python", "numpy", "pyarrow"))
+        figures = ""
         for figure in dict.fromkeys(entry.figure for entry in self.entries if entry.figure):
             caption = written["captions"][figure.partition(".")[0]]
             ids = ", ".join(entry.id for entry in self.entries if entry.figure == figure)
@@ -118,11 +131,13 @@ class Reproduction:
             counts="\n".join(f"- {line}" for line in self.counts()),
             figures=figures,
             versions=f"tendon {known['tendon']} (results version {RESULTS_VERSION}), {libraries}",
-            **{f"{kind}s": _table(self.of(kind), kind) for kind in ("finding", "claim", "slip")},
+            findings=_table(self.of("finding"), "finding"),
+            claims=_table(self.of("claim"), "claim"),
+            slips=_table(self.of("slip"), "slip"),
         )
 
     def record(self) -> dict[str, Any]:
-        """What `--json` prints."""
+        """Return the object that `tendon paper --json` prints."""
         return {
             "holds": self.holds,
             "load_distance": self.span,
@@ -132,32 +147,45 @@ class Reproduction:
         }
 
     def text(self) -> str:
-        """A short summary, with every entry whose verdict is not the one on record."""
-        wrong = [
-            f"  {entry.id} is {entry.verdict}, on record {entry.recorded}: {entry.finding}\n    {entry.value}"
-            for entry in self.entries
-            if not entry.as_recorded
-        ]
-        details = (
-            f"{self.out / _PAGE} has the details, with {len(self.files) - 2} figures next to it"
-        )
-        return "\n".join([*self.counts(), *wrong, details])
+        """Return a short summary, with every entry whose verdict is not the one on record."""
+        lines = self.counts()
+        for entry in self.entries:
+            if not entry.as_recorded:
+                verdict = f"{entry.id} is {entry.verdict}, on record {entry.recorded}"
+                lines.append(f"  {verdict}: {entry.finding}")
+                lines.append(f"    {entry.value}")
+        number = len(self.files) - 2
+        lines.append(f"{self.out / _PAGE} has the details, with {number} figures next to it")
+        return "\n".join(lines)
+
+
+def _number_that_hold(entries: Sequence[Entry]) -> str:
+    """Return the number of entries that hold, such as "3 of 4"."""
+    return f"{sum(entry.holds for entry in entries)} of {len(entries)}"
 
 
 def _table(entries: Sequence[Entry], kind: str) -> str:
+    """Return entries of one kind as a table of Markdown."""
     rows = [f"| id | verdict | {kind} | numbers | figure |", "|---|---|---|---|---|"]
     for entry in entries:
-        mark = (
-            entry.verdict if entry.as_recorded else f"✗ {entry.verdict}, on record {entry.recorded}"
-        )
-        texts = (
-            text.replace("|", "\\|").replace("_", "\\_") for text in (entry.finding, entry.value)
-        )
-        name = (entry.figure or "").partition(".")[0]
-        called = f"Fig. {int(name[3:])}" if name.startswith("fig") else "Table A.1"
-        link = f"[{called}]({entry.figure})" if entry.figure else ""
-        rows.append(f"| {' | '.join((entry.id, mark, *texts, link))} |")
+        verdict = entry.verdict
+        if not entry.as_recorded:
+            verdict = f"✗ {entry.verdict}, on record {entry.recorded}"
+        link = f"[{_figure_label(entry.figure)}]({entry.figure})" if entry.figure else ""
+        cells = (entry.id, verdict, _escaped(entry.finding), _escaped(entry.value), link)
+        rows.append(f"| {' | '.join(cells)} |")
     return "\n".join(rows) + "\n"
+
+
+def _escaped(text: str) -> str:
+    """Return a text for a cell of a table of Markdown."""
+    return text.replace("|", "\\|").replace("_", "\\_")
+
+
+def _figure_label(file: str) -> str:
+    """Return the paper's label of a figure, from the name of its file."""
+    name = file.partition(".")[0]
+    return f"Fig. {int(name[3:])}" if name.startswith("fig") else "Table A.1"
 
 
 def reproduce(
@@ -168,23 +196,34 @@ def reproduce(
     stop: threading.Event | None = None,
     runs: Path | None = None,
 ) -> Reproduction:
-    """Run the paper's studies, draw its figures and write its page into `out`.
+    """Run the paper's studies, draw its figures and write its page.
 
-    The tables go to `runs` and stay there, by default to a temporary folder. Raises TendonError, and `part.Stopped`
-    where `stop` was set.
+    Args:
+        out: Folder of the page and the figures.
+        jobs: Parts of a study made at once; None for one for each core.
+        progress: Called after each step.
+        stop: Event that ends the work.
+        runs: Folder in which the tables stay; None for a temporary one.
+
+    Raises:
+        TendonError: A study cannot be run, or a file cannot be written.
+        Stopped: `stop` was set.
     """
     with output_errors(out):
         out.mkdir(parents=True, exist_ok=True)
-    done, total = [0], 2 * len(STUDIES) + len(VARIANTS) + 1
+    done = 0
+    total = 2 * len(STUDIES) + len(VARIANTS) + 1
 
     def step() -> None:
-        done[0] += 1
+        nonlocal done
+        done += 1
         if progress is not None:
-            progress(done[0], total)
+            progress(done, total)
 
     with tempfile.TemporaryDirectory(prefix="tendon-paper-") as temporary:
         area = runs if runs is not None else Path(temporary)
-        # A temporary folder is this run's alone: it needs no lock, and may lie where nothing can be locked.
+        # A temporary folder is this run's alone: it needs no lock, and may lie where nothing can
+        # be locked.
         paper, judgement = evaluate(area, jobs=jobs, stop=stop, step=step, lock=runs is not None)
         files = _draw(paper, out, step)
     write_whole(out / _PAGE, judgement.page().encode())
@@ -200,23 +239,29 @@ def evaluate(
     step: Callable[[], None] = lambda: None,
     lock: bool = True,
 ) -> tuple[Paper, Reproduction]:
-    """Sweep all studies into folders of `area`, fit Table A.1, and judge; nothing is drawn."""
+    """Sweep all studies, fit Table A.1, and judge all statements; nothing is drawn.
+
+    Args:
+        area: Folder in which each study has a folder of its own.
+        jobs: Parts of a study made at once; None for one for each core.
+        stop: Event that ends the work.
+        step: Called after each study.
+        lock: True if each folder is locked while it is written.
+    """
     runs = {}
-    for name, run in swept(
-        (*STUDIES, *VARIANTS), area, jobs=jobs, stop=stop or threading.Event(), lock=lock
-    ):
+    stop = stop or threading.Event()
+    for name, run in sweep_studies((*STUDIES, *VARIANTS), area, jobs=jobs, stop=stop, lock=lock):
         runs[name] = run
         step()
-    paper = Paper(
-        runs, *(fit_friction(READINGS, bend_angle=angle) for angle in (WRAP_ANGLE, PRINTED_ANGLE))
-    )
-    return paper, Reproduction(
-        judged(FINDINGS | CLAIMS | SLIPS, paper), failing_by_place(paper), area
-    )
+    fit = fit_friction(READINGS, bend_angle=WRAP_ANGLE)
+    fit_at_pi = fit_friction(READINGS, bend_angle=PRINTED_ANGLE)
+    paper = Paper(runs, fit, fit_at_pi)
+    entries = judge_all(FINDINGS | CLAIMS | SLIPS, paper)
+    return paper, Reproduction(entries, failing_by_place(paper), area)
 
 
 def _draw(paper: Paper, out: Path, step: Callable[[], None]) -> list[str]:
-    """All figures; returns the names of their files."""
+    """Draw all figures and return the names of their files."""
     files: list[str] = []
     for name in STUDIES:
         run = paper[name]
@@ -228,11 +273,11 @@ def _draw(paper: Paper, out: Path, step: Callable[[], None]) -> list[str]:
     return [*files, _TABLE_A1]
 
 
-# --- What the figures say besides their curves, so that a finding is read off its figure -----------------------------
+# --- Marks and labels that a figure has besides its curves, so that a finding is read off it -----
 
 
 def finisher(run: PaperTables) -> Finish:
-    """Adds that to the figure of a run."""
+    """Return the function that adds marks and labels to a figure of a run."""
 
     def finish(figure: FigureSpec, page: Figure) -> None:
         if figure.name == "fig04":
@@ -242,37 +287,36 @@ def finisher(run: PaperTables) -> Finish:
         if len(page.axes) == 2:
             for axes, side in zip(page.axes, ("front", "back"), strict=True):
                 axes.set_title(f"{side} of the arm: {axes.get_title()}")
-        if len(figure.quantity) == 2 and all(
-            name.endswith("elongation") for name in figure.quantity
-        ):
+        shows_elongations = all(name.endswith("elongation") for name in figure.quantity)
+        shows_tensions = all("_tension_" in name for name in figure.quantity)
+        if len(figure.quantity) == 2 and shows_elongations:
             page.axes[0].set_ylabel("length over unloaded (mm)")
-        elif all("_tension_" in name for name in figure.quantity):
+        elif shows_tensions:
             page.axes[0].set_ylabel("tension (N)")
 
     return finish
 
 
 def _mark_ratio(axes: Axes) -> None:
+    """Mark the angle at which the ratio is 1, and the ratio at the last angle."""
     axes.set_ylabel("flexor over extensor travel, $H_f / H_e$")
     axes.axhline(1.0, color=FAINT, linewidth=0.8, linestyle="dashed")
     (line,) = [line for line in axes.lines if line.get_gid() == "curve"]
-    x, y = (np.asarray(values, dtype=np.float64) for values in line.get_data())
-    at_one = float(np.interp(1.0, y, x))
-    points = (
+    angles, ratios = (np.asarray(values, dtype=np.float64) for values in line.get_data())
+    at_one = float(np.interp(1.0, ratios, angles))
+    marks = (
         (at_one, 1.0, f"1 at {at_one:.1f}°", (4, -11), "left"),
-        (x[-1], y[-1], f"{y[-1]:.3f} at 90°", (-6, 0), "right"),
+        (angles[-1], ratios[-1], f"{ratios[-1]:.3f} at 90°", (-6, 0), "right"),
     )
-    for at, height, text, offset, side in points:
-        axes.plot([at], [height], "o", color=INK, markersize=4.0, clip_on=False, gid="mark")
-        axes.annotate(
-            text, (at, height), xytext=offset, textcoords="offset points", ha=side, va="center"
-        )
+    for x, y, text, offset, side in marks:
+        axes.plot([x], [y], "o", color=INK, markersize=4.0, clip_on=False, gid="mark")
+        axes.annotate(text, (x, y), xytext=offset, textcoords="offset points", ha=side, va="center")
 
 
 def _mark_crossings(page: Figure, run: PaperTables) -> None:
-    """The first angles of flexion, where the motor torque is the larger one."""
-    for mark, axes, angle in zip("abcd", page.axes, run.crossings(), strict=True):
-        axes.set_title(f"({mark}) {axes.get_title()}")
+    """Mark the first angles of flexion, at which the motor torque is the larger one."""
+    for letter, axes, angle in zip("abcd", page.axes, run.crossings(), strict=True):
+        axes.set_title(f"({letter}) {axes.get_title()}")
         axes.axvspan(0.0, angle, facecolor="#efefef", linewidth=0.0, zorder=0.4, gid="first angles")
         axes.text(
             angle + 1.0,

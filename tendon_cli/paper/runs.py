@@ -1,4 +1,4 @@
-"""The paper's studies, swept into tables as any study is and read back, and what is measured of their curves."""
+"""Studies of the paper, swept into tables as any study is and read back, and their curves."""
 
 from __future__ import annotations
 
@@ -26,11 +26,14 @@ from tendon_cli.studies.load import load_study, study_from
 from tendon_cli.studies.study import Study
 
 Array = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
 
 FOLDER = Path(__file__).parent / "studies"
+"""Folder of the paper's studies."""
 READINGS = Path(__file__).parent / "table_a1.csv"
 """Table A.1 as a file of readings."""
 STUDIES = ("fig04", "fig06", "fig07", "fig08", "fig09", "fig10", "fig11")
+"""Names of the paper's studies, one for each figure."""
 _EVERY_PLACE = "arm.load_distance={ from = '250 mm', to = '380 mm', num = 27 }"
 PLACES = {f"{study}-places": (study, _EVERY_PLACE) for study in STUDIES[1:]}
 """The studies with the load held nearer and farther, 5 mm apart."""
@@ -49,166 +52,209 @@ VARIANTS = PLACES | {
     "fig10-springs": ("fig10", 'load.mass=["5 kg", "10 kg"]', _SPRINGS),
     "fig11-10kg": ("fig11", "load.mass=10 kg"),
 }
-"""Studies of which some keys are as the letter of the paper, the reading used, or a claim has them."""
+"""Variants by name: a study, and settings from the paper's letter, the reading used, or a claim."""
 
 SIDES = ("flexor", "extensor")
 
 
 @dataclass(frozen=True)
 class PaperTables:
-    """A study of the paper and its tables; `fixed` chooses the designs with these values, in the order of the study."""
+    """Study of the paper with its tables.
+
+    Methods with an argument `fixed` return results of the designs with these values of columns, in
+    the order of the study.
+    """
 
     study: Study
+    """The study."""
     folder: Path
+    """Folder of its run."""
     states: pd.DataFrame
+    """Table of states."""
     designs: pd.DataFrame
+    """Table of designs."""
 
     @cached_property
     def degrees(self) -> Array:
-        """The elbow angles, rising, deg."""
+        """Elbow angles, rising, deg."""
         return np.degrees(np.sort(self.study.motion.elbow_angle.array))
 
     def values(self, axis: str) -> Array:
-        """The different values of a column of `designs`, in the order of the study."""
+        """Return the different values of a column of designs, in the order of the study."""
         return self.designs[axis].unique().astype(np.float64)
 
     @property
     def loads(self) -> Array:
-        """kg."""
+        """Masses of the load, kg."""
         return self.values("load_mass")
 
-    def places(self, **fixed: float) -> npt.NDArray[np.bool_]:
-        """Where the designs are."""
-        rows = np.ones(len(self.designs), dtype=np.bool_)
+    def is_selected(self, **fixed: float) -> Flags:
+        """Return True for each design with these values, shape (designs,)."""
+        selected = np.ones(len(self.designs), dtype=np.bool_)
         for axis, value in fixed.items():
-            rows &= np.isclose(self.designs[axis].to_numpy(np.float64), value)
-        return rows
+            selected &= np.isclose(self.designs[axis].to_numpy(np.float64), value)
+        return selected
 
     def curves(self, column: str, **fixed: float) -> Array:
-        """A column of states: designs, directions, rising elbow angles."""
+        """Return a column of states, shape (designs, directions, rising elbow angles)."""
         angles = self.study.motion.elbow_angle.array
-        shape = len(self.designs), len(self.study.motion.direction), len(angles)
+        shape = (len(self.designs), len(self.study.motion.direction), len(angles))
         values = self.states[column].to_numpy(np.float64).reshape(shape)
-        return np.asarray(values[self.places(**fixed)][..., np.argsort(angles)])
+        return np.asarray(values[self.is_selected(**fixed)][..., np.argsort(angles)])
 
     def line(self, column: str, direction: str = "flexion", **fixed: float) -> Array:
-        """A column of the states of one design and direction, by rising elbow angle."""
+        """Return a column of the states of one design and direction, by rising elbow angle."""
         (curve,) = self.curves(column, **fixed)
-        return np.asarray(curve[[*map(str, self.study.motion.direction)].index(direction)])
+        directions = [str(name) for name in self.study.motion.direction]
+        return np.asarray(curve[directions.index(direction)])
 
     def design(self, column: str, **fixed: float) -> Array:
-        """A column of designs."""
-        return self.designs[column].to_numpy(np.float64)[self.places(**fixed)]
+        """Return a column of designs."""
+        return self.designs[column].to_numpy(np.float64)[self.is_selected(**fixed)]
 
-    def at(self, **fixed: float) -> PaperTables:
-        """The run of the designs with these values alone."""
-        rows = self.places(**fixed)
-        per_design = len(self.states) // len(self.designs)
-        return replace(
-            self, states=self.states[np.repeat(rows, per_design)], designs=self.designs[rows]
-        )
+    def select(self, **fixed: float) -> PaperTables:
+        """Return the tables of the designs with these values."""
+        selected = self.is_selected(**fixed)
+        states_each = len(self.states) // len(self.designs)
+        states = self.states[np.repeat(selected, states_each)]
+        return replace(self, states=states, designs=self.designs[selected])
 
-    def inputs(self) -> tuple[Design, Array, npt.NDArray[np.bool_]]:
-        """What the model takes for the study: designs, elbow angles and whether it is flexion, ready to broadcast."""
+    def inputs(self) -> tuple[Design, Array, Flags]:
+        """Return designs, elbow angles and flags of flexion for the model, ready to broadcast."""
         plan = Plan(self.study)
         (block,) = plan.blocks(range(plan.designs))
         return plan.design(block), *plan.motion(block)
 
-    # --- Measures of curves ------------------------------------------------------------------------------------------
+    # --- Measures of curves ----------------------------------------------------------------------
 
     def travel_ratio(self) -> Array:
-        """R_e / R_f for no slack as Eq. 3 prints it, H_f / H_e."""
+        """Return R_e / R_f for no slack as Eq. 3 prints it, H_f / H_e."""
         return self.line("flexor_travel") / self.line("extensor_travel")
 
     def gain(self, **fixed: float) -> Array:
-        """τ_a − τ_m, N m: designs, directions, elbow angles."""
+        """Return τ_a − τ_m, shape (designs, directions, elbow angles), N m."""
         return self.curves("elbow_torque", **fixed) - self.curves("motor_torque", **fixed)
 
     def crossings(self, **fixed: float) -> list[float]:
-        """The elbow angle of flexion at which the elbow torque comes to exceed the motor torque, deg; NaN for none."""
+        """Return the angle of flexion at which the elbow torque comes to exceed the motor torque.
+
+        Returns:
+            An angle in deg for each design; NaN if there is no such angle.
+        """
         angles = []
-        for gained in self.gain(**fixed)[:, 0]:
-            below = np.flatnonzero(gained <= 0.0)
-            crosses = len(below) > 0 and below[-1] + 1 < len(gained)
-            last = slice(below[-1], below[-1] + 2) if crosses else slice(0)
-            angles.append(
-                float(np.interp(0.0, gained[last], self.degrees[last])) if crosses else np.nan
-            )
+        for gain in self.gain(**fixed)[:, 0]:
+            below = np.flatnonzero(gain <= 0.0)
+            if len(below) > 0 and below[-1] + 1 < len(gain):
+                step = slice(below[-1], below[-1] + 2)
+                angles.append(float(np.interp(0.0, gain[step], self.degrees[step])))
+            else:
+                angles.append(np.nan)
         return angles
 
-    def least(self, column: str, **fixed: float) -> Array:
-        """The smallest value of a column of states, by design."""
+    def smallest(self, column: str, **fixed: float) -> Array:
+        """Return the smallest value of a column of states, by design."""
         return np.asarray(self.curves(column, **fixed).min(axis=(1, 2)))
 
-    def depth(self, **fixed: float) -> Array:
-        """How deep the extensor's slack is: -(least distal tension) / K, mm; negative where it stays in tension."""
-        return (
-            -1e3
-            * self.least("extensor_tension_distal", **fixed)
-            / self.design("spring_stiffness", **fixed)
-        )
+    def slack_depth(self, **fixed: float) -> Array:
+        """Return the depth of the extensor's slack by design, -(least distal tension) / K, mm.
 
-    def apart(self, quantity: str, **fixed: float) -> Array:
-        """Largest difference between flexion and extension, in % of the peak, by side and design."""
+        It is negative for an extensor that stays in tension.
+        """
+        least = self.smallest("extensor_tension_distal", **fixed)
+        stiffness = self.design("spring_stiffness", **fixed)
+        return -1e3 * least / stiffness
+
+    def difference(self, quantity: str, **fixed: float) -> Array:
+        """Return the largest difference between flexion and extension.
+
+        Args:
+            quantity: A column of states without its side, such as "tension_distal".
+            **fixed: Values of the designs.
+
+        Returns:
+            Shape (sides, designs), % of the peak.
+        """
         return np.array(
-            [apart(self.curves(f"{side}_{quantity}", **fixed)).max(axis=-1) for side in SIDES]
+            [
+                relative_difference(self.curves(f"{side}_{quantity}", **fixed)).max(axis=-1)
+                for side in SIDES
+            ]
         )
 
     def windows(self, **fixed: float) -> tuple[Array, Array]:
-        """The pretensions at which every state of a design is taut and stable, N; empty if the first is larger."""
-        solved, places = window_of(*self.inputs(), Bounds()), self.places(**fixed)
-        return np.ravel(solved.low)[places], np.ravel(solved.high)[places]
+        """Return the pretensions at which every state of a design is taut and stable, N.
+
+        Returns:
+            Lowest and highest pretension by design; there is none if the lowest is larger.
+        """
+        solved = window_of(*self.inputs(), Bounds())
+        selected = self.is_selected(**fixed)
+        return np.ravel(solved.low)[selected], np.ravel(solved.high)[selected]
 
 
 @dataclass(frozen=True)
 class Paper:
-    """All that statements are judged by: the tables of the studies, and fits of Table A.1."""
+    """Evidence for all statements: the tables of the studies, and fits of Table A.1."""
 
     runs: dict[str, PaperTables]
+    """Tables by the name of the study or variant."""
     fit: Fit
-    """With the wrap angle that its coefficients imply."""
+    """Fit with the wrap angle that its coefficients imply."""
     fit_at_pi: Fit
-    """With the angle that the paper prints."""
+    """Fit with the angle that the paper prints."""
 
     def __getitem__(self, name: str) -> PaperTables:
         return self.runs[name]
 
 
-def apart(both: Array) -> Array:
-    """The difference between lines of flexion and extension, (..., 2, angles), at each angle, in % of their peak."""
-    peak = np.abs(both).max(axis=(-2, -1))[..., np.newaxis]
-    return np.asarray(
-        100.0 * np.abs(both[..., 0, :] - both[..., 1, :]) / np.where(peak > 0.0, peak, 1.0)
-    )
+def relative_difference(curves: Array) -> Array:
+    """Return the difference between curves of flexion and extension at each angle.
+
+    Args:
+        curves: Shape (..., 2, angles), flexion first.
+
+    Returns:
+        Shape (..., angles), % of the peak of both curves.
+    """
+    peak = np.abs(curves).max(axis=(-2, -1))[..., np.newaxis]
+    difference = np.abs(curves[..., 0, :] - curves[..., 1, :])
+    return np.asarray(100.0 * difference / np.where(peak > 0.0, peak, 1.0))
 
 
-def served(people: int, stiffness: float, ratio: float, loads: Array) -> float:
-    """The share of men and women drawn from the survey whom one pretension serves for all loads, every 5°."""
-    motion = {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 19}}
-    choice = {
+def share_of_people(people: int, stiffness: float, ratio: float, loads: Array) -> float:
+    """Return the share of people whom one pretension serves for all loads, every 5°.
+
+    Args:
+        people: Number of men and women drawn from the survey.
+        stiffness: Stiffness of the springs, N/m.
+        ratio: Ratio of the spool.
+        loads: Masses of the load, kg.
+    """
+    content = {
+        "people": {"count": people},
+        "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 19}},
         "spring": {"stiffness": stiffness},
         "spool": {"ratio": ratio},
         "load": {"mass": list(loads)},
     }
-    asked = question(study_from({"people": {"count": people}, "motion": motion, **choice}))
-    windows = asked.windows({}, 1)
-    return float(
-        share_served(*grouped(windows.low, windows.high, asked.groups), asked.weighting).served[0]
-    )
+    all_loads = question(study_from(content))
+    windows = all_loads.windows({}, 1)
+    low, high = grouped(windows.low, windows.high, all_loads.groups)
+    return float(share_served(low, high, all_loads.weighting).served[0])
 
 
-def falls(values: npt.ArrayLike) -> bool:
-    """Whether each value is smaller than the one before."""
+def is_falling(values: npt.ArrayLike) -> bool:
+    """Return True if each value is smaller than the one before."""
     return bool((np.diff(np.asarray(values)) < 0.0).all())
 
 
 def load(name: str) -> Study:
-    """A study of the paper, or a variant of one."""
+    """Return a study of the paper, or a variant of one."""
     study, *settings = VARIANTS.get(name, (name,))
     return load_study(FOLDER / f"{study}.toml", tuple(settings))
 
 
-def swept(
+def sweep_studies(
     names: tuple[str, ...],
     area: Path,
     *,
@@ -216,7 +262,15 @@ def swept(
     stop: threading.Event,
     lock: bool = True,
 ) -> Iterator[tuple[str, PaperTables]]:
-    """Sweep studies into folders of `area`, one after the other, and read their tables back, every byte verified."""
+    """Sweep studies one after the other, and yield each with its tables, every byte verified.
+
+    Args:
+        names: Names of studies or variants.
+        area: Folder in which each study has a folder of its own.
+        jobs: Parts made at once; None for one for each core.
+        stop: Event that ends the sweeps.
+        lock: True if each folder is locked while it is written.
+    """
     for name in names:
         study = load(name)
         done = run_task(Sweep, Run, study, area / name, How(jobs=jobs, stop=stop, lock=lock))

@@ -1,4 +1,4 @@
-"""What the paper states, how it is judged, and how its numbers are written; the statements are in statements.toml."""
+"""Statements of the paper, their verdicts, and their numbers in words; statements.toml has them."""
 
 from __future__ import annotations
 
@@ -16,20 +16,26 @@ import numpy.typing as npt
 
 from tendon_cli.paper.runs import Paper
 
-_ROUNDING = 1e-9  # below it a number is what rounding leaves of zero
-TRUE, FALSE, IN_PART = "true", "false", "true in part"
+_ROUNDING = 1e-9
+"""Magnitude below which a number is what rounding leaves of zero."""
+TRUE = "true"
+FALSE = "false"
+IN_PART = "true in part"
 
 Evidence = tuple[Any, ...]
-"""Truths of which the verdict is made, then numbers or lists of numbers in the order of the statement's text."""
+"""Truth of each part of a statement, then numbers or lists of numbers in the order of its text."""
 Check = Callable[[Paper], Evidence]
+"""Function that finds the evidence for one statement."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A finding or a claim of the paper, or a slip of its letter, with the verdict and what it rests on."""
+    """Finding or claim of the paper, or slip of its letter, with its verdict and its numbers."""
 
     id: str
+    """Letter of its kind and a number, such as F4."""
     finding: str
+    """The statement."""
     verdict: str
     """TRUE, FALSE or IN_PART, as computed."""
     recorded: str
@@ -43,56 +49,77 @@ class Entry:
 
     @property
     def kind(self) -> str:
-        """What it is: a finding, claim or slip."""
+        """Kind of statement: finding, claim or slip."""
         return {"C": "claim", "S": "slip"}.get(self.id[0], "finding")
 
     @property
     def holds(self) -> bool:
-        """Whether it is true as a whole."""
+        """True if the statement is true as a whole."""
         return self.verdict == TRUE
 
     @property
     def as_recorded(self) -> bool:
-        """Whether the verdict is the one on record."""
+        """True if the verdict is the one on record."""
         return self.verdict == self.recorded
 
 
 @cache
 def content() -> dict[str, Any]:
-    """What is written of the paper: its page, the captions of its figures, and all statements."""
+    """Return the text on the paper: its page, the captions of its figures, and all statements."""
     return tomllib.loads((Path(__file__).parent / "statements.toml").read_text(encoding="utf-8"))
 
 
-def judged(checks: Mapping[str, Check], paper: Paper) -> tuple[Entry, ...]:
-    """All statements, judged by the paper's tables and fits."""
+def judge_all(checks: Mapping[str, Check], paper: Paper) -> tuple[Entry, ...]:
+    """Judge all statements by the tables and fits of the paper's studies.
+
+    Args:
+        checks: The check of each statement, by its id.
+        paper: Tables and fits.
+    """
     entries = []
-    for each in (*content()["finding"], *content()["claim"], *content()["slip"]):
-        parts, *values = checks[each["id"]](paper)
-        verdict, value, numbers = judge(parts, each["value"], *values, wrap=paper.fit.bend.text)
-        recorded = each.get("recorded", TRUE)
-        entries.append(
-            Entry(each["id"], each["text"], verdict, recorded, value, numbers, each.get("figure"))
+    written = content()
+    for statement in (*written["finding"], *written["claim"], *written["slip"]):
+        id_ = statement["id"]
+        parts, *values = checks[id_](paper)
+        verdict, value, numbers = judge(
+            parts, statement["value"], *values, wrap=paper.fit.bend.text
         )
+        recorded = statement.get("recorded", TRUE)
+        figure = statement.get("figure")
+        entries.append(Entry(id_, statement["text"], verdict, recorded, value, numbers, figure))
     return tuple(entries)
 
 
 def judge(
     parts: Sequence[bool | np.bool_], template: str, *values: npt.ArrayLike, wrap: str = ""
 ) -> tuple[str, str, tuple[float, ...]]:
-    """The verdict, its numbers in words, and the numbers: true where all parts are, false where none is.
+    """Return the verdict on a statement, its numbers in words, and the numbers.
 
-    `{:2}` in the template is a value, or a list, of two decimals, `{wrap}` the wrap angle of the fit.
+    Args:
+        parts: Truth of each part; the verdict is TRUE if all are true, FALSE if none is.
+        template: Text in which `{:2}` is a value, or a list, of two decimals, and `{wrap}` the
+            wrap angle of the fit.
+        *values: Numbers, or lists of them, in the order of the template.
+        wrap: The wrap angle in words.
     """
-    verdict = TRUE if all(parts) else IN_PART if any(parts) else FALSE
+    if all(parts):
+        verdict = TRUE
+    elif any(parts):
+        verdict = IN_PART
+    else:
+        verdict = FALSE
     numbers = [np.ravel(np.asarray(value, dtype=np.float64)).tolist() for value in values]
-    rounded = (
+    text = template.format(*map(_Listed, numbers), wrap=wrap)
+    rounded = tuple(
         float(f"{value:.6g}") if abs(value) > _ROUNDING else 0.0
         for value in itertools.chain(*numbers)
     )
-    return verdict, template.format(*map(_Listed, numbers), wrap=wrap), tuple(rounded)
+    return verdict, text, rounded
 
 
 class _Listed(list[float]):
+    """Numbers whose format is a count of decimals."""
+
     def __format__(self, digits: str) -> str:
         texts = ("–" if math.isnan(value) else f"{value:z.{int(digits)}f}" for value in self)
         return ", ".join(texts).replace("-", "−")

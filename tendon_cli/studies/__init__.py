@@ -1,1 +1,1 @@
-"""What is asked: study files, validated. Every human mistake ends here."""
+"""Study files, read and validated. Every human mistake ends here."""

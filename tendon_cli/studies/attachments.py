@@ -1,4 +1,4 @@
-"""Files that a study names: the route of a sheath, a fitted friction coefficient, curves, people."""
+"""Files that a study names: routes of sheaths, fitted friction coefficients, curves, people."""
 
 from __future__ import annotations
 
@@ -20,87 +20,101 @@ from tendon_cli.studies.toml_reading import MAX_BYTES, read_toml
 from tendon_cli.studies.values import Values
 from tendon_cli.units import shorten
 
+_CURVES = (("joint", "torque"), ("joint", "excursion"), ("load", "torque"))
+"""Tables and keys that may name the file of a curve."""
+_LARGEST_ERROR = 10.0
+"""Largest standard error of a friction coefficient."""
+
 
 @dataclass
 class Attachments:
-    """Reads the files of one study, once each, and remembers what they gave."""
+    """Reader of the files that one study names; it reads each once and keeps what it gave."""
 
     folder: Path
+    """Folder of the study, in which the files are looked up."""
     sources: dict[str, dict[str, Any]] = field(default_factory=dict)
+    """Name, hash and facts of each file that was read, by the key that names it."""
     faults: list[Fault] = field(default_factory=list)
+    """Faults of keys whose files could not be read, or do not fit the study."""
 
     def resolve(self, study: Study) -> Study:
-        """The study with numbers in the place of files; raises InputError, and collects `faults` of keys."""
-        study = self._trajectory(study)
-        update: dict[str, Any] = {
-            "sheath": self._sheath(study.sheath, "sheath"),
-            **self._curves(study),
-        }
+        """Return the study with numbers in place of files, and collect `faults` of keys.
+
+        Raises:
+            InputError: The content of a file cannot be trusted.
+        """
+        study = self._with_trajectory(study)
+        update = {"sheath": self._sheath(study.sheath, "sheath"), **self._curves(study)}
         if study.cases:
-            update["cases"] = tuple(
-                case.model_copy(
-                    update={
-                        "sheath": self._sheath(getattr(case, "sheath", None), f"cases.{at}.sheath")
-                    }
-                )
-                for at, case in enumerate(study.cases)
-            )
+            cases = []
+            for at, case in enumerate(study.cases):
+                sheath = self._sheath(getattr(case, "sheath", None), f"cases.{at}.sheath")
+                cases.append(case.model_copy(update={"sheath": sheath}))
+            update["cases"] = tuple(cases)
         if study.people is not None:
             update["people"] = self._people(study.people)
         return study.replaced(update) if self.sources else study
 
-    def _trajectory(self, study: Study) -> Study:
-        """The study with the rows of its motion in time; raises InputError."""
-        file, key = study.motion.trajectory, "motion.trajectory"
-        content = self._read(file, key, angle_curves.MAX_BYTES) if isinstance(file, str) else None
+    # --- Motion and curves -----------------------------------------------------------------------
+
+    def _with_trajectory(self, study: Study) -> Study:
+        """Return the study with the rows of its motion in time in place of their file."""
+        file = study.motion.trajectory
+        if not isinstance(file, str):
+            return study
+        key = "motion.trajectory"
+        content = self._read(file, key, angle_curves.MAX_BYTES)
         if content is None:
             return study
         from tendon_cli.studies import measured_motion  # only a trajectory pays for its import
 
-        where = shorten(str(file), 200)
+        where = shorten(file, 200)
         rows = angle_curves.read_curve(content, where, angle_curves.TRAJECTORY)
         motion = study.motion.model_copy(update={"trajectory": rows})
-        if (wrong := measured_motion.trajectory_fault(motion)) is not None:
+        wrong = measured_motion.trajectory_fault(motion)
+        if wrong is not None:
             self.faults.append(wrong)
             motion = motion.model_copy(update={"trajectory": None})
-        self._note(key, str(file), content, **measured_motion.facts_of(motion, where))
+        self._note(key, file, content, **measured_motion.facts_of(motion, where))
         return study.replaced({"motion": motion})
 
     def _curves(self, study: Study) -> dict[str, Any]:
-        """The tables of joint and load with the curves of their files; raises InputError."""
+        """Return the tables of joint and load with curves in place of their files."""
         update: dict[str, Any] = {}
-        for table, name in (("joint", "torque"), ("joint", "excursion"), ("load", "torque")):
-            part = update.get(table) or getattr(study, table)
-            file, is_travel = getattr(part, name), name == "excursion"
-            content = (
-                self._read(file, f"{table}.{name}", angle_curves.MAX_BYTES)
-                if isinstance(file, str)
-                else None
-            )
+        for table, name in _CURVES:
+            part = update.get(table, getattr(study, table))
+            file = getattr(part, name)
+            if not isinstance(file, str):
+                continue
+            key = f"{table}.{name}"
+            content = self._read(file, key, angle_curves.MAX_BYTES)
             if content is None:
                 continue
+            is_travel = name == "excursion"
+            columns = angle_curves.EXCURSION if is_travel else angle_curves.TORQUE
             where = shorten(file, 200)
-            curve = angle_curves.read_curve(
-                content, where, angle_curves.EXCURSION if is_travel else angle_curves.TORQUE
-            )
-            if (beyond := angle_curves.not_covered(study, curve, is_travel=is_travel)) is not None:
-                raise InputError(
-                    beyond, where=where, hint="extend the table, or ask for fewer angles"
-                )
+            curve = angle_curves.read_curve(content, where, columns)
+            beyond = angle_curves.not_covered(study, curve, is_travel=is_travel)
+            if beyond is not None:
+                hint = "extend the table, or ask for fewer angles"
+                raise InputError(beyond, where=where, hint=hint)
             warnings = angle_curves.warnings_of(study, curve, where) if is_travel else []
-            self._note(f"{table}.{name}", file, content, rows=len(curve.angles), warnings=warnings)
+            self._note(key, file, content, rows=len(curve.angles), warnings=warnings)
             update[table] = part.model_copy(update={name: curve})
         return update
 
+    # --- People ----------------------------------------------------------------------------------
+
     def _people(self, people: People) -> People:
+        """Return the table of people with the content of its files."""
         content = self._read(people.statistics, "people.statistics", MAX_BYTES)
         if content is not None:
-            from tendon_cli.studies.people.survey import (
-                read_survey,
-            )  # only one's own statistics pay for its import
+            # Only a study with its own statistics pays for the import.
+            from tendon_cli.studies.people.survey import read_survey
 
             survey = read_survey(content, shorten(people.statistics or "", 200))
-            men, women = survey.male.persons, survey.female.persons
+            men = survey.male.persons
+            women = survey.female.persons
             self._note("people.statistics", people.statistics, content, men=men, women=women)
             people = people.with_file("statistics", content)
         content = self._read(people.file, "people.file", MAX_PEOPLE_BYTES)
@@ -108,37 +122,54 @@ class Attachments:
             return people
         known = people.with_file("file", content)
         persons = known.read(shorten(people.file or ""))
-        self._note(
-            "people.file", people.file, content, persons=len(persons), warnings=list(persons.notes)
-        )
+        warnings = list(persons.notes)
+        self._note("people.file", people.file, content, persons=len(persons), warnings=warnings)
         return known
 
+    # --- Sheaths ---------------------------------------------------------------------------------
+
     def _sheath(self, sheath: Any, key: str) -> Any:
-        """A sheath table and its sides with their files read."""
+        """Return a table of sheaths, and of its sides, with numbers in place of files."""
         if sheath is None:
             return None
-        update = self._numbers(sheath, key)
+        update = self._sheath_numbers(sheath, key)
         for side in SIDES:
             inner: Part | None = getattr(sheath, side, None)
             if inner is not None:
-                bend = update.get("bend_angle") or _stated_bend(sheath)
-                update[side] = inner.model_copy(update=self._numbers(inner, f"{key}.{side}", bend))
+                of_both = update.get("bend_angle") or _stated_bend(sheath)
+                numbers = self._sheath_numbers(inner, f"{key}.{side}", of_both)
+                update[side] = inner.model_copy(update=numbers)
         return sheath.model_copy(update=update)
 
-    def _numbers(self, sheath: Any, key: str, bend: Values | None = None) -> dict[str, Any]:
-        """The numbers that files give; `bend` is the bend angle of both sides, used if the table has none."""
+    def _sheath_numbers(
+        self, sheath: Any, key: str, of_both: Values | None = None
+    ) -> dict[str, Any]:
+        """Return the numbers that the files of a table of sheaths give.
+
+        Args:
+            sheath: The table, of both sides or of one.
+            key: Dotted key of the table.
+            of_both: Bend angle of both sides, for a table of one side without its own.
+        """
         update: dict[str, Any] = {}
         if sheath.path is not None:
             smoothing = sheath.path_smoothing.single if sheath.path_smoothing is not None else 0.0
             bend_angle = self._bend_angle(sheath.path, smoothing, f"{key}.path")
             update |= {"bend_angle": bend_angle, "path": None, "path_smoothing": None}
         if sheath.friction_from is not None:
-            bend = update.get("bend_angle") or _stated_bend(sheath) or bend
+            bend = update.get("bend_angle") or _stated_bend(sheath) or of_both
             friction = self._friction(sheath.friction_from, f"{key}.friction_from", bend)
             update |= {"friction": friction, "friction_from": None}
         return update
 
     def _bend_angle(self, name: str, smoothing: float, key: str) -> Values | None:
+        """Return the bend angle of a route with its standard error; None if it cannot be read.
+
+        Args:
+            name: File of way-points.
+            smoothing: Standard deviation of the noise of the way-points, m.
+            key: Dotted key that names the file.
+        """
         from tendon_cli.studies import way_points  # only a routed sheath pays for its import
 
         content = self._read(name, key, way_points.MAX_BYTES)
@@ -158,45 +189,58 @@ class Attachments:
             warnings=warnings,
             note=way_points.route_note(measured, where),
         )
-        return _estimate(
-            "sheath.bend_angle",
-            f"{measured.bend_angle!r} rad",
-            f"{measured.standard_error!r} rad",
-            key,
-        )
+        middle = f"{measured.bend_angle!r} rad"
+        error = f"{measured.standard_error!r} rad"
+        return _estimate("sheath.bend_angle", middle, error, key)
 
     def _friction(self, name: str, key: str, bend: Values | None) -> Values | None:
-        """A coefficient and its standard error, or both times a bend angle that the study has to state."""
+        """Return a fitted friction coefficient with its standard error.
+
+        A fit without a bend angle gives the product μφ instead, which is divided by the bend angle
+        that the study states.
+
+        Args:
+            name: File with the fit, as `tendon fit-friction` writes it.
+            key: Dotted key that names the file.
+            bend: Bend angle φ that the study states; None if it states none.
+        """
         content = self._read(name, key, MAX_BYTES)
         if content is None:
             return None
-        number, where = keys()["sheath.friction"].number, shorten(name, 200)
+        number = keys()["sheath.friction"].number
+        where = shorten(name, 200)
         hint = "`tendon fit-friction readings.csv --out friction.toml` writes one"
         try:
             fit = read_toml(content.decode("utf-8-sig")).content["friction"]
-            is_of_bend = "coefficient" not in fit and "friction_bend" in fit
-            angle = (
-                bend.single
-                if is_of_bend and isinstance(bend, Values) and not bend.is_axis
-                else 1.0 - is_of_bend
-            )
+            is_product = "coefficient" not in fit and "friction_bend" in fit
+            if is_product:
+                angle = bend.single if isinstance(bend, Values) and not bend.is_axis else 0.0
+                coefficient_key = "friction_bend"
+                error_key = "friction_bend_standard_error"
+            else:
+                angle = 1.0
+                coefficient_key = "coefficient"
+                error_key = "standard_error"
             if angle <= 0.0:
-                help_ = "state the bend angle that the sheath had when it was measured, or fit with --bend-angle"
                 self.faults.append(
-                    Fault(key, "the fit is of μφ and needs one sheath.bend_angle beside it", help_)
+                    Fault(
+                        key,
+                        "the fit gives μφ and needs one sheath.bend_angle beside it",
+                        "state the bend angle that the sheath had when it was measured, or fit "
+                        "with --bend-angle",
+                    )
                 )
                 return None
-            product = ("friction_bend", "friction_bend_standard_error")
-            names = product if is_of_bend else ("coefficient", "standard_error")
-            coefficient, error = (number.measure(fit[name]).si / angle for name in names)
+            coefficient = number.measure(fit[coefficient_key]).si / angle
+            error = number.measure(fit[error_key]).si / angle
             estimate = _estimate("sheath.friction", coefficient, error, key)
         except (StudyError, ValueError, KeyError, TypeError, RecursionError):
-            problem = "not a friction fragment, expected a table [friction] with coefficient (0 to 10), standard_error"
+            expected = "a table [friction] with coefficient (0 to 10), standard_error"
+            problem = f"not a friction fragment, expected {expected}"
             raise InputError(problem, where=where, hint=hint) from None
-        if not error <= 10.0:
-            raise InputError(
-                f"the standard error {error:g} is not between 0 and 10", where=where, hint=hint
-            )
+        if not error <= _LARGEST_ERROR:
+            problem = f"the standard error {error:g} is not between 0 and 10"
+            raise InputError(problem, where=where, hint=hint)
         source = fit.get("source")
         fitted_from = shorten(source) if isinstance(source, str) else None
         self._note(
@@ -204,8 +248,18 @@ class Attachments:
         )
         return estimate
 
+    # --- Files -----------------------------------------------------------------------------------
+
     def _read(self, name: str | None, key: str, most: int) -> bytes | None:
-        """A regular file next to the study, if one is named; one that cannot be read is a fault of its key."""
+        """Return the content of a regular file next to the study, if one is named.
+
+        A file that cannot be read is a fault of its key; one that is too large is an InputError.
+
+        Args:
+            name: Path from the folder of the study; None for no file.
+            key: Dotted key that names the file.
+            most: Largest size, bytes.
+        """
         if name is None:
             return None
         try:
@@ -214,14 +268,14 @@ class Attachments:
             self.faults.append(Fault(key, f'there is no file "{shorten(name)}" beside the study'))
         except (OSError, ValueError) as error:
             if isinstance(error, OSError) and error.errno == errno.EFBIG:
-                raise InputError(
-                    f"{error.strerror}, expected less", where=shorten(name, 200)
-                ) from None
+                problem = f"{error.strerror}, expected less"
+                raise InputError(problem, where=shorten(name, 200)) from None
             reason = getattr(error, "strerror", None) or "the name is not one"
             self.faults.append(Fault(key, f'"{shorten(name)}" cannot be read: {reason}'))
         return None
 
     def _note(self, key: str, name: str | None, content: bytes, **facts: Any) -> None:
+        """Keep the name and the hash of a file, and facts about it, in `sources`."""
         self.sources[key] = {
             "file": Path(name or "").name,
             "sha256": hashlib.sha256(content).hexdigest(),
@@ -230,12 +284,18 @@ class Attachments:
 
 
 def _estimate(number: str, middle: float | str, error: float | str, key: str) -> Values | None:
-    """A number with its standard error; a case takes the number only."""
-    return keys()[number].number.read(
-        middle if key.startswith("cases.") else {"mean": middle, "std": error}
-    )
+    """Return a number with its standard error; for a case, the number only.
+
+    Args:
+        number: Key of the number, such as `sheath.friction`.
+        middle: Estimate of the number, as a study file may say it.
+        error: Standard error, likewise.
+        key: Dotted key that names the file of the estimate.
+    """
+    is_of_case = key.startswith("cases.")
+    return keys()[number].number.read(middle if is_of_case else {"mean": middle, "std": error})
 
 
 def _stated_bend(sheath: Any) -> Values | None:
-    """The bend angle that stands in the table; None for its default, at which nobody measured."""
+    """Return the bend angle that a table states; None for its default, which nobody measured."""
     return sheath.bend_angle if "bend_angle" in sheath.model_fields_set else None

@@ -1,4 +1,4 @@
-"""What no single key can know: keys that contradict each other, and combinations that cannot be."""
+"""Faults between keys of a study: keys that contradict each other, or lack another key."""
 
 from __future__ import annotations
 
@@ -23,28 +23,61 @@ from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import Grid
 from tendon_cli.units import shorten
 
+_LEAVE_ONE_OUT = "leave one of them out"
+_GIVEN_BY: tuple[tuple[str, tuple[str, ...], str], ...] = (
+    ("joint", ("torque",), "joint.stiffness"),
+    ("arm", ANCHORS, "joint.excursion"),
+    ("motion", ("elbow_angle", "direction", "speed"), "motion.trajectory"),
+)
+"""Table and keys of it that cannot stand beside another key, which also gives them."""
+_PART_OF = (
+    ("joint", ("smoothing", "scale_with"), "excursion", "measured travels"),
+    ("motion", ("cutoff", "reversal", "inertia"), "trajectory", "a trajectory"),
+)
+"""Table and keys of it that need another key of it, with a phrase for what they belong to."""
+_FILES_OF_SHEATH = (("friction", "friction_from"), ("bend_angle", "path"))
+"""Numbers of a sheath, each with the key of a file that also gives it."""
+
 
 def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
-    """Every fault between keys of a study; those of `at_fault` are wrong by themselves and were left out of it."""
-    quantities = {
-        name: key.number.quantity for path, key in keys().items() for name in (path, key.column)
-    }
-    people = study.people.contradictions() if study.people is not None else ()
-    return [
-        *_key_faults(study, at_fault),
-        *_joint_faults(study, at_fault),
+    """Return every fault between keys of a study.
+
+    Args:
+        study: The study, without the keys that are at fault by themselves.
+        at_fault: Dotted keys that were left out of it; what they would have given is not missed.
+    """
+    faults = [
+        *_duplicate_faults(study),
+        *_dependence_faults(study),
+        *_sheath_faults(study, at_fault),
+        *_output_faults(study, at_fault),
+        *_rest_angle_faults(study, at_fault),
+        *_reading_faults(study),
+        *_trajectory_limit_faults(study),
         *_case_faults(study),
         *_limit_faults(study, at_fault),
         *curve_faults(study),
-        *((wrong,) if (wrong := trajectory_fault(study.motion)) is not None else ()),
-        *_goal_faults(study, at_fault),
-        *people,
-        *figure_faults(study.figure, quantities, at_fault),
     ]
+    motion_fault = trajectory_fault(study.motion)
+    if motion_fault is not None:
+        faults.append(motion_fault)
+    faults += _condition_faults(study)
+    faults += _goal_faults(study, at_fault)
+    if study.people is not None:
+        faults += study.people.contradictions()
+    quantities = {
+        name: key.number.quantity for path, key in keys().items() for name in (path, key.column)
+    }
+    faults += figure_faults(study.figure, quantities, at_fault)
+    return faults
 
 
 def without_intervals(study: Study) -> Study:
-    """The study; raises StudyError if numbers of it are intervals, which hold no values to sweep over."""
+    """Return the study if it can be swept.
+
+    Raises:
+        StudyError: Numbers of it are intervals, which hold no values to sweep over.
+    """
     faults = []
     for key, values in study.numbers.items():
         if values.is_interval and isinstance(values.source, Grid):
@@ -58,219 +91,247 @@ def without_intervals(study: Study) -> Study:
     return study
 
 
-_ONE = "leave one of them out"
-_GIVEN_BY: tuple[tuple[str, tuple[str, ...], str], ...] = (
-    ("joint", ("torque",), "joint.stiffness"),
-    ("arm", ANCHORS, "joint.excursion"),
-    ("motion", ("elbow_angle", "direction", "speed"), "motion.trajectory"),
-)
-"""Keys of a table that cannot stand beside another key."""
-_OF_ANOTHER = (
-    ("joint", ("smoothing", "scale_with"), "excursion", "measured travels"),
-    ("motion", ("cutoff", "reversal", "inertia"), "trajectory", "a trajectory"),
-)
-"""Keys of a table that need another one of it, and of what they are."""
+# --- Keys that exclude or need each other --------------------------------------------------------
 
 
-def _key_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
-    """What is given twice, what lacks another key, and what is of no file and no table."""
-    for table, given, other in _GIVEN_BY:
-        room, _, by = other.partition(".")
-        if getattr(getattr(study, room), by) is not None:
-            for name in sorted(getattr(study, table).model_fields_set.intersection(given)):
-                yield Fault(f"{table}.{name}", f"stands beside {other}, which gives it, too", _ONE)
-    for table, names, needed, of in _OF_ANOTHER:
+def _duplicate_faults(study: Study) -> Iterator[Fault]:
+    """Yield the keys that another key gives, too."""
+    for table, names, other in _GIVEN_BY:
+        other_table, _, other_name = other.partition(".")
+        if getattr(getattr(study, other_table), other_name) is not None:
+            stated = getattr(study, table).model_fields_set
+            for name in sorted(stated.intersection(names)):
+                problem = f"stands beside {other}, which also gives it"
+                yield Fault(f"{table}.{name}", problem, _LEAVE_ONE_OUT)
+
+
+def _dependence_faults(study: Study) -> Iterator[Fault]:
+    """Yield the keys that need another key of their table, which is not given."""
+    for table, names, needed, whole in _PART_OF:
+        part = getattr(study, table)
+        if getattr(part, needed) is not None:
+            continue
         for name in names:
-            if (
-                getattr(getattr(study, table), needed) is None
-                and getattr(getattr(study, table), name) is not None
-            ):
-                yield Fault(
-                    f"{table}.{name}",
-                    f"is of {of}, but the study has none",
-                    f"add {table}.{needed}",
-                )
-    for at, sheath in _sheaths(study):
-        for number, file in (("friction", "friction_from"), ("bend_angle", "path")):
+            if getattr(part, name) is not None:
+                problem = f"belongs to {whole}, but the study has none"
+                yield Fault(f"{table}.{name}", problem, f"add {table}.{needed}")
+
+
+def _sheath_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
+    """Yield numbers of a sheath beside a file of them, and a smoothing without a route."""
+    for table, sheath in _sheaths(study):
+        for number, file in _FILES_OF_SHEATH:
             if number in sheath.model_fields_set and getattr(sheath, file) is not None:
-                yield Fault(f"{at}.{number}", f"stands beside {file}, which gives it, too", _ONE)
-        if (
-            sheath.path_smoothing is not None
-            and sheath.path is None
-            and f"{at}.path" not in at_fault
-        ):
+                problem = f"stands beside {file}, which also gives it"
+                yield Fault(f"{table}.{number}", problem, _LEAVE_ONE_OUT)
+        has_route = sheath.path is not None or f"{table}.path" in at_fault
+        if sheath.path_smoothing is not None and not has_route:
+            problem = "smooths a route, but this table names none"
             hint = 'add path = "route.csv", or leave it out'
-            yield Fault(f"{at}.path_smoothing", "smooths a route, but this table names none", hint)
-    if study.output.states and not {"states", "output.tables"} & {*study.output.tables, *at_fault}:
+            yield Fault(f"{table}.path_smoothing", problem, hint)
+
+
+def _sheaths(study: Study) -> Iterator[tuple[str, Any]]:
+    """Yield every table of sheaths, of cases and of single sides too, with its dotted key."""
+    tables: list[tuple[str, Any]] = [("sheath", study.sheath)]
+    for at, case in enumerate(study.cases):
+        tables.append((f"cases.{at}.sheath", getattr(case, "sheath", None)))
+    for key, sheath in tables:
+        if sheath is None:
+            continue
+        yield key, sheath
+        for side in SIDES:
+            inner = getattr(sheath, side)
+            if inner is not None:
+                yield f"{key}.{side}", inner
+
+
+def _output_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
+    """Yield a fault if columns of states are chosen, but the states are not written."""
+    is_written = "states" in study.output.tables or "output.tables" in at_fault
+    if study.output.states and not is_written:
         hint = 'leave it out, or add "states" to tables'
         yield Fault("output.states", "names columns of a table that is not written", hint)
 
 
-def _joint_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
-    """A stiffness of the joint without its angle, readings per side, and limits that a motion in time does not have."""
-    stiffness, rest = (Need(f"joint.{name}", "", "") for name in ("stiffness", "rest_angle"))
-    if is_stated(study, stiffness) and not is_stated(study, rest) and rest.key not in at_fault:
+def _rest_angle_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
+    """Yield a fault if the joint has a stiffness, but no angle at which it rests."""
+    stiffness = Need("joint.stiffness", "", "")
+    rest_angle = Need("joint.rest_angle", "", "")
+    is_known = is_stated(study, rest_angle) or rest_angle.key in at_fault
+    if is_stated(study, stiffness) and not is_known:
         problem = "needs the angle at which the joint itself asks for no torque"
-        yield Fault(stiffness.key, problem, f'such as {rest.key} = "73 deg"')
-    if study.setting.read != F0:
-        given = {*study.numbers, *(key for case in study.cases for key in case_numbers(case))}
-        problem = f'cannot stand beside setting.read = "{study.setting.read}", which is one reading for both'
-        for key in sorted({of_side(PRETENSION, side) for side in SIDES} & given):
-            yield Fault(key, problem, "leave it out")
-    if study.motion.trajectory is not None:
-        problem = "compares the directions at one angle, which a trajectory does not"
-        for name in sorted({"max_backlash", "max_torque_band"} & study.limits.keys()):
-            yield Fault(f"limits.{name}", problem, "leave it out")
+        yield Fault(stiffness.key, problem, f'such as {rest_angle.key} = "73 deg"')
+
+
+def _reading_faults(study: Study) -> Iterator[Fault]:
+    """Yield pretensions of single sides beside one gauge's reading for both."""
+    if study.setting.read == F0:
+        return
+    given = {*study.numbers}
+    for case in study.cases:
+        given.update(case_numbers(case))
+    reading = f'setting.read = "{study.setting.read}"'
+    problem = f"cannot stand beside {reading}, which is one reading for both"
+    for key in sorted({of_side(PRETENSION, side) for side in SIDES} & given):
+        yield Fault(key, problem, "leave it out")
+
+
+def _trajectory_limit_faults(study: Study) -> Iterator[Fault]:
+    """Yield limits that a motion in time does not have: they compare the directions."""
+    if study.motion.trajectory is None:
+        return
+    problem = "compares the directions at one angle, which a trajectory does not"
+    for name in sorted({"max_backlash", "max_torque_band"} & study.limits.keys()):
+        yield Fault(f"limits.{name}", problem, "leave it out")
+
+
+# --- Curves and limits ---------------------------------------------------------------------------
+
+
+def curve_faults(study: Study) -> Iterator[Fault]:
+    """Yield the curves of a study that do not reach as far as the joint moves.
+
+    Curves of files are among them once the files have been read.
+    """
+    curves: dict[str, Any] = {
+        "joint.torque": study.joint.torque,
+        "joint.excursion": study.joint.excursion,
+        "load.torque": study.load.torque,
+    }
+    for key, curve in (curves | bends_of(study)).items():
+        if isinstance(curve, CurveTable):
+            beyond = not_covered(study, curve, is_travel=key == "joint.excursion")
+            if beyond:
+                yield Fault(key, beyond, "extend the curve, or ask for fewer angles")
 
 
 def _limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
-    """Limits of what cannot be known without another key."""
+    """Yield limits on quantities that cannot be known without another key."""
     for name in study.limits:
         for need in LIMITS[name].needs:
-            if not is_stated(study, need) and not _is_of(need, at_fault):
-                yield Fault(
-                    f"limits.{name}", f"needs {need.what}", f'such as {need.key} = "{need.example}"'
-                )
-    if "min_spring_room" in study.limits and (problem := _no_room(study)):
-        yield Fault("limits.min_spring_room", problem, "leave it out")
-    if (
-        "max_contact_pressure" in study.limits
-        and study.joint.excursion
-        and study.arm.contact_radius is None
-    ):
+            if not is_stated(study, need) and not _is_at_fault(need, at_fault):
+                hint = f'such as {need.key} = "{need.example}"'
+                yield Fault(f"limits.{name}", f"needs {need.what}", hint)
+    if "min_spring_room" in study.limits:
+        problem = _lack_of_room(study)
+        if problem is not None:
+            yield Fault("limits.min_spring_room", problem, "leave it out")
+    has_radius = study.joint.excursion is None or study.arm.contact_radius is not None
+    if "max_contact_pressure" in study.limits and not has_radius:
         problem = "needs the radius of the strap, which measured travels do not tell"
         yield Fault("limits.max_contact_pressure", problem, 'such as arm.contact_radius = "45 mm"')
 
 
-def _no_room(study: Study) -> str | None:
-    """Why there is no room between the anchors for the flexor's spring to speak of."""
+def _lack_of_room(study: Study) -> str | None:
+    """Return the reason why the flexor has no spring with room between the anchors.
+
+    None if it has one, in the study and in each of its cases.
+    """
     if study.joint.excursion is not None:
         return "needs the anchors, which measured travels do not tell"
-    springs = [
-        study.spring,
-        *(spring for case in study.cases if (spring := getattr(case, "spring", None)) is not None),
-    ]
+    springs: list[Any] = [study.spring]
+    springs += [getattr(case, "spring", None) for case in study.cases]
     for spring in springs:
-        side = spring.flexor
-        if "motor" in ((getattr(side, "at", None) or spring.at) or ""):
-            return "is of a spring at the joint, but the flexor's sits at the motor"
-        stiffness = getattr(side, "stiffness", None) or spring.stiffness
+        if spring is None:
+            continue
+        flexor = spring.flexor
+        place = getattr(flexor, "at", None) or spring.at or ""
+        if "motor" in place:
+            return "needs a spring at the joint, but the flexor's sits at the motor"
+        stiffness = getattr(flexor, "stiffness", None) or spring.stiffness
         if stiffness is not None and math.isinf(stiffness.extremes[1]):
-            return "is of a spring, but the flexor has none"
+            return "needs a spring, but the flexor has none"
     return None
 
 
-def curve_faults(study: Study) -> Iterator[Fault]:
-    """Curves in the study that do not reach as far as the joint moves."""
-    joint = study.joint
-    inline = {
-        "joint.torque": joint.torque,
-        "joint.excursion": joint.excursion,
-        "load.torque": study.load.torque,
-    }
-    for key, table in (inline | bends_of(study)).items():
-        is_travel = key == "joint.excursion"
-        if isinstance(table, CurveTable) and (
-            beyond := not_covered(study, table, is_travel=is_travel)
-        ):
-            yield Fault(key, beyond, "extend the curve, or ask for fewer angles")
-
-
 def is_stated(study: Study, need: Need) -> bool:
-    """Whether a study, or each of its cases, says what a limit needs."""
+    """Return True if a study, or each of its cases, says what a limit needs."""
     if need == SPEED:
         return study.motion.speed is not None or study.motion.trajectory is not None
-    sides = {need.key, of_side(need.key, SIDES[0])}
-    cases = [sides & case_numbers(case).keys() for case in study.cases]
-    return bool(sides & study.numbers.keys()) or (bool(cases) and all(cases))
+    either_key = {need.key, of_side(need.key, SIDES[0])}
+    if either_key & study.numbers.keys():
+        return True
+    return bool(study.cases) and all(either_key & case_numbers(case).keys() for case in study.cases)
 
 
-def _lacking(study: Study, column: str, at_fault: set[str]) -> str:
-    """The key that a column of the choices needs and the study does not state; empty if it lacks none."""
-    needs = LIMITS[column].needs if column in LIMITS else ()
-    return next(
-        (need.key for need in needs if not is_stated(study, need) and not _is_of(need, at_fault)),
-        "",
-    )
-
-
-def _is_of(need: Need, at_fault: set[str]) -> bool:
+def _is_at_fault(need: Need, at_fault: set[str]) -> bool:
+    """Return True if the key that a limit needs is given, but at fault."""
     return any(key.endswith(need.key) for key in at_fault)
 
 
-def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
-    """Conditions that are no axis of any study, and goals that are no column of the answer."""
-    columns = {key.column: path for path, key in keys().items()}
+# --- Goals of a design ---------------------------------------------------------------------------
+
+
+def _condition_faults(study: Study) -> Iterator[Fault]:
+    """Yield conditions that are no axis of any study, or cannot be conditions."""
+    paths = {key.column: path for path, key in keys().items()}
+    known = (*keys(), *NAMED_AXES)
     for name in study.design.conditions or ():
         if split_side(name)[0] == PRETENSION:
             problem = f'"{name}" cannot be a condition, it is what tendon design solves for'
             yield Fault("design.conditions", problem, "leave it out")
-        elif name not in keys() and name not in NAMED_AXES and name not in study.words:
-            hint = nearest(columns.get(name, name), (*keys(), *NAMED_AXES))
-            yield Fault(
-                "design.conditions", f'"{shorten(name)}" is no axis that a study can have', hint
-            )
-    axes = [
-        key
-        for key in (*study.axes, *at_fault)
-        if key in keys() and split_side(key)[0] != PRETENSION
-    ]
-    known = (*CHOICE_RESULTS, *(keys()[key].column for key in axes if key not in study.conditions))
+        elif name not in known and name not in study.words:
+            problem = f'"{shorten(name)}" is not an axis that a study can have'
+            yield Fault("design.conditions", problem, nearest(paths.get(name, name), known))
+
+
+def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
+    """Yield goals that are no column of the choices, that lack a key, or contradict each other."""
+    known = (*CHOICE_RESULTS, *_choice_columns(study, at_fault))
     for table, names in (("minimise", study.design.minimise), ("maximise", study.design.maximise)):
         for name in names:
+            lacking = _lacking(study, name, at_fault)
             if name not in known:
                 problem = f'there is no column "{shorten(name)}" in the choices of this study'
-                yield Fault(
-                    f"design.{table}",
-                    problem,
-                    nearest(name, known) or f"its columns: {', '.join(known)}",
-                )
-            elif lacking := _lacking(study, name, at_fault):
-                yield Fault(
-                    f"design.{table}",
-                    f"no choice has a {name} without {lacking}",
-                    f"state {lacking}",
-                )
+                hint = nearest(name, known) or f"its columns: {', '.join(known)}"
+                yield Fault(f"design.{table}", problem, hint)
+            elif lacking is not None:
+                problem = f"no choice has a {name} without {lacking}"
+                yield Fault(f"design.{table}", problem, f"state {lacking}")
             elif table == "maximise" and name in study.design.minimise:
-                yield Fault("design.maximise", f'"{name}" is minimised, too, expected one of both')
+                problem = f'"{name}" is minimised, too, expected one of both'
+                yield Fault("design.maximise", problem)
 
 
-def _sheaths(study: Study) -> Iterator[tuple[str, Any]]:
-    tables: list[tuple[str, Any]] = [("sheath", study.sheath)]
-    tables += [
-        (f"cases.{at}.sheath", getattr(case, "sheath", None)) for at, case in enumerate(study.cases)
-    ]
-    for key, sheath in tables:
-        if sheath is not None:
-            yield key, sheath
-            yield from (
-                (f"{key}.{side}", inner)
-                for side in SIDES
-                if (inner := getattr(sheath, side)) is not None
-            )
+def _choice_columns(study: Study, at_fault: set[str]) -> Iterator[str]:
+    """Yield the columns of the axes that are choices, or would be if they were not at fault."""
+    for key in (*study.axes, *at_fault):
+        is_choice = split_side(key)[0] != PRETENSION and key not in study.conditions
+        if key in keys() and is_choice:
+            yield keys()[key].column
+
+
+def _lacking(study: Study, column: str, at_fault: set[str]) -> str | None:
+    """Return the key that a column of the choices needs and the study does not state."""
+    needs = LIMITS[column].needs if column in LIMITS else ()
+    for need in needs:
+        if not is_stated(study, need) and not _is_at_fault(need, at_fault):
+            return need.key
+    return None
+
+
+# --- Cases ---------------------------------------------------------------------------------------
 
 
 def _case_faults(study: Study) -> Iterator[Fault]:
-    """Cases of one name, and numbers of cases that something else gives."""
+    """Yield cases of one name, and numbers of cases that something else gives."""
     names: set[str] = set()
     for at, case in enumerate(study.cases):
         name = str(getattr(case, "name", ""))
         if name in names:
             yield Fault(f"cases.{at}.name", f'"{name}" names two cases, expected each name once')
         names.add(name)
-        is_axis = "is an axis of this study, so a case cannot set it"
-        words = [key for key in study.words if word_of(case, key) is not None]
-        numbers = [*case_numbers(case)]
-        for key in words + [
-            key for key in numbers if key in study.numbers and study.numbers[key].is_axis
-        ]:
-            yield Fault(f"cases.{at}.{key}", is_axis)
+        numbers = case_numbers(case)
+        axes = [key for key in study.words if word_of(case, key) is not None]
+        axes += [key for key in numbers if key in study.numbers and study.numbers[key].is_axis]
+        for key in axes:
+            problem = "is an axis of this study, so a case cannot set it"
+            yield Fault(f"cases.{at}.{key}", problem)
         for key in numbers:
             if study.uncertainty is not None and key in study.uncertain:
-                yield Fault(
-                    f"cases.{at}.{key}",
-                    "is uncertain in this study and drawn, so a case cannot set it",
-                )
+                problem = "is uncertain in this study and drawn, so a case cannot set it"
+                yield Fault(f"cases.{at}.{key}", problem)
             if key in study.of_the_body:
                 hint = f"state {key} in the study, too: then it holds for everyone but this case"
                 yield Fault(f"cases.{at}.{key}", "comes from the body of each person", hint)

@@ -1,4 +1,4 @@
-"""What stands in a table of a study: its numbers with their keys and columns, and the table as a file would say it."""
+"""Tables of a study: their numbers with keys and columns, and each table as a file would say it."""
 
 from __future__ import annotations
 
@@ -32,127 +32,172 @@ from tendon_cli.studies.parts import (
 )
 from tendon_cli.studies.values import Values
 
-
-def mark_of(field: FieldInfo) -> Single | None:
-    """The Single that marks a field, alone or as one choice of a union with None."""
-    marks = [
-        *field.metadata,
-        *(mark for choice in get_args(field.annotation) for mark in get_args(choice)),
-    ]
-    return next((mark for mark in marks if isinstance(mark, Single)), None)
+_NOTABLE_SHARE = 1e-3
+"""Largest share of a distribution that may be cut off without a warning."""
 
 
-def part_of(field: FieldInfo) -> type[Part] | None:
-    """The table that a field holds, alone or as one choice of a union with None."""
-    choices = (field.annotation, *get_args(field.annotation))
-    return next(
-        (choice for choice in choices if isinstance(choice, type) and issubclass(choice, Part)),
-        None,
-    )
+# --- Numbers of a table --------------------------------------------------------------------------
+
+
+def _number_mark(field: FieldInfo) -> Single | None:
+    """Return the mark of a field that holds a number; None for any other field.
+
+    The mark stands on the field itself or, if the field may be None, on one choice of its union.
+    """
+    for mark in field.metadata:
+        if isinstance(mark, Single):
+            return mark
+    for choice in get_args(field.annotation):
+        for mark in get_args(choice):
+            if isinstance(mark, Single):
+                return mark
+    return None
+
+
+def _table_type(field: FieldInfo) -> type[Part] | None:
+    """Return the type of the table that a field holds; None if it holds none.
+
+    The type is that of the field or, if the field may be None, one choice of its union.
+    """
+    for choice in (field.annotation, *get_args(field.annotation)):
+        if isinstance(choice, type) and issubclass(choice, Part):
+            return choice
+    return None
+
+
+def marked_numbers(part: Part, prefix: str) -> Iterator[tuple[str, Single, Values]]:
+    """Yield every number that a table holds, with its dotted key and the mark of its field.
+
+    Args:
+        part: The table; the tables inside it are searched, too.
+        prefix: Dotted key of the table itself.
+    """
+    for name, field in type(part).model_fields.items():
+        value = getattr(part, name)
+        key = f"{prefix}.{name}"
+        mark = _number_mark(field)
+        if isinstance(value, Values) and mark is not None:
+            yield key, mark, value
+        elif isinstance(value, Part):
+            yield from marked_numbers(value, key)
 
 
 def case_numbers(case: Part) -> dict[str, float]:
-    """The numbers that a case overrides, by dotted key, in SI."""
-    parts = [(name, getattr(case, name)) for name in type(case).model_fields]
-    return {
-        key: each.single
-        for name, part in parts
-        if isinstance(part, Part)
-        for key, _, each in marked(part, name)
-    }
+    """Return the numbers that a case overrides, by dotted key, in SI."""
+    numbers: dict[str, float] = {}
+    for name in type(case).model_fields:
+        part = getattr(case, name)
+        if isinstance(part, Part):
+            for key, _, values in marked_numbers(part, name):
+                numbers[key] = values.single
+    return numbers
 
 
-def marked(part: Part, prefix: str) -> Iterator[tuple[str, Single, Values]]:
-    """The numbers of a part with their dotted keys, and what each may be."""
-    for name, field in type(part).model_fields.items():
-        value = getattr(part, name)
-        if isinstance(value, Values) and (number := mark_of(field)):
-            yield f"{prefix}.{name}", number, value
-        elif isinstance(value, Part):
-            yield from marked(value, f"{prefix}.{name}")
-
-
-def document(part: Part) -> dict[str, Any]:
-    """A table with its defaults, in SI; reads back as the same table."""
-    shown: dict[str, Any] = {}
+def part_document(part: Part) -> dict[str, Any]:
+    """Return a table with its defaults, in SI, such that it reads back as the same table."""
+    content: dict[str, Any] = {}
     for name, field in type(part).model_fields.items():
         value = None if field.exclude else getattr(part, name)
+        mark = _number_mark(field)
         if isinstance(value, CurveTable):
-            shown[name] = value.document()
+            content[name] = value.document()
         elif isinstance(value, Part):
-            shown[name] = document(value)
-        elif isinstance(value, Values) and (number := mark_of(field)):
-            shown[name] = value.document(number.quantity.dimension)
+            content[name] = part_document(value)
+        elif isinstance(value, Values) and mark is not None:
+            content[name] = value.document(mark.quantity.dimension)
         elif isinstance(value, tuple):
+            # An empty list differs from a key that is left out only if the default is None.
             if value or field.default is None:
-                shown[name] = [document(item) if isinstance(item, Part) else item for item in value]
+                content[name] = [
+                    part_document(item) if isinstance(item, Part) else item for item in value
+                ]
         elif value is not None:
-            shown[name] = value
-    return shown
+            content[name] = value
+    return content
 
 
-def remarks(numbers: Iterable[tuple[str, Single, Values]]) -> Iterator[str]:
-    """A sentence for each number that is far from any arm, or whose distribution reaches where it is impossible."""
-    for key, number, values in numbers:
-        low, high = PLAUSIBLE.get(number.name, (number.low, number.high))
-        unit = f" {number.quantity.unit}".removesuffix(" 1")
-        for value in dict.fromkeys(values.extremes):
-            if not low <= value <= high and not math.isinf(value):
-                yield f"{key} = {value:g} is {value:g}{unit}, far from any arm ({low:g} to {high:g}{unit})"
-                break
+def warn_of_numbers(numbers: Iterable[tuple[str, Single, Values]]) -> Iterator[str]:
+    """Yield a sentence for each number that its author most likely did not mean.
+
+    It is far from that of any arm, or a good part of its distribution is impossible.
+    """
+    for key, mark, values in numbers:
+        low, high = PLAUSIBLE.get(mark.name, (mark.low, mark.high))
+        unit = f" {mark.quantity.unit}".removesuffix(" 1")
+        far = [
+            value for value in values.extremes if not low <= value <= high and not math.isinf(value)
+        ]
+        if far:
+            span = f"{low:g} to {high:g}{unit}"
+            yield f"{key} = {far[0]:g} is {far[0]:g}{unit}, far from any arm ({span})"
         known = values.uncertain
-        if known is not None and known.cut_share > 1e-3:
+        if known is not None and known.cut_share > _NOTABLE_SHARE:
             span = f"{known.low:g} to {known.high:g}{unit}"
-            yield f"{key} can only be {span}: {known.cut_share:.1%} of its distribution is cut off"
+            cut_off = f"{known.cut_share:.1%} of its distribution is cut off"
+            yield f"{key} can only be {span}: {cut_off}"
 
 
-def printable(text: str) -> str:
-    """Text that can stand in a table's metadata, a figure and a terminal."""
+# --- Titles and cases ----------------------------------------------------------------------------
+
+
+def _check_printable(text: str) -> str:
+    """Return a text that can stand in metadata, figures and terminals; refuse any other."""
     if not text.isprintable():
         raise fault("holds characters that cannot be printed, expected plain text")
     return text
 
 
-CaseName = Annotated[
-    str, StringConstraints(min_length=1, max_length=200, strict=True), AfterValidator(printable)
+Title = Annotated[
+    str, StringConstraints(max_length=300, strict=True), AfterValidator(_check_printable)
 ]
-Title = Annotated[str, StringConstraints(max_length=300, strict=True), AfterValidator(printable)]
+_CaseName = Annotated[
+    str,
+    StringConstraints(min_length=1, max_length=200, strict=True),
+    AfterValidator(_check_printable),
+]
 
-
-_NOT_OF_CASES = ("smoothing", "scale_with", "read")
-
-
-def _single_valued(part: type[Part]) -> type[Part]:
-    """The same table where no key has a default and none may be an axis: what a case may override."""
-    fields: dict[str, Any] = {}
-    for name, field in part.model_fields.items():
-        number, nested = mark_of(field), part_of(field)
-        choice = next((mark for mark in field.metadata if isinstance(mark, OneOf)), None)
-        if name in _NOT_OF_CASES or any(isinstance(mark, CurveColumns) for mark in field.metadata):
-            continue  # the numbers of a case differ, not the joint
-        if number is not None:
-            kind: Any = Annotated[Values, Single(number.name, number.low, number.high, number.word)]
-        elif choice is not None:
-            kind = Literal[choice.words]
-        else:
-            kind = _single_valued(nested) if nested else field.annotation
-        fields[name] = (kind | None, Field(default=None, description=field.description))
-    return create_model(f"Case{part.__name__}", __base__=Part, __doc__=part.__doc__, **fields)
-
+_SAME_FOR_ALL_CASES = ("smoothing", "scale_with", "read")
+"""Keys that a case cannot override."""
 
 DESIGN_PARTS: dict[str, type[Part]] = {
     part.__name__.lower(): part
     for part in (Arm, Sheath, Tendon, Spring, Anchor, Joint, Spool, Load, Model, Setting)
 }
+"""Tables that describe a design, by their keys."""
+
+
+def _overriding_table(part: type[Part]) -> type[Part]:
+    """Return the type of a table inside a case: no key has a default, no number is an axis."""
+    fields: dict[str, Any] = {}
+    for name, field in part.model_fields.items():
+        is_curve = any(isinstance(mark, CurveColumns) for mark in field.metadata)
+        if is_curve or name in _SAME_FOR_ALL_CASES:
+            continue  # the numbers of a case differ, not the joint
+        number = _number_mark(field)
+        words = next((mark.words for mark in field.metadata if isinstance(mark, OneOf)), None)
+        inner = _table_type(field)
+        kind: Any = field.annotation
+        if number is not None:
+            kind = Annotated[Values, Single(number.name, number.low, number.high, number.word)]
+        elif words is not None:
+            kind = Literal[words]
+        elif inner is not None:
+            kind = _overriding_table(inner)
+        fields[name] = (kind | None, Field(default=None, description=field.description))
+    return create_model(f"Case{part.__name__}", __base__=Part, __doc__=part.__doc__, **fields)
 
 
 def case_tables() -> Any:
-    """The type of `[[cases]]`, which few studies have."""
-    fields: dict[str, Any] = {"name": (CaseName, Field(description="name of the case, each once"))}
-    fields |= {name: (_single_valued(part) | None, None) for name, part in DESIGN_PARTS.items()}
+    """Build the type of `[[cases]]`, which few studies have."""
+    fields: dict[str, Any] = {"name": (_CaseName, Field(description="name of the case, each once"))}
+    for name, part in DESIGN_PARTS.items():
+        fields[name] = (_overriding_table(part) | None, None)
     doc = "One case, such as a person: a name, and the keys in which it differs."
-    return tuple[create_model("Case", __base__=Part, __doc__=doc, **fields), ...]  # type: ignore[misc]
+    case = create_model("Case", __base__=Part, __doc__=doc, **fields)
+    return tuple[case, ...]  # type: ignore[valid-type]
 
+
+# --- Keys and columns ----------------------------------------------------------------------------
 
 _SHORT_COLUMNS = {
     "sheath.friction": "friction",
@@ -166,16 +211,21 @@ class Key:
     """The dotted key of a number, such as `tendon.flexor.pretension`."""
 
     path: str
+    """The key itself."""
     number: Number
+    """Mark of the field: the quantity and the range of the number."""
 
     @property
     def column(self) -> str:
-        """The column that holds it."""
+        """Column of the tables that holds the number."""
         return column_of(self.path)
 
 
 def column_of(key: str) -> str:
-    """The column of an axis: its key joined with `_`, the side last, three of the common ones shortened."""
+    """Return the column of an axis: its key joined by `_`, with the side last.
+
+    The keys of three common numbers are shortened, such as `sheath.friction` to `friction`.
+    """
     common, side = split_side(key)
     column = _SHORT_COLUMNS.get(common, common.replace(".", "_"))
     return f"{column}_{side}" if side else column
@@ -183,19 +233,22 @@ def column_of(key: str) -> str:
 
 @cache
 def keys() -> dict[str, Key]:
-    """Every number that may be an axis, by its dotted key, in the order of the schema."""
+    """Return every number that may be an axis, by its dotted key, in the order of the schema."""
     tables: dict[str, type[Part]] = {**DESIGN_PARTS, "motion": Motion}
-    return {
-        key: Key(key, number)
-        for name, part in tables.items()
-        for key, number in _numbers_of(part, name)
-    }
+    known: dict[str, Key] = {}
+    for name, part in tables.items():
+        for path, number in _axis_numbers(part, name):
+            known[path] = Key(path, number)
+    return known
 
 
-def _numbers_of(part: type[Part], prefix: str) -> Iterator[tuple[str, Number]]:
+def _axis_numbers(part: type[Part], prefix: str) -> Iterator[tuple[str, Number]]:
+    """Yield the numbers of a type of table that may be axes, with their dotted keys."""
     for name, field in part.model_fields.items():
-        number, inner = mark_of(field), part_of(field)
-        if isinstance(number, Number):
-            yield f"{prefix}.{name}", number
+        path = f"{prefix}.{name}"
+        mark = _number_mark(field)
+        inner = _table_type(field)
+        if isinstance(mark, Number):
+            yield path, mark
         elif inner is not None:
-            yield from _numbers_of(inner, f"{prefix}.{name}")
+            yield from _axis_numbers(inner, path)

@@ -1,6 +1,7 @@
-"""What is asked of a design: its limits, the goals of its choice, and how uncertain numbers are drawn."""
+"""Sections of a study on its design: limits, goals, and draws of uncertain numbers."""
 
-# No `from __future__ import annotations` here: pydantic would compile each annotation anew, at every start.
+# No `from __future__ import annotations` here: pydantic would compile each annotation anew, at
+# every start.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -17,8 +18,9 @@ from tendon_cli.studies.values import Values
 from tendon_cli.units import described
 
 MOST_DRAWS = 2**20
+"""Largest number of draws of the uncertain numbers."""
 PLACES = ("middle", "least")
-"""Where in its window of pretension a choice may be set."""
+"""Words for the place in its window of pretension that a choice is set to."""
 CHOICE_RESULTS = (
     "pretension_from",
     "pretension_to",
@@ -37,19 +39,24 @@ CHOICE_RESULTS = (
 
 
 def _field_of(limit: DesignLimit) -> tuple[Any, Any]:
-    """The field of a limit in a study, and its default."""
+    """Return the field of a limit in a study, and its default."""
     default = None if limit.default is None else f"{limit.default:g} {QUANTITIES[limit.name].unit}"
     return Annotated[Values | None, Single(limit.name, *limit.accepts)], default
 
 
 class _Limits(Part, Mapping[str, float]):
-    """Limits of a design, each named as the column that it bounds: min_ from below, max_ and peak_ from above.
+    """Limits of a design, each named as the column that it bounds.
 
-    As a mapping it has the limits that are given, and those with a default, with their values in SI.
+    A name with min_ bounds from below, max_ and peak_ bound from above. As a mapping it has the
+    limits that are given, and those with a default, with their values in SI.
     """
 
     def __getitem__(self, name: str) -> float:
-        """The value of a limit in SI; raises KeyError for one that is not given."""
+        """Return the value of a limit in SI.
+
+        Raises:
+            KeyError: The limit is not given.
+        """
         values = getattr(self, name) if name in type(self).model_fields else None
         if values is None:
             raise KeyError(name)
@@ -74,14 +81,18 @@ else:  # a field for each limit of the model's table
 
 
 @dataclass(frozen=True)
-class _Placed(Single):
-    """A pretension, or one of two words for a place in a window."""
+class _PretensionOrPlace(Single):
+    """Mark of a field that is a pretension, or one of two words for a place in a window."""
 
     def read(self, value: object) -> Any:
-        """A word as it is, else one value; raises PydanticCustomError."""
+        """Return a word as it is, and any other text or number as one value.
+
+        Raises:
+            PydanticCustomError: The value is neither.
+        """
         if isinstance(value, str) and value.isalpha() and value not in PLACES:
             hint = '"middle", "least" or a pretension such as "38 N"'
-            raise fault(f"{described(value)} is no place in a window", hint)
+            raise fault(f"{described(value)} is not a place in a window", hint)
         return value if value in PLACES else super().read(value)
 
     def _json_one(self) -> dict[str, Any]:
@@ -89,12 +100,12 @@ class _Placed(Single):
 
 
 class Goals(Part):
-    """What `tendon design` solves for, over the axes that are not its conditions."""
+    """Goals of `tendon design`, which chooses among the axes that are not its conditions."""
 
     conditions: Words | None = usual(
         None,
-        description="axes that a design must survive; default load, joint, anchor, setting, arm (not its "
-        "contact_width), cases, people and uncertain numbers",
+        description="axes that a design must survive; default load, joint, anchor, setting, arm "
+        "(not its contact_width), cases, people and uncertain numbers",
     )
     serve: Annotated[Values | None, Single("serve", 0.0, 1.0)] = None
     minimise: Words = usual(
@@ -107,45 +118,48 @@ class Goals(Part):
         (), description="choices to prove besides the best, by their rows in choices.parquet"
     )
     by: Literal["sex"] | None = usual(None, description="shares by a column of the people, too")
-    pretension: Annotated[str | Values, _Placed("pretension", 0.0, 1e5)] = usual(
+    pretension: Annotated[str | Values, _PretensionOrPlace("pretension", 0.0, 1e5)] = usual(
         "middle",
         description="where in its window a choice is set, or the pretension that all are set to",
     )
 
 
-def _power_of_two(value: int) -> int:
-    if value & (value - 1):
+def _check_power_of_two(value: int) -> int:
+    """Return a power of two; refuse any other number."""
+    if value.bit_count() > 1:
         near = 1 << value.bit_length() - 1
-        raise fault(
-            f"{value:,} is not possible, expected a power of two, {MOST_DRAWS:,} at most",
-            f"such as {near}",
-        )
+        problem = f"{value:,} is not possible, expected a power of two, {MOST_DRAWS:,} at most"
+        raise fault(problem, f"such as {near}")
     return value
 
 
-def _truth(value: object) -> object:
-    """A truth value, or its word, as the command line has it."""
+def _read_truth_value(value: object) -> object:
+    """Return a truth value from one, or from its word, as the command line has it."""
     if isinstance(value, bool) or value in ("true", "false"):
         return value is True or value == "true"
     raise fault(f"{described(value)} is not possible, expected true or false")
 
 
 Seed = Annotated[int, *whole(0, 2**63 - 1)]
-Truth = Annotated[bool, BeforeValidator(_truth), WithJsonSchema({"type": "boolean"})]
+"""Seed of random draws."""
+TruthValue = Annotated[
+    bool, BeforeValidator(_read_truth_value), WithJsonSchema({"type": "boolean"})
+]
+"""True or false, or the word for it."""
 
 
 class Uncertainty(Part):
-    """How uncertain numbers are drawn: by scrambled Sobol points."""
+    """Draws of the uncertain numbers, by scrambled Sobol points."""
 
     draws: Annotated[
         int,
         *whole(1, MOST_DRAWS),
-        AfterValidator(_power_of_two),
+        AfterValidator(_check_power_of_two),
         WithJsonSchema({"enum": [2**power for power in range(MOST_DRAWS.bit_length())]}),
     ] = usual(256, description="how many draws, a power of two")
     seed: Seed = usual(1, description="the same seed gives the same draws")
-    cross: Truth | None = usual(
+    cross: TruthValue | None = usual(
         None,
-        description="with people: every draw for every person, instead of one draw for each; default true with fewer "
-        "persons than draws",
+        description="with people: every draw for every person, instead of one draw for each; "
+        "default true with fewer persons than draws",
     )

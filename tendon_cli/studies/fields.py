@@ -1,6 +1,6 @@
-"""The kinds of field that a study has: one number with a unit, tables that few studies have, and the words of a fault.
+"""Marks of the fields of a study: one number with a unit, words, and tables that few studies have.
 
-What a number that may be an axis can say beyond one value stands in `number`.
+`number` has the mark of a number that may be an axis, and so say more than one value.
 """
 
 from __future__ import annotations
@@ -39,101 +39,77 @@ from tendon_cli.units import (
     with_unit,
 )
 
+_MOST_NAMED = 9
+"""Largest number of wrong words that a fault names."""
+_LARGEST = 1e300
+"""Bound below which a bare number counts as finite."""
+
+
+# --- Faults --------------------------------------------------------------------------------------
+
 
 def fault(problem: str, hint: str | None = None) -> PydanticCustomError:
-    """A fault of one field, in our words; `study.load` gives it its place."""
+    """Return the fault of one field, in our words; `load.study_from` adds its place."""
     return PydanticCustomError("tendon", "{problem}", {"problem": problem, "hint": hint})
 
 
 def within(name: str, error: PydanticCustomError) -> PydanticCustomError:
-    """The fault of something inside a field, which says what it is of."""
+    """Return the fault of a value inside a field, with the name of this value before it."""
     context = error.context or {}
     return fault(f"{name}: {context['problem']}", context["hint"])
 
 
 def nearest(name: str, known: Iterable[str], cutoff: float = 0.5) -> str | None:
-    """A hint with the known name most like one that is not known."""
+    """Return a hint with the known name most like an unknown one; None if none is like it.
+
+    Args:
+        name: The unknown name.
+        known: Names to choose from.
+        cutoff: Smallest similarity, 0 to 1, as `difflib.get_close_matches` takes it.
+    """
     near = difflib.get_close_matches(name, list(known), n=1, cutoff=cutoff)
     return f'did you mean "{near[0]}"?' if near else None
+
+
+# --- Words and whole numbers ---------------------------------------------------------------------
 
 
 def one_or_many(
     item: dict[str, Any], most: int | None = None, *, least: int = 1, each_once: bool = False
 ) -> tuple[Any, ...]:
-    """What makes a field of a tuple take one word where a list of them may stand, with the schema of an `item`."""
-    bounds = (
-        {"minItems": least}
-        | ({"maxItems": most} if most else {})
-        | ({"uniqueItems": True} if each_once else {})
-    )
-    schema = {"anyOf": [item, {"type": "array", "items": item, **bounds}]}
-    once = (AfterValidator(_each_once),) if each_once else ()
-    return (
-        BeforeValidator(lambda value: [value] if isinstance(value, str) else value),
-        *once,
-        WithJsonSchema(schema),
-    )
+    """Return annotations of a tuple field that also takes one word in place of a list.
+
+    Args:
+        item: JSON schema of one word.
+        most: Largest length of a list; None for no bound.
+        least: Smallest length of a list.
+        each_once: True if a list must not repeat a word.
+    """
+    array: dict[str, Any] = {"type": "array", "items": item, "minItems": least}
+    if most is not None:
+        array["maxItems"] = most
+    if each_once:
+        array["uniqueItems"] = True
+    listed = BeforeValidator(lambda value: [value] if isinstance(value, str) else value)
+    schema = WithJsonSchema({"anyOf": [item, array]})
+    if each_once:
+        return listed, AfterValidator(_check_each_once), schema
+    return listed, schema
 
 
-def _each_once(words: tuple[str, ...]) -> tuple[str, ...]:
-    twice = [word for word in words if words.count(word) > 1]
-    if twice:
-        raise fault(f'"{twice[0]}" stands in the list twice, expected each word once')
+def _check_each_once(words: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the words; raise PydanticCustomError if one is repeated."""
+    for word in words:
+        if words.count(word) > 1:
+            raise fault(f'"{word}" stands in the list twice, expected each word once')
     return words
 
 
-class Mark:
-    """Marks a field whose one validator, `read`, says whatever is wrong in one fault."""
-
-    def read(self, value: object) -> Any:
-        """What the file says, as the study has it; raises PydanticCustomError."""
-        raise NotImplementedError
-
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
-    ) -> CoreSchema:
-        return core_schema.no_info_plain_validator_function(self.read)
-
-
-@dataclass(frozen=True)
-class OneOf(Mark):
-    """Marks a field as one of some words, or a list of several: an axis, unless the field `is_list` in any case."""
-
-    words: tuple[str, ...]
-    is_list: bool = False
-
-    def read(self, value: object) -> str | tuple[str, ...] | None:
-        """A word as it is, a list as a tuple; raises PydanticCustomError."""
-        several = (
-            list(value) if isinstance(value, (list, tuple)) else [] if value is None else [value]
-        )
-        wrong = [word for word in several if not isinstance(word, str) or word not in self.words]
-        if wrong:
-            given = " and ".join(map(described, wrong[:9])) + (" are" if wrong[1:] else " is")
-            expected = " or ".join(f'"{each}"' for each in self.words)
-            raise fault(
-                f"{given} not possible, expected {expected}", nearest(str(wrong[0]), self.words)
-            )
-        if not several and value is not None:
-            raise fault("an empty list, expected at least one value")
-        words = _each_once(tuple(map(str, several)))
-        return (
-            words
-            if self.is_list or isinstance(value, (list, tuple))
-            else words[0]
-            if words
-            else None
-        )
-
-    def __get_pydantic_json_schema__(
-        self, core: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> dict[str, Any]:
-        one = {"enum": list(self.words)}
-        return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1, "uniqueItems": True}]}
-
-
 def whole(low: int, high: int) -> tuple[Any, ...]:
-    """What makes a field take a whole number from low to high, or its digits as the command line has it."""
+    """Return annotations of a field that takes a whole number in [low, high].
+
+    The field also takes its digits as text, as they come from the command line.
+    """
 
     def read(value: object) -> int:
         if isinstance(value, str) and value.isascii() and value.isdigit() and len(value) < 20:
@@ -144,33 +120,102 @@ def whole(low: int, high: int) -> tuple[Any, ...]:
             raise fault(f"{described(value)} is out of range, expected {low:,} to {high:,}")
         return value
 
-    return BeforeValidator(read), WithJsonSchema(
-        {"type": "integer", "minimum": low, "maximum": high}
-    )
+    schema = {"type": "integer", "minimum": low, "maximum": high}
+    return BeforeValidator(read), WithJsonSchema(schema)
+
+
+# --- Marks ---------------------------------------------------------------------------------------
+
+
+class Mark:
+    """Mark of a field whose one validator, `read`, puts all that is wrong into one fault."""
+
+    def read(self, value: object) -> Any:
+        """Return what the file says as the study holds it.
+
+        Raises:
+            PydanticCustomError: The value is not possible.
+        """
+        raise NotImplementedError
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+
+@dataclass(frozen=True)
+class OneOf(Mark):
+    """Mark of a field that is one of some words, or a list of several.
+
+    A list is an axis, unless `is_list`.
+    """
+
+    words: tuple[str, ...]
+    """The possible words."""
+    is_list: bool = False
+    """True if the field is a list even of one word, and so no axis."""
+
+    def read(self, value: object) -> str | tuple[str, ...] | None:
+        """Return a word as it is and a list as a tuple.
+
+        Raises:
+            PydanticCustomError: A word is unknown or repeated, or the list is empty.
+        """
+        if value is None:
+            return () if self.is_list else None
+        items = list(value) if isinstance(value, (list, tuple)) else [value]
+        wrong = [item for item in items if not isinstance(item, str) or item not in self.words]
+        if wrong:
+            verb = "are" if len(wrong) > 1 else "is"
+            given = " and ".join(map(described, wrong[:_MOST_NAMED]))
+            expected = " or ".join(f'"{word}"' for word in self.words)
+            hint = nearest(str(wrong[0]), self.words)
+            raise fault(f"{given} {verb} not possible, expected {expected}", hint)
+        if not items:
+            raise fault("an empty list, expected at least one value")
+        words = _check_each_once(tuple(map(str, items)))
+        if self.is_list or isinstance(value, (list, tuple)):
+            return words
+        return words[0]
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        word = {"enum": list(self.words)}
+        several = {"type": "array", "items": word, "minItems": 1, "uniqueItems": True}
+        return {"anyOf": [word, several]}
 
 
 @dataclass(frozen=True)
 class Single(Mark):
-    """Marks a field as one number of the quantity `name`, within [low, high]."""
+    """Mark of a field that is one number of a quantity, within bounds."""
 
     name: str
+    """Name of the quantity."""
     low: float
+    """Smallest value, SI."""
     high: float
+    """Largest value, SI."""
     word: str | None = None
-    """A word that stands for infinity, if it may be one."""
+    """Word for infinity; None if the number must be finite."""
 
     @property
     def quantity(self) -> Quantity:
-        """The quantity that this number is one of."""
+        """Quantity of the number, with its dimension, unit and symbol."""
         return QUANTITIES[self.name]
 
     @property
     def wanted(self) -> str:
-        """What an error says was expected."""
+        """Phrase for what an error expected, such as "a length such as 40 mm"."""
         return wanted(self.quantity.dimension)
 
     def read(self, value: object) -> Values | None:
-        """What the file says, as `Values`; None (a key not given) stays None. Raises PydanticCustomError."""
+        """Return what the file says as `Values`; None for a key that is not given.
+
+        Raises:
+            PydanticCustomError: The value is not one number within the bounds.
+        """
         if value is None or isinstance(value, Values):
             return value
         if isinstance(value, (list, tuple, dict)):
@@ -178,15 +223,25 @@ class Single(Mark):
         return Values.of(self.number(value))
 
     def number(self, value: object) -> float:
-        """One value in SI, infinity where the word for it stands; raises PydanticCustomError."""
-        return (
-            math.inf
-            if value is not None and value == self.word
-            else self.bounded(self.measure(value))
-        )
+        """Return one value in SI, infinity for the word that means it.
+
+        Raises:
+            PydanticCustomError: The value is not a number within the bounds.
+        """
+        if value is not None and value == self.word:
+            return math.inf
+        return self.bounded(self.measure(value))
 
     def measure(self, value: object, dimension: str | None = None) -> Measure:
-        """One number and its unit; raises PydanticCustomError for anything else, a bare angle but 0 included."""
+        """Return one number with its unit.
+
+        Args:
+            value: A quantity as text, or a bare number in SI; a bare angle must be 0.
+            dimension: Dimension of the number; None for that of the field.
+
+        Raises:
+            PydanticCustomError: The value is not a finite number of this dimension.
+        """
         dimension = dimension or self.quantity.dimension
         if isinstance(value, str):
             try:
@@ -195,7 +250,7 @@ class Single(Mark):
                 raise fault(error.problem, error.hint) from None
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise fault(f"{described(value)} is not a number, expected {self.wanted}")
-        if not abs(value) < 1e300:
+        if not abs(value) < _LARGEST:
             raise fault(f"{described(value)} is not a finite number, expected {self.wanted}")
         if dimension == "angle" and value != 0:
             problem = f"{value!r} may be degrees or radians, expected {self.wanted}"
@@ -203,64 +258,81 @@ class Single(Mark):
         return measure_of_number(float(value), dimension)
 
     def bounded(self, measure: Measure) -> float:
-        """The value in SI; raises PydanticCustomError outside of the bounds."""
+        """Return the value of a measure in SI.
+
+        Raises:
+            PydanticCustomError: The value is outside of the bounds.
+        """
         value = measure.si
         if self.low <= value <= self.high:
             return value
+        if value < self.low == 0.0:
+            kind = "negative"
+        elif value <= 0.0 < self.low:
+            kind = "impossible"
+        else:
+            kind = "out of range"
         unit = f" {measure.unit.symbol}".removesuffix(" 1")
         number = to_float(Fraction(measure.text))
-        given = f"{number:.6g}{unit}" if math.isfinite(number) else f"{shorten(measure.text)}{unit}"
-        low, high = (
-            to_float(Fraction(bound) / measure.unit.factor) for bound in (self.low, self.high)
-        )
-        kind = (
-            "negative"
-            if value < self.low == 0.0
-            else "impossible"
-            if value <= 0.0 < self.low
-            else "out of range"
-        )
-        raise fault(f"{given} is {kind}, expected {low:.6g} to {high:.6g}{unit}")
+        given = f"{number:.6g}" if math.isfinite(number) else shorten(measure.text)
+        low = to_float(Fraction(self.low) / measure.unit.factor)
+        high = to_float(Fraction(self.high) / measure.unit.factor)
+        raise fault(f"{given}{unit} is {kind}, expected {low:.6g} to {high:.6g}{unit}")
 
     def __get_pydantic_json_schema__(
         self, core: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        """What an editor may complete and check."""
+        """Return the JSON schema by which an editor completes and checks the number."""
         quantity = self.quantity
-        unit = "" if quantity.unit == "1" else f" A bare number is in {quantity.unit}."
-        unit = " An angle has a unit." if quantity.dimension == "angle" else unit
+        if quantity.dimension == "angle":
+            unit = " An angle has a unit."
+        elif quantity.unit == "1":
+            unit = ""
+        else:
+            unit = f" A bare number is in {quantity.unit}."
         meaning = f"{quantity.symbol}: {quantity.long_name}.{unit}"
         return {"description": meaning, "x-unit": quantity.unit, "anyOf": self._json_choices()}
 
     def _json_choices(self) -> list[dict[str, Any]]:
+        """Return the schemas of all forms that the field takes."""
         return [self._json_one()]
 
     def _json_one(self) -> dict[str, Any]:
-        scalar = self._json_scalar()
-        return scalar if self.word is None else {"anyOf": [*scalar["anyOf"], {"const": self.word}]}
+        """Return the schema of one value: a finite number, or the word for infinity."""
+        finite = self._json_finite()
+        if self.word is None:
+            return finite
+        return {"anyOf": [*finite["anyOf"], {"const": self.word}]}
 
-    def _json_scalar(self) -> dict[str, Any]:
-        units = "|".join(re.escape(unit) for unit in known_units(self.quantity.dimension))
-        optional = "?" if self.quantity.dimension == "number" else ""
+    def _json_finite(self) -> dict[str, Any]:
+        """Return the schema of one finite number: bare, or text with a unit."""
+        dimension = self.quantity.dimension
+        units = "|".join(re.escape(unit) for unit in known_units(dimension))
+        optional = "?" if dimension == "number" else ""
         pattern = rf"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{{1,3}})?\s*({units}){optional}\s*$"
-        number = {"type": "number", "minimum": self.low, "maximum": self.high}
-        if self.quantity.dimension == "angle":
+        number: dict[str, Any] = {"type": "number", "minimum": self.low, "maximum": self.high}
+        if dimension == "angle":
             number = {"const": 0}
         return {"anyOf": [number, {"type": "string", "pattern": pattern}]}
 
 
 @dataclass(frozen=True)
-class Later(Mark):
-    """Marks a list of tables that few studies have: `kind` builds its type, for those and for the schema only."""
+class DeferredTables(Mark):
+    """Mark of a list of tables that few studies have; their type is built when it is needed."""
 
-    kind: Callable[[], Any]
+    build: Callable[[], Any]
+    """Function that builds the type of the list."""
 
     @cached_property
     def _adapter(self) -> TypeAdapter[Any]:
-        return TypeAdapter(self.kind())
+        return TypeAdapter(self.build())
 
     def read(self, value: object) -> Any:
-        """What the file says, as the type has it; raises ValidationError."""
+        """Return the tables as their type has them; an empty list as it is.
+
+        Raises:
+            ValidationError: The tables are not of this type.
+        """
         return value if value == () else self._adapter.validate_python(value)
 
     def __get_pydantic_json_schema__(

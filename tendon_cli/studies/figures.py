@@ -1,6 +1,7 @@
-"""`[[figure]]`: the figures that a study wants of its run. They change neither its tables nor its hash."""
+"""Section `[[figure]]`: figures of a study's run. They change neither its tables nor its hash."""
 
-# No `from __future__ import annotations` here: pydantic would compile each annotation anew, at every start.
+# No `from __future__ import annotations` here: pydantic would compile each annotation anew, at
+# every start.
 
 import re
 from collections.abc import Callable, Iterator, Mapping
@@ -24,41 +25,59 @@ from tendon_cli.studies.parts import Name, Part, usual
 from tendon_cli.units import UNITS, UnitError, described, parse_measure, shorten
 
 MOST_QUANTITIES = 8
+"""Largest number of quantities of one figure."""
 OF_STATES = (*quantities.OF_STATES, *OF_FIGURES)
+"""Results of the states that a figure may show."""
 OF_DESIGNS = (*quantities.OF_DESIGNS, *quantities.OF_CYCLES)
+"""Results of the designs that a figure may show."""
 WORDS = ("direction", "status", "case", "taut", "stable", "feasible", "design")
 """Columns that are no quantities."""
 
 WIDTHS = {"column": 85.0, "page": 175.0}
 """Named widths of figures, mm."""
 _SIZE = re.compile(r"([\d.]+)(?:\s*[x×]\s*([\d.]+))?\s*(mm|cm|in)?")
-_SMALLEST, _LARGEST = 40.0, 1000.0
+_SHORTEST_SIDE = 40.0
+"""Shortest side of a figure, mm."""
+_LONGEST_SIDE = 1000.0
+"""Longest side of a figure, mm."""
 
 
 def read_size(text: str) -> tuple[float, float | None]:
-    """Width and perhaps height of a figure in mm; raises UsageError.
+    """Return width and height of a figure in mm; the height is None if the text does not say it.
+
+    Raises:
+        UsageError: The text is not a size.
 
     >>> read_size("120 x 80 mm"), read_size("12 cm"), read_size("120"), read_size("column")
     ((120.0, 80.0), (120.0, None), (120.0, None), (85.0, None))
     """
     if text in WIDTHS:
         return WIDTHS[text], None
-    match = _SIZE.fullmatch(text.strip()) if len(text) < 60 else None
-    try:
-        texts = (
-            [f"{side} {match[3] or 'mm'}" for side in match.groups()[:2] if side] if match else []
-        )
-        sides = [parse_measure(each, "length").si * 1e3 for each in texts]
-    except UnitError:
-        sides = []
-    if not sides or not all(_SMALLEST <= side <= _LARGEST for side in sides):
+    sides = _sides(text)
+    if not sides or not all(_SHORTEST_SIDE <= side <= _LONGEST_SIDE for side in sides):
         hint = '"column", "page", "120 mm" or "120 x 80 mm"; a side has 40 mm to 1000 mm'
         raise UsageError(f'"{shorten(text)}" is not a size', where="--size", hint=hint)
     return sides[0], sides[1] if len(sides) > 1 else None
 
 
+def _sides(text: str) -> list[float]:
+    """Return one or two sides of a figure in mm; none if the text cannot be read."""
+    match = _SIZE.fullmatch(text.strip()) if len(text) < 60 else None
+    if match is None:
+        return []
+    unit = match[3] or "mm"
+    numbers = [number for number in (match[1], match[2]) if number]
+    try:
+        return [parse_measure(f"{number} {unit}", "length").si * 1e3 for number in numbers]
+    except UnitError:
+        return []
+
+
+# --- Validators ----------------------------------------------------------------------------------
+
+
 def _checked_by(read: Callable[[str], object]) -> Callable[[str], str]:
-    """A validator that keeps the text, and gives the fault that `read` finds in it."""
+    """Return a validator that keeps a text, and raises the fault that `read` finds in it."""
 
     def check(text: str) -> str:
         try:
@@ -70,38 +89,39 @@ def _checked_by(read: Callable[[str], object]) -> Callable[[str], str]:
     return check
 
 
-def _not_a_slack_map(name: str) -> str:
+def _check_figure_name(name: str) -> str:
+    """Return the name of a figure; refuse those of the slack maps."""
     if name.startswith("slack_map"):
         raise fault(f'"{name}" cannot name a figure', "slack_map is what the slack maps are called")
     return name
 
 
-def _quantities(names: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
-    """Of a figure with a name, which a study declares, results of one table."""
+def _check_quantities(names: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
+    """Return the quantities of a figure; those of a declared one are results of one table.
+
+    A figure that a study declares has a name. One without a name is asked for on the command line,
+    where its quantities are checked against a table.
+    """
     if info.data.get("name", "") is None:
         return names
     for name in names:
         if name not in OF_STATES and name not in OF_DESIGNS:
-            hint = (
-                nearest(name, (*OF_STATES, *OF_DESIGNS))
-                or "a result of the states or of the designs"
-            )
+            near = nearest(name, (*OF_STATES, *OF_DESIGNS))
+            hint = near or "a result of the states or of the designs"
             raise fault(f'"{shorten(name)}" is not a quantity of a table', hint)
-    state, design = (
-        next((name for name in names if name in table), None) for table in (OF_STATES, OF_DESIGNS)
-    )
-    if state and design:
-        raise fault(
-            f"{state} is of the states and {design} of the designs, a figure shows one table"
-        )
+    of_states = [name for name in names if name in OF_STATES]
+    of_designs = [name for name in names if name in OF_DESIGNS]
+    if of_states and of_designs:
+        found = f"{of_states[0]} is a result of the states and {of_designs[0]} of the designs"
+        raise fault(f"{found}, but a figure shows one table")
     if not names:
-        raise fault(
-            "is missing or empty, each figure of a study needs one", 'such as "motor_torque"'
-        )
+        problem = "is missing or empty, each figure of a study needs one"
+        raise fault(problem, 'such as "motor_torque"')
     return names
 
 
-def _unit(symbol: str) -> str:
+def _check_unit(symbol: str) -> str:
+    """Return the symbol of a known unit; refuse any other."""
     if symbol not in UNITS:
         hint = nearest(symbol, UNITS) or f"known units: {', '.join(UNITS)}"
         raise fault(f'unknown unit "{shorten(symbol)}"', hint)
@@ -116,11 +136,11 @@ _Filter = Annotated[_Text, AfterValidator(_checked_by(read_filter))]
 
 
 class FigureSpec(Part):
-    """A figure as it is asked for, by `[[figure]]`, the command line or Python; the rest follows from the table."""
+    """Figure that `[[figure]]`, the command line or Python asks for; its table gives the rest."""
 
     model_config = ConfigDict(json_schema_extra={"required": ["name", "quantity"]})
 
-    name: Annotated[Name, AfterValidator(_not_a_slack_map)] | None = usual(
+    name: Annotated[Name, AfterValidator(_check_figure_name)] | None = usual(
         None, description="stem of the figure's file, each once"
     )
     title: Annotated[str, StringConstraints(max_length=300, strict=True)] = usual(
@@ -129,11 +149,12 @@ class FigureSpec(Part):
     quantity: Annotated[
         tuple[_Text, ...],
         Field(max_length=MOST_QUANTITIES),
-        AfterValidator(_quantities),
+        AfterValidator(_check_quantities),
         *one_or_many({"enum": [*OF_STATES, *OF_DESIGNS]}, MOST_QUANTITIES, each_once=True),
     ] = usual(
         (),
-        description="what is drawn: one or more results of the states, or of the designs; a panel each",
+        description="what is drawn: one or more results of the states, or of the designs; a panel "
+        "each",
     )
     overlay: Annotated[bool, Field(strict=True)] = usual(
         default=False, description="draw the quantities in one panel, one colour each"
@@ -149,43 +170,46 @@ class FigureSpec(Part):
         (), max_length=20, description='filters, such as "load_mass = 5 kg"; all of them hold'
     )
     unit: Annotated[
-        tuple[Annotated[_Text, AfterValidator(_unit)], ...], *one_or_many({"type": "string"}, 20)
+        tuple[Annotated[_Text, AfterValidator(_check_unit)], ...],
+        *one_or_many({"type": "string"}, 20),
     ] = usual((), max_length=20, description="units to show, each for its dimension, such as cm")
     format: Annotated[tuple[str, ...], OneOf(("png", "svg", "pdf"), is_list=True)] = usual(
         ("png",), description="png, svg, pdf, or several of them"
     )
     size: Annotated[_Text, AfterValidator(_checked_by(read_size))] = usual(
         "page",
-        description='"column" (85 mm), "page" (175 mm), a width or width x height, such as "120 x 80 mm"',
+        description='"column" (85 mm), "page" (175 mm), a width or width x height, such as '
+        '"120 x 80 mm"',
     )
 
     @property
     def asked(self) -> tuple[str, ...]:
-        """Every column that it names."""
-        return (
-            *self.quantity,
-            *filter(None, (self.x, self.colour, self.panels)),
-            *(each.name for each in self.filters),
-        )
+        """Columns that the figure names, of its quantities first."""
+        optional = [name for name in (self.x, self.colour, self.panels) if name]
+        filtered = [condition.name for condition in self.filters]
+        return (*self.quantity, *optional, *filtered)
 
     @property
     def table(self) -> str:
-        """The table that has its quantities."""
+        """Table that has the quantities."""
         return "states" if self.quantity[0] in OF_STATES else "designs"
 
     @property
     def filters(self) -> list[Filter]:
-        """What `where` says."""
+        """Filters of `where`."""
         return [read_filter(text) for text in self.where]
 
     @property
     def units(self) -> dict[str, str]:
-        """The unit to show, by dimension."""
+        """Units to show, by dimension."""
         return {UNITS[symbol].dimension: symbol for symbol in self.unit}
 
 
 def figure_spec(**given: Any) -> FigureSpec:
-    """A figure from Python or the command line, by the keys of `[[figure]]`; raises UsageError for the first fault.
+    """Return a figure from Python or the command line, by the keys of `[[figure]]`.
+
+    Raises:
+        UsageError: A key has a fault; the first is reported.
 
     >>> figure_spec(quantity="motor_torque", where="load_mass = 5 kg").quantity
     ('motor_torque',)
@@ -205,42 +229,62 @@ def figure_spec(**given: Any) -> FigureSpec:
 def figure_faults(
     figures: tuple[FigureSpec, ...], axes: Mapping[str, Quantity], at_fault: set[str]
 ) -> Iterator[Fault]:
-    """Every name in a study's figures that its tables do not have; `axes` are its numbers by their keys and columns."""
+    """Yield names in a study's figures that its tables do not have, and figures without a name.
+
+    Args:
+        figures: The figures that the study declares.
+        axes: Quantities of the study's numbers, by their keys and by their columns.
+        at_fault: Dotted keys that are wrong by themselves and were left out.
+    """
     names = [figure.name for figure in figures]
     for at, figure in enumerate(figures):
+        place = f"figure.{at}"
         if figure.name is not None:
             if figure.name in names[:at]:
-                yield Fault(f"figure.{at}.name", f'"{figure.name}" names two figures')
-            yield from _figure_faults(figure, f"figure.{at}", axes)
-        elif f"figure.{at}.name" not in at_fault:
-            yield Fault(f"figure.{at}.name", "is missing, each entry of figure needs it")
+                yield Fault(f"{place}.name", f'"{figure.name}" names two figures')
+            yield from _column_faults(figure, place, axes)
+            yield from _overlay_faults(figure, place)
+            yield from _filter_faults(figure, place, axes)
+        elif f"{place}.name" not in at_fault:
+            yield Fault(f"{place}.name", "is missing, each entry of figure needs it")
 
 
-def _figure_faults(figure: FigureSpec, place: str, axes: Mapping[str, Quantity]) -> Iterator[Fault]:
+def _column_faults(figure: FigureSpec, place: str, axes: Mapping[str, Quantity]) -> Iterator[Fault]:
+    """Yield columns of a figure that its table does not have."""
     results = OF_STATES if figure.table == "states" else OF_DESIGNS
-    known = (*axes, "direction", "elbow_angle", "case")
-    asked = [(key, getattr(figure, key), known) for key in ("colour", "panels")]
-    asked += [("x", figure.x, (*known, *results))]
-    asked += [
-        ("where", each.name, (*known, *OF_STATES, *OF_DESIGNS, *WORDS)) for each in figure.filters
+    varied = (*axes, "direction", "elbow_angle", "case")
+    named: list[tuple[str, str | None, tuple[str, ...]]] = [
+        ("colour", figure.colour, varied),
+        ("panels", figure.panels, varied),
+        ("x", figure.x, (*varied, *results)),
     ]
-    for key, name, names in asked:
-        if name is not None and name not in names:
-            yield Fault(
-                f"{place}.{key}",
-                f'there is no column "{shorten(name)}"',
-                nearest(name, (*known, *results)),
-            )
-    if figure.overlay and figure.colour is not None:
+    filterable = (*varied, *OF_STATES, *OF_DESIGNS, *WORDS)
+    named += [("where", condition.name, filterable) for condition in figure.filters]
+    for key, name, known in named:
+        if name is not None and name not in known:
+            hint = nearest(name, (*varied, *results))
+            yield Fault(f"{place}.{key}", f'there is no column "{shorten(name)}"', hint)
+
+
+def _overlay_faults(figure: FigureSpec, place: str) -> Iterator[Fault]:
+    """Yield a fault if an overlay has other colours, or quantities of several dimensions."""
+    if not figure.overlay:
+        return
+    if figure.colour is not None:
         problem = "stands beside overlay, which gives the colours to the quantities"
         yield Fault(f"{place}.colour", problem, "leave one of them out; panels takes the axis")
     dimensions = {(QUANTITIES | OF_FIGURES)[name].dimension for name in figure.quantity}
-    if figure.overlay and len(dimensions) > 1:
+    if len(dimensions) > 1:
         problem = f"{' and '.join(sorted(dimensions))} cannot share a panel"
         yield Fault(f"{place}.overlay", problem, "one dimension in each")
-    for each in figure.filters:
-        try:
-            if quantity := axes.get(each.name) or QUANTITIES.get(each.name):
-                each.on(each.name, quantity)
-        except UsageError as error:
-            yield Fault(f"{place}.where", error.message, error.hint)
+
+
+def _filter_faults(figure: FigureSpec, place: str, axes: Mapping[str, Quantity]) -> Iterator[Fault]:
+    """Yield filters of a figure that their columns cannot have."""
+    for condition in figure.filters:
+        quantity = axes.get(condition.name) or QUANTITIES.get(condition.name)
+        if quantity is not None:
+            try:
+                condition.on(condition.name, quantity)
+            except UsageError as error:
+                yield Fault(f"{place}.where", error.message, error.hint)

@@ -1,4 +1,4 @@
-"""The JSON Schema of the study file, for editors and programs, and what pydantic reports of a study, in our words."""
+"""JSON Schema of the study file, for editors and programs, and faults of its keys in our words."""
 
 from __future__ import annotations
 
@@ -17,84 +17,99 @@ from tendon_cli.studies.toml_reading import KeyPlaces
 from tendon_cli.units import described, shorten
 
 MOST_FAULTS = 1000
+"""Largest number of faults that an error lists."""
 
 
 @cache
 def _schema() -> dict[str, Any]:
+    """Return the schema of a study as pydantic builds it."""
     return Study.model_json_schema()
 
 
 def schema_text() -> str:
-    """The schema as JSON text."""
+    """Return the schema as JSON text."""
     draft = "https://json-schema.org/draft/2020-12/schema"
     return json.dumps({**_schema(), "$schema": draft, "title": "tendon study"}, indent=2)
 
 
 @cache
 def key_words() -> dict[str, tuple[str, tuple[str, ...]]]:
-    """Every key by its dotted path, with its meaning and, where it is one of a few words, these."""
+    """Return every key by its dotted path, with its meaning and the words that it may be.
+
+    The words are empty for a key that is not one of a few words.
+    """
     return dict(_keys_in(_schema(), ""))
 
 
 def _keys_in(
-    table: dict[str, Any], before: str
+    table: dict[str, Any], prefix: str
 ) -> Iterator[tuple[str, tuple[str, tuple[str, ...]]]]:
+    """Yield the keys of a table of the schema, each as `key_words` has it."""
     for name, node in table["properties"].items():
-        choices = [*_meant(node)]
+        path = f"{prefix}{name}"
+        choices = [*_choices(node)]
         inner = next((choice for choice in choices if "properties" in choice), None)
-        if inner is not None and f"{before}{name}" not in keys():
-            if not any(
-                "items" in choice for choice in choices
-            ):  # no single key sets one of a list of tables
-                yield from _keys_in(inner, f"{before}{name}.")
-            continue
-        meaning = next((choice["description"] for choice in choices if "description" in choice), "")
-        words = [word for choice in choices for word in choice.get("enum", [choice.get("const")])]
-        words += ["true", "false"] if node.get("type") == "boolean" else []
-        yield (
-            f"{before}{name}",
-            (meaning, tuple(dict.fromkeys(word for word in words if isinstance(word, str)))),
-        )
+        if inner is None or path in keys():
+            yield path, (_meaning(choices), _words_of(node, choices))
+        elif not any("items" in choice for choice in choices):
+            # No single key sets one of a list of tables.
+            yield from _keys_in(inner, f"{path}.")
 
 
-def _meant(node: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """A node, and all that it may stand for."""
+def _meaning(choices: list[dict[str, Any]]) -> str:
+    """Return the first description among the choices of a key; empty if there is none."""
+    return next((choice["description"] for choice in choices if "description" in choice), "")
+
+
+def _words_of(node: dict[str, Any], choices: list[dict[str, Any]]) -> tuple[str, ...]:
+    """Return the words that a key may be, each once."""
+    values: list[Any] = []
+    for choice in choices:
+        values += choice.get("enum", [choice.get("const")])
+    if node.get("type") == "boolean":
+        values += ["true", "false"]
+    return tuple(dict.fromkeys(value for value in values if isinstance(value, str)))
+
+
+def _choices(node: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield a node, and all nodes that it may stand for."""
     yield node
     if "$ref" in node:
-        yield from _meant(_schema()["$defs"][node["$ref"].rpartition("/")[2]])
-    for choice in (*node.get("anyOf", ()), *([node["items"]] if "items" in node else ())):
-        yield from _meant(choice)
+        definition = node["$ref"].rpartition("/")[2]
+        yield from _choices(_schema()["$defs"][definition])
+    for choice in node.get("anyOf", ()):
+        yield from _choices(choice)
+    if "items" in node:
+        yield from _choices(node["items"])
 
 
-def _names_in(table: list[str]) -> list[str]:
-    """The keys that may stand in a table of the study."""
-    here = _schema()
-    for part in table:
+def _names_in(path: list[str]) -> list[str]:
+    """Return the keys that may stand in the table at a path; none if it is no table."""
+    table = _schema()
+    for part in path:
         if not part.isdigit():
-            choices = _meant(here["properties"].get(part, {}))
-            here = next(
-                (choice for choice in choices if "properties" in choice), {"properties": {}}
-            )
-    return list(here["properties"])
+            choices = _choices(table["properties"].get(part, {}))
+            no_table: dict[str, Any] = {"properties": {}}
+            table = next((choice for choice in choices if "properties" in choice), no_table)
+    return list(table["properties"])
 
 
-# --- Faults ----------------------------------------------------------------------------------------------------------
+# --- Faults --------------------------------------------------------------------------------------
 
 
 def faults_of(error: ValidationError, places: KeyPlaces) -> list[Fault]:
-    """What is wrong with the keys of a study, each with its line where the file has one."""
+    """Return the faults of the keys of a study, each with its line if the file has one."""
     details = error.errors(include_url=False)
     faults = [_fault(detail, places) for detail in details[:MOST_FAULTS]]
-    return faults + (
-        [Fault("", f"and {len(details) - MOST_FAULTS} faults more")]
-        if len(details) > MOST_FAULTS
-        else []
-    )
+    if len(details) > MOST_FAULTS:
+        faults.append(Fault("", f"and {len(details) - MOST_FAULTS} faults more"))
+    return faults
 
 
 def _fault(detail: Any, places: KeyPlaces) -> Fault:
+    """Return one fault from what pydantic reports."""
     path = [str(part) for part in detail["loc"]]
-    problem, hint = _words(detail, path)
+    problem, hint = _problem_and_hint(detail, path)
     line = places.line_of(".".join(path))
     if path == ["name"] and line is None:
         hint = hint or "where a study has no name, it is called as its file"
@@ -103,19 +118,19 @@ def _fault(detail: Any, places: KeyPlaces) -> Fault:
     return Fault(shorten(".".join(path), 120), problem, hint, line)
 
 
-def _words(detail: Any, path: list[str]) -> tuple[str, str | None]:
-    """The problem and a hint, for what pydantic reports."""
-    kind, given, context = detail["type"], described(detail.get("input")), detail.get("ctx") or {}
+def _problem_and_hint(detail: Any, path: list[str]) -> tuple[str, str | None]:
+    """Return the problem and a hint, in our words, from what pydantic reports."""
+    kind = detail["type"]
+    given = described(detail.get("input"))
+    context = detail.get("ctx") or {}
     if kind == "tendon":
         return context["problem"], context["hint"]
     if kind == "extra_forbidden":
         key = ".".join(path[2:])
         if path[0] == "cases" and any(f"{known}.".startswith(f"{key}.") for known in key_words()):
-            return (
-                "is the same for all cases",
-                f"say {key} for the whole study, or write a study for each case",
-            )
-        return "unknown key", _meant_key(path)
+            hint = f"say {key} for the whole study, or write a study for each case"
+            return "is the same for all cases", hint
+        return "unknown key", _hint_at_key(path)
     if kind == "literal_error":
         words = [word.strip(" '") for word in context["expected"].replace(" or ", ",").split(",")]
         expected = context["expected"].replace("'", '"')
@@ -124,24 +139,33 @@ def _words(detail: Any, path: list[str]) -> tuple[str, str | None]:
         problem = "has no value" if detail["input"] is None else f"{given} is not a table"
         return f"{problem}, expected a table of keys", f"its keys: {', '.join(_names_in(path))}"
     if kind == "tuple_type" and _names_in(path):
-        return (
-            f"{given} is not a list, expected a list of tables",
-            f"in TOML, each of them starts with [[{path[-1]}]]",
-        )
+        problem = f"{given} is not a list, expected a list of tables"
+        return problem, f"in TOML, each of them starts with [[{path[-1]}]]"
     problems = {
         "missing": f"is missing, each entry of {path[0] if path else 'the study'} needs it",
         "string_pattern_mismatch": f"{given} is not a name, expected letters, digits, . _ -",
         "string_type": f"{given} is not text, expected text in quotes",
-        "tuple_type": f"{given} is not a list of words, expected a word in quotes or a list of them",
+        "tuple_type": f"{given} is not a list of words, expected a word in quotes or a list of "
+        "them",
         "too_short": "an empty list, expected at least one value",
     }
-    return problems.get(kind, detail["msg"][:1].lower() + detail["msg"][1:]), None
+    message = detail["msg"]
+    return problems.get(kind, message[:1].lower() + message[1:]), None
 
 
-def _meant_key(path: list[str]) -> str:
-    """A hint at an unknown key: the nearest one of its table, or the table where a key of this name belongs."""
-    name, known = path[-1], _names_in(path[:-1])
+def _hint_at_key(path: list[str]) -> str:
+    """Return a hint at an unknown key.
+
+    It names the nearest key of its table, or another table with a key of this name, or all keys of
+    its table.
+    """
+    name = path[-1]
+    known = _names_in(path[:-1])
+    near = nearest(name, known, cutoff=0.6)
+    if near is not None:
+        return near
     elsewhere = {key.rpartition(".")[2]: key for key in reversed(key_words()) if "." in key}
-    far = difflib.get_close_matches(name, list(elsewhere), n=1, cutoff=0.75)
-    other = f'did you mean "{elsewhere[far[0]]}"?' if far else f"known here: {', '.join(known)}"
-    return nearest(name, known, cutoff=0.6) or other
+    alike = difflib.get_close_matches(name, list(elsewhere), n=1, cutoff=0.75)
+    if alike:
+        return f'did you mean "{elsewhere[alike[0]]}"?'
+    return f"known here: {', '.join(known)}"

@@ -1,4 +1,4 @@
-"""A study from its file, with what the command line sets, or all its faults in one error."""
+"""Read a study from its file and the command line, or raise all its faults in one error."""
 
 from __future__ import annotations
 
@@ -27,18 +27,27 @@ from tendon_cli.studies.toml_reading import (
     Document,
     KeyPlaces,
     read_value,
+    refused,
 )
 from tendon_cli.units import described, shorten
 
 AnyStudy: TypeAlias = str | PathLike[str] | Mapping[str, Any] | Study
+"""Study, its keys in a dictionary, or the path of its file."""
+
+_NO_LINE = 10**9
+"""Place of a fault without a line, behind all others."""
 
 
 def any_study(content: AnyStudy) -> Study:
-    """A checked study from a dictionary with the keys of a study file, or from its path; raises as `load_study` does.
+    """Return a checked study from a dictionary with the keys of a study file, or from its path.
 
-    Numbers may be NumPy's, lists may be ranges, arrays or Series, and a `Fit` may be a friction coefficient. Relative
-    paths in it are relative to the working directory. `study.vary(**{"load.mass": "3 kg"})` is the same study with
-    another value.
+    Numbers may be NumPy's, lists may be ranges, arrays or Series, and a `Fit` may be a friction
+    coefficient. Relative paths in it are relative to the working directory.
+    `study.vary(**{"load.mass": "3 kg"})` is the same study with another value.
+
+    Raises:
+        StudyError: The study has faults; all of them are listed.
+        InputError: A file that it names cannot be trusted.
 
     >>> import tendon_cli as tendon
     >>> asked = tendon.study({"tendon": {"pretension": "120 N"}, "load": {"mass": range(0, 6, 5)}})
@@ -52,41 +61,44 @@ def any_study(content: AnyStudy) -> Study:
     if isinstance(content, str | PathLike):
         return load_study(content)
     if not isinstance(content, Mapping):
-        raise StudyError(
-            [
-                Fault(
-                    "",
-                    f"{described(content)} is not a study, expected a path or a dictionary of keys",
-                )
-            ]
+        raise refused(
+            f"{described(content)} is not a study, expected a path or a dictionary of keys"
         )
     return study_from(plain(content))
 
 
 def load_study(path: str | PathLike[str], settings: Iterable[str] = ()) -> Study:
-    """Read and check a study file (TOML, or YAML by its ending; `-` is standard input), then apply settings KEY=VALUE.
+    """Read and check a study file, TOML or YAML, then apply settings KEY=VALUE.
 
-    Raises StudyError with every fault, InputError for a file that it names and that cannot be trusted.
+    Args:
+        path: The file, YAML by its ending, else TOML; `-` is standard input.
+        settings: Settings as `--set` takes them.
+
+    Raises:
+        StudyError: The study has faults; all of them are listed.
+        UsageError: A setting has no place in a study.
+        InputError: A file that the study names cannot be trusted.
 
     >>> import tendon_cli as tendon
     >>> loaded = tendon.load_study("study.toml", ["load.mass=[0.0, 5.0]"])
     >>> loaded.axes
     ('load.mass',)
     """
-    path, settings = path_of(path), (settings,) if isinstance(settings, str) else settings
+    file = path_of(path)
+    if isinstance(settings, str):
+        settings = (settings,)
     try:
-        document = read_document(path)
-        before = _axes_in_order(document)
+        document = read_document(file)
+        axes = _axes_in_order(document)
         changed = [_apply(document.content, setting) for setting in settings]
         for key in changed:
             document.places.forget(key)
-        document.content.setdefault("name", "study" if path == STDIN else path.stem)
-        return study_from(
-            document.content, document.places, folder=path.parent, order=(*before, *changed)
-        )
+        document.content.setdefault("name", "study" if file == STDIN else file.stem)
+        order = (*axes, *changed)
+        return study_from(document.content, document.places, folder=file.parent, order=order)
     except TendonError as error:
         if error.where is None:
-            error.where = "standard input" if path == STDIN else shorten(str(path), 1000)
+            error.where = "standard input" if file == STDIN else shorten(str(file), 1000)
         raise
 
 
@@ -97,14 +109,22 @@ def study_from(
     folder: Path = Path(),
     order: tuple[str, ...] = (),
 ) -> Study:
-    """A checked study from a plain dictionary; files that it names are looked up in `folder`.
+    """Return a checked study from a plain dictionary.
 
-    `order` lists keys in the order in which their axes shall vary; keys that it leaves out follow as the content has
-    them.
+    Args:
+        content: The keys of a study file.
+        places: Lines of the keys in their file, for errors.
+        folder: Folder in which files that the study names are looked up.
+        order: Keys in the order in which their axes shall vary; keys that it leaves out follow in
+            the order of the content.
+
+    Raises:
+        StudyError: The study has faults; all of them are listed, by line.
+        InputError: A file that it names cannot be trusted, and nothing else is wrong.
     """
     places = places or KeyPlaces()
     faults: list[Fault] = []
-    study, invalid = _validated(_without_nothing(content, "", faults), places)
+    study, invalid = _validated(_without_empty_keys(content, "", faults), places)
     faults += invalid
     files = Attachments(folder)
     if study is not None:
@@ -114,52 +134,25 @@ def study_from(
         except InputError:
             if not faults:
                 raise
-        faults += files.faults or (
-            [] if faults else [*curve_faults(study), *impossibilities(study)]
-        )
+        faults += files.faults
+        if not faults:
+            faults += curve_faults(study)
+            faults += impossibilities(study)
     if study is None or faults:
         placed = [replace(fault, line=fault.line or places.line_of(fault.key)) for fault in faults]
-        raise StudyError(
-            sorted(placed, key=lambda fault: 10**9 if fault.line is None else fault.line)
-        )
-    return study.ordered(tuple(dict.fromkeys((*order, *_number_keys(content)))), files.sources)
-
-
-def plain(value: Any, path: tuple[str, ...] = ()) -> Any:
-    """What a program gives for a study, as a file would have it; raises StudyError.
-
-    NumPy's numbers become numbers; ranges, arrays and Series lists; a fitted friction coefficient its mean and error.
-    """
-    key = shorten(".".join(path), 120)
-    if len(path) > MAX_DEPTH:
-        raise StudyError(
-            [Fault("", f"nested deeper than {MAX_DEPTH} levels", "a study needs no more than four")]
-        )
-    if isinstance(value, Mapping):
-        odd = next((name for name in value if not isinstance(name, str)), None)
-        if odd is not None:
-            raise StudyError([Fault(key, f"{described(odd)} stands as a key, expected text")])
-        return {name: plain(inner, (*path, name)) for name, inner in value.items()}
-    if hasattr(value, "gain_ratio"):
-        if value.friction is None:
-            hint = "give fit_friction a bend_angle"
-            raise StudyError(
-                [Fault(key, "the fit has no bend angle, so no friction coefficient", hint)]
-            )
-        return {"mean": value.friction, "std": value.standard_error}
-    value = value.tolist() if hasattr(value, "tolist") else value
-    if isinstance(value, (list, tuple, range)):
-        return [plain(item, (*path, str(at))) for at, item in enumerate(value)]
-    if value is None or isinstance(value, (str, bool, int, float, date, time)):
-        return value
-    problem = (
-        f"a {type(value).__name__} cannot stand here, expected text, a number, a list or a table"
-    )
-    raise StudyError([Fault(key, problem)])
+        placed.sort(key=lambda fault: _NO_LINE if fault.line is None else fault.line)
+        raise StudyError(placed)
+    axes = tuple(dict.fromkeys((*order, *_number_keys(content))))
+    return study.ordered(axes, files.sources)
 
 
 def varied_study(study: Study, settings: Mapping[str, Any]) -> Study:
-    """A study with other values at some dotted keys, new axes last; raises StudyError, UsageError."""
+    """Return a study with other values at some dotted keys; its new axes vary fastest.
+
+    Raises:
+        StudyError: The study with these values has faults; all of them are listed.
+        UsageError: A setting has no place in a study.
+    """
     content = study.document()
     for key, value in settings.items():
         _put(content, key.split("."), plain(value, (key,)))
@@ -168,55 +161,129 @@ def varied_study(study: Study, settings: Mapping[str, Any]) -> Study:
 
 
 def recorded_study(record: Mapping[str, Any]) -> Study:
-    """The study of a run or a table, from what these keep of it and without its files."""
+    """Return the study of a run or a table from its `Study.record`, without its files."""
     axes = tuple(record["axes"])
     return study_from(record["study"], order=axes).ordered(axes, record["sources"])
 
 
-def _without_nothing(content: Any, path: str, faults: list[Fault]) -> Any:
-    """The content without keys that have no value, as YAML allows: `faults`; numbers are left to their fields."""
+# --- Content of a program or a file --------------------------------------------------------------
+
+
+def plain(value: Any, path: tuple[str, ...] = ()) -> Any:
+    """Return a value of a program as a study file would have it.
+
+    NumPy's numbers become numbers; ranges, arrays and Series become lists; a fitted friction
+    coefficient becomes its mean and standard error.
+
+    Args:
+        value: The value, or a study's whole content.
+        path: Keys at which it stands, for errors.
+
+    Raises:
+        StudyError: A study file cannot have the value.
+    """
+    key = shorten(".".join(path), 120)
+    if len(path) > MAX_DEPTH:
+        raise refused(f"nested deeper than {MAX_DEPTH} levels", "a study needs no more than four")
+    if isinstance(value, Mapping):
+        for name in value:
+            if not isinstance(name, str):
+                raise refused(f"{described(name)} stands as a key, expected text", key=key)
+        return {name: plain(inner, (*path, name)) for name, inner in value.items()}
+    is_fit = hasattr(value, "gain_ratio")
+    if is_fit:
+        if value.friction is None:
+            problem = "the fit has no bend angle, so no friction coefficient"
+            raise refused(problem, "give fit_friction a bend_angle", key=key)
+        return {"mean": value.friction, "std": value.standard_error}
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, (list, tuple, range)):
+        return [plain(item, (*path, str(at))) for at, item in enumerate(value)]
+    if value is None or isinstance(value, (str, bool, int, float, date, time)):
+        return value
+    expected = "expected text, a number, a list or a table"
+    raise refused(f"a {type(value).__name__} cannot stand here, {expected}", key=key)
+
+
+def _without_empty_keys(content: Any, path: str, faults: list[Fault]) -> Any:
+    """Return content without keys that have no value, as YAML allows; add a fault for each.
+
+    Numbers are left as they are: their fields check them.
+    """
     if isinstance(content, list):
-        return [_without_nothing(item, f"{path}.{at}", faults) for at, item in enumerate(content)]
+        return [
+            _without_empty_keys(item, f"{path}.{at}", faults) for at, item in enumerate(content)
+        ]
     if not isinstance(content, dict) or path in keys():
         return content
-    inner = {f"{path}.{name}".removeprefix("."): (name, value) for name, value in content.items()}
-    problem, hint = "has no value", "leave the key out, or give it a value"
-    faults += [
-        Fault(shorten(key, 120), problem, hint)
-        for key, (_, value) in inner.items()
-        if value is None
-    ]
+    paths = {name: f"{path}.{name}".removeprefix(".") for name in content}
+    for name, value in content.items():
+        if value is None:
+            hint = "leave the key out, or give it a value"
+            faults.append(Fault(shorten(paths[name], 120), "has no value", hint))
     return {
-        name: _without_nothing(value, key, faults)
-        for key, (name, value) in inner.items()
+        name: _without_empty_keys(value, paths[name], faults)
+        for name, value in content.items()
         if value is not None
     }
 
 
+def _number_keys(content: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return the values at the keys of numbers, and of places of springs, by dotted key."""
+    given: dict[str, Any] = {}
+    for name, value in content.items():
+        path = f"{prefix}{name}"
+        if path in keys() or split_side(path)[0] == SPRING_AT:
+            given[path] = value
+        elif isinstance(value, dict):
+            given |= _number_keys(value, f"{path}.")
+    return given
+
+
+def _axes_in_order(document: Document) -> list[str]:
+    """Return the keys of a document that hold a list or a grid, in the order of its lines."""
+    axes = [
+        key
+        for key, value in _number_keys(document.content).items()
+        if isinstance(value, (list, dict))
+    ]
+    return sorted(axes, key=lambda key: document.places.line_of(key) or 0)
+
+
+# --- Validation ----------------------------------------------------------------------------------
+
+
 def _validated(content: dict[str, Any], places: KeyPlaces) -> tuple[Study | None, list[Fault]]:
-    """The study, and the faults of its single keys; with faults, the study without the keys at fault if that is one."""
+    """Return the study of some content, and the faults of its single keys.
+
+    With faults the study is that of the content without the keys at fault, so that its other keys
+    can be checked; it is None if even that is no study.
+    """
     faults: list[Fault] = []
     rest = deepcopy(content)
     while True:
         try:
             return Study.model_validate(rest), faults
         except ValidationError as error:
-            faults = faults or faults_of(error, places)
-            at_fault = [
-                _innermost(rest, detail["loc"]) for detail in error.errors(include_url=False)
-            ]
-            for table, name in filter(None, at_fault):
+            if not faults:
+                faults = faults_of(error, places)
+            details = error.errors(include_url=False)
+            at_fault = [_innermost(rest, detail["loc"]) for detail in details]
+            found = [place for place in at_fault if place is not None]
+            for table, name in found:
                 table.pop(name, None)
-            if not any(at_fault):
+            if not found:
                 return None, faults
 
 
 def _innermost(
     content: dict[str, Any], path: tuple[int | str, ...]
 ) -> tuple[dict[str, Any], Any] | None:
-    """The table and the name of the key at a path, or of the last key on the way to it.
+    """Return the table and the name of the key at a path, or of the last key on the way to it.
 
-    An entry of a list is never taken by itself: without it, those after it would change their places.
+    An entry of a list is never taken by itself: without it, those after it would change their
+    places.
     """
     table: Any = content
     place: tuple[dict[str, Any], Any] | None = None
@@ -229,50 +296,41 @@ def _innermost(
     return place
 
 
-def _axes_in_order(document: Document) -> list[str]:
-    """Keys of the document that hold a list or a grid, in the order of its lines."""
-    axes = [
-        key
-        for key, value in _number_keys(document.content).items()
-        if isinstance(value, (list, dict))
-    ]
-    return sorted(axes, key=lambda key: document.places.line_of(key) or 0)
-
-
-def _number_keys(content: dict[str, Any], prefix: str = "") -> dict[str, Any]:
-    """What stands at each number key of a plain dictionary."""
-    given: dict[str, Any] = {}
-    for name, value in content.items():
-        path = f"{prefix}{name}"
-        if path in keys() or split_side(path)[0] == SPRING_AT:
-            given[path] = value
-        elif isinstance(value, dict):
-            given |= _number_keys(value, f"{path}.")
-    return given
+# --- Settings ------------------------------------------------------------------------------------
 
 
 def _apply(content: dict[str, Any], setting: str) -> str:
-    """Put one `KEY=VALUE` into the content and return the key; raises UsageError or StudyError."""
+    """Put one `KEY=VALUE` into the content and return the key.
+
+    Raises:
+        UsageError: The setting has no such form, or its key has no place in the content.
+        StudyError: The key cannot be read.
+    """
     key, equals, text = setting.partition("=")
     parts = key.strip().split(".")
     if not equals or not all(parts) or len(parts) > MAX_KEY_PARTS:
-        raise UsageError(
-            f'--set "{shorten(setting)}" is not KEY=VALUE', hint="such as --set 'arm.b1=160 mm'"
-        )
-    key, text = shorten(key), text.strip()
+        problem = f'--set "{shorten(setting)}" is not KEY=VALUE'
+        raise UsageError(problem, hint="such as --set 'arm.b1=160 mm'")
+    text = text.strip()
+    is_toml = text.startswith(("[", "{", '"', "'"))
     try:
-        value = read_value(text) if text[:1] in ("[", "{", '"', "'") else text
+        value = read_value(text) if is_toml else text
     except StudyError as error:
+        example = """--set 'load.mass=["3 kg", "5 kg"]'"""
         raise UsageError(
-            f"--set {key}: {error.faults[0].problem}",
-            hint='what starts with [, { or a quote is TOML, such as --set \'load.mass=["3 kg", "5 kg"]\'',
+            f"--set {shorten(key)}: {error.faults[0].problem}",
+            hint=f"what starts with [, {{ or a quote is TOML, such as {example}",
         ) from None
     _put(content, parts, value)
     return ".".join(parts)
 
 
 def _put(content: dict[str, Any], path: list[str], value: Any) -> None:
-    """Put a value at a dotted key into the content; raises UsageError below what is no table."""
+    """Put a value at a dotted key into the content.
+
+    Raises:
+        UsageError: A part of the key is no table.
+    """
     table: Any = content
     for part in path[:-1]:
         table = table.setdefault(part, {})

@@ -1,4 +1,4 @@
-"""A number that may be an axis: one value, a list, a grid, or one that is uncertain."""
+"""Mark of a number that may be an axis: one value, a list, a grid, or an uncertain number."""
 
 from __future__ import annotations
 
@@ -13,34 +13,47 @@ from tendon_cli.studies.fields import Single, fault, within
 from tendon_cli.studies.values import MAX_AXIS_LENGTH, Grid, Uncertain, Values, in_si
 from tendon_cli.units import Measure, described, terminating, to_float
 
-_UNIFORM, _NORMAL = ("value", "tolerance"), ("mean", "std")
-_PLUS_MINUS, _TO = re.compile(r"\+/-|\+-|±"), re.compile(r"\s+to\s+")
-_LONGEST, _SIGNS = 400, "+-.0123456789eE"
-"""Of text with two numbers; and what numbers are made of. One unit behind both is that of both."""
+_UNIFORM = ("value", "tolerance")
+"""Keys of an uncertain number with a uniform distribution."""
+_NORMAL = ("mean", "std")
+"""Keys of an uncertain number with a normal distribution."""
+
+_PLUS_MINUS = re.compile(r"\+/-|\+-|±")
+_TO = re.compile(r"\s+to\s+")
+_LONGEST = 400
+"""Length of the longest text that is searched for two numbers."""
+_OF_NUMBERS = "+-.0123456789eE"
+"""Characters of which numbers are made; what follows them is a unit."""
 
 
 @dataclass(frozen=True)
 class Number(Single):
-    """Marks a field as a number that may be an axis; and where `uncertain`, that may have a distribution instead."""
+    """Mark of a field that is a number and may be an axis."""
 
     uncertain: bool = True
+    """True if the number may be an interval, or have a distribution."""
 
     def read(self, value: object) -> Values | None:
-        """What the file says, as `Values`; None (a key not given) stays None. Raises PydanticCustomError."""
+        """Return what the file says as `Values`; None for a key that is not given.
+
+        Raises:
+            PydanticCustomError: The value is none of the forms of a number, or out of bounds.
+        """
         if isinstance(value, dict):
             return self._table(value)
         if isinstance(value, (list, tuple)):
             return Values(self._list(value), is_axis=True)
         if isinstance(value, str) and len(value) <= _LONGEST:
-            for pattern, distribution in ((_PLUS_MINUS, self._plus_minus), (_TO, self._between)):
-                if len(parts := pattern.split(value, maxsplit=1)) > 1:
-                    first, second = (part.strip() for part in parts)
-                    unit = second.lstrip(_SIGNS).strip() if not first.strip(_SIGNS) else ""
-                    return distribution(first if unit in ("", "%") else f"{first} {unit}", second)
+            middle_and_spread = _two_numbers(value, _PLUS_MINUS)
+            if middle_and_spread is not None:
+                return self._plus_minus(*middle_and_spread)
+            ends = _two_numbers(value, _TO)
+            if ends is not None:
+                return self._between(*ends)
         return super().read(value)
 
     def _table(self, table: dict[Any, Any]) -> Values:
-        """A grid, an interval or an uncertain number."""
+        """Return a grid, an interval or an uncertain number."""
         for names in (_UNIFORM, _NORMAL):
             if table.keys() & set(names):
                 return self._uncertain(table, names)
@@ -48,7 +61,10 @@ class Number(Single):
             return Values(self._interval(table), is_axis=True, is_interval=True)
         return Values(self._grid(table), is_axis=True)
 
+    # --- Lists and grids -------------------------------------------------------------------------
+
     def _list(self, items: list[Any] | tuple[Any, ...]) -> tuple[float, ...]:
+        """Return the values of a list in SI."""
         if not items:
             raise fault("an empty list, expected at least one value")
         if any(isinstance(item, (list, tuple, dict)) for item in items):
@@ -60,21 +76,20 @@ class Number(Single):
         return numbers
 
     def _grid(self, table: dict[Any, Any]) -> Grid:
-        length = ("num",) if "num" in table or "step" not in table else ("step",)
+        """Return the grid of a table with from, to, num or step, and optionally spacing."""
+        length = "step" if "step" in table and "num" not in table else "num"
         expected = "in a grid, expected from, to, num or step, and optionally spacing"
         hint = None if "from" in table else f"a single value is {self.wanted}"
-        _check_keys(table, ("from", "to", *length), expected, hint, optional="spacing")
+        _check_keys(table, ("from", "to", length), expected, hint, optional="spacing")
         spacing = table.get("spacing", "linear")
         if spacing not in ("linear", "log"):
             raise fault(f'spacing = {described(spacing)}, expected "linear" or "log"')
-        num = _count(table["num"]) if "num" in table else 0
-        first, last = self._inner(table, "from"), self._inner(table, "to")
-        grid = Grid(
-            first,
-            last,
-            num or self._steps(first, last, table["step"], spacing),
-            log=spacing == "log",
-        )
+        num = _count(table["num"]) if length == "num" else None
+        first = self._inner(table, "from")
+        last = self._inner(table, "to")
+        if num is None:
+            num = self._values_of_step(first, last, table["step"], spacing)
+        grid = Grid(first, last, num, log=spacing == "log")
         if grid.log and min(first.si, last.si) <= 0.0:
             raise fault("a log grid that reaches zero, expected from and to above zero")
         if grid.num > 1 and first.si == last.si:
@@ -83,30 +98,14 @@ class Number(Single):
             )
         return grid
 
-    def _interval(self, table: dict[Any, Any]) -> Grid:
-        """`{ from, to }`: every value between two ends."""
-        low, high = self._inner(table, "from"), self._inner(table, "to")
-        if low.exact >= high.exact:
-            hint = f"write {{ from = {high.quoted}, to = {low.quoted} }}, or a single value"
-            raise fault("an interval that does not go up, expected from below to", hint)
-        return Grid(low, high, 2)
+    def _values_of_step(self, first: Measure, last: Measure, step: object, spacing: str) -> int:
+        """Return the number of values of a grid with a step.
 
-    def _inner(self, table: dict[Any, Any], name: str) -> Measure:
-        """A value inside a grid or an uncertain number; its faults say which it is."""
-        try:
-            measure = self.measure(table[name])
-            self.bounded(measure)
-        except PydanticCustomError as error:
-            raise within(name, error) from None
-        return measure
-
-    def _steps(self, first: Measure, last: Measure, step: object, spacing: str) -> int:
-        """How many values a grid of this step has; in rational numbers, so that a step that misses the end shows."""
+        It is computed in rational numbers, so that a step that misses the end is refused.
+        """
         if spacing == "log":
-            raise fault(
-                "a step in a log grid, expected num",
-                "a log grid goes on by a factor, not by a step",
-            )
+            hint = "a log grid goes on by a factor, not by a step"
+            raise fault("a step in a log grid, expected num", hint)
         try:
             size = self.measure(step).exact
         except PydanticCustomError as error:
@@ -115,34 +114,82 @@ class Number(Single):
             raise fault(f"step: {described(step)} is not a size, expected one above zero")
         steps = abs(last.exact - first.exact) / size
         if steps.denominator > 1 and steps < MAX_AXIS_LENGTH:
-            problem = f"step: {described(step)} does not divide the range, it goes {to_float(steps):.6g} times into it"
+            times = f"it goes {to_float(steps):.6g} times into it"
+            problem = f"step: {described(step)} does not divide the range, {times}"
             raise fault(problem, f"num = {max(2, round(steps) + 1)} instead of step ends at both")
         return _count(int(steps) + 1)
 
-    def _uncertain(self, table: dict[Any, Any], names: tuple[str, str]) -> Values:
-        """`{ value, tolerance }`, uniform, or `{ mean, std }`, normal."""
-        _check_keys(
-            table, names, "in an uncertain number, expected value and tolerance, or mean and std"
-        )
-        is_uniform, middle = names == _UNIFORM, self._inner(table, names[0])
+    def _inner(self, table: dict[Any, Any], name: str) -> Measure:
+        """Return a value inside a grid or an uncertain number; its faults say its name."""
         try:
-            spread, width = self._spread(table[names[1]], middle, may_be_share=is_uniform)
+            measure = self.measure(table[name])
+            self.bounded(measure)
         except PydanticCustomError as error:
-            raise within(names[1], error) from None
-        for end in (middle.exact - spread, middle.exact + spread) if is_uniform else ():
+            raise within(name, error) from None
+        return measure
+
+    # --- Intervals and uncertain numbers ---------------------------------------------------------
+
+    def _interval(self, table: dict[Any, Any]) -> Grid:
+        """Return the two ends of `{ from, to }`, which means every value between them."""
+        low = self._inner(table, "from")
+        high = self._inner(table, "to")
+        if low.exact >= high.exact:
+            hint = f"write {{ from = {high.quoted}, to = {low.quoted} }}, or a single value"
+            raise fault("an interval that does not go up, expected from below to", hint)
+        return Grid(low, high, 2)
+
+    def _uncertain(self, table: dict[Any, Any], names: tuple[str, str]) -> Values:
+        """Return `{ value, tolerance }`, which is uniform, or `{ mean, std }`, which is normal."""
+        expected = "in an uncertain number, expected value and tolerance, or mean and std"
+        _check_keys(table, names, expected)
+        middle_name, spread_name = names
+        is_uniform = names == _UNIFORM
+        middle = self._inner(table, middle_name)
+        try:
+            spread, stated_spread = self._spread(
+                table[spread_name], middle, may_be_share=is_uniform
+            )
+        except PydanticCustomError as error:
+            raise within(spread_name, error) from None
+        if is_uniform:
+            self._check_reach(middle, spread)
+        document = {
+            middle_name: in_si(middle.si, self.quantity.dimension),
+            spread_name: stated_spread,
+        }
+        kind: Literal["uniform", "normal"] = "uniform" if is_uniform else "normal"
+        return self._distributed(kind, middle.exact, spread, document)
+
+    def _check_reach(self, middle: Measure, tolerance: Fraction) -> None:
+        """Raise PydanticCustomError if a tolerance reaches beyond the bounds of the number."""
+        for end in (middle.exact - tolerance, middle.exact + tolerance):
             if not self.low <= to_float(end) <= self.high:
-                reached = (
-                    f"{to_float(end / middle.unit.factor):.6g} {middle.unit.symbol}".removesuffix(
-                        " 1"
-                    )
-                )
-                raise fault(
-                    f"tolerance: it reaches {reached}, which is impossible", "make it narrower"
-                )
-        document = dict(zip(names, (in_si(middle.si, self.quantity.dimension), width), strict=True))
-        return self._distributed(
-            "uniform" if is_uniform else "normal", middle.exact, spread, document
-        )
+                value = to_float(end / middle.unit.factor)
+                reached = f"{value:.6g} {middle.unit.symbol}".removesuffix(" 1")
+                problem = f"tolerance: it reaches {reached}, which is impossible"
+                raise fault(problem, "make it narrower")
+
+    def _plus_minus(self, middle: str, spread: str) -> Values:
+        """Return `a +/- b`, which is normal with the standard deviation b."""
+        if spread.endswith("%") and not middle.endswith("%"):
+            problem = f"{described(spread)} may be a share of the value or of 1"
+            raise fault(problem, "write the standard deviation in the unit of the value")
+        return self._uncertain({"mean": middle, "std": spread}, _NORMAL)
+
+    def _between(self, low: str, high: str) -> Values:
+        """Return `a to b`, which is uniform between the two."""
+        table = {"from": low, "to": high}
+        first = self._inner(table, "from")
+        last = self._inner(table, "to")
+        if first.exact > last.exact:
+            given = described(f"{low} to {high}")
+            hint = f'write "{high} to {low}"'
+            raise fault(f"{given} goes down, expected the lower end first", hint)
+        middle = (first.exact + last.exact) / 2
+        spread = (last.exact - first.exact) / 2
+        document = f"{first.document()} to {last.document()}"
+        return self._distributed("uniform", middle, spread, document)
 
     def _distributed(
         self,
@@ -151,7 +198,7 @@ class Number(Single):
         spread: Fraction,
         document: dict[str, Any] | str,
     ) -> Values:
-        """An uncertain number; one of no width is a number like any other."""
+        """Return an uncertain number; without any spread it is a number like any other."""
         if not self.uncertain:
             raise fault(
                 "an uncertain number cannot stand here, expected one value, a list or a grid"
@@ -161,32 +208,13 @@ class Number(Single):
         known = Uncertain(kind, to_float(middle), to_float(spread), self.low, self.high, document)
         return Values((known.middle,), is_axis=False, uncertain=known)
 
-    def _plus_minus(self, middle: str, spread: str) -> Values:
-        """`a +/- b`: normal with the standard deviation b."""
-        if spread.endswith("%") and not middle.endswith("%"):
-            problem = f"{described(spread)} may be a share of the value or of 1"
-            raise fault(problem, "write the standard deviation in the unit of the value")
-        return self._uncertain({"mean": middle, "std": spread}, _NORMAL)
-
-    def _between(self, low: str, high: str) -> Values:
-        """`a to b`: uniform between the two."""
-        first, last = (self._inner({"from": low, "to": high}, name) for name in ("from", "to"))
-        if first.exact > last.exact:
-            hint = f'write "{high} to {low}"'
-            raise fault(
-                f"{described(f'{low} to {high}')} goes down, expected the lower end first", hint
-            )
-        ends = " to ".join(str(end.document()) for end in (first, last))
-        return self._distributed(
-            "uniform", (first.exact + last.exact) / 2, (last.exact - first.exact) / 2, ends
-        )
-
     def _spread(
         self, value: object, middle: Measure, *, may_be_share: bool
     ) -> tuple[Fraction, float | str]:
-        """A tolerance or a standard deviation, exact and in SI, and as a study says it.
+        """Return a tolerance or a standard deviation, exact in SI, and as a study says it.
 
-        A tolerance is a share of the value, "10 %", or has its dimension; a bare number could be meant as either.
+        A tolerance is a share of the value, such as "10 %", or has the dimension of the number. A
+        bare number is refused as a tolerance: it may be meant as either.
         """
         dimension = self.quantity.dimension
         if may_be_share and isinstance(value, str) and value.strip().endswith("%"):
@@ -205,30 +233,52 @@ class Number(Single):
             raise fault(f"{described(value)} is negative, expected 0 or more")
         return measure.exact, measure.document()
 
+    # --- JSON schema -----------------------------------------------------------------------------
+
     def _json_choices(self) -> list[dict[str, Any]]:
-        one, single = self._json_scalar(), self._json_one()
+        """Return the schemas of all forms that the number takes."""
+        value = self._json_one()
+        finite = self._json_finite()
         share = {
             "type": "string",
             "pattern": r"^\s*\+?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?\s*%\s*$",
         }
         count = {"type": "integer", "minimum": 1, "maximum": MAX_AXIS_LENGTH}
         spacing = {"enum": ["linear", "log"], "default": "linear"}
-        choices = [
-            single,
-            {"type": "array", "items": single, "minItems": 1, "uniqueItems": True},
-            schema_table({"from": one, "to": one, "num": count, "spacing": spacing}, 3),
-            schema_table({"from": one, "to": one, "step": one}, 3),
+        exact = [
+            value,
+            {"type": "array", "items": value, "minItems": 1, "uniqueItems": True},
+            schema_table({"from": finite, "to": finite, "num": count, "spacing": spacing}, 3),
+            schema_table({"from": finite, "to": finite, "step": finite}, 3),
         ]
         if not self.uncertain:
-            return choices
-        inner = one["anyOf"][-1]["pattern"].removeprefix("^").removesuffix("$")
+            return exact
+        text = finite["anyOf"][-1]["pattern"].removeprefix("^").removesuffix("$")
         return [
-            *choices,
-            schema_table({"value": one, "tolerance": {"anyOf": [share, one]}}, 2),
-            schema_table({"mean": one, "std": one}, 2),
-            schema_table({"from": one, "to": one}, 2),
-            {"type": "string", "pattern": rf"^{inner}(\+/-|\+-|±|\s+to\s+){inner}$"},
+            *exact,
+            schema_table({"value": finite, "tolerance": {"anyOf": [share, finite]}}, 2),
+            schema_table({"mean": finite, "std": finite}, 2),
+            schema_table({"from": finite, "to": finite}, 2),
+            {"type": "string", "pattern": rf"^{text}(\+/-|\+-|±|\s+to\s+){text}$"},
         ]
+
+
+def _two_numbers(text: str, separator: re.Pattern[str]) -> tuple[str, str] | None:
+    """Split a text into two numbers; None if it does not hold the separator.
+
+    One unit after both numbers is that of both. A percent sign is not: it may mean a share of the
+    first.
+    """
+    parts = separator.split(text, maxsplit=1)
+    if len(parts) == 1:
+        return None
+    first, second = (part.strip() for part in parts)
+    has_unit = first.strip(_OF_NUMBERS) != ""
+    if not has_unit:
+        unit = second.lstrip(_OF_NUMBERS).strip()
+        if unit not in ("", "%"):
+            first = f"{first} {unit}"
+    return first, second
 
 
 def _check_keys(
@@ -238,7 +288,7 @@ def _check_keys(
     hint: str | None = None,
     optional: str = "",
 ) -> None:
-    """Raises PydanticCustomError for a table that has not just these keys."""
+    """Raise PydanticCustomError if a table has a key too many, or one too few."""
     wrong = [f"unknown {described(key)}" for key in table if key not in (*required, optional)]
     wrong += [f'"{name}" is missing' for name in required if name not in table]
     if wrong:
@@ -246,7 +296,12 @@ def _check_keys(
 
 
 def schema_table(properties: dict[str, Any], required: int) -> dict[str, Any]:
-    """The schema of a table of which the first few keys are required."""
+    """Return the JSON schema of a table.
+
+    Args:
+        properties: Schema of each key.
+        required: Number of keys, from the first on, that must be given.
+    """
     names = list(properties)[:required]
     return {
         "type": "object",
@@ -257,7 +312,7 @@ def schema_table(properties: dict[str, Any], required: int) -> dict[str, Any]:
 
 
 def _count(num: object) -> int:
-    """How many values a grid has."""
+    """Return the number of values of a grid; raise PydanticCustomError if it is not possible."""
     if isinstance(num, bool) or not isinstance(num, int) or num < 1:
         raise fault(f"num = {described(num)} is not a count, expected a whole number of at least 1")
     if num > MAX_AXIS_LENGTH:

@@ -1,6 +1,10 @@
-"""What a study computes, from arm to output; defaults are the paper's baseline, unilateral and without load."""
+"""Tables of a study file, from arm to output.
 
-# No `from __future__ import annotations` here: pydantic would compile each annotation anew, at every start.
+Defaults are the paper's baseline, unilateral and without load.
+"""
+
+# No `from __future__ import annotations` here: pydantic would compile each annotation anew, at
+# every start.
 
 from typing import Annotated, Any, Literal
 
@@ -17,8 +21,9 @@ Direction = Literal["flexion", "extension"]
 Name = Annotated[
     str, StringConstraints(pattern=r"^\.*[A-Za-z0-9_-][A-Za-z0-9._-]*$", max_length=64, strict=True)
 ]
-"""Of a folder or a file."""
+"""Name of a folder or a file."""
 FileName = Annotated[str, StringConstraints(min_length=1, max_length=4096, strict=True)]
+"""Path of a file, from the folder of the study."""
 
 # Wide enough for any actuator that could be built, narrow enough that no formula overflows.
 LENGTH = {"low": 0.0, "high": 100.0}
@@ -33,7 +38,7 @@ YoungsModulus = Annotated[Values, Number("youngs_modulus", 1e3, 1e15)]
 Pretension = Annotated[Values, Number("pretension", 0.0, 1e7)]
 Stiffness = Annotated[Values, Number("spring_stiffness", 1e-3, 1e12, word=RIGID)]
 AnchorStiffness = Annotated[Values, Number("anchor_stiffness", 1e-3, 1e12, word=RIGID)]
-Dimension = Literal[
+BodyDimension = Literal[
     "stature",
     "weight",
     "acromion_radiale_length",
@@ -45,21 +50,21 @@ Dimension = Literal[
 ]
 SpringPlace = Annotated[str | tuple[str, ...] | None, OneOf(("joint", "motor"))]
 
-
 usual: Any = Field
-"""A default as a study file would say it; the field's validator reads it."""
+"""Field whose default is as a study file would say it; the field's validator reads it."""
 
 
-def _columns_of_states(names: tuple[str, ...]) -> tuple[str, ...]:
-    """Known results of the states; what says which state a row is, is kept anyway."""
+def _check_state_columns(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return names of results of the states; refuse any other.
+
+    Columns that say which state a row is are always kept, and refused, too.
+    """
     for name in names:
         if name in ("design", "direction", "elbow_angle"):
             raise fault(f'"{name}" says which state a row is, and is always kept', "leave it out")
         if name != "status" and name not in OF_STATES:
-            raise fault(
-                f'"{shorten(name)}" is not a result of the states',
-                nearest(name, ("status", *OF_STATES)),
-            )
+            hint = nearest(name, ("status", *OF_STATES))
+            raise fault(f'"{shorten(name)}" is not a result of the states', hint)
     return names
 
 
@@ -67,7 +72,7 @@ Words = Annotated[
     tuple[Annotated[str, StringConstraints(strict=True, min_length=1, max_length=100)], ...],
     *one_or_many({"type": "string", "minLength": 1, "maxLength": 100}, least=0, each_once=True),
 ]
-"""One word or a list of them, such as columns; what they may be is not known to the field."""
+"""One word or a list of them, such as columns; the study checks which words are possible."""
 Directions = Annotated[tuple[Direction, ...], OneOf(("flexion", "extension"), is_list=True)]
 Tables = Annotated[
     tuple[Literal["designs", "states"], ...], OneOf(("designs", "states"), is_list=True)
@@ -76,12 +81,12 @@ StateColumns = Annotated[
     tuple[str, ...],
     *one_or_many({"enum": ["status", *OF_STATES]}, each_once=True),
     Field(min_length=1),
-    AfterValidator(_columns_of_states),
+    AfterValidator(_check_state_columns),
 ]
 
 
 class Part(BaseModel):
-    """A table of the study file: unknown keys are refused, and nothing changes after it is read."""
+    """Table of a study file: unknown keys are refused, and nothing changes after it is read."""
 
     model_config = ConfigDict(
         extra="forbid", frozen=True, validate_default=True, arbitrary_types_allowed=True
@@ -89,7 +94,7 @@ class Part(BaseModel):
 
 
 class Arm(Part):
-    """The arm (Fig. 2) and its weight."""
+    """Arm (Fig. 2) and its weight."""
 
     a1: Annotated[Values, Number("a1", **LENGTH)] = usual("40 mm")
     b1: Annotated[Values, Number("b1", **POSITIVE_LENGTH)] = usual("150 mm")
@@ -105,7 +110,7 @@ class Arm(Part):
 
 
 class SheathSide(Part):
-    """What differs on one side of the arm; what is left out is as on the other."""
+    """Sheath on one side of the arm; a key left out is as for both."""
 
     friction: Friction | None = None
     friction_from: FileName | None = usual(
@@ -119,7 +124,7 @@ class SheathSide(Part):
 
 
 class Sheath(SheathSide):
-    """The sheaths of both tendons."""
+    """Sheaths of both tendons."""
 
     friction: Friction | None = usual(0.07)
     bend_angle: BendAngle | None = usual("180 deg")
@@ -128,7 +133,7 @@ class Sheath(SheathSide):
 
 
 class TendonSide(Part):
-    """What differs on one side of the arm."""
+    """Tendon on one side of the arm; a key left out is as for both."""
 
     length: TendonLength | None = None
     diameter: TendonDiameter | None = None
@@ -137,7 +142,7 @@ class TendonSide(Part):
 
 
 class Tendon(TendonSide):
-    """Both tendons, of round cross-section."""
+    """Tendons of both sides, of round cross-section."""
 
     length: TendonLength | None = usual("2 m")
     diameter: TendonDiameter | None = usual("1.5 mm")
@@ -148,7 +153,7 @@ class Tendon(TendonSide):
 
 
 class SpringSide(Part):
-    """What differs on one side of the arm."""
+    """Spring on one side of the arm; a key left out is as for both."""
 
     stiffness: Stiffness | None = None
     free_length: Annotated[Values | None, Number("spring_free_length", **LENGTH)] = None
@@ -156,7 +161,7 @@ class SpringSide(Part):
 
 
 class Spring(SpringSide):
-    """The series springs at the elbow ends of both tendons."""
+    """Series springs of both tendons, by default at their elbow ends."""
 
     stiffness: Stiffness | None = usual("3 kN/m")
     at: SpringPlace = usual("joint", description="the end of the tendon that the spring sits at")
@@ -165,7 +170,7 @@ class Spring(SpringSide):
 
 
 class AnchorSide(Part):
-    """What differs on one side of the arm."""
+    """Anchor on one side of the arm; a key left out is as for both."""
 
     stiffness: AnchorStiffness | None = None
 
@@ -179,7 +184,7 @@ class Anchor(AnchorSide):
 
 
 class Joint(Part):
-    """The joint that the suit moves: what it is called, how its tendons travel, what it asks for by itself."""
+    """Joint that the suit moves: its name, the travels of its tendons, and its own torque."""
 
     name: Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z -]{0,30}$", strict=True)] = (
         usual("elbow", description="the joint's name in texts and figures")
@@ -189,7 +194,7 @@ class Joint(Part):
         description="a CSV of angle, flexor, extensor: how far their paths shorten and lengthen",
     )
     smoothing: Annotated[Values | None, Single("excursion_noise", 0.0, 0.1)] = None
-    scale_with: Dimension | None = usual(
+    scale_with: BodyDimension | None = usual(
         None, description="with people: the dimension of the body that travels are in proportion to"
     )
     torque: Annotated[str | CurveTable | None, TORQUE] = usual(
@@ -201,14 +206,14 @@ class Joint(Part):
 
 
 class Spool(Part):
-    """The motor's spool."""
+    """Spool of the motor."""
 
     flexor_radius: Annotated[Values, Number("flexor_radius", **POSITIVE_LENGTH)] = usual("30 mm")
     ratio: Annotated[Values, Number("spool_ratio", 1e-3, 1e3)] = usual(1.0)
 
 
 class Setting(Part):
-    """The posture in which the pretension is set, and how it is read."""
+    """Posture in which the pretension is set, and how it is read."""
 
     angle: Annotated[Values, Number("setting_angle", **FULL_TURNS)] = usual("0 deg")
     upper_arm_angle: Annotated[Values, Number("upper_arm_angle", **FULL_TURNS)] = usual("0 deg")
@@ -225,7 +230,7 @@ class Setting(Part):
 
 
 class Load(Part):
-    """What the hand carries."""
+    """Load in the hand, and the torque of a task."""
 
     mass: Annotated[Values, Number("load_mass", 0.0, 1e4)] = usual("0 kg")
     torque: Annotated[str | CurveTable | None, TORQUE] = usual(
@@ -235,7 +240,7 @@ class Load(Part):
 
 
 class Motion(Part):
-    """The states that each design goes through."""
+    """States that each design goes through."""
 
     direction: Directions = usual(
         ("flexion", "extension"), description="flexion, extension or both, in the order of the rows"
@@ -246,7 +251,8 @@ class Motion(Part):
     speed: Annotated[Values | None, Single("speed", 1e-6, 1e3)] = None
     trajectory: Annotated[str | CurveTable | None, TRAJECTORY] = usual(
         None,
-        description="a CSV of time, angle: a motion in time, instead of angles, directions and a speed",
+        description="a CSV of time, angle: a motion in time, instead of angles, directions and a "
+        "speed",
     )
     cutoff: Annotated[Values | None, Single("cutoff", 1e-3, 1e4)] = None
     reversal: Annotated[Values | None, Single("reversal", 0.0, 3.2)] = None
@@ -254,20 +260,22 @@ class Motion(Part):
 
 
 class Model(Part):
-    """How the model is read."""
+    """Choices between two readings of the model."""
 
     slack: Literal["unilateral", "bilateral"] = usual(
         "unilateral",
-        description="unilateral: a tendon cannot push; bilateral: negative tension, as in the paper",
+        description="unilateral: a tendon cannot push; bilateral: negative tension, as in the "
+        "paper",
     )
     reference: Literal["published", "initial"] = usual(
         "published",
-        description="flexor travel from b1 + b2, as published, or from the path length at 0 degrees",
+        description="flexor travel from b1 + b2, as published, or from the path length at 0 "
+        "degrees",
     )
 
 
 class Output(Part):
-    """What is written."""
+    """Tables and columns that are written."""
 
     tables: Tables = usual(("designs", "states"), description="which tables to write")
     states: StateColumns | None = usual(

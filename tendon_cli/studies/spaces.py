@@ -1,4 +1,4 @@
-"""The space of a study: its axes with their roles, the numbers that all designs share, and what cannot be in it."""
+"""Space of a study: its axes with their roles, the numbers that all designs share, and faults."""
 
 from __future__ import annotations
 
@@ -37,103 +37,123 @@ from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import Grid, drawn
 from tendon_cli.units import shorten
 
-_MOST_READINGS, _ROUNDING = 10**6, 1e-6
 MAX_FRICTION_EXPONENT = 100.0
 """Largest μφ: a tendon that loses 43 orders of magnitude of its tension is a slip of the pen."""
+_MOST_READINGS = 10**6
+"""Largest number of designs whose setting is checked before the study runs."""
+_MOST_ARMS = 100_000
+"""Largest number of arms whose anchors are checked before the study runs."""
+_NO_TENSION = 1e-6
+"""Rounding of a pretension, N."""
 
-_MOST_ARMS_TO_CHECK = 100_000
-
-_WORDS = {REFERENCE: "initial", SLACK: "unilateral", SPRING_AT: "motor", AFTER: "flexion"}
-_WORDS |= {of_side(SPRING_AT, side): "motor" for side in SIDES}
-"""Words that are numbers to the model, each with the one that is 1."""
+_WORD_OF_ONE = {REFERENCE: "initial", SLACK: "unilateral", SPRING_AT: "motor", AFTER: "flexion"}
+_WORD_OF_ONE |= {of_side(SPRING_AT, side): "motor" for side in SIDES}
+"""Keys whose words are numbers to the model, each with the word that is 1; its other word is 0."""
 
 
 def space_of(study: Study) -> Space:
-    """The product of a study's axes, slowest first."""
+    """Return the product of a study's axes, slowest first, with the numbers that all share."""
     named = {axis.key: axis for axis in named_axes(study)}
-    axes = [named.get(key) or axis_of(study, key) for key in study.axes]
-    return Space(
-        tuple(replace(axis, role=_role(study, axis.key)) for axis in axes), single_numbers(study)
-    )
+    axes = []
+    for key in study.axes:
+        axis = named[key] if key in named else axis_of(study, key)
+        axes.append(replace(axis, role=_role(study, key)))
+    return Space(tuple(axes), single_numbers(study))
 
 
 def lengths_of(study: Study) -> tuple[int, ...]:
-    """How many values each axis of a study has, without any of them."""
-    persons = 0 if study.people is None else study.people.persons
+    """Return the number of values of each axis of a study, without building the axes."""
     lengths = {key: len(values) for key, values in (study.numbers | study.words).items()}
-    lengths |= {CASE_AXIS: len(study.cases), PERSON_AXIS: persons, DRAW_AXIS: study.draws}
+    lengths[CASE_AXIS] = len(study.cases)
+    lengths[PERSON_AXIS] = 0 if study.people is None else study.people.persons
+    lengths[DRAW_AXIS] = study.draws
     return tuple(lengths[key] for key in study.axes)
 
 
 def single_numbers(study: Study) -> dict[str, Any]:
-    """What a study gives once for all of its designs, by dotted key, SI."""
-    words = {
-        key: given == word
-        for key, word in _WORDS.items()
-        if (given := word_of(study, key)) is not None
+    """Return what a study gives once for all of its designs, by dotted key, SI.
+
+    Words are given as the numbers that they are to the model. Curves and a motion in time are
+    given as the objects that the model takes.
+    """
+    numbers: dict[str, Any] = {
+        key: values.single for key, values in study.numbers.items() if not values.is_axis
     }
-    numbers = {key: values.single for key, values in study.numbers.items() if not values.is_axis}
-    read = {READ: float(READINGS.index(study.setting.read))}
-    inertia = 0.0 if study.motion.inertia is None else study.motion.inertia.single
-    in_time = (
-        {TRAJECTORY: study.trajectory, INERTIA: inertia} if study.trajectory is not None else {}
-    )
-    return (
-        numbers
-        | {key: float(is_so) for key, is_so in words.items()}
-        | read
-        | curves_of(study)
-        | in_time
-    )
+    for key, word_of_one in _WORD_OF_ONE.items():
+        word = word_of(study, key)
+        if word is not None:
+            numbers[key] = float(word == word_of_one)
+    numbers[READ] = float(READINGS.index(study.setting.read))
+    numbers |= curves_of(study)
+    if study.trajectory is not None:
+        inertia = study.motion.inertia
+        numbers[TRAJECTORY] = study.trajectory
+        numbers[INERTIA] = 0.0 if inertia is None else inertia.single
+    return numbers
 
 
 def word_of(table: object, key: str) -> str | None:
-    """The word at a dotted key of a study or a case; None if it says none."""
+    """Return the word at a dotted key of a study or a case; None if no single word stands there."""
     for name in key.split("."):
         table = getattr(table, name, None)
     return table if isinstance(table, str) else None
 
 
+# --- Axes ----------------------------------------------------------------------------------------
+
+
 def named_axes(study: Study) -> tuple[Axis, ...]:
-    """Cases, persons and draws, as far as a study has them; if each person gets one draw, no axis of draws."""
-    asked, axes = (
-        study.uncertainty if study.uncertain else None,
-        [case_axis(study)] if study.cases else [],
-    )
+    """Return the axes of cases, persons and draws, as far as a study has them.
+
+    If each person gets one draw of the uncertain numbers, the draws are values of the persons and
+    no axis.
+    """
+    axes: list[Axis] = []
+    if study.cases:
+        axes.append(case_axis(study))
+    uncertainty = study.uncertainty if study.uncertain else None
     if study.people is not None:
-        once = (
-            {}
-            if asked is None or study.draws
-            else drawn(study.uncertain, study.people.persons, asked.seed)
-        )
-        axes.append(person_axis(study, once))
-    if asked is not None and study.draws:
+        drawn_once: Mapping[str, Array] = {}
+        if uncertainty is not None and not study.draws:
+            drawn_once = drawn(study.uncertain, study.people.persons, uncertainty.seed)
+        axes.append(person_axis(study, drawn_once))
+    if uncertainty is not None and study.draws:
+        numbers = drawn(study.uncertain, study.draws, uncertainty.seed)
         names = tuple(f"draw {at + 1}" for at in range(study.draws))
-        axes.append(
-            Axis(DRAW_AXIS, DRAW_AXIS, drawn(study.uncertain, study.draws, asked.seed), names)
-        )
+        axes.append(Axis(DRAW_AXIS, DRAW_AXIS, numbers, names))
     return tuple(axes)
 
 
 def case_axis(study: Study) -> Axis:
-    """The cases of a study, each of which may set numbers and the choices of the model; NaN where it does not."""
-    given: list[dict[str, float]] = []
+    """Return the axis of a study's cases.
+
+    A case may set numbers and words of the model; a number is NaN in a case that does not set it.
+    """
+    cases: list[dict[str, float]] = []
     for case in study.cases:
-        words = {key: word_of(case, key) for key in _WORDS}
-        given.append(
-            case_numbers(case)
-            | {key: float(word == _WORDS[key]) for key, word in words.items() if word}
-        )
-    named = dict.fromkeys(key for each in given for key in each)
-    numbers = {key: np.array([each.get(key, np.nan) for each in given]) for key in named}
-    return Axis(
-        CASE_AXIS, CASE_AXIS, numbers, tuple(str(getattr(case, "name", "")) for case in study.cases)
-    )
+        given = case_numbers(case)
+        for key, word_of_one in _WORD_OF_ONE.items():
+            word = word_of(case, key)
+            if word:
+                given[key] = float(word == word_of_one)
+        cases.append(given)
+    keys_set = dict.fromkeys(key for given in cases for key in given)
+    numbers = {key: np.array([given.get(key, np.nan) for given in cases]) for key in keys_set}
+    return Axis(CASE_AXIS, CASE_AXIS, numbers, _case_names(study))
+
+
+def _case_names(study: Study) -> tuple[str, ...]:
+    """Return the names of a study's cases."""
+    return tuple(str(getattr(case, "name", "")) for case in study.cases)
 
 
 def case_place(study: Study, name: str) -> int:
-    """The position of a case; raises UsageError if the study has none of this name."""
-    names = [str(getattr(case, "name", "")) for case in study.cases]
+    """Return the position of a case in the study, counted from 0.
+
+    Raises:
+        UsageError: The study has no case of this name.
+    """
+    names = _case_names(study)
     if name not in names:
         listed = f"cases: {', '.join(names[:20])}" if names else "the study has no [[cases]]"
         hint = nearest(name, names) or listed
@@ -142,132 +162,154 @@ def case_place(study: Study, name: str) -> int:
 
 
 def person_axis(study: Study, drawn_once: Mapping[str, Array]) -> Axis:
-    """The persons of a study; `drawn_once` are uncertain numbers of which each has one value."""
-    from tendon_cli.studies.people.population import (
-        arms_of,
-    )  # a study without people does without it
+    """Return the axis of a study's persons.
+
+    Args:
+        study: A study with people.
+        drawn_once: Uncertain numbers of which each person has one value, by dotted key, SI.
+
+    Raises:
+        ValueError: The study has no people.
+    """
+    # A study without people does without the import.
+    from tendon_cli.studies.people.population import arms_of
 
     if study.people is None:
         raise ValueError("a study without people has no axis of persons")
     people = study.people.population
     sets, scales = arms_of(people, study.of_the_body)
-    if (dimension := study.joint.scale_with) is not None:
-        mine, theirs = getattr(people.reference, dimension), getattr(people.body, dimension)
-        scales[EXCURSION] = np.asarray(theirs) / mine
-    numbers = {**drawn_once, **sets, **{scale_of(key): values for key, values in scales.items()}}
+    dimension = study.joint.scale_with
+    if dimension is not None:
+        measured_on = getattr(people.reference, dimension)
+        of_persons = np.asarray(getattr(people.body, dimension))
+        scales[EXCURSION] = of_persons / measured_on
+    scaling = {scale_of(key): values for key, values in scales.items()}
+    numbers = {**drawn_once, **sets, **scaling}
     return Axis(PERSON_AXIS, PERSON_AXIS, numbers, people.names, weighting=people.weighting)
 
 
 def axis_of(study: Study, key: str) -> Axis:
-    """A number that varies, or a word: a grid with several values is a range, a list a catalogue."""
-    if words := study.words.get(key):
-        return Axis(
-            key,
-            column_of(key),
-            {key: np.array([float(word == _WORDS[key]) for word in words])},
-            words,
-        )
+    """Return the axis of a number that varies, or of a word.
+
+    A grid with several values is a range, between whose values others are possible; a list is a
+    catalogue.
+    """
+    words = study.words.get(key)
+    if words:
+        flags = np.array([float(word == _WORD_OF_ONE[key]) for word in words])
+        return Axis(key, column_of(key), {key: flags}, words)
     values = study.numbers[key]
     grid = values.source if isinstance(values.source, Grid) and values.source.num > 1 else None
-    axis = Axis(key, column_of(key), {key: values.array}, is_log=grid is not None and grid.log)
-    return replace(
-        axis, is_range=grid is not None and not values.is_interval, is_interval=values.is_interval
+    return Axis(
+        key,
+        column_of(key),
+        {key: values.array},
+        is_range=grid is not None and not values.is_interval,
+        is_log=grid is not None and grid.log,
+        is_interval=values.is_interval,
     )
 
 
 def _role(study: Study, key: str) -> Role:
+    """Return the role of an axis in the design of a suit."""
     if split_side(key)[0] == PRETENSION:
         return "pretension"
     return "condition" if key in study.conditions else "choice"
 
 
-# --- What cannot be --------------------------------------------------------------------------------------------------
+# --- Impossible combinations ---------------------------------------------------------------------
 
 
 def impossibilities(study: Study) -> list[Fault]:
-    """Combinations of numbers, those of its files included, that cannot be."""
+    """Return the faults of combinations of numbers that cannot be.
+
+    The numbers of the study's files are among them, so the files must have been read.
+    """
     return [
         *_friction_faults(study),
         *_anchor_faults(study),
-        *_faults_of_by(study),
+        *_grouping_faults(study),
         *_reading_faults(study),
     ]
 
 
-def _faults_of_by(study: Study) -> Iterator[Fault]:
-    """Shares by a column that the people do not have."""
+def _grouping_faults(study: Study) -> Iterator[Fault]:
+    """Yield a fault if shares are asked for by a column that the people do not have."""
     if study.design.by is None:
         return
     if study.people is None:
-        yield Fault(
-            "design.by",
-            "gives shares of people, and this study has none",
-            'add [people] source = "ansur2"',
-        )
+        problem = "gives shares of people, and this study has none"
+        yield Fault("design.by", problem, 'add [people] source = "ansur2"')
     elif not study.people.population.sexes:
         hint = 'a column "sex" with male or female, or people.sex if all are alike'
         yield Fault("design.by", "gives shares by sex, which the file of people does not say", hint)
 
 
 def _reading_faults(study: Study) -> Iterator[Fault]:
-    """A pretension that no gauge can show, as even without pretension it shows more."""
-    if study.setting.read == F0 or len(space := space_of(study)) > _MOST_READINGS:
+    """Yield a fault if a gauge cannot show a pretension: even without any it shows more."""
+    if study.setting.read == F0:
+        return
+    space = space_of(study)
+    if len(space) > _MOST_READINGS:
         return
     design = space.design()
     least = float(np.nanmax(Reading.of(design).shown(0.0)))
-    if np.nanmin(design.flexor.pretension) < -_ROUNDING:
-        problem = f"cannot be read as {design.read}, which shows {least:.4g} N or more in the setting of every design"
+    if np.nanmin(design.flexor.pretension) < -_NO_TENSION:
+        shown = f"which shows {least:.4g} N or more in the setting of every design"
+        problem = f"cannot be read as {design.read}, {shown}"
         yield Fault(PRETENSION, problem, f"such as {1.5 * least:.0f} N, or another [setting]")
 
 
 def _friction_faults(study: Study) -> Iterator[Fault]:
-    """A product of friction and bend angle, on one side, beyond any sheath."""
-    sheath = {key: values for key, values in study.numbers.items() if key.startswith("sheath.")}
-    largest = {
-        key: (each.uncertain.reach if each.uncertain else each.extremes)[1]
-        for key, each in sheath.items()
-    }
-    space = Space((case_axis(study),) if study.cases else (), largest)
+    """Yield a fault if friction times bend angle, on one side, is beyond any sheath."""
+    largest: dict[str, float] = {}
+    for key, values in study.numbers.items():
+        if key.startswith("sheath."):
+            ends = values.uncertain.reach if values.uncertain else values.extremes
+            largest[key] = ends[1]
+    axes = (case_axis(study),) if study.cases else ()
+    space = Space(axes, largest)
     for side in SIDES:
-        friction, bend_angle = (
-            space.number(f"sheath.{name}", side).within(space.whole)
-            for name in ("friction", "bend_angle")
-        )
-        reached = np.ravel(friction * bend_angle)
-        at = int(np.argmax(reached > MAX_FRICTION_EXPONENT))
-        if reached[at] > MAX_FRICTION_EXPONENT:
-            problem = f"friction x bend_angle reaches {reached[at]:.4g} on the {side}'s side{_in_case(space, at)}"
+        friction = space.number("sheath.friction", side).within(space.whole)
+        bend_angle = space.number("sheath.bend_angle", side).within(space.whole)
+        exponents = np.ravel(friction * bend_angle)  # (cases,), μφ
+        row = int(np.argmax(exponents > MAX_FRICTION_EXPONENT))
+        if exponents[row] > MAX_FRICTION_EXPONENT:
+            place = f"on the {side}'s side{_in_case(space, row)}"
+            problem = f"friction x bend_angle reaches {exponents[row]:.4g} {place}"
             yield Fault("sheath.friction", f"{problem}, expected {MAX_FRICTION_EXPONENT:g} at most")
             return
 
 
 def _in_case(space: Space, row: int) -> str:
-    """How an error names the case of a design; nothing in a study without cases."""
-    cases = space.axes[0] if space.axes and space.axes[0].key == CASE_AXIS else None
-    return (
-        ""
-        if cases is None
-        else f' in the case "{shorten(cases.names[np.unravel_index(row, space.shape)[0]])}"'
-    )
+    """Return the phrase by which an error names the case of a design; empty without cases."""
+    if not space.axes or space.axes[0].key != CASE_AXIS:
+        return ""
+    case = np.unravel_index(row, space.shape)[0]
+    return f' in the case "{shorten(space.axes[0].names[case])}"'
 
 
 def _anchor_faults(study: Study) -> Iterator[Fault]:
-    """An elbow angle asked for at which the flexor's two anchors coincide: its path has no direction there."""
-    anchors = {name: f"arm.{name}" for name in ("a1", "b1", "a2", "b2")}
+    """Yield a fault if the flexor's two anchors coincide at an elbow angle of the study.
+
+    The path between them then has no direction: both anchors are as far from the elbow as each
+    other, and the angle between them is zero.
+    """
+    anchors = [f"arm.{name}" for name in ("a1", "b1", "a2", "b2")]
     axes = [case_axis(study)] if study.cases else []
-    axes += [axis_of(study, key) for key in study.axes if key in anchors.values()]
+    axes += [axis_of(study, key) for key in study.axes if key in anchors]
     space = Space(tuple(axes), single_numbers(study))
-    if len(space) > _MOST_ARMS_TO_CHECK:
-        return  # such states are found one by one when the study runs, as states without equilibrium
-    given = (space.number(key).within(space.whole) for key in anchors.values())
-    a1, b1, a2, b2 = (np.broadcast_to(each, (*space.shape, 1, 1)).ravel() for each in given)
-    meeting = np.pi - np.arctan2(a1, b1) - np.arctan2(a2, b2)
-    alike = np.abs(np.hypot(a1, b1) - np.hypot(a2, b2)) <= 1e-12 * b1
-    for row in np.flatnonzero(
-        alike & (study.angles.min() <= meeting) & (meeting <= study.angles.max())
-    ):
+    if len(space) > _MOST_ARMS:
+        return  # such states are found one by one when the study runs, as without equilibrium
+    given = (space.number(key).within(space.whole) for key in anchors)
+    a1, b1, a2, b2 = (np.broadcast_to(values, (*space.shape, 1, 1)).ravel() for values in given)
+    meeting = np.pi - np.arctan2(a1, b1) - np.arctan2(a2, b2)  # (arms,), rad
+    is_as_far = np.abs(np.hypot(a1, b1) - np.hypot(a2, b2)) <= 1e-12 * b1
+    is_reached = (study.angles.min() <= meeting) & (meeting <= study.angles.max())
+    for row in np.flatnonzero(is_as_far & is_reached):
         if np.min(np.abs(study.angles - meeting[row])) < 1e-9:
-            at = f"the elbow angle {np.degrees(meeting[row]):.6g} deg{_in_case(space, int(row))}"
+            angle = f"the elbow angle {np.degrees(meeting[row]):.6g} deg"
+            place = f"{angle}{_in_case(space, int(row))}"
             hint = "make a1, b1 and a2, b2 differ, or leave this angle out"
-            yield Fault("arm", f"the flexor's anchors coincide (L_c = 0) at {at}", hint)
+            yield Fault("arm", f"the flexor's anchors coincide (L_c = 0) at {place}", hint)
             return

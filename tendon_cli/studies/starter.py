@@ -1,4 +1,4 @@
-"""The commented studies that `tendon init` writes, and the examples of the documentation that it copies."""
+"""Commented studies that `tendon init` writes, and examples of the documentation that it copies."""
 
 from __future__ import annotations
 
@@ -20,28 +20,43 @@ TEMPLATES = {
     "motor": "which motor does it need? (torque, speed, power, work, backlash)",
     "friction": "what do friction and bend of the sheath do, and their uncertainty?",
 }
-"""The starter studies, each with the question that it asks."""
+"""Names of the starter studies, each with the question that it asks."""
 
 
 def starter(path: Path, template: str = "sweep") -> str:
-    """A starter study for a file of this name, YAML by its ending; raises UsageError for no template of that name."""
+    """Return the text of a starter study.
+
+    Args:
+        path: File that the study is for: its stem is the study's name, and its ending says
+            whether the text is YAML.
+        template: Name of the starter study, one of `TEMPLATES`.
+
+    Raises:
+        UsageError: There is no such template.
+    """
     is_yaml = path.suffix.lower() in YAML_SUFFIXES
     if template not in TEMPLATES:
         hint = nearest(template, TEMPLATES) or f"templates: {', '.join(TEMPLATES)}"
         raise UsageError(f'there is no template "{shorten(template)}"', where="--for", hint=hint)
-    source = (
-        f"starter.{'yaml' if is_yaml else 'toml'}"
-        if template == "sweep"
-        else f"templates/{template}.toml"
-    )
+    if template != "sweep":
+        source = f"templates/{template}.toml"
+    elif is_yaml:
+        source = "starter.yaml"
+    else:
+        source = "starter.toml"
     name = re.sub(r"[^A-Za-z0-9._-]+", "-", path.stem).strip(".-")[:64] or "study"
     text = files("tendon_cli.studies").joinpath(source).read_text("utf-8").replace("@NAME@", name)
-    return _as_yaml(text) if is_yaml and template != "sweep" else text
+    needs_yaml = is_yaml and source.endswith(".toml")
+    return _as_yaml(text) if needs_yaml else text
 
 
 def _as_yaml(toml: str) -> str:
-    """A template in YAML: tables become indented keys, and lists, inline tables and texts stay as they stand."""
-    lines, indent = [], ""
+    """Return a template in YAML.
+
+    Tables become indented keys; lists, inline tables and texts stay as they are.
+    """
+    lines: list[str] = []
+    indent = ""
     for line in toml.replace("#:schema ", "# yaml-language-server: $schema=").splitlines():
         table = re.match(r"\[(\w+)\]", line)
         if table:
@@ -53,18 +68,34 @@ def _as_yaml(toml: str) -> str:
 
 
 def examples() -> dict[str, Path]:
-    """Every study and CSV that the documentation uses, by its name, such as `design/universal.toml`."""
+    """Return studies and CSVs of the documentation, by names such as `design/universal.toml`."""
     package = Path(str(files("tendon_cli")))
-    installed = package / "examples"
-    folder = installed if installed.is_dir() else package.parent / "configs"  # of a checkout
+    folder = package / "examples"
+    if not folder.is_dir():
+        folder = package.parent / "configs"  # of a checkout
     paths = (file for kind in ("toml", "csv") for file in folder.rglob(f"*.{kind}"))
     return {file.relative_to(folder).as_posix(): file for file in sorted(paths)}
 
 
 def write_example(name: str, path: Path | None) -> tuple[Path, str]:
-    """Copy an example to a new file, by default of the same name, and return both; raises UsageError, OutputError."""
+    """Copy an example to a new file.
+
+    Args:
+        name: Name of the example; that of its file alone, or its stem, will do.
+        path: The new file; None for one of the example's name in the working directory.
+
+    Returns:
+        The new file, and the whole name of the example.
+
+    Raises:
+        UsageError: There is no such example, or the file exists.
+        OutputError: The file cannot be written.
+    """
     known = examples()
-    short = {part: each for each in reversed(known) for part in (Path(each).stem, Path(each).name)}
+    short: dict[str, str] = {}
+    for example in reversed(known):
+        short[Path(example).stem] = example
+        short[Path(example).name] = example
     full = name if name in known else short.get(name)
     if full is None:
         hint = nearest(name, (*known, *short)) or "`tendon init --list` lists them"
@@ -75,7 +106,12 @@ def write_example(name: str, path: Path | None) -> tuple[Path, str]:
 
 
 def write_starter(path: Path, template: str = "sweep") -> None:
-    """Write a starter study; raises UsageError where a file stands there, OutputError where none can be written."""
+    """Write a starter study to a new file.
+
+    Raises:
+        UsageError: There is no such template, or the file exists or has another ending.
+        OutputError: The file cannot be written.
+    """
     if path.suffix.lower() not in (".toml", *YAML_SUFFIXES):
         name = shorten(path.name)
         raise UsageError(f"{name} ends in neither .toml nor .yaml", hint=f"tendon init {name}.toml")
@@ -83,6 +119,7 @@ def write_starter(path: Path, template: str = "sweep") -> None:
 
 
 def _write(path: Path, content: bytes) -> None:
+    """Write a new file; raise UsageError if it exists."""
     if not write_new(path, content):
-        problem, where = "exists already, and is not overwritten", shorten(str(path), 1000)
-        raise UsageError(problem, where=where, hint="name another file")
+        problem = "exists already, and is not overwritten"
+        raise UsageError(problem, where=shorten(str(path), 1000), hint="name another file")

@@ -1,4 +1,4 @@
-"""A whole study, and its keys: what each number is called in a file, in a table and in the model."""
+"""A whole study: its tables, its numbers by key, its axes and its record."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from tendon_cli.studies.contents import (
     Key,
     Title,
     case_tables,
-    document,
     keys,
-    marked,
-    remarks,
+    marked_numbers,
+    part_document,
+    warn_of_numbers,
 )
 from tendon_cli.studies.design_section import Goals, Limits, Uncertainty
-from tendon_cli.studies.fields import Later
+from tendon_cli.studies.fields import DeferredTables
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.parts import Part, usual
 from tendon_cli.studies.people.people_section import People
@@ -35,12 +35,14 @@ from tendon_cli.studies.values import Uncertain, Values
 
 __all__ = ["Key", "Study", "keys"]
 
-_GIVEN, _STRAP = ("load", "joint", "anchor", "setting", "arm"), "arm.contact_width"
-"""Tables of what a designer does not decide, and the number of these that one does."""
+_GIVEN_TABLES = ("load", "joint", "anchor", "setting", "arm")
+"""Tables of numbers that a designer does not decide."""
+_STRAP_WIDTH = "arm.contact_width"
+"""Number of these tables that a designer does decide."""
 
 
 class Study(Displayed, Part):
-    """A parameter study: every combination of its axes, in the order of the document, is one design."""
+    """Parameter study: every combination of its axes, in the document's order, is one design."""
 
     name: parts.Name = usual(
         "study", description="name of the run folder; without it, the stem of the file's name"
@@ -58,7 +60,7 @@ class Study(Displayed, Part):
     motion: parts.Motion = parts.Motion()
     model: parts.Model = parts.Model()
     output: parts.Output = parts.Output()
-    cases: Annotated[tuple[Part, ...], Later(case_tables)] = usual(
+    cases: Annotated[tuple[Part, ...], DeferredTables(case_tables)] = usual(
         (), description="one axis of linked values, such as persons"
     )
 
@@ -74,119 +76,88 @@ class Study(Displayed, Part):
     )
 
     _axes: tuple[str, ...] | None = PrivateAttr(None)
+    """Keys of the design axes in the order in which they vary; None for the order of the schema."""
     _sources: dict[str, dict[str, Any]] = PrivateAttr(default_factory=dict)
+    """Files that gave numbers of the study, by the key that names each."""
 
     @property
     def text(self) -> str:
         """Name, axes, limits and warnings, in a few lines."""
         return str(face().study_text(self))
 
+    # --- Other studies ---------------------------------------------------------------------------
+
     def vary(self, **settings: Any) -> Study:
-        """The same study with other values: `study.vary(**{"load.mass": "3 kg"})`; raises StudyError, UsageError."""
+        """Return the same study with other values: `study.vary(**{"load.mass": "3 kg"})`.
+
+        Args:
+            **settings: New values by their dotted keys.
+
+        Raises:
+            StudyError: The study with these values has faults.
+            UsageError: A setting has no place in a study.
+        """
         varied: Study = face().varied(self, settings)
         return varied
 
     def replaced(self, parts: dict[str, Any]) -> Study:
-        """The same study with some of its tables replaced, and nothing remembered of the old ones."""
+        """Return the same study with some of its tables replaced.
+
+        Values that were computed from the old tables are not kept.
+        """
         study = self.model_copy(update=parts)
-        for remembered in ("numbers", "hash", "trajectory"):
-            study.__dict__.pop(remembered, None)
+        for computed in ("numbers", "hash", "trajectory"):
+            study.__dict__.pop(computed, None)
         return study
 
     def ordered(self, axes: tuple[str, ...], sources: dict[str, dict[str, Any]]) -> Study:
-        """The same study with its design axes in the document's order, and the files that gave some of its numbers."""
+        """Return the same study with its axes in the document's order, and its files.
+
+        Args:
+            axes: Keys in the order in which the axes shall vary, slowest first.
+            sources: Files that gave numbers of the study, by the key that names each.
+        """
         study = self.model_copy()
         object.__setattr__(study, "__pydantic_private__", {"_axes": axes, "_sources": sources})
         return study
 
+    # --- Numbers ---------------------------------------------------------------------------------
+
     @cached_property
     def numbers(self) -> dict[str, Values]:
-        """Every number of the study by its dotted key, those of one side (`tendon.flexor.length`) only where given."""
+        """Numbers of the study, all of them, by their dotted keys.
+
+        A number of one side, such as `tendon.flexor.length`, is among them only if it is given.
+        """
         return {
             key: values
-            for part in DESIGN_PARTS
-            for key, _, values in marked(getattr(self, part), part)
+            for table in DESIGN_PARTS
+            for key, _, values in marked_numbers(getattr(self, table), table)
         }
-
-    @cached_property
-    def trajectory(self) -> Trajectory | None:
-        """The motion in time, smoothed, if the study has one."""
-        if self.motion.trajectory is None:
-            return None
-        from tendon_cli.studies.measured_motion import (
-            trajectory_of,
-        )  # only such studies pay for its import
-
-        return trajectory_of(self.motion)
-
-    @property
-    def angles(self) -> npt.NDArray[np.float64]:
-        """All elbow angles that states are taken at, rad, in the order of the rows."""
-        return self.motion.elbow_angle.array if self.trajectory is None else self.trajectory.angle
-
-    @property
-    def flexion(self) -> npt.NDArray[np.bool_]:
-        """Whether friction is that of flexion: of each direction (D, 1), or of each sample of a trajectory (1, K)."""
-        if self.trajectory is not None:
-            return self.trajectory.flexion[np.newaxis]
-        return np.array([direction == "flexion" for direction in self.motion.direction]).reshape(
-            -1, 1
-        )
 
     @property
     def words(self) -> dict[str, tuple[str, ...]]:
-        """Words that vary, by dotted key: where the springs sit."""
-        springs = {"spring.at": self.spring, "spring.flexor.at": self.spring.flexor}
-        springs["spring.extensor.at"] = self.spring.extensor
-        return {
-            key: at
-            for key, each in springs.items()
-            if isinstance(at := getattr(each, "at", None), tuple)
+        """Words that vary, by dotted key: the places of the springs."""
+        springs = {
+            "spring.at": self.spring,
+            "spring.flexor.at": self.spring.flexor,
+            "spring.extensor.at": self.spring.extensor,
         }
+        varied: dict[str, tuple[str, ...]] = {}
+        for key, spring in springs.items():
+            places = getattr(spring, "at", None)
+            if isinstance(places, tuple):
+                varied[key] = places
+        return varied
 
     @property
-    def of_the_body(self) -> tuple[str, ...]:
-        """Numbers that come from the body of each person, as the study has people and does not state them."""
-        if self.people is None:
-            return ()
-        from tendon_cli.studies.people.population import (
-            OF_THE_BODY,
-        )  # a study without people does without it
-
-        stated = {f"arm.{name}" for name in self.arm.model_fields_set}
-        return tuple(key for key in OF_THE_BODY if key not in stated)
-
-    @property
-    def crossed(self) -> bool:
-        """Whether every person meets every draw of the uncertain numbers: as stated, else with fewer persons."""
-        asked = self.uncertainty
-        if self.people is None or asked is None:
-            return False
-        return self.people.persons < asked.draws if asked.cross is None else asked.cross
-
-    @property
-    def draws(self) -> int:
-        """How many draws of the uncertain numbers are an axis; none where each person gets one."""
-        asked = self.uncertainty
-        return (
-            asked.draws
-            if asked is not None and self.uncertain and (self.people is None or self.crossed)
-            else 0
-        )
-
-    @property
-    def axes(self) -> tuple[str, ...]:
-        """Keys of the design axes, slowest first; `case`, `person` and `draw` stand for several numbers each."""
-        varied = (*(key for key, values in self.numbers.items() if values.is_axis), *self.words)
-        ordered = (
-            varied if self._axes is None else tuple(key for key in self._axes if key in varied)
-        )
-        named = {CASE_AXIS: self.cases, PERSON_AXIS: self.people, DRAW_AXIS: self.draws}
-        return (*(key for key, is_axis in named.items() if is_axis), *ordered)
+    def intervals(self) -> dict[str, tuple[float, float]]:
+        """Ends of the numbers of which every value between two is meant, SI, by dotted key."""
+        return {key: values.extremes for key, values in self.numbers.items() if values.is_interval}
 
     @property
     def uncertain(self) -> dict[str, Uncertain]:
-        """Numbers that are known up to a distribution, by dotted key."""
+        """Distributions of the uncertain numbers, by dotted key."""
         return {
             key: values.uncertain
             for key, values in self.numbers.items()
@@ -194,83 +165,175 @@ class Study(Displayed, Part):
         }
 
     @property
+    def of_the_body(self) -> tuple[str, ...]:
+        """Keys of the numbers that come from the body of each person.
+
+        The study has people, and does not state these numbers itself.
+        """
+        if self.people is None:
+            return ()
+        # A study without people does without the import.
+        from tendon_cli.studies.people.population import OF_THE_BODY
+
+        stated = {f"arm.{name}" for name in self.arm.model_fields_set}
+        return tuple(key for key in OF_THE_BODY if key not in stated)
+
+    # --- Motion ----------------------------------------------------------------------------------
+
+    @cached_property
+    def trajectory(self) -> Trajectory | None:
+        """Motion in time, smoothed; None for a study of single angles."""
+        if self.motion.trajectory is None:
+            return None
+        # Only a study with a trajectory pays for the import.
+        from tendon_cli.studies.measured_motion import trajectory_of
+
+        return trajectory_of(self.motion)
+
+    @property
+    def angles(self) -> npt.NDArray[np.float64]:
+        """All elbow angles of the states, rad, in the order of the rows."""
+        return self.motion.elbow_angle.array if self.trajectory is None else self.trajectory.angle
+
+    @property
+    def flexion(self) -> npt.NDArray[np.bool_]:
+        """True where friction is that of flexion.
+
+        The shape is (directions, 1), or (1, samples) for a trajectory.
+        """
+        if self.trajectory is not None:
+            return self.trajectory.flexion[np.newaxis]
+        is_flexion = [direction == "flexion" for direction in self.motion.direction]
+        return np.array(is_flexion).reshape(-1, 1)
+
+    # --- Axes ------------------------------------------------------------------------------------
+
+    @property
+    def crossed(self) -> bool:
+        """True if every person meets every draw of the uncertain numbers.
+
+        The study may state it; by default draws are crossed with fewer persons than draws.
+        """
+        uncertainty = self.uncertainty
+        if self.people is None or uncertainty is None:
+            return False
+        if uncertainty.cross is not None:
+            return uncertainty.cross
+        return self.people.persons < uncertainty.draws
+
+    @property
+    def draws(self) -> int:
+        """Length of the axis of draws of the uncertain numbers; 0 if each person gets one draw."""
+        if self.uncertainty is None or not self.uncertain:
+            return 0
+        is_axis = self.people is None or self.crossed
+        return self.uncertainty.draws if is_axis else 0
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Keys of the design axes, slowest first.
+
+        `case`, `person` and `draw` are axes of several numbers each.
+        """
+        named = {CASE_AXIS: self.cases, PERSON_AXIS: self.people, DRAW_AXIS: self.draws}
+        named_axes = [key for key, given in named.items() if given]
+        varied = [key for key, values in self.numbers.items() if values.is_axis]
+        varied += self.words
+        if self._axes is not None:
+            varied = [key for key in self._axes if key in varied]
+        return (*named_axes, *varied)
+
+    @property
+    def conditions(self) -> tuple[str, ...]:
+        """Axes that a design must survive, slowest first; the others are choices.
+
+        Without `[design] conditions` these are cases, persons, draws, and what a designer does not
+        decide: load, joint, anchors, setting and arm, but for the width of the strap. Persons,
+        draws and intervals are never choices.
+        """
+        stated = self.design.conditions
+        if stated is None:
+            given = [
+                key
+                for key in self.axes
+                if key.partition(".")[0] in _GIVEN_TABLES and key != _STRAP_WIDTH
+            ]
+            stated = (CASE_AXIS, *given)
+        conditions = (*stated, PERSON_AXIS, DRAW_AXIS, *self.intervals)
+        return tuple(key for key in self.axes if key in conditions)
+
+    @property
+    def serve(self) -> float:
+        """Share of people, draws or conditions that is enough, 0 to 1.
+
+        By default all of them must be served, but 0.95 is enough of people or draws.
+        """
+        if self.design.serve is not None:
+            return self.design.serve.single
+        return 0.95 if {PERSON_AXIS, DRAW_AXIS} & set(self.axes) else 1.0
+
+    # --- Remarks and record ----------------------------------------------------------------------
+
+    @property
+    def sources(self) -> dict[str, dict[str, Any]]:
+        """Files that gave numbers of the study, by the key that names each.
+
+        Each has its name, its hash and facts that were read from it.
+        """
+        return self._sources
+
+    @property
     def notes(self) -> tuple[str, ...]:
-        """What was made of its files."""
+        """Sentences on the use that was made of the study's files."""
         return tuple(str(source["note"]) for source in self.sources.values() if "note" in source)
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a reader of its results has to know: of its files, and of numbers that it most likely does not mean."""
-        of_files = [
+        """Sentences that a reader of the results has to know.
+
+        They are about the study's files, and about numbers that it most likely does not mean.
+        """
+        warnings = [
             str(warning)
             for source in self.sources.values()
             for warning in source.get("warnings", ())
         ]
         tables = [(name, getattr(self, name)) for name in (*DESIGN_PARTS, "motion", "limits")]
         tables += [(f"cases.{at}", case) for at, case in enumerate(self.cases)]
-        return (*of_files, *remarks(item for name, table in tables for item in marked(table, name)))
-
-    @property
-    def conditions(self) -> tuple[str, ...]:
-        """The axes that a design must survive, slowest first; the others are choices.
-
-        Without `[design] conditions` cases, persons, draws, and what a designer does not decide: load, joint, anchors,
-        setting and arm, but for the width of the strap. Persons, draws and intervals are never choices.
-        """
-        asked = self.design.conditions
-        if asked is None:
-            asked = (
-                CASE_AXIS,
-                *(key for key in self.axes if key.partition(".")[0] in _GIVEN and key != _STRAP),
-            )
-        return tuple(
-            key for key in self.axes if key in (*asked, PERSON_AXIS, DRAW_AXIS, *self.intervals)
-        )
-
-    @property
-    def intervals(self) -> dict[str, tuple[float, float]]:
-        """Numbers of which every value between two ends is meant: these, in SI, by dotted key."""
-        return {key: values.extremes for key, values in self.numbers.items() if values.is_interval}
-
-    @property
-    def serve(self) -> float:
-        """The share of people, draws or conditions that is enough: 1, or 0.95 where there are people or draws."""
-        if self.design.serve is not None:
-            return self.design.serve.single
-        return 0.95 if {PERSON_AXIS, DRAW_AXIS} & set(self.axes) else 1.0
-
-    @property
-    def sources(self) -> dict[str, dict[str, Any]]:
-        """Files that gave numbers of this study, by the key they gave: name, hash, and what was read from them."""
-        return self._sources
+        for name, table in tables:
+            warnings += warn_of_numbers(marked_numbers(table, name))
+        return tuple(warnings)
 
     def document(self) -> dict[str, Any]:
-        """The study with every default written out, in SI; reads back as the same study.
+        """Return the study with every default written out, in SI; it reads back as the same study.
 
-        Numbers that come from the body of a person are left out: once written they would count as stated.
+        Numbers that come from the body of a person are left out: once written they would count as
+        stated. Keys that a file of the study gives instead are left out, too.
         """
-        written = document(self)
+        written = part_document(self)
         for key in self.of_the_body:
             del written["arm"][key.removeprefix("arm.")]
-        if (
-            self.motion.trajectory is not None
-        ):  # which says what angles, directions and a speed would
-            del written["motion"]["elbow_angle"], written["motion"]["direction"]
-        if self.joint.excursion is not None:  # which says what the anchors would
-            written["arm"] = {
-                name: value for name, value in written["arm"].items() if name not in ANCHORS
-            }
+        if self.motion.trajectory is not None:
+            # A trajectory gives the angles and directions.
+            del written["motion"]["elbow_angle"]
+            del written["motion"]["direction"]
+        if self.joint.excursion is not None:
+            # Measured travels stand for the anchors.
+            for name in ANCHORS:
+                written["arm"].pop(name, None)
         return written
 
     @property
     def record(self) -> dict[str, Any]:
-        """What tables and `run.json` keep of a study."""
+        """Content of the study for tables and `run.json`, from which it can be read back."""
         return {"study": self.document(), "axes": list(self.axes), "sources": self.sources}
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 of the resolved study and the order of its axes, whatever file and layout it came from."""
+        """SHA-256 of the resolved study and the order of its axes.
+
+        It does not depend on the file and the layout that the study came from.
+        """
         content = {"study": self.document(), "axes": list(self.axes)}
-        return hashlib.sha256(
-            json.dumps(content, sort_keys=True, ensure_ascii=True).encode()
-        ).hexdigest()
+        text = json.dumps(content, sort_keys=True, ensure_ascii=True)
+        return hashlib.sha256(text.encode()).hexdigest()

@@ -1,7 +1,7 @@
-"""From the bytes of a study file to a plain dictionary, TOML or YAML 1.2, with the line of every key.
+"""Read a study file, TOML or YAML 1.2, as a plain dictionary with the line of every key.
 
-Files are hostile until checked: size, nesting and key length are looked at before anything is parsed, YAML anchors,
-aliases and tags are refused, and what a file says is never executed.
+Files are hostile until checked: size, nesting and key length are checked before anything is parsed,
+YAML anchors, aliases and tags are refused, and nothing that a file says is executed.
 """
 
 from __future__ import annotations
@@ -24,62 +24,64 @@ from tendon_cli.studies.toml_reading import (
 from tendon_cli.units import shorten
 
 YAML_SUFFIXES = (".yaml", ".yml")
+"""Endings of a study in YAML."""
 STDIN = Path("-")
-"""The name of a study from standard input."""
+"""Name of a study from standard input."""
 _KEY_OF_YAML = re.compile(r"(?:---|[\w.-]+\s*:(?:\s|$))")
-"""How the first line of a study in YAML begins, and none in TOML."""
+"""Beginning of the first line of a study in YAML, and of none in TOML."""
 _HINTS = {
     "mapping values are not allowed": 'a second colon: text with ": " in it needs quotes',
     "cannot start any token": "indent with spaces, not with tabs",
     "<block end>": "keys of one table are indented alike",
     "<document start>": "a study in TOML is a file that ends in .toml",
 }
-"""What helps, by what the parser says."""
+"""Hints by pieces of the YAML parser's messages."""
 
 
 def read_document(path: Path) -> Document:
-    """Read a TOML or YAML file; raises StudyError where it cannot be read or is not of its grammar."""
+    """Return the content of a TOML or YAML file.
+
+    Args:
+        path: The file; `STDIN` for standard input.
+
+    Raises:
+        StudyError: The file cannot be read, or is not of its grammar.
+    """
     content = _bytes(path)
     try:
         text = content.decode("utf-8-sig").replace("\r\n", "\n")
         return read_yaml(text) if _is_yaml(path, text) else read_toml(text)
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
-        raise refused(
-            "not UTF-8 text, expected a study in TOML or YAML", "save the file as UTF-8", line
-        ) from None
+        problem = "not UTF-8 text, expected a study in TOML or YAML"
+        raise refused(problem, "save the file as UTF-8", line) from None
     except RecursionError:
         raise refused(f"nested deeper than {MAX_DEPTH} levels") from None
 
 
 def _is_yaml(path: Path, text: str) -> bool:
-    """By its ending; of standard input by its first line that says something."""
+    """Return True for YAML: by the ending of a file, by the first line of standard input."""
     if path != STDIN:
         return path.suffix.lower() in YAML_SUFFIXES
-    lines = (line.strip() for line in text.splitlines())
-    return (
-        _KEY_OF_YAML.match(next((line for line in lines if line and line[0] != "#"), ""))
-        is not None
-    )
+    for line in text.splitlines():
+        statement = line.strip()
+        if statement and not statement.startswith("#"):
+            return _KEY_OF_YAML.match(statement) is not None
+    return False
 
 
 def _bytes(path: Path) -> bytes:
+    """Return the content of a file or of standard input.
+
+    Raises:
+        StudyError: It cannot be read, or is too large or empty.
+    """
     try:
         if path != STDIN:
             return read_file(path, MAX_BYTES)
         content = sys.stdin.buffer.read(MAX_BYTES + 1) if sys.stdin is not None else b""
     except FileNotFoundError:
-        near = (
-            sorted(other.name for other in path.parent.glob("*.toml"))[:3]
-            if path.parent.is_dir()
-            else []
-        )
-        hint = (
-            f"files there: {', '.join(map(shorten, near))}"
-            if near
-            else "`tendon init` writes a study to start from"
-        )
-        raise refused("no such file", hint) from None
+        raise refused("no such file", _hint_at_files(path.parent)) from None
     except IsADirectoryError:
         raise refused("this is a folder, expected a study file") from None
     except (OSError, ValueError) as error:
@@ -87,38 +89,52 @@ def _bytes(path: Path) -> bytes:
     if len(content) > MAX_BYTES:
         raise refused(f"cannot be read: it is larger than {MAX_BYTES // 1000} kB")
     if not content.strip():
-        raise refused(
-            "nothing came in, expected a study in TOML or YAML",
-            "such as: tendon sweep - < study.toml",
-        )
+        problem = "nothing came in, expected a study in TOML or YAML"
+        raise refused(problem, "such as: tendon sweep - < study.toml")
     return content
 
 
-def read_yaml(text: str) -> Document:
-    """The content of a YAML document and where its keys stand; raises StudyError.
+def _hint_at_files(folder: Path) -> str:
+    """Return a hint that names studies of a folder, or a way to a first one."""
+    names = sorted(file.name for file in folder.glob("*.toml")) if folder.is_dir() else []
+    if names:
+        return f"files there: {', '.join(map(shorten, names[:3]))}"
+    return "`tendon init` writes a study to start from"
 
-    It is looked at event by event before anything is built: nesting is bounded, and anchors, aliases, tags and merge
-    keys, which YAML can make bombs of, are refused. A study needs none of them.
+
+# --- YAML ----------------------------------------------------------------------------------------
+
+
+def read_yaml(text: str) -> Document:
+    """Return the content of a YAML document.
+
+    Its events are checked before anything is built: nesting is bounded, and anchors, aliases, tags
+    and merge keys, of which YAML can make bombs, are refused. A study needs none of them.
+
+    Raises:
+        StudyError: The text is not YAML, or uses what is refused.
     """
     from ruamel.yaml import YAML  # only studies in YAML pay for its import
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-    yaml, places = YAML(typ="safe", pure=True), KeyPlaces()
+    yaml = YAML(typ="safe", pure=True)
+    places = KeyPlaces()
     try:
         _check_events(YAML(typ="safe", pure=True).parse(text))
         node = yaml.compose(text)
         content = {} if node is None else _value(yaml, node, "", places)
     except MarkedYAMLError as error:
-        problem, mark = (error.problem or str(error)).partition("\n")[0], error.problem_mark
+        problem = (error.problem or str(error)).partition("\n")[0]
         problem = problem.replace("('", "'").replace("',)", "'")  # a token as Python prints it
         hint = next((hint for sign, hint in _HINTS.items() if sign in problem), None)
-        raise refused(
-            f"not YAML: {shorten(problem, 120)}", hint, mark.line + 1 if mark else None
-        ) from None
+        mark = error.problem_mark
+        line = mark.line + 1 if mark else None
+        raise refused(f"not YAML: {shorten(problem, 120)}", hint, line) from None
     except YAMLError as error:
-        at = getattr(error, "position", None)
-        line = text[:at].count("\n") + 1 if isinstance(at, int) else None
-        raise refused(f"not YAML: {shorten(str(error).splitlines()[0], 120)}", line=line) from None
+        position = getattr(error, "position", None)
+        line = text[:position].count("\n") + 1 if isinstance(position, int) else None
+        problem = shorten(str(error).splitlines()[0], 120)
+        raise refused(f"not YAML: {problem}", line=line) from None
     if not isinstance(content, dict | None):
         raise refused("the file holds no keys, expected such as `name: my-study`", line=1)
     return Document(content or {}, places)
@@ -128,36 +144,48 @@ def _check_events(events: Any) -> None:
     """Refuse deep nesting, anchors, aliases and tags, while nothing has been built yet."""
     depth = 0
     for event in events:
-        kind, line = type(event).__name__, event.start_mark.line + 1
-        depth += kind.endswith(("MappingStartEvent", "SequenceStartEvent"))
-        depth -= kind.endswith(("MappingEndEvent", "SequenceEndEvent"))
+        kind = type(event).__name__
+        line = event.start_mark.line + 1
+        if kind.endswith(("MappingStartEvent", "SequenceStartEvent")):
+            depth += 1
+        elif kind.endswith(("MappingEndEvent", "SequenceEndEvent")):
+            depth -= 1
         if depth > MAX_DEPTH:
             raise refused(f"nested deeper than {MAX_DEPTH} levels", line=line)
         if getattr(event, "anchor", None) is not None:
             raise refused("YAML anchors and aliases are not read", "write the value out", line)
-        if getattr(event, "tag", None) is not None:
-            raise refused(
-                f"the YAML tag {shorten(str(event.tag))} is not read", "leave it out", line
-            )
+        tag = getattr(event, "tag", None)
+        if tag is not None:
+            raise refused(f"the YAML tag {shorten(str(tag))} is not read", "leave it out", line)
 
 
 def _value(yaml: Any, node: Any, path: str, places: KeyPlaces) -> Any:
-    """What a node says, the lines of its keys noted; raises StudyError."""
+    """Return the value of a node, and add the lines of its keys to `places`.
+
+    Args:
+        yaml: The parser, which converts words.
+        node: A word, a list or a table.
+        path: Dotted key of the node.
+        places: Lines of the keys so far.
+
+    Raises:
+        StudyError: A key or a word cannot be read.
+    """
     if isinstance(node.value, str):
         return _scalar(yaml, node, path)
     is_list = str(node.tag).endswith(":seq")
     content: dict[str, Any] = {}
     entries: Any = enumerate(node.value) if is_list else node.value
     for key, item in entries:
-        name, line = (
-            (str(key), item.start_mark.line + 1)
-            if is_list
-            else (_key(key, path), key.start_mark.line + 1)
-        )
+        if is_list:
+            name = str(key)
+            line = item.start_mark.line + 1
+        else:
+            name = _key(key, path)
+            line = key.start_mark.line + 1
         if name in content:
-            raise refused(
-                f'not YAML: duplicate key "{shorten(name)}", expected each key once', line=line
-            )
+            problem = f'not YAML: duplicate key "{shorten(name)}", expected each key once'
+            raise refused(problem, line=line)
         inner = f"{path}.{name}".removeprefix(".")
         places.lines.setdefault(inner, line)
         content[name] = _value(yaml, item, inner, places)
@@ -165,27 +193,36 @@ def _value(yaml: Any, node: Any, path: str, places: KeyPlaces) -> Any:
 
 
 def _key(node: Any, table: str) -> str:
-    """A word; raises StudyError for numbers, dates, truth values, lists, tables and merge keys."""
+    """Return the word of a key.
+
+    Args:
+        node: The key.
+        table: Dotted key of its table.
+
+    Raises:
+        StudyError: The key is a number, a date, a truth value, a list, a table or a merge key.
+    """
     line = node.start_mark.line + 1
     if not isinstance(node.value, str):
-        raise refused(
-            "a list or table stands as a key, expected a word", None, line, shorten(table, 120)
-        )
+        problem = "a list or table stands as a key, expected a word"
+        raise refused(problem, None, line, shorten(table, 120))
     key = shorten(f"{table}.{shorten(node.value)}".removeprefix("."), 120)
     if node.value == "<<":
         raise refused("YAML merge keys are not read", "write the keys out", line, key)
     if not str(node.tag).endswith(":str"):
         given = f'"{shorten(node.value)}"' if node.value else "nothing"
-        raise refused(
-            f"{given} stands as a key, expected a word", "text in quotes is a word", line, key
-        )
+        problem = f"{given} stands as a key, expected a word"
+        raise refused(problem, "text in quotes is a word", line, key)
     return str(node.value)
 
 
 def _scalar(yaml: Any, node: Any, path: str) -> Any:
+    """Return the text, number, date or truth value of a node."""
     try:
         return yaml.constructor.construct_object(node)
     except (ValueError, OverflowError):
-        date = f'"{shorten(node.value)}" is not a date of the calendar, expected text in quotes'
-        problem = date if str(node.tag).endswith(":timestamp") else LONG_INTEGER
+        problem = LONG_INTEGER
+        if str(node.tag).endswith(":timestamp"):
+            given = f'"{shorten(node.value)}"'
+            problem = f"{given} is not a date of the calendar, expected text in quotes"
         raise refused(problem, None, node.start_mark.line + 1, shorten(path, 120)) from None

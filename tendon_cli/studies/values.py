@@ -16,27 +16,34 @@ from tendon_cli.model.kinematics import Array
 from tendon_cli.units import SI_UNIT, Measure
 
 MAX_AXIS_LENGTH = 10**7
+"""Largest number of values of an axis."""
 
 
 @dataclass(frozen=True)
 class Uncertain:
-    """The distribution of a number, in SI.
+    """Distribution of a number, in SI.
 
-    A uniform one reaches from middle - spread to middle + spread. A normal one has the mean `middle` and the standard
-    deviation `spread`; what lies outside of `low` and `high`, where the number is impossible, is cut off.
+    A uniform one reaches from middle - spread to middle + spread. A normal one has the mean
+    `middle` and the standard deviation `spread`; it is cut off below `low` and above `high`, where
+    the number is impossible.
     """
 
     kind: Literal["uniform", "normal"]
+    """Shape of the distribution."""
     middle: float
+    """Middle of a uniform distribution, mean of a normal one, SI."""
     spread: float
+    """Half the width of a uniform distribution, standard deviation of a normal one, SI."""
     low: float
+    """Smallest possible value, SI."""
     high: float
+    """Largest possible value, SI."""
     document: Mapping[str, float | str] | str
     """The number as a study file would say it, in SI, exactly."""
 
     @property
     def cut_share(self) -> float:
-        """The share of a normal distribution that is cut off."""
+        """Share of a normal distribution that is cut off."""
         if self.kind == "uniform":
             return 0.0
         ends = (self.middle - self.low, self.high - self.middle)
@@ -44,13 +51,21 @@ class Uncertain:
 
     @property
     def reach(self) -> tuple[float, float]:
-        """Smallest and largest value that may well be drawn: four standard deviations, or where they are cut off."""
+        """Smallest and largest value that may well be drawn, SI.
+
+        A normal distribution reaches four standard deviations, or to where it is cut off.
+        """
         width = self.spread if self.kind == "uniform" else 4.0 * self.spread
         return max(self.low, self.middle - width), min(self.high, self.middle + width)
 
 
 def quantile(known: Uncertain, share: Array) -> Array:
-    """The value below which a share of a distribution lies, SI; what a normal one has beyond its ends is cut off."""
+    """Return the values below which shares of a distribution lie, SI.
+
+    Args:
+        known: The distribution; a normal one has no values beyond the ends where it is cut off.
+        share: Shares, 0 to 1, any shape.
+    """
     if known.kind == "uniform":
         return np.asarray(known.middle + known.spread * (2.0 * share - 1.0))
     from scipy.special import ndtr, ndtri  # only uncertain numbers pay for its import
@@ -61,13 +76,22 @@ def quantile(known: Uncertain, share: Array) -> Array:
 
 
 def drawn(uncertain: Mapping[str, Uncertain], count: int, seed: int) -> dict[str, Array]:
-    """`count` values of each number, by its key; the first so many of 2^m Sobol points."""
+    """Draw values of uncertain numbers by scrambled Sobol points.
+
+    Args:
+        uncertain: The distribution of each number, by its key.
+        count: Number of draws: the first of the next power of two of points.
+        seed: Seed of the scrambling; the same seed gives the same draws.
+
+    Returns:
+        The draws of each number, by its key, shape (count,), SI.
+    """
     from scipy.stats import qmc
 
-    points = qmc.Sobol(
-        len(uncertain), scramble=True, rng=np.random.default_rng([seed, len(uncertain)])
-    )
-    shares = points.random_base2(max(0, count - 1).bit_length())[:count]
+    generator = np.random.default_rng([seed, len(uncertain)])
+    points = qmc.Sobol(len(uncertain), scramble=True, rng=generator)
+    power = max(0, count - 1).bit_length()
+    shares = points.random_base2(power)[:count]  # (count, numbers)
     return {
         key: quantile(known, shares[:, at]) for at, (key, known) in enumerate(uncertain.items())
     }
@@ -75,24 +99,29 @@ def drawn(uncertain: Mapping[str, Uncertain], count: int, seed: int) -> dict[str
 
 @dataclass(frozen=True)
 class Grid:
-    """`num` values from `start` to `stop`, both included, spaced evenly or, where `log`, by a constant factor."""
+    """Values between two ends, both included, spaced evenly or by a constant factor."""
 
     start: Measure
+    """First value."""
     stop: Measure
+    """Last value."""
     num: int
+    """Number of values."""
     log: bool = False
+    """True if a constant factor lies between neighbours, instead of a constant step."""
 
     def array(self) -> npt.NDArray[np.float64]:
-        """The values in SI, shape (num,).
+        """Return the values in SI, shape (num,).
 
-        Even grids are computed in rational numbers and each value is rounded once, so that 0.7 to 1.0 in four steps
-        holds the same 0.8 as a list that says 0.8, on every machine.
+        Even grids are computed in rational numbers and each value is rounded once, so that 0.7 to
+        1.0 in four steps holds the same 0.8 as a list that says 0.8, on every machine.
         """
         if self.num == 1:
             return np.array([self.start.si])
         if self.log:
             values = np.geomspace(self.start.si, self.stop.si, self.num)
-            values[0], values[-1] = self.start.si, self.stop.si
+            values[0] = self.start.si
+            values[-1] = self.stop.si
             return values
         first = self.start.exact
         step = (self.stop.exact - first) / (self.num - 1)
@@ -106,19 +135,23 @@ class Grid:
 
 @dataclass(frozen=True)
 class Values:
-    """What a study says for one key. It is an axis of the product unless it is a single value."""
+    """Number that a study gives for one key: one value, a list of values, or a grid.
+
+    It is an axis of the product of designs unless it is a single value.
+    """
 
     source: tuple[float, ...] | Grid
     """SI values, or a grid that is only written out when it is needed."""
     is_axis: bool
+    """True if the number is an axis, even one of a single value."""
     uncertain: Uncertain | None = None
-    """How a single value is distributed around the one in `source`, where the study says so."""
+    """Distribution of a single value around the one in `source`; None for an exact number."""
     is_interval: bool = False
-    """Every value from the first to the last of two is meant, and these are its ends."""
+    """True if every value between two is meant; `source` is then a grid of these two."""
 
     @classmethod
     def of(cls, value: float) -> Values:
-        """A single SI value."""
+        """Return a single SI value."""
         return cls((value,), is_axis=False)
 
     def __len__(self) -> int:
@@ -126,45 +159,43 @@ class Values:
 
     @cached_property
     def array(self) -> npt.NDArray[np.float64]:
-        """All values in SI, in the order given."""
-        values = (
-            self.source.array()
-            if isinstance(self.source, Grid)
-            else np.array(self.source, dtype=np.float64)
-        )
+        """All values in SI, in the order given; read-only."""
+        source = self.source
+        values = source.array() if isinstance(source, Grid) else np.array(source, dtype=np.float64)
         values.flags.writeable = False
         return values
 
     @property
     def extremes(self) -> tuple[float, float]:
-        """Smallest and largest value in SI, without writing a grid out."""
-        ends = (
-            (self.source.start.si, self.source.stop.si)
-            if isinstance(self.source, Grid)
-            else self.source
-        )
+        """Smallest and largest value in SI; a grid is not written out."""
+        if isinstance(self.source, Grid):
+            ends: tuple[float, ...] = (self.source.start.si, self.source.stop.si)
+        else:
+            ends = self.source
         return min(ends), max(ends)
 
     @property
     def single(self) -> float:
-        """The value in SI where there is only one; raises ValueError for an axis."""
+        """The value of a number that is no axis, SI.
+
+        Raises:
+            ValueError: The number is an axis.
+        """
         if self.is_axis or isinstance(self.source, Grid):
             raise ValueError("an axis has no single value")
         return self.source[0]
 
     def document(self, dimension: str) -> object:
-        """The same numbers as a study file would say them, in SI; grids stay as short as they were written."""
+        """Return the number as a study file would say it, in SI.
+
+        A grid stays as short as it was written.
+        """
         if isinstance(self.source, Grid):
-            grid = self.source
-            ends, spacing = (
-                {"from": grid.start.document(), "to": grid.stop.document()},
-                {"spacing": "log"},
-            )
-            return (
-                ends
-                if self.is_interval
-                else {**ends, "num": grid.num, **(spacing if grid.log else {})}
-            )
+            ends = {"from": self.source.start.document(), "to": self.source.stop.document()}
+            if self.is_interval:
+                return ends
+            spacing = {"spacing": "log"} if self.source.log else {}
+            return {**ends, "num": self.source.num, **spacing}
         if self.uncertain is not None:
             return self.uncertain.document
         values = [in_si(value, dimension) for value in self.source]
@@ -172,11 +203,11 @@ class Values:
 
 
 RIGID = "rigid"
-"""The word for a stiffness without end."""
+"""Word for an infinite stiffness."""
 
 
 def in_si(value: float, dimension: str) -> float | str:
-    """A number in SI as a study may say it: only angles cannot stand without their unit."""
+    """Return an SI number as a study may say it: with its unit only if it is an angle."""
     if math.isinf(value):
         return RIGID
     return f"{value!r} {SI_UNIT[dimension]}" if dimension == "angle" else value
