@@ -96,7 +96,8 @@ def check_figures_of(study: Study) -> None:
         key = f"figure.{place}"
         name = f'figure "{spec.name}"'
         if spec.table == "designs" and spec.table not in study.output.tables:
-            problem = f"{name}: {spec.quantity[0]} is of designs, which is not written"
+            quantity = spec.quantity[0]
+            problem = f"{name}: {quantity} is in the table of designs, which is not written"
             hint = '[output] tables needs "designs"'
             faults.append(Fault(f"{key}.quantity", problem, hint))
             continue
