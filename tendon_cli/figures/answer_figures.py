@@ -1,8 +1,8 @@
-"""The figures of an answer: maps over two choices, the window along each choice, and the front."""
+"""Figures of an answer: maps over two choices, the window along each choice, and the front."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,42 +31,63 @@ from tendon_cli.figures.style import INK, OKABE_ITO, broken, hatch_key, house_st
 from tendon_cli.figures.window_over_angle import draw_between
 from tendon_cli.tables.read import open_table
 
-_WINDOW, _CHOICE = "#b4d4ea", "#b8c4cc"
-_ENDS = (("from_by", OKABE_ITO[1], -1.0), ("to_by", OKABE_ITO[0], 1.0))
-"""What binds at the lower and at the upper end, its colour, and the side of its line that is outside of the window."""
+_WINDOW = "#b4d4ea"
+_CHOICE = "#b8c4cc"
+_LOWER = OKABE_ITO[1]
+_UPPER = OKABE_ITO[0]
 _MOST_ALONG = 4
 _MOST_POINTS = 20_000
-_LABEL_SIZE, _LABEL_GAP = 6.5, 3.0
-"""Of the names of limits, pt."""
+_LABEL_SIZE = 6.5
+"""Size of the names of limits, pt."""
+_LABEL_GAP = 3.0
+"""Distance of the name of a limit from its line, pt."""
+_LETTER = 0.58
+"""Mean width of a letter as a share of its size."""
+
+Floats = npt.NDArray[np.float64]
 
 
 def draw_answer(folder: Path, record: dict[str, Any], out: Path) -> tuple[list[str], list[str]]:
-    """Draw the answer in a folder, whose tables stand, into another; returns the files and what could not be drawn.
+    """Draw the answer in a folder, whose tables are complete, into another folder.
 
-    A figure never costs an answer: what goes wrong is reported, not raised.
+    A figure never costs an answer: errors are reported, not raised.
+
+    Returns:
+        The names of the files, and a sentence for each figure that could not be drawn.
     """
     files: list[str] = []
     faults: list[str] = []
     cube = choices_of(open_table(folder / "choices.parquet"))
-    for name in [*FIGURES][:-1]:  # between is drawn if it is asked for
+    for name in FIGURES:
+        if name == "between":
+            continue  # is drawn if it is asked for
         try:
-            if (page := answer_figure(name, cube, record)) is not None:
+            page = answer_figure(name, cube, record)
+            if page is not None:
                 files.append(page.save(out / f"{name}.png").name)
         except Exception as error:  # noqa: BLE001
             faults.append(f"the figure {name} cannot be drawn: {type(error).__name__}: {error}")
-    return files + (draw_population(folder, record, out) if record["population"] else []), faults
+    if record["population"]:
+        files += draw_population(folder, record, out)
+    return files, faults
 
 
 def answer_figure(name: str, cube: Cube, record: dict[str, Any]) -> Page | None:
-    """One of FIGURES; None if there is nothing to draw."""
+    """Draw one of FIGURES. Return None if there is nothing to draw."""
     chosen = named_first(record)
+    if not chosen:
+        return None
     with house_style():
-        page = FIGURES[name](cube, record, chosen) if chosen else None
-    return page.of_joint(record) if page is not None else None
+        page = FIGURES[name](cube, record, chosen)
+    return None if page is None else page.of_joint(record)
 
 
 def draw_between_samples(folder: Path, record: dict[str, Any], out: Path | None) -> Path:
-    """Draw what binds where in the answer in a folder, into a file; raises UsageError if there is nothing to draw."""
+    """Draw the window over the angle of the answer in a folder, into a file.
+
+    Raises:
+        UsageError: The answer has no window over the angle.
+    """
     page = answer_figure("between", choices_of(open_table(folder / "choices.parquet")), record)
     if page is None:
         hint = "an answer with a window has them; `tendon design --overwrite` solves it anew"
@@ -77,48 +98,52 @@ def draw_between_samples(folder: Path, record: dict[str, Any], out: Path | None)
 
 
 def named_first(record: dict[str, Any]) -> dict[str, Any]:
-    """The choice that the answer names first, or if none has a window the one nearest to have one; empty without."""
+    """Return the choice that the answer names first; empty if it names none.
+
+    It is the best choice, or if no choice has a window the one that comes nearest to having one.
+    """
     best = record["best"]
-    if best is None:
-        return dict(record["conflicts"][0]["nearest"]) if record["conflicts"] else {}
-    return dict(best)
+    if best is not None:
+        return dict(best)
+    if record["conflicts"]:
+        return dict(record["conflicts"][0]["nearest"])
+    return {}
 
 
-# --- The window along each choice ------------------------------------------------------------------------------------
+# --- The window along each choice -----------------------------------------------------------------
 
 
 def draw_windows(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> Page | None:
-    """The window against each axis, all else as in the choice named first; None if there is no axis of numbers."""
+    """Draw the window against each axis, all else as in the choice named first.
+
+    Returns:
+        The page; None if no axis of several values is one of numbers.
+    """
     along = [axis for axis in long_axes(cube) if not axis.is_text][:_MOST_ALONG]
     if not along:
         return None
     parts = [Slice.of(cube, [axis], chosen) for axis in along]
-    has_none = any((part.low > part.high).any() for part in parts)
-    key = [
-        Patch(facecolor=_WINDOW, label="window: pretensions that suit all conditions"),
-        *([hatch_key("no window: the lower limit lies above the upper one")] if has_none else []),
-        *([star(label="pretension recommended")] if chosen["feasible"] else []),
+    key: list[Any] = [
+        Patch(facecolor=_WINDOW, label="window: pretensions that suit all conditions")
     ]
-    notes = [
-        "At each end stands the limit that binds there. Elsewhere among the choices the window may be another."
-    ]
+    if any((part.low > part.high).any() for part in parts):
+        key.append(hatch_key("no window: the lower limit lies above the upper one"))
+    if chosen["feasible"]:
+        key.append(star(label="pretension recommended"))
+    note = (
+        "At each end stands the limit that binds there. "
+        "Elsewhere among the choices the window may be another."
+    )
     rows, columns = grid_shape(len(along), most=2)
-    page = answer_page(cube, record, "the window of pretension", rows * 68.0, key, notes)
+    page = answer_page(cube, record, "the window of pretension", rows * 68.0, key, [note])
     grid = page.figure.subplots(rows, columns, squeeze=False)
     for panel, axis, part in zip(grid.flat, along, parts, strict=False):
         _draw_window(panel, part)
         panel.set_ylabel(f"{pretension_name(cube.study)} (N)")
         if chosen["feasible"]:
-            at = place_of(cube, axis, chosen[axis.column], part.scales[0])
-            panel.plot(
-                [at],
-                [chosen["pretension"]],
-                marker="*",
-                color=INK,
-                markersize=9,
-                clip_on=False,
-                zorder=5,
-            )
+            place = place_of(cube, axis, chosen[axis.column], part.scales[0])
+            style: dict[str, Any] = {"color": INK, "markersize": 9, "clip_on": False}
+            panel.plot([place], [chosen["pretension"]], marker="*", zorder=5, **style)
     for panel in list(grid.flat)[len(along) :]:
         panel.set_visible(False)
     FigureCanvasAgg(page.figure)
@@ -129,147 +154,176 @@ def draw_windows(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
 
 
 def _draw_window(panel: Axes, part: Slice) -> None:
+    """Draw both ends of the window over one axis, and shade what lies between them."""
     (x,) = part.scales
-    low, high = part.low, np.where(np.isinf(part.high), np.nan, part.high)
+    low = part.low
+    is_open = np.isinf(part.high)
+    high = np.where(is_open, np.nan, part.high)
     top = 1.2 * float(np.nanmax([low, high], initial=0.0)) or 1.0
-    roof = np.where(np.isinf(part.high), top, high)
-    style: dict[str, Any] = {"interpolate": True, "step": None}
-    panel.fill_between(
-        x.places, low, roof, where=(roof >= low).tolist(), facecolor=_WINDOW, **style
-    )
-    panel.fill_between(
-        x.places, roof, low, where=(roof <= low).tolist(), **unknown_hatch(), **style
-    )
-    for values, (_, colour, _) in zip((low, high), _ENDS, strict=True):
-        panel.plot(
-            x.places, values, color=colour, marker="o" if len(x.places) < 12 else "", markersize=2.5
-        )
+    roof = np.where(is_open, top, high)
+    between: dict[str, Any] = {"interpolate": True, "step": None}
+    window = (roof >= low).tolist()
+    no_window = (roof <= low).tolist()
+    panel.fill_between(x.places, low, roof, where=window, facecolor=_WINDOW, **between)
+    panel.fill_between(x.places, roof, low, where=no_window, **unknown_hatch(), **between)
+    marker = "o" if len(x.places) < 12 else ""
+    panel.plot(x.places, low, color=_LOWER, marker=marker, markersize=2.5)
+    panel.plot(x.places, high, color=_UPPER, marker=marker, markersize=2.5)
     x.apply(panel, "x")
     panel.set(ylim=(0.0, top), xlabel=x.label, title=part.title or " ")
 
 
 def _name_limits(panel: Axes, part: Slice) -> None:
-    """Where a limit binds along a line its name, once for each stretch, clear of the line and of other names.
+    """Name the limits that bind along the lower and the upper end of the window.
 
-    A name goes where the other line is farthest, outside of what lies between them. It is moved away from its line by
-    as much as the line rises under it; where that leads into another name, or out of the panel, there is none.
+    A name goes outside of the window, clear of its line and of other names, once for each stretch
+    along which one limit binds. Where the ends have changed places, its side changes too.
     """
-    placed: list[Any] = []
-    low, high = part.low, part.high
-    for values, (name, colour, up) in zip((low, high), _ENDS, strict=True):
-        by = part.columns[name]
-        starts = np.flatnonzero(np.concatenate([[True], by[1:] != by[:-1]]))
-        stretches = sorted(
-            zip(starts, [*starts[1:], len(by)], strict=True), key=lambda each: each[0] - each[1]
-        )
-        for start, stop in stretches:
-            inner = slice(start + 1, stop - 1) if stop - start > 4 else slice(start, stop)
-            places = np.arange(len(by))[inner][
-                np.argsort(-np.nan_to_num(np.abs(high - low)[inner]), kind="stable")
-            ]
-            if by[start]:
-                text = say.limit_words(str(by[start]), part.bounds).label
-                sides = np.where(low > high, -up, up)
-                _write(panel, part.scales[0].places, values, places, text, colour, sides, placed)
+    boxes: list[Any] = []
+    upward = np.where(part.low > part.high, -1.0, 1.0)
+    _name_stretches(panel, part, part.low, part.columns["from_by"], _LOWER, -upward, boxes)
+    _name_stretches(panel, part, part.high, part.columns["to_by"], _UPPER, upward, boxes)
 
 
-def _write(
+def _name_stretches(
     panel: Axes,
-    x: npt.NDArray[Any],
-    y: npt.NDArray[Any],
-    places: npt.NDArray[Any],
+    part: Slice,
+    values: Floats,
+    limits: npt.NDArray[Any],
+    colour: str,
+    sides: Floats,
+    boxes: list[Any],
+) -> None:
+    """Name the limit of each stretch of a line, the longest stretch first.
+
+    Names are tried where the window is widest first.
+
+    Args:
+        panel: The panel.
+        part: Choices along one axis.
+        values: The line, N.
+        limits: Limit that binds at each place of the line, or "".
+        colour: Colour of the line.
+        sides: 1 where a name goes above the line, -1 where it goes below.
+        boxes: Places taken by names, to which new ones are added.
+    """
+    width = np.nan_to_num(np.abs(part.high - part.low))
+    starts = np.flatnonzero(np.concatenate([[True], limits[1:] != limits[:-1]]))
+    stops = [*starts[1:], len(limits)]
+    stretches = sorted(zip(starts, stops, strict=True), key=lambda stretch: stretch[0] - stretch[1])
+    for start, stop in stretches:
+        if not limits[start]:
+            continue
+        places = np.arange(start, stop)
+        if len(places) > 4:
+            places = places[1:-1]
+        places = places[np.argsort(-width[places], kind="stable")]
+        text = say.limit_words(str(limits[start]), part.bounds).label
+        _write_name(panel, part.scales[0].places, values, places, text, colour, sides, boxes)
+
+
+def _write_name(
+    panel: Axes,
+    x: Floats,
+    y: Floats,
+    places: npt.NDArray[np.int64],
     text: str,
     colour: str,
-    sides: npt.NDArray[Any],
-    placed: list[Any],
+    sides: Floats,
+    boxes: list[Any],
 ) -> None:
-    """A name at the first of some places of a line where it fits; `sides` is 1 where it goes above, -1 below."""
+    """Write a name at the first of some places of a line where it fits.
+
+    It is moved away from its line by as much as the line rises under it. Where that leads into
+    another name, or out of the panel, there is none.
+
+    Args:
+        panel: The panel.
+        x: Places of the line.
+        y: Values of the line.
+        places: Indices of points of the line, the best first.
+        text: The name.
+        colour: Colour of the name.
+        sides: 1 where the name goes above the line, -1 where it goes below.
+        boxes: Places taken by names, to which this one is added.
+    """
     canvas: Any = panel.figure.canvas
-    renderer, per_point = canvas.get_renderer(), panel.figure.dpi / 72.0
-    across, upward = panel.transData.transform(np.column_stack([x, np.nan_to_num(y, posinf=0.0)])).T
+    renderer = canvas.get_renderer()
+    per_point = panel.figure.dpi / 72.0
+    points = np.column_stack([x, np.nan_to_num(y, posinf=0.0)])
+    across, upward = panel.transData.transform(points).T
     rise = np.abs(np.gradient(upward, across)) if len(x) > 1 else np.zeros(1)
-    half = 0.5 * 0.58 * _LABEL_SIZE * len(text)
-    for at in places[np.isfinite(y[places])]:
-        align = {0: "left", len(x) - 1: "right"}.get(int(at), "center")
-        clear = sides[at] * (_LABEL_GAP + rise[at] * half * (1.0 if align == "center" else 2.0))
+    half = 0.5 * _LETTER * _LABEL_SIZE * len(text)
+    ends = {0: "left", len(x) - 1: "right"}
+    for place in places[np.isfinite(y[places])]:
+        align = ends.get(int(place), "center")
+        reach = 1.0 if align == "center" else 2.0  # in halves of the name's width
+        clear = sides[place] * (_LABEL_GAP + rise[place] * half * reach)
         note = panel.annotate(
             text,
-            (x[at], y[at]),
+            (x[place], y[place]),
             (0, clear),
             textcoords="offset points",
             ha=align,
-            va="bottom" if sides[at] > 0.0 else "top",
+            va="bottom" if sides[place] > 0.0 else "top",
             size=_LABEL_SIZE,
             color=colour,
         )
         note.set_in_layout(False)
-        box, room = note.get_window_extent(renderer).padded(per_point), panel.bbox
-        is_inside = (
-            room.y0 < box.y0
-            and box.y1 < room.y1
-            and room.x0 <= box.x0 + 4
-            and box.x1 - 4 <= room.x1
-        )
-        if is_inside and not any(box.overlaps(other) for other in placed):
-            placed.append(box)
+        box = note.get_window_extent(renderer).padded(per_point)
+        room = panel.bbox
+        fits_upward = room.y0 < box.y0 and box.y1 < room.y1
+        fits_across = room.x0 <= box.x0 + 4 and box.x1 - 4 <= room.x1
+        overlaps = any(box.overlaps(other) for other in boxes)
+        if fits_upward and fits_across and not overlaps:
+            boxes.append(box)
             return
         note.remove()
 
 
-# --- The front -------------------------------------------------------------------------------------------------------
+# --- The front ------------------------------------------------------------------------------------
 
 
 def draw_front(cube: Cube, record: dict[str, Any], _chosen: dict[str, Any]) -> Page | None:
-    """Choices with a window by the first two goals, and the front; None without two goals or a front."""
+    """Draw the choices with a window by the first two goals, and the front.
+
+    Returns:
+        The page; None if there are not two goals, or no front.
+    """
     goals = record["goals"][:2]
     if len(goals) < 2 or not record["front"] or cube.files is None:
         return None
     names = [goal["column"] for goal in goals]
     shown = [cube.shown(name) for name in names]
     read = cube.gather(evenly(cube.files.rows, _MOST_POINTS), [*names, "feasible"])
-    with_window = {name: read[name][read["feasible"] == 1.0] for name in names}
-    front = dict(
-        zip(
-            names,
-            np.array(sorted([row[name] for name in names] for row in record["front"])).T,
-            strict=True,
-        )
-    )
+    has_window = read["feasible"] == 1.0
+    front = np.array(sorted([row[name] for name in names] for row in record["front"])).T
+    best = record["best"]
     key = [
         Line2D([], [], color=_CHOICE, marker="o", linestyle="", label="choice with a window"),
         Line2D(
             [], [], color=OKABE_ITO[1], marker="o", label="front: no other is better in every goal"
         ),
-        star(label=f"best compromise: {choice_text(cube, record['best'])}"),
+        star(label=f"best compromise: {choice_text(cube, best)}"),
     ]
-    notes = (
-        []
-        if len(record["goals"]) == 2
-        else ["The front is one of more goals than the two that are drawn."]
-    )
+    notes = []
+    if len(record["goals"]) > 2:
+        notes.append("The front is one of more goals than the two that are drawn.")
     page = answer_page(cube, record, "what one goal costs the other", 95.0, key, notes)
     panel = page.figure.subplots()
-    looks: tuple[tuple[dict[str, Any], dict[str, Any]], ...] = (
-        (with_window, {"color": _CHOICE, "marker": "o", "linestyle": "", "markersize": 2.5}),
-        (front, {"color": OKABE_ITO[1], "marker": "o"}),
-        (
-            record["best"],
-            {
-                "marker": "*",
-                "color": INK,
-                "markersize": 11,
-                "markeredgecolor": "white",
-                "zorder": 5,
-            },
-        ),
-    )
-    for values, style in looks:
-        panel.plot(
-            *(how.scaled(values[name]) for how, name in zip(shown, names, strict=True)), **style
-        )
+
+    def draw(values: Sequence[Any], **style: Any) -> None:
+        x, y = (quantity.scaled(value) for quantity, value in zip(shown, values, strict=True))
+        panel.plot(x, y, **style)
+
+    choices = [read[name][has_window] for name in names]
+    draw(choices, color=_CHOICE, marker="o", linestyle="", markersize=2.5)
+    draw(list(front), color=OKABE_ITO[1], marker="o")
+    compromise: dict[str, Any] = {"color": INK, "markersize": 11, "markeredgecolor": "white"}
+    draw([best[name] for name in names], marker="*", zorder=5, **compromise)
     labels = [
-        f"{how.label}, the {'more' if goal['maximise'] else 'less'} the better"
-        for how, goal in zip(shown, goals, strict=True)
+        f"{quantity.label}, the {'more' if goal['maximise'] else 'less'} the better"
+        for quantity, goal in zip(shown, goals, strict=True)
     ]
     panel.set(xlabel=broken(labels[0], 60), ylabel=broken(labels[1], 40))
     return page
@@ -282,4 +336,8 @@ FIGURES: dict[str, Callable[[Cube, dict[str, Any], dict[str, Any]], Page | None]
     "front": draw_front,
     "between": draw_between,
 }
-"""What draws each figure, of the choices, the record and the choice named first; None if there is nothing to draw."""
+"""Functions that draw the figures of an answer.
+
+Each takes the choices, the record and the choice named first, and returns None if there is nothing
+to draw.
+"""

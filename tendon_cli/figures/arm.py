@@ -22,8 +22,14 @@ from tendon_cli.studies.study import Study
 
 FLEXOR, EXTENSOR = OKABE_ITO[:2]
 _MOST_ANGLES = 5
+_DIMENSIONS_ANGLE = math.radians(70.0)
+"""Dimensions are drawn at the elbow angle nearest to this one, rad."""
+_MOTION = "#eceff2"
 _NO_BALANCE = "#b00020"
-_MEANING = "To scale. J is the moment arm of the flexor, $L_c$ the distance of its anchors q and r (Eq. 1)."
+_MEANING = (
+    "To scale. J is the moment arm of the flexor, "
+    "$L_c$ the distance of its anchors q and r (Eq. 1)."
+)
 _ZERO = np.zeros(2)
 _PAPER: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 0.6}
 _PULLEY: dict[str, Any] = {"color": EXTENSOR, "linewidth": 0.6, "linestyle": (0, (2, 1.5))}
@@ -37,21 +43,32 @@ _LOAD: dict[str, Any] = {"marker": "s", "markersize": 5.5, "color": INK, "linest
 
 
 def arm_page(study: Study, elbow_angles: Sequence[float] = (), case: str | None = None) -> Page:
-    """The arm with its dimensions at the middle one of the angles (rad), the spools, and the arm at each angle.
+    """Draw the arm of a study with its dimensions, its spools, and the arm at each angle.
 
-    Without angles at some of the study's. A joint by its measured travels has no anchors to draw: its two curves are.
-    Raises UsageError for an unknown case.
+    A joint that is given by its measured travels has no anchors to draw. Its two curves over the
+    angle are drawn instead.
+
+    Args:
+        study: The study.
+        elbow_angles: Elbow angles to draw, rad; by default some of the study's.
+        case: Name of one of the study's cases; by default the arm common to all.
+
+    Raises:
+        UsageError: The study does not have this case.
     """
     if study.joint.excursion is not None:
         return _travels_page(study, elbow_angles)
     sizes = arm_sizes(study, case)
-    of_study = study.motion.elbow_angle.array
-    angles = list(elbow_angles) or [float(of_study[at]) for at in evenly(len(of_study), 4)]
+    study_angles = study.motion.elbow_angle.array
+    angles = list(elbow_angles)
+    if not angles:
+        angles = [float(study_angles[place]) for place in evenly(len(study_angles), 4)]
     remarks = list(sizes.remarks)
     if len(angles) > _MOST_ANGLES:
         remarks.append(f"{_MOST_ANGLES} of {len(angles)} elbow angles drawn, evenly chosen.")
-        angles = [angles[at] for at in evenly(len(angles), _MOST_ANGLES)]
-    title = ", ".join(filter(None, (study.title or study.name, case)))
+        angles = [angles[place] for place in evenly(len(angles), _MOST_ANGLES)]
+    names = (study.title or study.name, case)
+    title = ", ".join(name for name in names if name)
     key = [
         Line2D([], [], color=FLEXOR, linewidth=1.6, label="flexor tendon (dashed: in its sheath)"),
         Line2D([], [], color=EXTENSOR, linewidth=1.6, label="extensor tendon"),
@@ -60,176 +77,150 @@ def arm_page(study: Study, elbow_angles: Sequence[float] = (), case: str | None 
         Line2D([], [], label="load", **_LOAD),
     ]
     with house_style():
-        page = framed(
-            title, 165.0, key, (_MEANING, *remarks), study=f"tendon study {study.name} {study.hash}"
-        )
+        page = framed(title, 165.0, key, (_MEANING, *remarks), study=_source(study))
         grid = page.figure.add_gridspec(2, 1, height_ratios=(1.75, 1.0))
-        top, row = (
-            grid[0].subgridspec(1, 2, width_ratios=(2.4, 1.0)),
-            grid[1].subgridspec(1, len(angles)),
-        )
-        measured = min(angles, key=lambda angle: abs(angle - math.radians(70.0)))
-        _draw_measured(page.figure.add_subplot(top[0]), ArmShape(sizes, measured))
-        _draw_spools(page.figure.add_subplot(top[1]), sizes)
+        upper = grid[0].subgridspec(1, 2, width_ratios=(2.4, 1.0))
+        lower = grid[1].subgridspec(1, len(angles))
+        measured = min(angles, key=lambda angle: abs(angle - _DIMENSIONS_ANGLE))
+        _draw_dimensions(page.figure.add_subplot(upper[0]), ArmShape(sizes, measured))
+        _draw_spools(page.figure.add_subplot(upper[1]), sizes)
         shapes = [ArmShape(sizes, angle) for angle in angles]
-        for at, shape in enumerate(shapes):
-            axes = page.figure.add_subplot(row[at])
+        for place, shape in enumerate(shapes):
+            axes = page.figure.add_subplot(lower[place])
             _draw_small(axes, shape)
-            _settle(
-                axes, *shapes, margin=1.3 * float(sizes.anchors.elbow_radius)
-            )  # all to one scale
+            # All to one scale.
+            _set_limits(axes, *shapes, margin=1.3 * float(sizes.anchors.elbow_radius))
     return page
 
 
-def _travels_page(study: Study, angles: Sequence[float]) -> Page:
-    """The travel of each tendon over the angle with what was measured, and its slope; `angles` (rad) are marked.
+def _source(study: Study) -> str:
+    """Return name and hash of a study for the metadata of a figure."""
+    return f"tendon study {study.name} {study.hash}"
 
-    Both travels are counted from the setting's angle, as the model counts them.
+
+def _travels_page(study: Study, angles: Sequence[float]) -> Page:
+    """Draw the travel of each tendon over the angle with its measured points, and its slope.
+
+    Both travels are counted from the setting's angle, as the model counts them. `angles` (rad) are
+    marked.
     """
     table: Any = study.joint.excursion
-    curves, measured, origin = curves_of(study), table.angles, study.setting.angle.single
+    curves = curves_of(study)
+    measured = table.angles
+    origin = study.setting.angle.single
     span = np.linspace(measured[0], measured[-1], 361)
-    smoothed = (
-        ", smoothed" if study.joint.smoothing is not None and study.joint.smoothing.single else ""
-    )
+    is_smoothed = study.joint.smoothing is not None and study.joint.smoothing.single
+    smoothed = ", smoothed" if is_smoothed else ""
     notes = [f"{len(measured)} measured angles{smoothed}. Travels count from {_degrees(origin)}."]
+    colours = dict(zip(SIDES, OKABE_ITO, strict=False))
     key: list[Any] = [
-        Line2D([], [], color=colour, label=side)
-        for side, colour in zip(SIDES, OKABE_ITO, strict=False)
+        *(Line2D([], [], color=colour, label=side) for side, colour in colours.items()),
+        Line2D([], [], color=INK, marker="o", markersize=2.5, linestyle="", label="measured"),
+        Patch(facecolor=_MOTION, label="motion of the study"),
     ]
-    key += [Line2D([], [], color=INK, marker="o", markersize=2.5, linestyle="", label="measured")]
-    key += [Patch(facecolor="#eceff2", label="motion of the study")]
     with house_style():
-        page = framed(
-            study.title or study.name,
-            76.0,
-            key,
-            notes,
-            study=f"tendon study {study.name} {study.hash}",
-        )
+        page = framed(study.title or study.name, 76.0, key, notes, study=_source(study))
         travel, arm = page.figure.subplots(1, 2)
-        for side, colour in zip(SIDES, OKABE_ITO, strict=False):
+        degrees = np.degrees(span)
+        for side, colour in colours.items():
             curve = curves[f"joint.{side}_excursion"]
-            zero, values = float(curve(np.asarray(origin))), np.array(table.columns[side])
-            travel.plot(np.degrees(span), 1e3 * (curve(span) - zero), color=colour, gid="travel")
-            travel.plot(
-                np.degrees(measured),
-                1e3 * (values - zero),
-                "o",
-                color=colour,
-                markersize=2.5,
-                gid="measured",
-            )
-            arm.plot(np.degrees(span), 1e3 * curve(span, 1), color=colour, gid="moment arm")
+            zero = float(curve(np.asarray(origin)))
+            points = 1e3 * (np.array(table.columns[side]) - zero)
+            dots: dict[str, Any] = {"color": colour, "markersize": 2.5, "gid": "measured"}
+            travel.plot(degrees, 1e3 * (curve(span) - zero), color=colour, gid="travel")
+            travel.plot(np.degrees(measured), points, "o", **dots)
+            arm.plot(degrees, 1e3 * curve(span, 1), color=colour, gid="moment arm")
         motion = study.motion.elbow_angle.array
         for axes, label in ((travel, "travel H (mm)"), (arm, "moment arm J = dH/dθ (mm)")):
-            axes.axvspan(
-                *np.degrees([motion.min(), motion.max()]),
-                color="#eceff2",
-                linewidth=0.0,
-                zorder=0.3,
-            )
+            first, last = np.degrees([motion.min(), motion.max()])
+            axes.axvspan(first, last, color=_MOTION, linewidth=0.0, zorder=0.3)
             axes.axhline(0.0, color=INK, linewidth=0.5)
             for angle in np.degrees(angles):
                 axes.axvline(angle, color=FAINT, linewidth=0.6, linestyle=(0, (3, 2)))
-            axes.set(
-                xlabel=f"{say.joint_word(study)} angle θ (deg)",
-                ylabel=label,
-                xlim=np.degrees(span[[0, -1]]),
-            )
+            axes.set_xlabel(f"{say.joint_word(study)} angle θ (deg)")
+            axes.set_ylabel(label)
+            axes.set_xlim(degrees[0], degrees[-1])
             axes.yaxis.set_major_formatter(plain_numbers())
     return page
 
 
 def _line(axes: Axes, *points: Points, **style: Any) -> None:
+    """Plot a line through points."""
     axes.plot(*np.array(points).T, **style)
 
 
 def _draw_limbs(axes: Axes, shape: ArmShape, width: float) -> None:
-    """Bones, virtual pulley, tendons and anchors; `width` is that of the tendons in pt."""
-    sizes, points = shape.sizes, shape.anchors
+    """Draw bones, virtual pulley, tendons and anchors; `width` is that of the tendons in pt."""
+    sizes = shape.sizes
+    points = shape.anchors
     bones = (sizes.upper_arm * shape.up, _ZERO, sizes.forearm * shape.along)
-    _line(
-        axes,
-        *bones,
-        color="#eadfd3",
-        linewidth=9.0 * width,
-        solid_joinstyle="round",
-        zorder=0.5,
-        gid="limb",
-    )
+    limb: dict[str, Any] = {"color": "#eadfd3", "solid_joinstyle": "round"}
+    _line(axes, *bones, linewidth=9.0 * width, zorder=0.5, gid="limb", **limb)
     _line(axes, *bones, color="#8c7b6b", linewidth=0.8, zorder=1, gid="bones")
-    axes.add_patch(
-        Circle(
-            (0.0, 0.0),
-            float(sizes.anchors.elbow_radius),
-            fill=False,
-            zorder=1.5,
-            gid="pulley",
-            **_PULLEY,
-        )
-    )
+    radius = float(sizes.anchors.elbow_radius)
+    axes.add_patch(Circle((0.0, 0.0), radius, fill=False, zorder=1.5, gid="pulley", **_PULLEY))
     _line(axes, *shape.extensor, color=EXTENSOR, linewidth=width, zorder=2, gid="extensor")
     _line(axes, points["r"], points["q"], color=FLEXOR, linewidth=width, zorder=2, gid="flexor")
     sheath = (points["r"], points["r"] + (sizes.upper_arm - sizes.anchors.b1) * shape.up)
     _line(axes, *sheath, color=FLEXOR, linewidth=width, linestyle=(0, (2.0, 1.0)), zorder=2)
-    for one, other in ("rs", "pq"):
-        _line(axes, points[one], points[other], color=INK, linewidth=0.7, zorder=2.5)
-    _line(
-        axes,
-        *points.values(),
-        color=INK,
-        marker="o",
-        markersize=2.2 * width**0.5,
-        linestyle="none",
-        zorder=3,
-        gid="anchors",
-    )
+    _line(axes, points["r"], points["s"], color=INK, linewidth=0.7, zorder=2.5)
+    _line(axes, points["p"], points["q"], color=INK, linewidth=0.7, zorder=2.5)
+    dots: dict[str, Any] = {"marker": "o", "markersize": 2.2 * width**0.5, "linestyle": "none"}
+    _line(axes, *points.values(), color=INK, zorder=3, gid="anchors", **dots)
     axes.plot(0.0, 0.0, marker="o", markersize=4.0, zorder=3, **_WHITE)
     axes.plot(*sizes.forearm_com * shape.along, marker="P", markersize=5.0, zorder=3, **_WHITE)
     axes.plot(*sizes.load_distance * shape.along, zorder=3, gid="load", **_LOAD)
 
 
-def _draw_measured(axes: Axes, shape: ArmShape) -> None:
-    sizes, joint, points, foot = (
-        shape.sizes,
-        shape.sizes.anchors,
-        shape.anchors,
-        shape.moment_arm_foot,
-    )
+def _draw_dimensions(axes: Axes, shape: ArmShape) -> None:
+    """Draw the arm with its dimensions."""
+    sizes = shape.sizes
+    joint = sizes.anchors
+    points = shape.anchors
+    foot = shape.moment_arm_foot
     radius = float(joint.elbow_radius)
     _draw_limbs(axes, shape, 1.6)
     _line(axes, _ZERO, foot, color=FLEXOR, linewidth=0.7, linestyle=(0, (1.5, 1.2)), zorder=2)
-    axes.annotate(
-        "J", tuple(foot / 2.0), xytext=(2, 2), textcoords="offset points", color=FLEXOR, size=7.5
-    )
+    beside: dict[str, Any] = {"xytext": (2, 2), "textcoords": "offset points"}
+    axes.annotate("J", tuple(foot / 2.0), color=FLEXOR, size=7.5, **beside)
     step = 0.055 * (sizes.upper_arm + sizes.forearm)
-    back, under, first = -shape.front, -shape.forearm_front, radius + step
-    _dimension(axes, points["s"], f"b₁ = {number(float(joint.b1))} mm", first * back)
+    back = -shape.front
+    under = -shape.forearm_front
+    first = radius + step
+    _draw_dimension(axes, points["s"], f"b₁ = {number(float(joint.b1))} mm", first * back)
     lengths = {
         "b₂": float(joint.b2),
         "$d_{com}$": sizes.forearm_com,
         "$d_{load}$": sizes.load_distance,
     }
     for level, (name, length) in enumerate(lengths.items()):
-        _dimension(
-            axes,
-            length * shape.along,
-            f"{name} = {number(length)} mm",
-            (first + level * step) * under,
-        )
-    _name(axes, points["r"], f"r   a₁ = {number(float(joint.a1))} mm", shape.front)
-    _name(
-        axes,
-        points["q"],
-        f"q   a₂ = {number(float(joint.a2))} mm",
-        (2.0 * shape.along - under) / 5**0.5,
-    )
-    _name(axes, points["s"], "s", back)
-    _name(axes, points["p"], "p", under)
-    corner = back + under
+        text = f"{name} = {number(length)} mm"
+        _draw_dimension(axes, length * shape.along, text, (first + level * step) * under)
+    outward = (2.0 * shape.along - under) / 5**0.5
+    _name_point(axes, points["r"], f"r   a₁ = {number(float(joint.a1))} mm", shape.front)
+    _name_point(axes, points["q"], f"q   a₂ = {number(float(joint.a2))} mm", outward)
+    _name_point(axes, points["s"], "s", back)
+    _name_point(axes, points["p"], "p", under)
+    _draw_radius(axes, radius, back + under)
+    straight = 0.42 * float(joint.b2)
+    thin: dict[str, Any] = {"color": FAINT, "linewidth": 0.6, "linestyle": "dashed"}
+    _line(axes, _ZERO, -1.25 * straight * shape.up, **thin)
+    lean = math.degrees(sizes.upper_arm_angle)
+    _draw_angle(axes, "θ", straight, 0.84 * straight, lean - 90.0, shape.elbow_angle)
+    title = f"dimensions, drawn at θ = {_degrees(shape.elbow_angle)}"
+    if sizes.upper_arm_angle:
+        title = f"{title}, ψ = {_degrees(sizes.upper_arm_angle)}"
+        b1 = float(joint.b1)
+        _line(axes, _ZERO, np.array([0.0, 0.7 * joint.b1]), **thin)
+        _draw_angle(axes, "ψ", 0.6 * b1, 0.68 * b1, 90.0, sizes.upper_arm_angle)
+    _set_limits(axes, shape, margin=first + 3.2 * step)
+    axes.set_title(title)
+
+
+def _draw_radius(axes: Axes, radius: float, corner: Points) -> None:
+    """Draw and name the radius of the virtual pulley in the direction of the arm's outer corner."""
     tip = radius * corner / (np.linalg.norm(corner) or 1.0)
-    _arrow(axes, _ZERO, tip, color=EXTENSOR)
+    _draw_arrow(axes, _ZERO, tip, color=EXTENSOR)
     axes.annotate(
         f"$R_{{elb}}$ = {number(radius)} mm",
         tuple(tip),
@@ -240,66 +231,40 @@ def _draw_measured(axes: Axes, shape: ArmShape) -> None:
         va="top",
         size=6.5,
     )
-    straight = 0.42 * float(joint.b2)
-    _line(axes, _ZERO, -1.25 * straight * shape.up, color=FAINT, linewidth=0.6, linestyle="dashed")
-    _draw_angle(
-        axes,
-        "θ",
-        straight,
-        0.84 * straight,
-        math.degrees(sizes.upper_arm_angle) - 90.0,
-        shape.elbow_angle,
-    )
-    inclined = ""
-    if sizes.upper_arm_angle:
-        inclined = f", ψ = {_degrees(sizes.upper_arm_angle)}"
-        _line(
-            axes,
-            _ZERO,
-            np.array([0.0, 0.7 * joint.b1]),
-            color=FAINT,
-            linewidth=0.6,
-            linestyle="dashed",
-        )
-        _draw_angle(
-            axes, "ψ", 0.6 * float(joint.b1), 0.68 * float(joint.b1), 90.0, sizes.upper_arm_angle
-        )
-    _settle(axes, shape, margin=first + 3.2 * step)
-    axes.set_title(f"dimensions, drawn at θ = {_degrees(shape.elbow_angle)}{inclined}")
 
 
 def _draw_angle(
-    axes: Axes, text: str, radius: float, place: float, start: float, angle: float
+    axes: Axes, text: str, radius: float, distance: float, start: float, angle: float
 ) -> None:
-    """An angle in rad as an arc from `start` in degrees, named at a distance from the elbow."""
-    ends = sorted((start, start + math.degrees(angle)))
-    axes.add_patch(
-        Arc(
-            (0.0, 0.0),
-            2 * radius,
-            2 * radius,
-            theta1=ends[0],
-            theta2=ends[1],
-            color=FAINT,
-            linewidth=0.6,
-        )
-    )
+    """Draw an angle as an arc around the elbow, and name it.
+
+    Args:
+        axes: The panel.
+        text: Name of the angle.
+        radius: Radius of the arc, mm.
+        distance: Distance of the name from the elbow, mm.
+        start: Direction in which the angle begins, deg.
+        angle: The angle, rad.
+    """
+    low, high = sorted((start, start + math.degrees(angle)))
+    size = 2 * radius
+    style: dict[str, Any] = {"theta1": low, "theta2": high, "color": FAINT, "linewidth": 0.6}
+    axes.add_patch(Arc((0.0, 0.0), size, size, **style))
     middle = math.radians(start) + angle / 2.0
-    axes.text(
-        place * math.cos(middle),
-        place * math.sin(middle),
-        text,
-        ha="center",
-        va="center",
-        bbox=_PAPER,
-        zorder=4,
-    )
+    x = distance * math.cos(middle)
+    y = distance * math.sin(middle)
+    axes.text(x, y, text, ha="center", va="center", bbox=_PAPER, zorder=4)
 
 
 def _draw_small(axes: Axes, shape: ArmShape) -> None:
+    """Draw the arm at an angle, with the moment arm and the path of the flexor in words."""
     _draw_limbs(axes, shape, 0.8)
-    balanced = shape.moment_arm > 0.0
-    text = f"J = {number(round(shape.moment_arm, 1))} mm" if balanced else "J ≤ 0: no equilibrium"
+    if shape.moment_arm > 0.0:
+        text = f"J = {number(round(shape.moment_arm, 1))} mm"
+        colour = INK
+    else:
+        text = "J ≤ 0: no equilibrium"
+        colour = _NO_BALANCE
     axes.set_title(f"θ = {_degrees(shape.elbow_angle)}", pad=18.0)
     axes.text(
         0.5,
@@ -309,106 +274,117 @@ def _draw_small(axes: Axes, shape: ArmShape) -> None:
         ha="center",
         va="bottom",
         size=6.2,
-        color=INK if balanced else _NO_BALANCE,
+        color=colour,
     )
 
 
 def _draw_spools(axes: Axes, sizes: ArmSizes) -> None:
-    """Both parts of the spool side by side, with the tendons that leave them on opposite sides."""
-    radii = sizes.flexor_radius, sizes.ratio * sizes.flexor_radius
-    largest = max(radii)
-    for at, (radius, colour, name) in enumerate(
-        zip(radii, (FLEXOR, EXTENSOR), ("flexor", "extensor"), strict=True)
-    ):
-        centre, side = np.array([0.0, -2.9 * largest * at]), 1.0 - 2.0 * at
-        axes.add_patch(
-            Circle(
-                tuple(centre),
-                radius,
-                facecolor="#f4f4f4",
-                edgecolor=colour,
-                linewidth=1.6,
-                gid="spool",
-            )
-        )
-        leaves = centre + np.array([0.0, side * radius])
-        end = leaves + np.array([2.2 * largest, 0.0])
-        _line(axes, leaves, end, color=colour, linewidth=1.6)
-        axes.plot(*centre, marker="o", markersize=3.0, color=INK)
-        _arrow(axes, centre, centre + radius * np.array([math.cos(2.5), math.sin(2.5)]))
-        text = f"$R_{{{name[0]}}}$ = {number(radius)} mm"
-        axes.annotate(
-            text,
-            (0.0, centre[1] - side * radius),
-            xytext=(0, -side * 3),
-            textcoords="offset points",
-            ha="center",
-            va="top" if side > 0 else "bottom",
-            size=7.0,
-        )
-        axes.text(
-            end[0],
-            end[1],
-            name,
-            color=colour,
-            size=7.0,
-            ha="right",
-            va="bottom" if side > 0 else "top",
-        )
-    axes.set(
-        xlim=(-1.3 * largest, 2.5 * largest), ylim=(-4.4 * largest, 1.6 * largest), aspect="equal"
-    )
+    """Draw both parts of the spool, one above the other, with the tendons that leave them.
+
+    The tendons leave on opposite sides.
+    """
+    extensor_radius = sizes.ratio * sizes.flexor_radius
+    largest = max(sizes.flexor_radius, extensor_radius)
+    below = np.array([0.0, -2.9 * largest])
+    _draw_spool(axes, _ZERO, sizes.flexor_radius, "flexor", FLEXOR, side=1.0, largest=largest)
+    _draw_spool(axes, below, extensor_radius, "extensor", EXTENSOR, side=-1.0, largest=largest)
+    axes.set_xlim(-1.3 * largest, 2.5 * largest)
+    axes.set_ylim(-4.4 * largest, 1.6 * largest)
+    axes.set_aspect("equal")
     axes.set_axis_off()
     axes.set_title(f"spools, η = $R_e$ / $R_f$ = {number(sizes.ratio)}")
 
 
-def _settle(axes: Axes, *shapes: ArmShape, margin: float) -> None:
-    """Equal scales, limits around all shapes, no axes."""
-    ends = [
-        [shape.sizes.upper_arm * shape.up, shape.sizes.forearm * shape.along, _ZERO]
-        for shape in shapes
-    ]
-    corners = np.vstack([*ends, *(list(shape.anchors.values()) for shape in shapes)])
-    low, high = corners.min(axis=0) - margin, corners.max(axis=0) + 0.45 * margin
+def _draw_spool(
+    axes: Axes,
+    centre: Points,
+    radius: float,
+    name: str,
+    colour: str,
+    *,
+    side: float,
+    largest: float,
+) -> None:
+    """Draw one part of the spool; its tendon leaves it on top if `side` is 1, below if it is -1."""
+    disc: dict[str, Any] = {"facecolor": "#f4f4f4", "edgecolor": colour, "linewidth": 1.6}
+    axes.add_patch(Circle(tuple(centre), radius, gid="spool", **disc))
+    leaves = centre + np.array([0.0, side * radius])
+    end = leaves + np.array([2.2 * largest, 0.0])
+    _line(axes, leaves, end, color=colour, linewidth=1.6)
+    axes.plot(*centre, marker="o", markersize=3.0, color=INK)
+    _draw_arrow(axes, centre, centre + radius * np.array([math.cos(2.5), math.sin(2.5)]))
+    axes.annotate(
+        f"$R_{{{name[0]}}}$ = {number(radius)} mm",
+        (0.0, centre[1] - side * radius),
+        xytext=(0, -side * 3),
+        textcoords="offset points",
+        ha="center",
+        va="top" if side > 0 else "bottom",
+        size=7.0,
+    )
+    upright = "bottom" if side > 0 else "top"
+    axes.text(end[0], end[1], name, color=colour, size=7.0, ha="right", va=upright)
+
+
+def _set_limits(axes: Axes, *shapes: ArmShape, margin: float) -> None:
+    """Set equal scales and limits around all shapes, and hide the axes."""
+    corners = []
+    for shape in shapes:
+        corners += [shape.sizes.upper_arm * shape.up, shape.sizes.forearm * shape.along, _ZERO]
+        corners += shape.anchors.values()
+    points = np.vstack(corners)
+    low = points.min(axis=0) - margin
+    high = points.max(axis=0) + 0.45 * margin
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     axes.set_axis_off()
 
 
-def _name(axes: Axes, at: Points, text: str, toward: Points) -> None:
+def _name_point(axes: Axes, point: Points, text: str, toward: Points) -> None:
     """Name a point on the side that `toward` points to."""
-    align = "left" if toward[0] > 0.3 else "right" if toward[0] < -0.3 else "center"
-    upright = "bottom" if toward[1] > 0.3 else "top" if toward[1] < -0.3 else "center"
     axes.annotate(
         text,
-        tuple(at),
+        tuple(point),
         xytext=tuple(5.0 * toward),
         textcoords="offset points",
-        ha=align,
-        va=upright,
+        ha=_alignment(toward[0], ("right", "center", "left")),
+        va=_alignment(toward[1], ("top", "center", "bottom")),
         size=7.0,
         bbox=_PAPER,
         zorder=2.2,
     )
 
 
+def _alignment(part: float, names: tuple[str, str, str]) -> Any:
+    """Select the alignment for a component of a unit vector: negative, about zero or positive."""
+    negative, zero, positive = names
+    if part > 0.3:
+        return positive
+    if part < -0.3:
+        return negative
+    return zero
+
+
 def _degrees(angle: float) -> str:
+    """Write an angle given in rad."""
     return f"{number(round(math.degrees(angle), 3))} deg"
 
 
-def _dimension(axes: Axes, end: Points, text: str, shift: Points) -> None:
-    """Measure from the elbow to `end`, the line moved by `shift`, with thin lines that lead to it."""
+def _draw_dimension(axes: Axes, end: Points, text: str, shift: Points) -> None:
+    """Draw a dimension from the elbow to `end`, moved by `shift`, with thin lines leading to it."""
     for point in (_ZERO, end):
         _line(axes, point, point + shift * 1.04, color="#9a9a9a", linewidth=0.35, zorder=1.1)
-    _arrow(axes, shift, end + shift, style="<|-|>")
+    _draw_arrow(axes, shift, end + shift, style="<|-|>")
     angle = math.degrees(math.atan2(end[1], end[0]))
     upright = -((90.0 - angle) % 180.0 - 90.0)  # text along the line is not upside down
     x, y = end / 2.0 + shift
-    axes.text(
-        x, y, text, rotation=upright, ha="center", va="center", size=6.5, bbox=_PAPER, zorder=6
-    )
+    centred: dict[str, Any] = {"ha": "center", "va": "center", "bbox": _PAPER}
+    axes.text(x, y, text, rotation=upright, size=6.5, zorder=6, **centred)
 
 
-def _arrow(axes: Axes, start: Points, end: Points, *, style: str = "-|>", color: str = INK) -> None:
+def _draw_arrow(
+    axes: Axes, start: Points, end: Points, *, style: str = "-|>", color: str = INK
+) -> None:
+    """Draw an arrow from `start` to `end`, mm."""
     axes.add_patch(
         FancyArrowPatch(
             tuple(start),

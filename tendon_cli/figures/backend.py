@@ -1,8 +1,8 @@
-"""matplotlib, imported so that nothing in the working directory or the environment reaches a figure.
+"""Import matplotlib so that nothing in the working directory or the environment reaches a figure.
 
-A `matplotlibrc` in the working directory, MATPLOTLIBRC and MPLBACKEND can change every figure: each is drawn with the
-settings that matplotlib ships (`style.house_style`). The canvases are used directly, so no backend is ever chosen. Only
-modules of figures import this one.
+A `matplotlibrc` in the working directory, MATPLOTLIBRC and MPLBACKEND could change every figure.
+Each is drawn with the settings that matplotlib ships (`style.house_style`). The canvases are used
+directly, so no backend is ever chosen. Only modules of figures import this one.
 """
 
 from __future__ import annotations
@@ -19,12 +19,16 @@ from tendon_cli.errors import InputError
 from tendon_cli.files import open_file
 
 _LOCAL = Path("matplotlibrc")
-"""Read by matplotlib before all others."""
+"""Settings that matplotlib reads before all others."""
 
 
 @contextlib.contextmanager
 def _shipped_settings() -> Iterator[None]:
-    """Have matplotlib read the settings that it ships; raises InputError for a matplotlibrc here that would stop it."""
+    """Make matplotlib read the settings that it ships.
+
+    Raises:
+        InputError: A matplotlibrc in the working directory would stop matplotlib.
+    """
     # Notes on caches and settings files are not for the people who asked for a figure.
     logging.getLogger("matplotlib").setLevel(logging.CRITICAL)
     spec = importlib.util.find_spec("matplotlib")
@@ -39,9 +43,8 @@ def _shipped_settings() -> Iterator[None]:
     os.environ.update(shipped)
     try:
         if _LOCAL.exists() and not _LOCAL.is_dir():
-            open_file(
-                _LOCAL
-            ).close()  # OSError for a pipe or a device, which matplotlib would wait for
+            # OSError for a pipe or a device, which matplotlib would wait for.
+            open_file(_LOCAL).close()
         yield
     except Exception as error:
         if not _LOCAL.exists():

@@ -1,4 +1,4 @@
-"""What a figure of curves shows, read from a table."""
+"""Data of a figure of curves, read from a table."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from tendon_cli.figures.layout import CurvePlan
 from tendon_cli.figures.map_data import MARGIN, margin_shown, meaning_of_margin
 from tendon_cli.figures.scales import Scale, axis_scale, caption, value_texts
 from tendon_cli.figures.style import OKABE_ITO, Colour, load_colours, sequence
+from tendon_cli.space.axis import Axis
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.filters import Condition, Truth
 
@@ -26,7 +27,7 @@ _SLACK_OF = {"flexor": ("flexor slack", "both slack"), "extensor": ("extensor sl
 _ANY_SLACK = ("flexor slack", "extensor slack", "both slack")
 _STIFFNESS = "elbow_stiffness"
 _OF_GEOMETRY = ("flexor_moment_arm", "flexor_travel", "extensor_travel", "radius_ratio")
-"""What no tension changes, so that nothing is marked on it."""
+"""Quantities that no tension changes, so that nothing is marked on them."""
 _OF_A_TENDON = (
     "_tension_distal",
     "_tension_proximal",
@@ -34,134 +35,167 @@ _OF_A_TENDON = (
     "_extensor_tension",
     "_flexor_tension",
 )
-
-
-_PARTS = ("values", "slack", "turned", "unstable")
+"""Endings of tensions and lengths, which fall below zero in a model in which tendons push."""
+_OF_EACH_QUANTITY = ("values", "slack", "turned", "unstable")
+"""Fields of CurveData of shape (quantities, panels, colours, dashes, x)."""
 
 
 @dataclass(frozen=True)
 class CurveData:
-    """Everything that the pages of curves show; arrays over quantities, panels, colours, dashes and x."""
+    """Data of all pages of curves, in arrays of shape (quantities, panels, colours, dashes, x)."""
 
     title: str
     study: str
     x: Scale | None
-    """None where x is not an axis but a column that changes along one."""
+    """Scale of x; None if x is not an axis but a column that changes along one."""
     x_label: str
     x_values: Floats
-    """Over panels, colours, dashes and x."""
+    """Values along x (panels, colours, dashes, x), in the unit shown."""
     quantities: tuple[Shown, ...]
     values: Floats
-    """In the unit shown, NaN where there is none."""
+    """Values in the unit shown, NaN where there is none."""
     slack: Truth
-    """Where a tendon that the quantity speaks of is slack."""
+    """True where a tendon that the quantity speaks of is slack."""
     turned: Truth
-    """Where any tendon is slack: where this changes, the line has a kink."""
+    """True where any tendon is slack: where this changes, the line has a kink."""
     unstable: Truth
-    """Where the elbow stiffness is below its limit."""
+    """True where the elbow stiffness is below its limit."""
     colours: tuple[tuple[str, Colour], ...]
-    """What each stands for, and how it looks; one at least."""
+    """Text and colour of each line; at least one."""
     dashes: tuple[str, ...]
     panels: tuple[str, ...]
     has_kinks: bool
-    """Whether lines turn where a tendon goes slack; none does in a model in which tendons push."""
+    """True if lines turn where a tendon goes slack; none does if tendons push in the model."""
     is_slack_below_zero: bool
+    """True if a negative value of every quantity means slack."""
     notes: tuple[str, ...]
 
     @property
     def is_line(self) -> bool:
-        """Whether values along x have places between them; names have none."""
+        """True if values along x have places between them; names have none."""
         return not (self.x and self.x.names)
 
 
 def curve_data(
     cube: Cube, plan: CurvePlan, asked: Sequence[Condition], spec: FigureSpec
 ) -> CurveData:
-    """Read the lines of a plan; raises UsageError where the filters, or nulls, leave nothing to draw."""
-    masks = [each for each in asked if cube.axis(each.column) is None]
+    """Read the lines of a plan.
+
+    Args:
+        cube: The table.
+        plan: The part that each axis plays.
+        asked: Conditions that rows must meet. Those on an axis are already in the plan.
+        spec: The figure as the user asks for it.
+
+    Raises:
+        UsageError: The filters, or nulls, leave nothing to draw.
+    """
+    masks = [condition for condition in asked if cube.axis(condition.column) is None]
+    read = _read_columns(cube, plan, masks)
+    is_kept = np.ones(read[plan.x_column].shape, dtype=np.bool_)
+    for condition in masks:
+        is_kept &= condition.holds(read[condition.column])
+    quantities = []
+    for name in plan.quantities:
+        is_margin = name == MARGIN
+        shown = margin_shown(cube, spec) if is_margin else cube.shown(name, spec.units)
+        quantities.append(shown)
+    values = np.array(
+        [np.where(is_kept, shown.scaled(read[shown.column]), np.nan) for shown in quantities]
+    )
+    is_known = np.isfinite(values)
+    if not is_known.any():
+        _raise_empty(plan, asked)
+    # Of shape (quantities, marks, panels, colours, dashes, x).
+    marks = np.array([_marks(cube, read, name) for name in plan.quantities])
+    slack, turned, unstable = np.moveaxis(marks & is_known[:, np.newaxis], 1, 0)
+    x, x_label, x_values = _along_x(cube, plan, read, spec)
+    panels = _axis_texts(cube, plan, plan.panels, spec)
+    colours = _axis_texts(cube, plan, plan.colour, spec)
+    varied = [axis.column for axis in plan.parts if axis is not None]
+    lines, _ = caption(cube, spec, read, varied=varied)
+    meaning = [meaning_of_margin(cube)] if MARGIN in plan.quantities else []
+    # Negative means slack for a margin and, if tendons push, for their tensions and lengths.
+    endings = (MARGIN, *_OF_A_TENDON) if cube.pushes else (MARGIN,)
+    data = CurveData(
+        title=spec.title or cube.title,
+        study=cube.source,
+        x=x,
+        x_label=x_label,
+        x_values=x_values,
+        quantities=tuple(quantities),
+        values=values,
+        slack=slack,
+        turned=turned,
+        unstable=unstable,
+        colours=tuple(zip(colours or ("",), _colours(plan, len(colours)), strict=True)),
+        dashes=_axis_texts(cube, plan, plan.dash, spec),
+        panels=panels,
+        has_kinks=not cube.pushes,
+        is_slack_below_zero=all(name.endswith(endings) for name in plan.quantities),
+        notes=(*meaning, *lines, *plan.notes),
+    )
+    if spec.overlay:
+        data = _overlay(data)
+    return _merge_equal_panels(data)
+
+
+def _read_columns(cube: Cube, plan: CurvePlan, masks: Sequence[Condition]) -> Mapping[str, Values]:
+    """Read the columns that curves, their marks and their caption need."""
     names = [
         *plan.quantities,
         "status",
         _STIFFNESS,
         "taut",
         "stable",
-        *(each.column for each in masks),
+        *(condition.column for condition in masks),
         plan.x_column,
+        *cube.defining,
+        *(axis.column for axis in cube.axes if axis.is_text),
     ]
-    names += [*cube.defining, *(axis.column for axis in cube.axes if axis.is_text)]
-    read = cube.gather(plan.rows(cube), [name for name in names if name in cube.columns])
-    kept = np.logical_and.reduce(
-        [np.ones(read[plan.x_column].shape), *(each.holds(read[each.column]) for each in masks)]
-    )
-    quantities = [
-        margin_shown(cube, spec) if name == MARGIN else cube.shown(name, spec.units)
-        for name in plan.quantities
-    ]
-    values = np.array([np.where(kept, how.scaled(read[how.column]), np.nan) for how in quantities])
-    if not np.isfinite(values).any():
-        _raise_empty(plan, asked)
-    marks = (
-        np.array([_marks(cube, read, name) for name in plan.quantities])
-        & np.isfinite(values)[:, np.newaxis]
-    )
-    slack, turned, unstable = np.moveaxis(marks, 1, 0)
-    lines, _ = caption(
-        cube, spec, read, varied=[axis.column for axis in plan.parts if axis is not None]
-    )
-    meaning = [meaning_of_margin(cube)] if MARGIN in plan.quantities else []
-    panels, colours, dashes = (
-        ()
-        if axis is None
-        else tuple(value_texts(cube, axis, plan.positions[axis.column], spec.units))
-        for axis in plan.parts[:3]
-    )
-    # Below zero means slack of a margin, and in a model in which tendons push of their tensions and lengths.
-    below_zero = all(
-        name.endswith((MARGIN, *_OF_A_TENDON) if cube.pushes else MARGIN)
-        for name in plan.quantities
-    )
-    data = CurveData(
-        spec.title or cube.title,
-        cube.source,
-        *_along_x(cube, plan, read, spec),
-        tuple(quantities),
-        values,
-        slack,
-        turned,
-        unstable,
-        tuple(zip(colours or ("",), _colours(plan, len(colours)), strict=True)),
-        dashes,
-        panels,
-        not cube.pushes,
-        below_zero,
-        (*meaning, *lines, *plan.notes),
-    )
-    return _each_panel_once(_overlaid(data) if spec.overlay else data)
+    return cube.gather(plan.rows(cube), [name for name in names if name in cube.columns])
+
+
+def _axis_texts(
+    cube: Cube, plan: CurvePlan, axis: Axis | None, spec: FigureSpec
+) -> tuple[str, ...]:
+    """Return the values drawn of an axis as texts; empty without an axis."""
+    if axis is None:
+        return ()
+    return tuple(value_texts(cube, axis, plan.positions[axis.column], spec.units))
 
 
 def _marks(cube: Cube, read: Mapping[str, Values], name: str) -> tuple[Truth, Truth, Truth]:
-    """Where the lines of a column are slack, where any tendon is, and where the elbow is unstable."""
+    """Mark where lines of a column are slack, where any tendon is, and where the elbow is unstable.
+
+    Tables of states have the status and the stiffness, tables of designs `taut` and `stable`.
+    """
     nowhere = np.zeros(read[name].shape, dtype=np.bool_)
     if name in _OF_GEOMETRY:
         return nowhere, nowhere, nowhere
-    turned = slack = read["taut"] == 0.0 if "taut" in read and name != MARGIN else nowhere
+    slack = nowhere
+    turned = nowhere
+    unstable = nowhere
     if "status" in read:
         side = next((side for side in _SLACK_OF if name.startswith(side)), "")
-        slack, turned = (
-            np.isin(read["status"], words)
-            for words in (_SLACK_OF.get(side, _ANY_SLACK), _ANY_SLACK)
-        )
-    unstable = read["stable"] == 0.0 if "stable" in read else nowhere
+        slack = np.isin(read["status"], _SLACK_OF.get(side, _ANY_SLACK))
+        turned = np.isin(read["status"], _ANY_SLACK)
+    elif "taut" in read and name != MARGIN:
+        slack = read["taut"] == 0.0
+        turned = slack
     if _STIFFNESS in read:
-        stiffness, limit = read[_STIFFNESS], cube.limit("min_elbow_stiffness")
+        stiffness = read[_STIFFNESS]
+        limit = cube.limit("min_elbow_stiffness")
         unstable = stiffness < limit - 1e-9 * np.nanmax(np.abs(stiffness), initial=0.0)
+    elif "stable" in read:
+        unstable = read["stable"] == 0.0
     return slack, turned, unstable
 
 
 def _along_x(
     cube: Cube, plan: CurvePlan, read: Mapping[str, Values], spec: FigureSpec
 ) -> tuple[Scale | None, str, Floats]:
-    """The scale of x, its label, and its values in the shape of the curves."""
+    """Return the scale of x, its label, and its values (panels, colours, dashes, x)."""
     if plan.x_column != plan.x.column and cube.columns[plan.x_column] is not None:
         quantity = cube.shown(plan.x_column, spec.units)
         return None, quantity.label, quantity.scaled(read[plan.x_column])
@@ -173,47 +207,59 @@ def _along_x(
 
 
 def _colours(plan: CurvePlan, count: int) -> Sequence[Colour]:
+    """Select a colour for each value of the axis of colours."""
     if plan.colour is None:
         return sequence(1)
     if plan.colour.is_text:
-        return [OKABE_ITO[at % len(OKABE_ITO)] for at in range(count)]
+        return _qualitative(count)
     values = plan.colour.values[plan.positions[plan.colour.column]]
     return load_colours(values) if plan.colour.column == LOAD else sequence(count)
 
 
-def _overlaid(data: CurveData) -> CurveData:
-    """All quantities in each panel, a colour each."""
+def _qualitative(count: int) -> list[Colour]:
+    """Select colours for values without an order."""
+    return [OKABE_ITO[place % len(OKABE_ITO)] for place in range(count)]
+
+
+def _overlay(data: CurveData) -> CurveData:
+    """Put all quantities into each panel, a colour each."""
     first = data.quantities[0]
-    same = replace(first.quantity, name=first.quantity.dimension, symbol="", shown_in=first.unit)
-    names = [each.titled for each in data.quantities]
+    common = replace(first.quantity, name=first.quantity.dimension, symbol="", shown_in=first.unit)
+    names = [quantity.titled for quantity in data.quantities]
+    swapped = {part: np.swapaxes(getattr(data, part), 0, 2) for part in _OF_EACH_QUANTITY}
     return replace(
         data,
-        quantities=(Shown(same.name, same, first.unit, first.factor),),
+        quantities=(Shown(common.name, common, first.unit, first.factor),),
         x_values=np.repeat(data.x_values, len(names), axis=1),
-        colours=tuple((name, OKABE_ITO[at % len(OKABE_ITO)]) for at, name in enumerate(names)),
-        **{part: np.swapaxes(getattr(data, part), 0, 2) for part in _PARTS},
+        colours=tuple(zip(names, _qualitative(len(names)), strict=True)),
+        **swapped,
     )
 
 
-def _each_panel_once(data: CurveData) -> CurveData:
-    """Panels that would all repeat the same picture are drawn once, and a note says so."""
-    parts = {part: getattr(data, part) for part in _PARTS} | {"x_values": data.x_values[np.newaxis]}
-    first = {name: part[:, :1] for name, part in parts.items()}
-    if len(data.panels) < 2 or not all(
-        np.array_equal(part, np.broadcast_to(first[name], part.shape), equal_nan=True)
-        for name, part in parts.items()
-    ):
+def _merge_equal_panels(data: CurveData) -> CurveData:
+    """Draw panels once that all show the same picture, and say so in a note."""
+    if len(data.panels) < 2:
+        return data
+    first = {part: getattr(data, part)[:, :1] for part in _OF_EACH_QUANTITY}
+    first_x = data.x_values[:1]
+    is_same = _repeats(data.x_values, first_x) and all(
+        _repeats(getattr(data, part), values) for part, values in first.items()
+    )
+    if not is_same:
         return data
     note = f"The same picture for {', '.join(data.panels)}."
-    return replace(
-        data, **first | {"x_values": data.x_values[:1]}, panels=(), notes=(*data.notes, note)
-    )
+    return replace(data, **first, x_values=first_x, panels=(), notes=(*data.notes, note))
+
+
+def _repeats(values: npt.NDArray[np.generic], first: npt.NDArray[np.generic]) -> bool:
+    """Return True if all panels of an array are equal to the first."""
+    return np.array_equal(values, np.broadcast_to(first, values.shape), equal_nan=True)
 
 
 def _raise_empty(plan: CurvePlan, asked: Sequence[Condition]) -> None:
+    """Raise UsageError because every value to draw is null."""
     if plan.quantities == (MARGIN,) and not asked:
         raise UsageError("no design has a margin, each has elbow angles without equilibrium")
+    names = ", ".join(plan.quantities)
     hint = "fewer or wider filters" if asked else "--where chooses other rows"
-    raise UsageError(
-        f"{', '.join(plan.quantities)}: all null in the rows drawn", where="--where", hint=hint
-    )
+    raise UsageError(f"{names}: all null in the rows drawn", where="--where", hint=hint)

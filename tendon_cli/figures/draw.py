@@ -1,6 +1,7 @@
 """Figures of a table or a run, by one specification for studies, the command line and Python.
 
-What draws is imported when something is drawn, so that the figures of a study are checked without matplotlib.
+The modules that draw are imported when something is drawn, so that the figures of a study are
+checked without matplotlib.
 """
 
 from __future__ import annotations
@@ -24,71 +25,92 @@ if TYPE_CHECKING:
     from tendon_cli.figures.frame import Page
 
 Finish = Callable[[FigureSpec, "Figure"], None]
-"""Adds to a figure before it is written; matplotlib is in the house style then."""
+"""Function that adds to a figure before it is written; matplotlib is in the house style then."""
 
 
 def plot(
     source: Path | AnyTable, spec: FigureSpec | None = None, out: Path | None = None
 ) -> list[Path]:
-    """Draw a table, or of a run folder the one that has what is asked for; returns the files, page by page.
+    """Draw a figure of a table.
 
-    `out` is a file (its ending gives the format), or a folder; by default the working directory. Further pages get
-    -2, -3 before the ending. Raises UsageError, InputError for a table of another kind, OutputError.
+    Args:
+        source: A table, or its file, or the folder of a run, of which the table is drawn that has
+            the quantities asked for.
+        spec: The figure; by default the usual one of the table.
+        out: A file, whose ending gives the format, or a folder; by default the working directory.
+
+    Returns:
+        The files, page by page. Further pages have -2, -3 before the ending.
+
+    Raises:
+        UsageError: The figure does not fit the table.
+        InputError: The table is of another kind.
+        OutputError: A file cannot be written.
     """
     spec = spec or FigureSpec()
     table = table_of(source, spec) if isinstance(source, Path) else source
     targets = _targets(table, spec, out)
-    return _written(pages_of(table, spec), targets)
+    return _save_pages(pages_of(table, spec), targets)
 
 
 def pages_of(
     table: AnyTable, spec: FigureSpec | None = None, finish: Finish | None = None
 ) -> list[Page]:
-    """The pages of a figure; raises UsageError where it does not fit the table, InputError for one of another kind.
+    """Draw the pages of a figure.
 
-    Without a wish states are drawn as curves, and designs as slack maps where they have two axes for one.
+    By default states are drawn as curves, and designs as slack maps if they have two axes for one.
+
+    Args:
+        table: The table.
+        spec: The figure; by default the usual one of the table.
+        finish: Function that adds to each page.
+
+    Raises:
+        UsageError: The figure does not fit the table.
+        InputError: The table is of another kind.
     """
     from tendon_cli.figures.style import house_style
 
     spec = spec or FigureSpec()
     cube = cube_of(table)
     with house_style():
-        pages = _pages(cube, spec, *_planned(cube, spec))
-        for page in pages:
-            if finish is not None:
+        plan, conditions = _plan(cube, spec)
+        pages = _draw_pages(cube, spec, plan, conditions)
+        if finish is not None:
+            for page in pages:
                 finish(spec, page.figure)
     return [page.of_joint(cube.study) for page in pages]
 
 
 def check_figures_of(study: Study) -> None:
-    """Raise StudyError for every declared figure that is known beforehand to have nothing to draw.
+    """Check that every declared figure of a study has something to draw.
 
-    Costs no matplotlib. What it lets pass may still come out empty, which `draw_run` then tells as a warning.
+    It costs no matplotlib. A figure that it accepts may still come out empty, of which `draw_run`
+    then warns.
+
+    Raises:
+        StudyError: Some figures have nothing to draw.
     """
     faults: list[Fault] = []
-    for at, spec in enumerate(study.figure):
-        key = f"figure.{at}"
+    for place, spec in enumerate(study.figure):
+        key = f"figure.{place}"
+        name = f'figure "{spec.name}"'
         if spec.table == "designs" and spec.table not in study.output.tables:
+            quantity = spec.quantity[0]
+            problem = f"{name}: {quantity} is in the table of designs, which is not written"
             hint = '[output] tables needs "designs"'
-            problem = (
-                f'figure "{spec.name}": {spec.quantity[0]} is of designs, which is not written'
-            )
             faults.append(Fault(f"{key}.quantity", problem, hint))
             continue
         try:
             cube = cube_to_come(study, spec.table)
-            _planned(cube, spec)
-            null = [name for name in spec.quantity if cube.is_null(name)]
+            _plan(cube, spec)
+            null = [quantity for quantity in spec.quantity if cube.is_null(quantity)]
             if len(null) == len(spec.quantity):
-                problem = (
-                    f'figure "{spec.name}": {", ".join(null)}: null in every row of this study'
-                )
+                problem = f"{name}: {', '.join(null)}: null in every row of this study"
                 faults.append(Fault(f"{key}.quantity", problem))
         except UsageError as error:
-            problem = f'figure "{spec.name}": {error.message}'
-            faults.append(
-                Fault(f"{key}{(error.where or '').replace('--', '.')}", problem, error.hint)
-            )
+            option = (error.where or "").replace("--", ".")
+            faults.append(Fault(f"{key}{option}", f"{name}: {error.message}", error.hint))
     if faults:
         raise StudyError(faults)
 
@@ -96,67 +118,98 @@ def check_figures_of(study: Study) -> None:
 def draw_run(
     study: Study, folder: Path, out: Path | None = None
 ) -> tuple[list[str], list[str], str | None]:
-    """Slack maps of a finished run, and the figures that its study declares, into its folder unless `out` says where.
+    """Draw the slack maps of a finished run, and the figures that its study declares.
 
-    Returns the names of the files, warnings of what could not be drawn, and why there is no slack map, where there is
-    none: a figure never costs a run. Raises InputError only, for a table that is not whole.
+    A figure never costs a run.
+
+    Args:
+        study: The study of the run.
+        folder: Folder of the run.
+        out: Folder of the figures; by default that of the run.
+
+    Returns:
+        The names of the files; warnings of what could not be drawn; and the reason why there is no
+        slack map, None if there is one.
+
+    Raises:
+        InputError: A table is damaged.
     """
     files: list[Path] = []
     warnings: list[str] = []
     no_map = None
-    asked: list[tuple[str, FigureSpec | None]] = [
-        (f'figure "{spec.name}"', spec) for spec in study.figure
-    ]
-    for name, spec in [
-        *([("the slack map", None)] if "designs" in study.output.tables else []),
-        *asked,
-    ]:
+    if "designs" in study.output.tables:
         try:
-            files += (
-                draw_declared(spec, folder, out) if spec else _slack_maps(folder, out or folder)
-            )
+            files += _slack_maps(folder, out or folder)
+        except InputError:
+            raise
+        except UsageError as error:
+            no_map = error.message
+        except Exception as error:  # noqa: BLE001 - whatever it is, the run stands
+            warnings.append(f"the slack map is not drawn: {_reason(error)}")
+    for spec in study.figure:
+        try:
+            files += draw_declared(spec, folder, out)
         except InputError:
             raise
         except Exception as error:  # noqa: BLE001 - whatever it is, the run stands
-            if spec is None and isinstance(error, UsageError):
-                no_map = error.message
-            else:
-                warnings.append(f"{name} is not drawn: {_reason(error)}")
+            warnings.append(f'figure "{spec.name}" is not drawn: {_reason(error)}')
     return [file.name for file in files], warnings, no_map
 
 
 def draw_declared(
     spec: FigureSpec, run: Path, out: Path | None = None, finish: Finish | None = None
 ) -> list[Path]:
-    """Draw a declared figure of a run's tables, into its folder unless `out` says where.
+    """Draw a declared figure of the tables of a run.
 
-    Returns the files written. Raises UsageError where it does not fit the tables, InputError for a damaged or missing
-    one, OutputError.
+    Args:
+        spec: The figure.
+        run: Folder of the run.
+        out: Folder of the figure; by default that of the run.
+        finish: Function that adds to each page.
+
+    Returns:
+        The files.
+
+    Raises:
+        UsageError: The figure does not fit the tables.
+        InputError: A table is damaged or missing.
+        OutputError: A file cannot be written.
     """
     pages = pages_of(table_of(run, spec, spec.table), spec, finish)
     targets = [(out or run) / f"{spec.name}.{kind}" for kind in dict.fromkeys(spec.format)]
-    return _written(pages, targets)
+    return _save_pages(pages, targets)
 
 
 def table_of(path: Path, spec: FigureSpec, wanted: str | None = None) -> AnyTable:
-    """The table that a path means, or of a run folder the one that has what is asked for; raises as `table_in`."""
+    """Open the table of a path, or of a run's folder the one that has what a figure shows.
+
+    Raises the errors of `table_of_study`.
+    """
     return table_of_study(path, wanted, spec.asked)
 
 
-def _planned(cube: Cube, spec: FigureSpec) -> tuple[MapPlan | CurvePlan, list[Condition]]:
-    """What a figure shows of a table; raises UsageError where it does not fit."""
-    asked = cube.of.conditions(spec.filters)
-    chosen = cube.choose(asked)
+def _plan(cube: Cube, spec: FigureSpec) -> tuple[MapPlan | CurvePlan, list[Condition]]:
+    """Lay out a figure of a table.
+
+    Returns:
+        The layout, and the conditions that rows must meet.
+
+    Raises:
+        UsageError: The figure does not fit the table.
+    """
+    conditions = cube.of.conditions(spec.filters)
+    chosen = cube.choose(conditions)
     is_plain = not (spec.quantity or spec.x or spec.colour or spec.panels)
-    on_axes = all(cube.axis(each.column) for each in asked)
+    on_axes = all(cube.axis(condition.column) for condition in conditions)
     if cube.kind == "designs" and is_plain and on_axes and len(long_axes(cube, chosen)) > 1:
-        return plan_maps(cube, chosen), asked
-    return plan_curves(cube, chosen, spec), asked
+        return plan_maps(cube, chosen), conditions
+    return plan_curves(cube, chosen, spec), conditions
 
 
-def _pages(
-    cube: Cube, spec: FigureSpec, plan: MapPlan | CurvePlan, asked: list[Condition]
+def _draw_pages(
+    cube: Cube, spec: FigureSpec, plan: MapPlan | CurvePlan, conditions: list[Condition]
 ) -> list[Page]:
+    """Draw the pages of a plan."""
     width, height = read_size(spec.size)
     if isinstance(plan, MapPlan):
         from tendon_cli.figures.map_data import map_data
@@ -166,47 +219,50 @@ def _pages(
     from tendon_cli.figures.curve_data import curve_data
     from tendon_cli.figures.curves import draw_curves
 
-    return draw_curves(curve_data(cube, plan, asked, spec), width, height)
+    return draw_curves(curve_data(cube, plan, conditions, spec), width, height)
 
 
 def _slack_maps(run: Path, folder: Path) -> list[Path]:
-    """slack_map.png, and slack_map-2.png and so on where the panels need more pages; of one axis as lines."""
+    """Draw slack_map.png, and slack_map-2.png and so on if the panels need more pages.
+
+    Designs along one axis are drawn as lines.
+    """
     designs = open_table(run / "designs.parquet")
     cube = cube_of(designs)
     if not long_axes(cube, cube.choose([])):
         raise UsageError("no axis other than the load has more than one value")
-    return _written(pages_of(designs), [folder / "slack_map.png"])
+    return _save_pages(pages_of(designs), [folder / "slack_map.png"])
 
 
-def _written(pages: list[Page], targets: list[Path]) -> list[Path]:
-    return [
-        page.save(target if number == 1 else target.with_stem(f"{target.stem}-{number}"))
-        for number, page in enumerate(pages, 1)
-        for target in targets
-    ]
+def _save_pages(pages: list[Page], targets: list[Path]) -> list[Path]:
+    """Write pages to each target, with a number in the name from the second page on."""
+    files = []
+    for number, page in enumerate(pages, 1):
+        for target in targets:
+            path = target if number == 1 else target.with_stem(f"{target.stem}-{number}")
+            files.append(page.save(path))
+    return files
 
 
 def _targets(table: AnyTable, spec: FigureSpec, out: Path | None) -> list[Path]:
-    """The first file to write in each format."""
+    """Return the first file to write in each format."""
     from tendon_cli.figures.style import format_of
 
     if out is not None and not out.is_dir():
         format_of(out, "--out")
         return [out]
-    cube = cube_of(table)
-    words = (
-        re.sub(r"[^\w.-]+", "_", str(cube.study.get("name", ""))),
-        cube.kind,
-        *spec.quantity[:3],
-    )
-    return [
-        (out or Path()) / f"{spec.name or '-'.join(filter(None, words))}.{kind}"
-        for kind in spec.format
-    ]
+    name = spec.name
+    if not name:
+        cube = cube_of(table)
+        study = re.sub(r"[^\w.-]+", "_", str(cube.study.get("name", "")))
+        name = "-".join(word for word in (study, cube.kind, *spec.quantity[:3]) if word)
+    return [(out or Path()) / f"{name}.{kind}" for kind in spec.format]
 
 
 def _reason(error: Exception) -> str:
+    """Return the reason why a figure is not drawn."""
     if not isinstance(error, TendonError):
         return f"{type(error).__name__}: {error}; this is a bug in tendon, the tables are whole"
     place = f"{error.where}: " if isinstance(error, OutputError) else ""
-    return f"{place}{error.message}{f' ({error.hint})' if error.hint else ''}"
+    hint = f" ({error.hint})" if error.hint else ""
+    return f"{place}{error.message}{hint}"

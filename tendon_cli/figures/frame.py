@@ -1,7 +1,7 @@
-"""A page with a figure: a title above the panels, the key to the signs and a few honest lines below, and its file.
+"""A page with a figure: a title above the panels, the key and a few sentences below, and its file.
 
-Whoever draws begins here, in `house_style()`: `framed` gives a page to draw on, `Page.save` writes it with its caption
-and its study in the file's metadata.
+Every figure begins here, in `house_style()`: `framed` gives a page to draw on, `Page.save` writes
+it with its caption and its study in the file's metadata.
 """
 
 from __future__ import annotations
@@ -22,26 +22,42 @@ from tendon_cli.figures.backend import Axes, ConstrainedLayoutEngine, Figure, Fi
 from tendon_cli.figures.style import MM, PAGE_WIDTH, format_of, render
 from tendon_cli.files import write_whole
 
-_TITLE_LINE, _NOTE_LINE, _KEY_LINE, _PAD = 4.0, 3.3, 4.4, 1.5
-_TITLE_SIGN, _NOTE_SIGN = 1.75, 1.25
-"""Mean width of a sign of the title and of a note, mm."""
-_KEY_SIGN, _KEY_HANDLE = 1.42, 11.0
+_TITLE_LINE = 4.0
+"""Height of a line of the title, mm."""
+_NOTE_LINE = 3.3
+"""Height of a line of a note, mm."""
+_KEY_LINE = 4.4
+"""Height of a line of the key, mm."""
+_PAD = 1.5
+"""Space around title and notes, mm."""
+_TITLE_SIGN = 1.75
+"""Mean width of a sign of the title, mm."""
+_NOTE_SIGN = 1.25
+"""Mean width of a sign of a note, mm."""
+_KEY_SIGN = 1.42
+"""Mean width of a sign of the key, mm."""
+_KEY_HANDLE = 11.0
+"""Width of the sample in the key, with the space around it, mm."""
+_LOWEST_PANELS = 30.0
+"""Least height of all panels if the page has a given height, mm."""
 
 
 @dataclass(frozen=True)
 class Page:
-    """A figure, and what it says of itself in its file."""
+    """A figure, and the text about it that its file holds; lengths in mm."""
 
     figure: Figure
     title: str
     says: str
+    """Caption of the figure, without formulas."""
     study: str
     """Name and hash of the study shown."""
     width: float
     height: float
     head: float
-    """Above the panels; all in mm."""
+    """Height of what is above the panels."""
     foot: float
+    """Height of what is below the panels."""
 
     @property
     def inner(self) -> float:
@@ -49,15 +65,24 @@ class Page:
         return self.height - self.head - self.foot
 
     def of_joint(self, study: Any) -> Page:
-        """With the word for the study's joint in what we say, which is of the elbow; the title is the user's."""
+        """Return this page with the word for the study's joint instead of "elbow".
+
+        The title stays as it is, because it is the user's.
+        """
         word = say.joint_word(study)
-        for text in self.figure.findobj(Text) if word != "elbow" else ():
-            if text.get_gid() != "title":
-                text.set_text(say.of_joint(text.get_text(), word))
+        if word != "elbow":
+            for text in self.figure.findobj(Text):
+                if text.get_gid() != "title":
+                    text.set_text(say.of_joint(text.get_text(), word))
         return replace(self, says=say.of_joint(self.says, word))
 
     def save(self, path: Path) -> Path:
-        """Write it whole or not at all, in the format of the path's ending; raises OutputError, UsageError."""
+        """Write the file whole or not at all, in the format of its ending.
+
+        Raises:
+            OutputError: The file cannot be written.
+            UsageError: The ending is not that of a figure.
+        """
         about = {"title": self.title, "says": self.says, "study": self.study}
         write_whole(path, render(self.figure, format_of(path, "--out"), about))
         return path
@@ -74,41 +99,40 @@ def framed(
     subtitle: str = "",
     study: str = "",
 ) -> Page:
-    """A page to draw on, in mm: its panels are `panels` high in all, or what a `height` of the page leaves for them.
+    """Begin a page with its title, key and notes, and with room for its panels.
 
-    `title` is as the user wrote it, `key` are artists with a label, `notes` and `subtitle` may hold formulas, `study`
-    is its name and hash for the file's metadata.
+    Args:
+        title: The title as the user wrote it.
+        panels: Height of all panels, mm.
+        key: Artists with a label.
+        notes: Sentences below the panels; they may hold formulas.
+        width: Width of the page, mm.
+        height: Height of the page, mm. If it is given, the panels have what it leaves for them.
+        subtitle: Second title, which may hold formulas.
+        study: Name and hash of the study for the file's metadata.
     """
-    heads = [
-        *plain(title, width=int(width / _TITLE_SIGN)).splitlines(),
-        *([subtitle] if subtitle else []),
-    ]
-    lines = [
-        line
-        for note in notes
-        for line in textwrap.wrap(note, int(width / _NOTE_SIGN), break_long_words=False)
-    ]
+    heads = plain(title, width=int(width / _TITLE_SIGN)).splitlines()
+    if subtitle:
+        heads.append(subtitle)
+    lines: list[str] = []
+    for note in notes:
+        lines += textwrap.wrap(note, int(width / _NOTE_SIGN), break_long_words=False)
     texts, columns, key_height = _key_shape([str(entry.get_label()) for entry in key], width)
-    head, notes_height = (
-        len(heads) * _TITLE_LINE + _PAD if heads else 0.0,
-        len(lines) * _NOTE_LINE + _PAD,
-    )
+    head = len(heads) * _TITLE_LINE + _PAD if heads else 0.0
+    notes_height = len(lines) * _NOTE_LINE + _PAD
     foot = key_height + notes_height
-    panels = panels if height is None else max(30.0, height - head - foot)
+    if height is not None:
+        panels = max(_LOWEST_PANELS, height - head - foot)
     height = head + panels + foot
     layout = ConstrainedLayoutEngine(rect=(0.0, foot / height, 1.0, panels / height))
     figure = Figure(figsize=(width * MM, height * MM), layout=layout)
-    text_of: dict[str, Any] = {"color": "#4d4d4d", "size": 6.5, "va": "bottom", "gid": "notes"}
-    figure.text(
-        _PAD / width,
-        1.0 - 0.8 * _PAD / height,
-        "\n".join(heads),
-        va="top",
-        size=9.0,
-        weight="bold",
-        gid="title",
-    )
-    figure.text(_PAD / width, 0.7 * _PAD / height, "\n".join(lines), **text_of)
+    left = _PAD / width
+    top = 1.0 - 0.8 * _PAD / height
+    title_style: dict[str, Any] = {"size": 9.0, "weight": "bold", "va": "top", "gid": "title"}
+    figure.text(left, top, "\n".join(heads), **title_style)
+    bottom = 0.7 * _PAD / height
+    note_style: dict[str, Any] = {"color": "#4d4d4d", "size": 6.5, "va": "bottom", "gid": "notes"}
+    figure.text(left, bottom, "\n".join(lines), **note_style)
     if key:
         anchor = (0.0, notes_height / height, 1.0, key_height / height)
         figure.legend(
@@ -121,42 +145,72 @@ def framed(
             columnspacing=1.6,
             handletextpad=0.6,
         )
-    says = without_formulas(" ".join(filter(None, (subtitle, *notes))))
+    says = without_formulas(" ".join(text for text in (subtitle, *notes) if text))
     return Page(figure, title, says, study, width, height, head, foot)
 
 
 def _key_shape(texts: Sequence[str], width: float) -> tuple[list[str], int, float]:
-    """What a key says, broken to a width; how many entries stand side by side; and how high it is, mm."""
+    """Lay out the key on a page of a width in mm.
+
+    Returns:
+        The texts, broken to the width; the number of entries side by side; and the height, mm.
+    """
     room = max(8, int((width - _KEY_HANDLE) / _KEY_SIGN))
-    broken = [
-        "\n".join(textwrap.wrap(text, room, break_long_words=False)) if len(text) > room else text
-        for text in texts
-    ]
+    broken = []
+    for text in texts:
+        if len(text) > room:
+            broken.append("\n".join(textwrap.wrap(text, room, break_long_words=False)))
+        else:
+            broken.append(text)
     longest = max((_KEY_HANDLE + len(text) * _KEY_SIGN for text in broken), default=1.0)
     columns = max(1, min(len(texts), int((width + 4.0) / longest)))
-    return (
-        broken,
-        columns,
-        (math.ceil(len(texts) / columns) + sum(text.count("\n") for text in broken)) * _KEY_LINE,
-    )
+    lines = math.ceil(len(texts) / columns) + sum(text.count("\n") for text in broken)
+    return broken, columns, lines * _KEY_LINE
 
 
 def grid_shape(panels: int, in_row: int = 1, *, most: int = 4) -> tuple[int, int]:
-    """Rows and columns for a number of panels on a page; `in_row` panels belong side by side, where there are more."""
+    """Return the rows and columns for panels on a page.
+
+    Args:
+        panels: Number of panels.
+        in_row: Number of panels that belong side by side, if there are more than these.
+        most: Largest number of columns.
+    """
     fits = 2 <= in_row <= most and panels % in_row == 0 and panels > in_row
-    columns = min(most, in_row if fits else {1: 1, 2: 2, 3: 3, 4: 2}.get(panels, 3))
+    usual = {1: 1, 2: 2, 3: 3, 4: 2}.get(panels, 3)
+    columns = min(most, in_row if fits else usual)
     return math.ceil(panels / columns), columns
 
 
-_EDGE, _GAP, _PANEL_LINE, _PANEL_PAD = 1.2, 4.5, 3.6, 2.0
-"""Around the panels, between them, and for each line of a title, mm."""
-_BAR, _BAR_GAP = 4.0, 4.0
+_EDGE = 1.2
+"""Space around the panels, mm."""
+_GAP = 4.5
+"""Space between panels, mm."""
+_PANEL_LINE = 3.6
+"""Height of a line of a panel's title, mm."""
+_PANEL_PAD = 2.0
+"""Space around a panel's title, mm."""
+_BAR = 4.0
+"""Width of a colour bar, mm."""
+_BAR_GAP = 4.0
+"""Space between the panels and a colour bar, mm."""
 _SMALLEST = 4.0
-"""Side of a panel, mm."""
+"""Least width and height of a panel, mm."""
 
 
 def empty_panels(page: Page, rows: int, columns: int, count: int, **shared: Any) -> Any:
-    """Axes in an array of shape (rows, columns), `count` of them seen; `shared` are `sharex` and `sharey`."""
+    """Add a grid of panels to a page.
+
+    Args:
+        page: The page.
+        rows: Number of rows.
+        columns: Number of columns.
+        count: Number of panels that are seen; the last ones are hidden.
+        **shared: `sharex` and `sharey` as of `Figure.subplots`.
+
+    Returns:
+        The axes (rows, columns).
+    """
     page.figure.set_layout_engine("none")
     sides = {
         "left": 14.0 / page.width,
@@ -173,51 +227,73 @@ def empty_panels(page: Page, rows: int, columns: int, count: int, **shared: Any)
 
 
 def lowest(grid: Any, count: int) -> list[Axes]:
-    """Those of the first `count` panels that have none below them."""
+    """Return those of the first `count` panels of a grid that have none below them."""
     return list(grid.flat[max(0, count - grid.shape[1]) : count])
 
 
 def settle(page: Page, grid: Any, bar: Axes | None = None, *, must_fit: bool = True) -> None:
-    """Put panels, and perhaps a colour bar at their right, in their places once all labels are written.
+    """Put panels, and perhaps a colour bar at their right, in their places.
 
-    Constrained layout does the same by drawing everything twice. Raises UsageError where there is no room.
+    All labels must be written by then. Constrained layout does the same by drawing everything
+    twice.
+
+    Args:
+        page: The page.
+        grid: Axes (rows, columns).
+        bar: Axes of the colour bar.
+        must_fit: True if it is an error that there is no room.
+
+    Raises:
+        UsageError: There is no room for the panels.
     """
     FigureCanvasAgg(page.figure)
-    reach = np.array(
-        [[_reach(page, axes) for axes in row] for row in grid]
-    )  # left, below, right, above
-    left, over = reach[..., 0].max(axis=0), max(_EDGE, reach[:, -1, 2].max() + 0.3)
-    below, above = reach[..., 1].max(axis=1), reach[..., 3].max(axis=1)
+    # Reach of the labels to the left, below, to the right and above, (rows, columns, 4), mm.
+    reach = np.array([[_reach(page, axes) for axes in row] for row in grid])
+    left = reach[..., 0].max(axis=0)
+    below = reach[..., 1].max(axis=1)
+    above = reach[..., 3].max(axis=1)
+    right = max(_EDGE, reach[:, -1, 2].max() + 0.3)
     at_bar = 0.0 if bar is None else _BAR_GAP + _BAR + _reach(page, bar)[2]
     rows, columns = grid.shape
-    width = (page.width - _EDGE - left.sum() - _GAP * (columns - 1) - over - at_bar) / columns
+    width = (page.width - _EDGE - left.sum() - _GAP * (columns - 1) - right - at_bar) / columns
     height = (page.inner - below.sum() - above.sum() - _GAP * (rows - 1)) / rows
     if must_fit and min(width, height) < _SMALLEST:
         hint = "a larger one, or fewer panels and quantities"
         raise UsageError("the panels do not fit into this size", where="--size", hint=hint)
-    width, height, top = max(width, 1.0), max(height, 1.0), page.height - page.head
+    width = max(width, 1.0)
+    height = max(height, 1.0)
+    top = page.height - page.head
     scale = np.array([page.width, page.height, page.width, page.height])
     for row, column in np.ndindex(rows, columns):
         x = _EDGE + left[: column + 1].sum() + column * (width + _GAP)
         y = top - above[: row + 1].sum() - below[:row].sum() - row * _GAP - (row + 1) * height
         grid[row, column].set_position(np.array([x, y, width, height]) / scale)
     if bar is not None:
-        low = page.foot + below[-1]
-        bar.set_position(
-            np.array([page.width - at_bar - _EDGE + _BAR_GAP, low, _BAR, top - above[0] - low])
-            / scale
-        )
+        x = page.width - at_bar - _EDGE + _BAR_GAP
+        y = page.foot + below[-1]
+        bar.set_position(np.array([x, y, _BAR, top - above[0] - y]) / scale)
 
 
 def _reach(page: Page, axes: Axes) -> tuple[float, float, float, float]:
-    """How far the labels of a panel reach beyond it at its left, below, at its right, and its title above, mm."""
+    """Return the reach of a panel's labels beyond it to the left, below, right and above, mm.
+
+    Above is the title. To the right are the labels of the x axis, and of a colour bar those of its
+    y axis.
+    """
     if not axes.get_visible():
         return 0.0, 0.0, 0.0, _EDGE
-    panel, under, aside = axes.bbox, axes.xaxis.get_tightbbox(), axes.yaxis.get_tightbbox()
-    left, right = (panel.x0 - aside.x0, aside.x1 - panel.x1) if aside else (0.0, 0.0)
-    below, over = (panel.y0 - under.y0, under.x1 - panel.x1) if under else (0.0, 0.0)
+    panel = axes.bbox
+    x_labels = axes.xaxis.get_tightbbox()
+    y_labels = axes.yaxis.get_tightbbox()
+    left = panel.x0 - y_labels.x0 if y_labels else 0.0
+    below = panel.y0 - x_labels.y0 if x_labels else 0.0
+    right = 0.0
+    if axes.get_label() == "<colorbar>":
+        if y_labels:
+            right = y_labels.x1 - panel.x1
+    elif x_labels:
+        right = x_labels.x1 - panel.x1
     title = axes.get_title()
     above = _PANEL_PAD + _PANEL_LINE * (title.count("\n") + 1) if title else _EDGE
-    beyond = over if axes.get_label() != "<colorbar>" else right
     to_mm = 1.0 / page.figure.dpi / MM
-    return max(0.0, left * to_mm), max(0.0, below * to_mm), max(0.0, beyond * to_mm), above
+    return max(0.0, left * to_mm), max(0.0, below * to_mm), max(0.0, right * to_mm), above

@@ -1,4 +1,8 @@
-"""What a figure shows of a table: which axes run along x and y, by colour, dashes and panels, and what is left out."""
+"""Layout of a figure of a table.
+
+A plan says which axes run along x and y, by colour, dashes and panels, and which values are left
+out.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +19,8 @@ from tendon_cli.studies.figures import MOST_QUANTITIES, OF_STATES, FigureSpec
 from tendon_cli.studies.study import keys
 
 MOST_COLOURS = 6
-MOST_PANELS, PANELS_PER_PAGE = 24, 12
+MOST_PANELS = 24
+PANELS_PER_PAGE = 12
 MOST_PANELS_UNASKED = 4
 POINTS = 1000
 CELLS_PER_AXIS = 400
@@ -30,22 +35,23 @@ STATE_PAIRS = (
     "flexor_spring_stretch",
     "extensor_spring_stretch",
 )
-"""Drawn of `states` when nothing else is asked for, two in a row."""
+"""Columns of `states` that are drawn if nothing else is asked for, two in a row."""
 
 
 @dataclass(frozen=True)
 class CurvePlan:
-    """The part that each axis plays, and the positions drawn."""
+    """Layout of curves: the part that each axis plays, and the positions drawn."""
 
     quantities: tuple[str, ...]
     x_column: str
-    """What stands along x: the column of `x`, or another that changes along it."""
+    """Column along x: that of the axis `x`, or another that changes along it."""
     x: Axis
     colour: Axis | None
     dash: Axis | None
     """The direction of motion, unless it plays another part."""
     panels: Axis | None
     positions: Mapping[str, Ints]
+    """Positions drawn of each axis, by its column."""
     notes: tuple[str, ...]
 
     @property
@@ -54,24 +60,36 @@ class CurvePlan:
         return self.panels, self.colour, self.dash, self.x
 
     def rows(self, cube: Cube) -> Ints:
-        """Rows of all lines, of shape (panels, colours, dashes, x)."""
+        """Return the rows of all lines (panels, colours, dashes, x)."""
         order = [axis.column for axis in self.parts if axis is not None]
         shape = [1 if axis is None else len(self.positions[axis.column]) for axis in self.parts]
         return cube.rows(order, self.positions).reshape(shape)
 
 
 def plan_curves(cube: Cube, chosen: Mapping[str, Ints], spec: FigureSpec) -> CurvePlan:
-    """Give each axis its part; raises UsageError where the figure does not fit the table."""
+    """Give each axis its part in a figure of curves.
+
+    Args:
+        cube: The table.
+        chosen: Positions to choose from, by the column of the axis.
+        spec: The figure as the user asks for it.
+
+    Raises:
+        UsageError: The figure does not fit the table.
+    """
     quantities = _quantities(cube, spec)
     long = [axis for axis in cube.axes if len(chosen[axis.column]) > 1]
-    named = _named(cube, spec.colour, "--colour"), _named(cube, spec.panels, "--panels")
-    x_column, x = _along_x(cube, spec, [axis for axis in long if axis not in named])
+    colour = _named_axis(cube, spec.colour, "--colour")
+    panels = _named_axis(cube, spec.panels, "--panels")
+    x_column, x = _along_x(cube, spec, [axis for axis in long if axis not in (colour, panels)])
     free = [axis for axis in long if axis is not x]
-    panels = named[1] or (_usual_panels(free) if spec.overlay else None)
-    colour = None if spec.overlay else named[0] or _usual_colour(free, panels)
-    dash = next(
-        (axis for axis in free if axis.column == DIRECTION and axis not in (colour, panels)), None
-    )
+    if spec.overlay:
+        colour = None
+        panels = panels or _usual_panels(free)
+    else:
+        colour = colour or _usual_colour(free, panels)
+    directions = [axis for axis in free if axis.column == DIRECTION]
+    dash = next((axis for axis in directions if axis not in (colour, panels)), None)
     if panels is None and len(quantities) == 1:
         panels = next((axis for axis in free if axis not in (colour, dash)), None)
     parts = [axis for axis in (x, colour, dash, panels) if axis is not None]
@@ -81,56 +99,58 @@ def plan_curves(cube: Cube, chosen: Mapping[str, Ints], spec: FigureSpec) -> Cur
         )
     most_panels = MOST_PANELS if len(quantities) == 1 and spec.panels else MOST_PANELS_UNASKED
     most = {x: POINTS, colour: MOST_COLOURS, dash: 2, panels: most_panels}
-    return CurvePlan(quantities, x_column, x, colour, dash, panels, *_thinned(cube, chosen, most))
+    positions, notes = _thin_out(cube, chosen, most)
+    return CurvePlan(quantities, x_column, x, colour, dash, panels, positions, notes)
 
 
 def _quantities(cube: Cube, spec: FigureSpec) -> tuple[str, ...]:
+    """Return the columns to draw: those asked for, or the usual ones of the table."""
     if spec.quantity:
         names = [cube.of.find_numbers(name, "--quantity") for name in spec.quantity]
         return tuple(dict.fromkeys(names))
     if cube.kind == "designs":
         return (cube.of.find_numbers("margin", "--quantity"),)
-    kept = [name for name in OF_STATES if name in cube.columns and name not in DERIVED]
-    if not kept:
+    results = [name for name in OF_STATES if name in cube.columns and name not in DERIVED]
+    if not results:
         raise UsageError(
             "the table keeps no results",
             where="--quantity",
             hint="[output] states names those it keeps",
         )
-    return tuple(name for name in STATE_PAIRS if name in kept) or tuple(kept[:MOST_QUANTITIES])
+    pairs = tuple(name for name in STATE_PAIRS if name in results)
+    return pairs or tuple(results[:MOST_QUANTITIES])
 
 
 def _along_x(cube: Cube, spec: FigureSpec, long: list[Axis]) -> tuple[str, Axis]:
-    """The column along x, and the axis that runs along it."""
-    usual = [axis for axis in long if axis.column not in (LOAD, DIRECTION)] or long
+    """Return the column along x, and the axis that runs along it."""
+    usual = [axis for axis in long if axis.column not in (LOAD, DIRECTION)] or list(long)
     usual.sort(key=lambda axis: axis.is_text)
     angle = next((axis for axis in cube.axes if axis.column in (ANGLE, TIME)), None)
     runs = angle if angle in long or not usual else usual[0]
     if spec.x is not None:
         column = cube.of.find(spec.x, "--x")
-        if (axis := cube.axis(column)) is not None:
+        axis = cube.axis(column)
+        if axis is not None:
             return column, axis
         runs = angle or runs
         if runs is not None:
             return cube.of.find_numbers(column, "--x"), runs
     if runs is None:
-        hint = "`tendon state` prints a single design; colour and panels take axes away"
         raise UsageError(
-            "no axis with several values is left to run along x", where="--x", hint=hint
+            "no axis with several values is left to run along x",
+            where="--x",
+            hint="`tendon state` prints a single design; colour and panels take axes away",
         )
     return runs.column, runs
 
 
-def _named(cube: Cube, name: str | None, where: str) -> Axis | None:
-    """The axis of a column or key; none where the study has one value of it."""
+def _named_axis(cube: Cube, name: str | None, where: str) -> Axis | None:
+    """Return the axis of a column or key; None if the study has one value of it."""
     if name is None:
         return None
     axis = next((axis for axis in cube.axes if name in (axis.column, axis.key)), None)
-    if (
-        axis is None
-        and not any(name in (key.path, key.column) for key in keys().values())
-        and name != CASE_AXIS
-    ):
+    is_key = any(name in (key.path, key.column) for key in keys().values())
+    if axis is None and not is_key and name != CASE_AXIS:
         column = cube.of.find(name, where)
         names = ", ".join(axis.column for axis in cube.axes)
         raise UsageError(
@@ -140,77 +160,92 @@ def _named(cube: Cube, name: str | None, where: str) -> Axis | None:
 
 
 def _usual_colour(free: list[Axis], panels: Axis | None) -> Axis | None:
-    """The load, or else the first axis that nothing was asked of."""
+    """Select the load, or else the first axis that has no part yet."""
     open_axes = [axis for axis in free if axis.column != DIRECTION and axis != panels]
-    return next(
-        (axis for axis in open_axes if axis.column == LOAD), open_axes[0] if open_axes else None
-    )
+    first = open_axes[0] if open_axes else None
+    return next((axis for axis in open_axes if axis.column == LOAD), first)
 
 
 def _usual_panels(free: list[Axis]) -> Axis | None:
-    """The same of the axes that do not run along x or by dashes."""
+    """Select the load, or else the first axis that runs neither along x nor by dashes."""
     return _usual_colour([axis for axis in free if axis.column != ANGLE], None)
 
 
-def _thinned(
+def _thin_out(
     cube: Cube, chosen: Mapping[str, Ints], most: Mapping[Axis | None, int]
 ) -> tuple[dict[str, Ints], tuple[str, ...]]:
-    """Positions drawn on each axis, evenly chosen where there are more than `most`, and a note of what is left out."""
-    positions, fewer = {}, []
+    """Select the positions drawn of each axis, evenly if there are more than `most`.
+
+    Returns:
+        The positions by column, and a note of what is left out, if anything is.
+    """
+    positions = {}
+    fewer = []
     for axis in cube.axes:
-        at = chosen[axis.column]
-        kept = positions[axis.column] = at[evenly(len(at), most.get(axis, 1))]
-        if len(kept) < len(at):
-            fewer.append(f"{len(kept)} of {len(at)} values of {cube.shown(axis.column).name}")
-    return positions, (f"{', '.join(fewer)} drawn, evenly chosen.",) if fewer else ()
+        all_positions = chosen[axis.column]
+        drawn = all_positions[evenly(len(all_positions), most.get(axis, 1))]
+        positions[axis.column] = drawn
+        if len(drawn) < len(all_positions):
+            name = cube.shown(axis.column).name
+            fewer.append(f"{len(drawn)} of {len(all_positions)} values of {name}")
+    notes = (f"{', '.join(fewer)} drawn, evenly chosen.",) if fewer else ()
+    return positions, notes
 
 
 @dataclass(frozen=True)
 class MapPlan:
-    """Axes and positions of all panels."""
+    """Layout of slack maps: axes and positions of all panels."""
 
     x: Axis
     y: Axis
     titled: tuple[Axis, ...]
     """Axes that differ between the panels, the load first."""
     positions: Mapping[str, Ints]
+    """Positions drawn of each axis, by its column."""
     notes: tuple[str, ...]
 
     def rows(self, cube: Cube) -> Ints:
-        """Rows of all panels, of shape (panels, y, x); the load varies fastest, so that it is seen side by side."""
+        """Return the rows of all panels (panels, y, x).
+
+        The load varies fastest, so that its values are seen side by side.
+        """
         order = [axis.column for axis in (*reversed(self.titled), self.y, self.x)]
         rows = cube.rows(order, self.positions)
         return rows.reshape(-1, *rows.shape[-2:])
 
 
 def long_axes(cube: Cube, chosen: Mapping[str, Ints]) -> list[Axis]:
-    """Axes other than the load of which more than one value is chosen."""
+    """Return the axes other than the load of which more than one value is chosen."""
     return [axis for axis in cube.axes if axis.column != LOAD and len(chosen[axis.column]) > 1]
 
 
 def plan_maps(cube: Cube, chosen: Mapping[str, Ints]) -> MapPlan:
-    """Lay the designs out over panels; `chosen` are the positions to choose from, of two long axes at least."""
+    """Lay the designs out over panels.
+
+    Args:
+        cube: The table of designs.
+        chosen: Positions to choose from, by the column of the axis; two axes or more are long.
+    """
     x, y = long_axes(cube, chosen)[:2]
     others = [axis for axis in cube.axes if axis not in (x, y) and len(chosen[axis.column]) > 1]
     others.sort(key=lambda axis: axis.column != LOAD)
     lengths = [len(chosen[axis.column]) for axis in others]
-    counts = lengths if math.prod(lengths) <= MOST_PANELS else _counts(lengths, PANELS_PER_PAGE)
-    most: dict[Axis | None, int] = {
-        x: CELLS_PER_AXIS,
-        y: CELLS_PER_AXIS,
-        **dict(zip(others, counts, strict=True)),
-    }
-    positions, notes = _thinned(cube, chosen, most)
-    return MapPlan(
-        x, y, tuple(axis for axis in others if len(positions[axis.column]) > 1), positions, notes
-    )
+    fits = math.prod(lengths) <= MOST_PANELS
+    counts = lengths if fits else _panel_counts(lengths, PANELS_PER_PAGE)
+    most: dict[Axis | None, int] = {x: CELLS_PER_AXIS, y: CELLS_PER_AXIS}
+    most.update(zip(others, counts, strict=True))
+    positions, notes = _thin_out(cube, chosen, most)
+    titled = tuple(axis for axis in others if len(positions[axis.column]) > 1)
+    return MapPlan(x, y, titled, positions, notes)
 
 
-def _counts(lengths: list[int], most: int) -> list[int]:
-    """How many values of each axis, so that their product is at most `most`: the first axis, the load, gets most."""
+def _panel_counts(lengths: list[int], most: int) -> list[int]:
+    """Select the number of values of each axis, so that their product is at most `most`.
+
+    The first axis, the load, gets as many as there are, but no more than four beside others.
+    """
     counts = [1] * len(lengths)
-    for at, length in enumerate(lengths):
-        counts[at] = max(
-            1, min(length, most // math.prod(counts), 4 if at == 0 and len(lengths) > 1 else length)
-        )
+    for place, length in enumerate(lengths):
+        bound = 4 if place == 0 and len(lengths) > 1 else length
+        counts[place] = max(1, min(length, most // math.prod(counts), bound))
     return counts

@@ -1,4 +1,4 @@
-"""What a slack map shows, read from the table of designs."""
+"""Data of a slack map, read from the table of designs."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ from tendon_cli.studies.figures import FigureSpec
 
 Floats = npt.NDArray[np.float64]
 
-MARGIN, STIFFNESS = "margin", "min_elbow_stiffness"
+MARGIN = "margin"
+STIFFNESS = "min_elbow_stiffness"
 
 
 @dataclass(frozen=True)
 class MapData:
-    """Everything that the pages of a slack map show; arrays of shape (panels, y, x) in the order of the scales."""
+    """Data of all pages of a slack map, in arrays of shape (panels, y, x) in the scales' order."""
 
     title: str
     study: str
@@ -32,114 +33,150 @@ class MapData:
     y: Scale
     margin: Shown
     margins: Floats
-    """In the unit shown."""
+    """Margins in the unit shown."""
     rooms: Mapping[str, Floats]
-    """What is left up to each limit; negative where it is not held."""
+    """Distance to each limit; negative where the limit is not held."""
     limits: Mapping[str, str]
-    """What the key says of each limit."""
+    """Text of each limit in the key."""
     titles: tuple[str, ...]
-    """Of panels."""
+    """Titles of the panels."""
     in_row: int
-    """How many neighbouring panels differ in one axis only, the load if there is one."""
+    """Number of neighbouring panels that differ in one axis only, the load if there is one."""
     notes: tuple[str, ...]
 
 
 def map_data(cube: Cube, plan: MapPlan, spec: FigureSpec) -> MapData:
-    """Read what the panels show, and nothing else; raises UsageError where there is no margin."""
+    """Read the data of a slack map, and nothing else.
+
+    Panels that would repeat a picture are one panel, and its title or a note names them all.
+
+    Raises:
+        UsageError: The table has no margin, or no design has one.
+    """
     if MARGIN not in cube.columns:
         raise UsageError("the table has no column of margins, which a map shows")
-    limits = [
-        key
-        for key in dict.fromkeys((STIFFNESS, *cube.study.get("limits", ())))
-        if _column(key) in cube.columns
-    ]
+    keys = dict.fromkeys((STIFFNESS, *cube.study.get("limits", ())))
+    limits = [key for key in keys if _column(key) in cube.columns]
     names = (MARGIN, *map(_column, limits), *cube.defining)
     read = cube.gather(plan.rows(cube), [name for name in names if name in cube.columns])
     if not np.isfinite(read[MARGIN]).any():
         raise UsageError("no design has a margin, each has elbow angles without equilibrium")
-    x, y = (
-        axis_scale(cube, axis, plan.positions[axis.column], spec.units) for axis in (plan.x, plan.y)
-    )
+    x = axis_scale(cube, plan.x, plan.positions[plan.x.column], spec.units)
+    y = axis_scale(cube, plan.y, plan.positions[plan.y.column], spec.units)
     margin = margin_shown(cube, spec)
-    shown = {key: _room(read[_column(key)], key, cube.limit(key)) for key in limits}
-    shown = {key: each[:, y.order][..., x.order] for key, each in shown.items()}
-    margins = margin.scaled(read[MARGIN])[:, y.order][..., x.order]
-    texts = [
-        value_texts(cube, axis, plan.positions[axis.column], spec.units)
-        for axis in reversed(plan.titled)
+    margins = _in_order(margin.scaled(read[MARGIN]), x, y)
+    rooms = {}
+    for key in limits:
+        room = _distance_to_limit(read[_column(key)], key, cube.limit(key))
+        rooms[key] = _in_order(room, x, y)
+    pictures = _group_pictures(margins, rooms, _panel_titles(cube, plan, spec))
+    first = [panels[0] for panels, _ in pictures]
+    titles = [_join_titles(names) for _, names in pictures]
+    repeated = [
+        f"The same picture for {', '.join(names)}." for _, names in pictures if len(names) > 1
     ]
-    groups: dict[bytes, list[tuple[int, str]]] = {}  # panels that would repeat a picture are one
-    for at, words in enumerate(itertools.product(*texts)):
-        picture = b"".join(each[at].tobytes() for each in (margins, *shown.values()))
-        groups.setdefault(picture, []).append((at, ", ".join(reversed(words))))
-    first = [same[0][0] for same in groups.values()]
-    names_of = [[title for _, title in same] for same in groups.values()]
-    repeated = [f"The same picture for {', '.join(titles)}." for titles in names_of if titles[1:]]
     lines, fixed = caption(cube, spec, read, varied=[plan.x.column, plan.y.column])
-    titles = [_joined(titles) for titles in names_of]
     if titles == [""]:
         titles = [next((text for text in fixed if text.endswith(" load")), "")]
     return MapData(
-        spec.title or cube.title,
-        cube.source,
-        x,
-        y,
-        margin,
-        margins[first],
-        {key: each[first] for key, each in shown.items()},
-        {key: _words(cube, spec, key) for key in limits},
-        tuple(titles),
-        len(plan.positions[plan.titled[0].column]) if plan.titled else 1,
-        (meaning_of_margin(cube), *lines, *plan.notes, *repeated),
+        title=spec.title or cube.title,
+        study=cube.source,
+        x=x,
+        y=y,
+        margin=margin,
+        margins=margins[first],
+        rooms={key: room[first] for key, room in rooms.items()},
+        limits={key: _limit_text(cube, spec, key) for key in limits},
+        titles=tuple(titles),
+        in_row=len(plan.positions[plan.titled[0].column]) if plan.titled else 1,
+        notes=(meaning_of_margin(cube), *lines, *plan.notes, *repeated),
     )
 
 
 def _column(key: str) -> str:
+    """Return the column that a limit bounds."""
     return "pretension" if key == "max_pretension" else key
 
 
-def _room(values: Floats, key: str, limit: float) -> Floats:
-    """What is left up to a limit: min_ bounds from below, max_ from above, peak_ by magnitude; rounding breaks none."""
+def _in_order(values: Floats, x: Scale, y: Scale) -> Floats:
+    """Put values (panels, y, x) into the order of the scales."""
+    return values[:, y.order][..., x.order]
+
+
+def _panel_titles(cube: Cube, plan: MapPlan, spec: FigureSpec) -> list[str]:
+    """Return a title for each panel, in which the load, whose panels stand in a row, is first."""
+    texts = [
+        value_texts(cube, axis, plan.positions[axis.column], spec.units)
+        for axis in reversed(plan.titled)
+    ]
+    return [", ".join(reversed(words)) for words in itertools.product(*texts)]
+
+
+def _group_pictures(
+    margins: Floats, rooms: Mapping[str, Floats], titles: list[str]
+) -> list[tuple[list[int], list[str]]]:
+    """Group the panels that show the same picture: their places, and their titles."""
+    groups: dict[bytes, tuple[list[int], list[str]]] = {}
+    for panel, title in enumerate(titles):
+        picture = b"".join(values[panel].tobytes() for values in (margins, *rooms.values()))
+        panels, names = groups.setdefault(picture, ([], []))
+        panels.append(panel)
+        names.append(title)
+    return list(groups.values())
+
+
+def _distance_to_limit(values: Floats, key: str, limit: float) -> Floats:
+    """Return the distance to a limit, negative where it is not held; rounding breaks no limit.
+
+    A limit min_ bounds from below, max_ from above, and peak_ bounds the magnitude.
+    """
     size = np.abs(values) if key.startswith("peak_") else values
     room = values - limit if key.startswith("min_") else limit - size
-    return np.where(np.abs(room) <= 1e-9 * np.maximum(np.abs(size), abs(limit)), 0.0, room)
+    tolerance = 1e-9 * np.maximum(np.abs(size), abs(limit))
+    return np.where(np.abs(room) <= tolerance, 0.0, room)
 
 
-def _words(cube: Cube, spec: FigureSpec, key: str) -> str:
+def _limit_text(cube: Cube, spec: FigureSpec, key: str) -> str:
+    """Return the text of a limit in the key."""
     shown = cube.shown(_column(key), spec.units)
+    limit = shown.text(cube.limit(key))
     if key == STIFFNESS:
-        return f"unstable: elbow stiffness below {shown.text(cube.limit(key))} at some angle"
-    return f"{shown.name} {'≥' if key.startswith('min_') else '≤'} {shown.text(cube.limit(key))}"
+        return f"unstable: elbow stiffness below {limit} at some angle"
+    return f"{shown.name} {'≥' if key.startswith('min_') else '≤'} {limit}"
 
 
-def _joined(titles: list[str]) -> str:
+def _join_titles(titles: list[str]) -> str:
+    """Join the titles of panels that are one picture; of three or more only the first is named."""
     return ", ".join(titles) if len(titles) < 3 else f"{titles[0]} and {len(titles) - 1} others"
 
 
 def margin_shown(cube: Cube, spec: FigureSpec) -> Shown:
-    """The margin by its name; of sides that differ in pretension it is the least that both have in hand."""
+    """Return the margin as it is shown.
+
+    If the pretensions of the two sides differ, it is the least margin that both have.
+    """
     margin = cube.shown(MARGIN, spec.units)
-    if not _differ(cube):
+    if not _has_two_pretensions(cube):
         return margin
-    return replace(
-        margin,
-        quantity=replace(
-            margin.quantity, name="common margin of both pretensions", symbol="margin"
-        ),
-    )
+    name = "common margin of both pretensions"
+    return replace(margin, quantity=replace(margin.quantity, name=name, symbol="margin"))
 
 
 def meaning_of_margin(cube: Cube) -> str:
-    """What the margin is, in a sentence."""
-    if _differ(cube):
-        return "Margin: by how much both pretensions can be lowered together, or if negative must be raised, for no slack."
+    """Return a sentence that says what the margin is."""
+    if _has_two_pretensions(cube):
+        return (
+            "Margin: by how much both pretensions can be lowered together, "
+            "or if negative must be raised, for no slack."
+        )
     least = symbol(as_read(QUANTITIES["required_pretension"], cube.study).symbol)
     return (
-        f"Margin: {reading(cube.study)} in hand above {least}, the smallest that leaves no slack at any elbow angle of "
-        "the study. "
+        f"Margin: {reading(cube.study)} in hand above {least}, "
+        "the smallest that leaves no slack at any elbow angle of the study. "
         "It is exact for each design; lines are drawn from design to design."
     )
 
 
-def _differ(cube: Cube) -> bool:
+def _has_two_pretensions(cube: Cube) -> bool:
+    """Return True if flexor and extensor have a pretension each."""
     return len(cube.with_sides("pretension")) > 1

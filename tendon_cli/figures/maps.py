@@ -1,4 +1,8 @@
-"""The pages of a slack map: margin in colour, where a tendon goes slack, where the elbow is unstable."""
+"""Pages of a slack map.
+
+The margin is in colour, with lines where a tendon goes slack, where a limit is no longer held, and
+where the elbow is unstable.
+"""
 
 from __future__ import annotations
 
@@ -33,75 +37,98 @@ from tendon_cli.figures.style import (
 _BAR = 35.0
 """Width of labels and colour bar, mm."""
 _NARROWEST = 42.0
-"""Width that a panel takes up at least, mm."""
+"""Least width of a panel with its labels, mm."""
 _BOUNDARY_WIDTH = 1.2
-_UNSTABLE: dict[str, Any] = {"hatch": "xxxx", "edgecolor": "#4d4d4d", "linewidth": 0.0}
-# Contours run with the higher values on their left; the ticks stand on the right, where a limit is not held.
+_LIMIT_WIDTH = 0.8
+_HATCH = "xxxx"
+_HATCH_EDGE: dict[str, Any] = {"edgecolor": "#4d4d4d", "linewidth": 0.0}
+# Contours run with the higher values on their left. The ticks are on the right, where a limit is
+# not held.
 _EFFECTS = [
     TickedStroke(spacing=5.0, angle=-90.0, length=0.45, linewidth=0.6),
     mpl.patheffects.Normal(),
 ]
 _HALO = withStroke(linewidth=2.6, foreground="white")
-_LINES = (INK, "#006b4e", "#8f2d72", "#5a4a00", "#7a0019", "#003a70", "#4d4d4d")
-"""Of limits."""
+_LIMIT_COLOURS = (INK, "#006b4e", "#8f2d72", "#5a4a00", "#7a0019", "#003a70", "#4d4d4d")
 
 
 def draw_maps(data: MapData, width: float, height: float | None) -> list[Page]:
-    """The pages of a map, of a size in mm."""
+    """Draw the pages of a map.
+
+    Args:
+        data: The map.
+        width: Width of a page, mm.
+        height: Height of a page, mm; None if the panels may have their usual height.
+    """
     count = len(data.titles)
-    parts = [range(at, min(count, at + PANELS_PER_PAGE)) for at in range(0, count, PANELS_PER_PAGE)]
-    names = [f"{data.title} (page {page} of {len(parts)})" for page in range(1, len(parts) + 1)]
-    titles = names if len(parts) > 1 else [data.title]
-    return [
-        _page(data, panels, title, width, height)
-        for panels, title in zip(parts, titles, strict=True)
-    ]
+    starts = range(0, count, PANELS_PER_PAGE)
+    pages = []
+    for number, start in enumerate(starts, 1):
+        panels = range(start, min(count, start + PANELS_PER_PAGE))
+        title = data.title
+        if len(starts) > 1:
+            title = f"{title} (page {number} of {len(starts)})"
+        pages.append(_page(data, panels, title, width, height))
+    return pages
 
 
 def _page(data: MapData, panels: range, title: str, width: float, height: float | None) -> Page:
-    rows, columns = grid_shape(len(panels), data.in_row, most=max(1, int(width / _NARROWEST)))
-    each = (width - _BAR) / columns * (0.8 if len(panels) == 1 and height is None else 1.0)
-    usual = min(PAGE_HEIGHT, rows * min(0.8 * each + 6.0, 80.0) + 8.0)
+    """Draw some of the panels on a page with a colour bar."""
+    most_columns = max(1, int(width / _NARROWEST))
+    rows, columns = grid_shape(len(panels), data.in_row, most=most_columns)
+    share = 0.8 if len(panels) == 1 and height is None else 1.0
+    panel_width = (width - _BAR) / columns * share
+    usual = min(PAGE_HEIGHT, rows * min(0.8 * panel_width + 6.0, 80.0) + 8.0)
     seen = slice(panels.start, panels.stop)
-    key, notes = _key(data, seen), (*_remarks(data.margins[seen]), *data.notes)
+    key = _key(data, seen)
+    notes = (*_remarks(data.margins[seen]), *data.notes)
     page = framed(title, usual, key, notes, width=width, height=height, study=data.study)
     limit, levels, extend = colour_scale(data.margins)
     colour = mpl.cm.ScalarMappable(TwoSlopeNorm(0.0, -limit, limit), DIVERGING)
     grid = empty_panels(page, rows, columns, len(panels), sharex=True, sharey=True)
+    ticks = max(2, min(6, int(panel_width / 9.0)))
+    title_width = int(panel_width / 1.9)
     for axes, panel in zip(grid.flat, panels, strict=False):
-        _draw_panel(axes, data, panel, colour, ticks=max(2, min(6, int(each / 9.0))))
-        axes.set_title(
-            wrapped(data.titles[panel], int(each / 1.9)), y=1.0
-        )  # placed without a search
-    # Narrow panels have one label for all of them, in the middle: side by side they would run into each other.
+        _draw_panel(axes, data, panel, colour, ticks)
+        # With y given, matplotlib does not search for the title's place.
+        axes.set_title(wrapped(data.titles[panel], title_width), y=1.0)
+    # Narrow panels have one label for all of them, in the middle: side by side they would run into
+    # each other.
     if columns > 2 and rows * columns == len(panels):
-        grid[-1, (columns - 1) // 2].set_xlabel(data.x.label, x=0.5 if columns % 2 else 1.07)
+        place = 0.5 if columns % 2 else 1.07
+        grid[-1, (columns - 1) // 2].set_xlabel(data.x.label, x=place)
     else:
         for axes in lowest(grid, len(panels)):
-            axes.set_xlabel(broken(data.x.label, int(each / 1.9)))
+            axes.set_xlabel(broken(data.x.label, title_width))
     for axes in grid[:, 0]:
         axes.set_ylabel(broken(data.y.label, int(0.7 * page.inner / rows / 1.5)))
-    place = page.figure.add_axes((0.85, 0.2, 0.03, 0.6), label="<colorbar>")
-    bar = page.figure.colorbar(
-        colour, cax=place, extend=extend, spacing="proportional", ticks=levels
-    )
+    bar_axes = page.figure.add_axes((0.85, 0.2, 0.03, 0.6), label="<colorbar>")
+    scale: dict[str, Any] = {"extend": extend, "spacing": "proportional", "ticks": levels}
+    bar = page.figure.colorbar(colour, cax=bar_axes, **scale)
     bar.set_label(f"{data.margin.label}\n←  slack             taut  →", linespacing=1.4)
-    place.axhline(0.0, color=INK, linewidth=1.2)
+    bar_axes.axhline(0.0, color=INK, linewidth=1.2)
     bar.outline.set_linewidth(0.5)
-    settle(page, grid, place, must_fit=height is not None)
+    settle(page, grid, bar_axes, must_fit=height is not None)
     return page
 
 
 def colour_scale(margins: Floats) -> tuple[float, list[float], str]:
-    """One scale for all panels, symmetric about zero and round: its limit, levels, and the ends that lie beyond it.
+    """Return one scale of colours for all panels, round and symmetric about zero.
 
-    The positive side is shown whole, a far longer negative side is cut off.
+    The positive side is shown whole. A far longer negative side is cut off.
+
+    Returns:
+        The scale's limit, its levels, and which of its ends values lie beyond: "neither", "min",
+        "max" or "both".
     """
     finite = margins[np.isfinite(margins)]
-    most, least = float(finite.max()), float(finite.min())
+    most = float(finite.max())
+    least = float(finite.min())
     usual = max(most, float(np.quantile(np.abs(finite), 0.9)))
     bound = max(most, -least)
-    bound = (usual if bound > 1.5 * usual else bound) or 1.0
+    if bound > 1.5 * usual:
+        bound = usual
+    bound = bound or 1.0
     levels = list(mpl.ticker.MaxNLocator(10, steps=[1, 2, 2.5, 5, 10]).tick_values(-bound, bound))
     extend = {
         (False, False): "neither",
@@ -113,107 +140,130 @@ def colour_scale(margins: Floats) -> tuple[float, list[float], str]:
 
 
 def _draw_panel(axes: Axes, data: MapData, panel: int, colour: Any, ticks: int) -> None:
-    """One panel, its cells whole, with at most so many ticks on x."""
-    x, y = data.x, data.y
+    """Draw one panel, its cells whole, with at most so many ticks on x."""
+    x = data.x
+    y = data.y
     margin = np.ma.masked_invalid(data.margins[panel])
     if margin.mask.any():
         axes.patch.set(**unknown_hatch())
-    axes.pcolormesh(
-        x.edges, y.edges, margin, cmap=colour.cmap, norm=colour.norm, rasterized=True, gid="margin"
-    )
-    for at, (limit, rooms) in enumerate(data.rooms.items()):
+    style: dict[str, Any] = {"cmap": colour.cmap, "norm": colour.norm, "rasterized": True}
+    axes.pcolormesh(x.edges, y.edges, margin, gid="margin", **style)
+    for place, (limit, rooms) in enumerate(data.rooms.items()):
         if limit == STIFFNESS:
             _hatch_negative(axes, x, y, rooms[panel])
-        _draw_limit(
-            axes, x, y, rooms[panel], gid=limit, linewidth=0.8, color=_LINES[at % len(_LINES)]
-        )
-    _draw_limit(
-        axes, x, y, data.margins[panel], gid="boundary", linewidth=_BOUNDARY_WIDTH, color=INK
-    )
+        line_colour = _limit_colour(place)
+        _draw_limit(axes, x, y, rooms[panel], gid=limit, width=_LIMIT_WIDTH, colour=line_colour)
+    margins = data.margins[panel]
+    _draw_limit(axes, x, y, margins, gid="boundary", width=_BOUNDARY_WIDTH, colour=INK)
     x.apply(axes, "x", ticks=ticks, cells=True)
     y.apply(axes, "y", cells=True)
 
 
-def _draw_limit(
-    axes: Axes, x: Scale, y: Scale, room: Floats, *, gid: str, linewidth: float, color: str
-) -> None:
-    """The line where `room`, what is left up to a limit, is zero; ticks on the side where the limit is not held.
+def _limit_colour(place: int) -> str:
+    """Return the colour of a limit by its place among the limits."""
+    return _LIMIT_COLOURS[place % len(_LIMIT_COLOURS)]
 
-    `room` has the shape (y, x), in the order of the scales. Over names there is a stroke per name instead.
+
+def _draw_limit(
+    axes: Axes, x: Scale, y: Scale, room: Floats, *, gid: str, width: float, colour: str
+) -> None:
+    """Draw the line where a limit is just held, with ticks on the side where it is not.
+
+    If an axis is of names, there is a stroke per name instead.
+
+    Args:
+        axes: The panel.
+        x: Scale of x.
+        y: Scale of y.
+        room: Distance to the limit (y, x), in the order of the scales.
+        gid: Name of the line in the file.
+        width: Width of the line, pt.
+        colour: Colour of the line.
     """
     effects = [_HALO, *_EFFECTS]
     if x.names or y.names:
-        for xy in _strokes(x, y, room):
-            axes.plot(
-                *xy,
-                path_effects=effects,
-                solid_capstyle="butt",
-                color=color,
-                linewidth=linewidth,
-                gid=gid,
-            )
+        style: dict[str, Any] = {"solid_capstyle": "butt", "color": colour, "linewidth": width}
+        for stroke_x, stroke_y in _strokes(x, y, room):
+            axes.plot(stroke_x, stroke_y, path_effects=effects, gid=gid, **style)
     elif min(room.shape) > 1 and _crosses_zero(room):
-        lines = axes.contour(
-            *_to_the_edges(x, y, room), levels=[0.0], colors=color, linewidths=linewidth
-        )
+        places = _extend_to_edges(x, y, room)
+        lines = axes.contour(*places, levels=[0.0], colors=colour, linewidths=width)
         lines.set(path_effects=effects, gid=gid)
 
 
 def _crosses_zero(room: Floats) -> bool:
-    """Whether some designs hold a limit and others do not."""
+    """Return True if some designs hold a limit and others do not."""
     return bool(np.nanmin(room, initial=np.inf) < 0.0 <= np.nanmax(room, initial=-np.inf))
 
 
-def zero_crossings(places: Floats, values: Floats) -> list[tuple[float, bool]]:
-    """Where values along an axis cross zero, linearly between two of them, and whether they rise there."""
-    low, high = values[:-1], values[1:]
-    at = np.flatnonzero(np.isfinite(low) & np.isfinite(high) & ((low < 0.0) != (high < 0.0)))
-    zeros = places[at] + low[at] / (low[at] - high[at]) * (places[at + 1] - places[at])
-    return list(zip(zeros.tolist(), (high[at] > low[at]).tolist(), strict=True))
+def _zero_crossings(places: Floats, values: Floats) -> list[tuple[float, bool]]:
+    """Return the places where values cross zero, and whether they rise there.
+
+    Between two places values are taken as linear.
+    """
+    low = values[:-1]
+    high = values[1:]
+    is_known = np.isfinite(low) & np.isfinite(high)
+    before = np.flatnonzero(is_known & ((low < 0.0) != (high < 0.0)))
+    step = places[before + 1] - places[before]
+    zeros = places[before] + low[before] / (low[before] - high[before]) * step
+    rises = high[before] > low[before]
+    return list(zip(zeros.tolist(), rises.tolist(), strict=True))
 
 
 def _hatch_negative(axes: Axes, x: Scale, y: Scale, room: Floats) -> None:
-    """Hatch where `room` is negative: over names cell by cell, else up to the line where it is zero."""
-    if not (room < 0.0).any():
-        return  # NaN is not: there is no equilibrium
-    if x.names or y.names or min(room.shape) == 1:
-        cells = np.ma.masked_where(~(room < 0.0), room)
-        axes.pcolor(x.edges, y.edges, cells, facecolor="none", gid="unstable", **_UNSTABLE)
+    """Hatch where `room` is negative, up to the line where it is zero.
+
+    If an axis is of names, or has one value, whole cells are hatched. NaN, which stands for no
+    equilibrium, is not hatched.
+    """
+    is_negative = room < 0.0
+    if not is_negative.any():
         return
-    hatch, *edge = _UNSTABLE.values()
-    area = axes.contourf(
-        *_to_the_edges(x, y, room), levels=[-np.inf, 0.0], colors="none", hatches=[hatch]
-    )
-    area.set(edgecolor=edge[0], linewidth=edge[1], gid="unstable")
+    if x.names or y.names or min(room.shape) == 1:
+        cells = np.ma.masked_where(~is_negative, room)
+        style: dict[str, Any] = {"facecolor": "none", "hatch": _HATCH, **_HATCH_EDGE}
+        axes.pcolor(x.edges, y.edges, cells, gid="unstable", **style)
+        return
+    places = _extend_to_edges(x, y, room)
+    area = axes.contourf(*places, levels=[-np.inf, 0.0], colors="none", hatches=[_HATCH])
+    area.set(gid="unstable", **_HATCH_EDGE)
 
 
 def _strokes(x: Scale, y: Scale, room: Floats) -> list[tuple[Sequence[float], Sequence[float]]]:
-    """Where one axis is of names: per name, a stroke where `room` changes its sign."""
-    along_x = not x.names
-    places, table = (x.places, room) if along_x else (y.places, room.T)
+    """Return x and y of a stroke across each name where `room` changes its sign.
+
+    One of the axes is of names. A stroke is drawn so that the higher side is on its left, as that
+    of a contour is.
+    """
     strokes: list[tuple[Sequence[float], Sequence[float]]] = []
-    for at, line in enumerate(table):
-        for zero, rises in zero_crossings(places, line):
-            across = (at - 0.5, at + 0.5)
-            # Drawn so that the higher side is on the left, as contours are.
-            up = across if rises != along_x else across[::-1]
-            strokes.append(([zero, zero], up) if along_x else (up, [zero, zero]))
+    if x.names:
+        for place, line in enumerate(room.T):
+            for zero, rises in _zero_crossings(y.places, line):
+                across = (place - 0.5, place + 0.5)
+                strokes.append((across if rises else across[::-1], [zero, zero]))
+    else:
+        for place, line in enumerate(room):
+            for zero, rises in _zero_crossings(x.places, line):
+                across = (place - 0.5, place + 0.5)
+                strokes.append(([zero, zero], across[::-1] if rises else across))
     return strokes
 
 
-def _to_the_edges(x: Scale, y: Scale, values: Floats) -> tuple[Floats, Floats, Any]:
-    """Places and values with those at the outer edges of the cells, half a cell on in a straight line."""
-    places = [np.concatenate((each.edges[:1], each.places, each.edges[-1:])) for each in (x, y)]
+def _extend_to_edges(x: Scale, y: Scale, values: Floats) -> tuple[Floats, Floats, Any]:
+    """Return places and values, extended in a straight line to the outer edges of the cells."""
+    x_places = np.concatenate((x.edges[:1], x.places, x.edges[-1:]))
+    y_places = np.concatenate((y.edges[:1], y.places, y.edges[-1:]))
     for axis in (0, 1):
         first, second, last, before = (np.take(values, [at], axis) for at in (0, 1, -1, -2))
-        values = np.concatenate(
-            (1.5 * first - 0.5 * second, values, 1.5 * last - 0.5 * before), axis
-        )
-    return places[0], places[1], np.ma.masked_invalid(values)
+        start = 1.5 * first - 0.5 * second
+        end = 1.5 * last - 0.5 * before
+        values = np.concatenate((start, values, end), axis)
+    return x_places, y_places, np.ma.masked_invalid(values)
 
 
 def _remarks(margins: Floats) -> list[str]:
-    """What the reader might look for in vain."""
+    """Return a sentence if the line between slack and taut is missing because there is none."""
     known = margins[np.isfinite(margins)]
     if not len(known) or known.min() < 0.0 <= known.max():
         return []
@@ -221,21 +271,23 @@ def _remarks(margins: Floats) -> list[str]:
 
 
 def _key(data: MapData, seen: slice) -> list[Any]:
+    """Return the key to the lines and hatches in the panels seen."""
     key: list[Any] = []
-
-    def line(label: str, width: float, colour: str) -> None:
-        key.append(
-            Line2D([], [], color=colour, linewidth=width, path_effects=_EFFECTS, label=label)
-        )
-
     if any(map(_crosses_zero, data.margins[seen])):
-        line("margin = 0, ticks on the slack side", _BOUNDARY_WIDTH, INK)
-    for at, (limit, label) in enumerate(data.limits.items()):
+        label = "margin = 0, ticks on the slack side"
+        key.append(_key_line(label, _BOUNDARY_WIDTH, INK))
+    for place, (limit, label) in enumerate(data.limits.items()):
         rooms = data.rooms[limit][seen]
         if limit == STIFFNESS and (rooms < 0.0).any():
-            key.append(Patch(facecolor="none", label=label, **_UNSTABLE))
+            key.append(Patch(facecolor="none", label=label, hatch=_HATCH, **_HATCH_EDGE))
         elif any(map(_crosses_zero, rooms)):
-            line(label, 0.8, _LINES[at % len(_LINES)])
+            key.append(_key_line(label, _LIMIT_WIDTH, _limit_colour(place)))
     if not np.isfinite(data.margins[seen]).all():
         key.append(hatch_key("no equilibrium at some elbow angle"))
     return key
+
+
+def _key_line(label: str, width: float, colour: str) -> Line2D:
+    """Return the line of a limit for the key; `width` is in pt."""
+    style: dict[str, Any] = {"color": colour, "linewidth": width, "path_effects": _EFFECTS}
+    return Line2D([], [], label=label, **style)

@@ -1,4 +1,4 @@
-"""Where the values of an axis stand on a figure, and what a figure says of them below its panels."""
+"""Scales of a figure's axes, and the caption below its panels."""
 
 from __future__ import annotations
 
@@ -20,10 +20,12 @@ from tendon_cli.space.axis import SIDES, Axis
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.values import Values as Number
 
 _FEW = 6
-"""Up to so many values each one has its tick."""
+"""Fewer values than this have a tick each."""
 _MOST_NAMES = 12
+_LONGEST_NAME = 40
 
 
 @dataclass(frozen=True)
@@ -39,38 +41,55 @@ class Scale:
 
     @cached_property
     def edges(self) -> npt.NDArray[np.float64]:
-        """Borders of the cells around the places."""
-        at = np.log(self.places) if self.is_log else self.places
-        middles = (at[:-1] + at[1:]) / 2.0
-        step = at[1] - at[0] if len(at) > 1 else max(abs(at[0]), 1.0) * 0.1
-        last = at[-1] - at[-2] if len(at) > 1 else step
-        edges = np.concatenate(([at[0] - step / 2.0], middles, [at[-1] + last / 2.0]))
+        """Borders of the cells around the places (places + 1)."""
+        places = np.log(self.places) if self.is_log else self.places
+        if len(places) > 1:
+            first_step = places[1] - places[0]
+            last_step = places[-1] - places[-2]
+        else:
+            first_step = max(abs(places[0]), 1.0) * 0.1
+            last_step = first_step
+        middles = (places[:-1] + places[1:]) / 2.0
+        first = places[0] - first_step / 2.0
+        last = places[-1] + last_step / 2.0
+        edges = np.concatenate(([first], middles, [last]))
         return np.exp(edges) if self.is_log else edges
 
     def limits(self, *, cells: bool = False) -> tuple[float, float]:
-        """From the first value to the last; names, a single value and what is drawn in cells with their whole cells."""
-        ends = self.edges if cells or self.names or len(self.places) == 1 else self.places
+        """Return the limits of the axis, from the first value to the last.
+
+        With `cells`, and for names or a single value, the first and the last cell are whole.
+        """
+        has_cells = cells or bool(self.names) or len(self.places) == 1
+        ends = self.edges if has_cells else self.places
         return float(ends[0]), float(ends[-1])
 
     def apply(
         self, axes: Axes, which: Literal["x", "y"], *, ticks: int = 6, cells: bool = False
     ) -> None:
-        """Set scale, limits and at most so many ticks of the x or y axis of a panel."""
-        axis = axes.xaxis if which == "x" else axes.yaxis
-        set_scale, set_limits = (
-            (axes.set_xscale, axes.set_xlim) if which == "x" else (axes.set_yscale, axes.set_ylim)
-        )
+        """Set scale, limits and ticks of an axis of a panel.
+
+        Args:
+            axes: The panel.
+            which: The axis.
+            ticks: Largest number of ticks.
+            cells: True if the panel is drawn in cells, which are to be whole.
+        """
+        set_scale = axes.set_xscale if which == "x" else axes.set_yscale
+        set_limits = axes.set_xlim if which == "x" else axes.set_ylim
         if self.is_log:
             set_scale("log")
-        self._set_ticks(axis, which, ticks)
+        self._set_ticks(axes.xaxis if which == "x" else axes.yaxis, which, ticks)
         low, high = self.limits(cells=cells)
-        if low < high:  # of a table of ours, always
+        if low < high:  # in a table that tendon wrote, always
             set_limits(low, high)
 
     def _set_ticks(self, axis: Any, which: str, ticks: int) -> None:
+        """Set at most so many ticks, and their labels."""
         if self.names:
             every = math.ceil(len(self.names) / _MOST_NAMES)
-            texts = [plain(name, width=16 if which == "y" else 13, lines=2) for name in self.names]
+            width = 16 if which == "y" else 13
+            texts = [plain(name, width=width, lines=2) for name in self.names]
             axis.set_ticks(self.places[::every], texts[::every])
             return
         axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: number(value)))
@@ -79,9 +98,8 @@ class Scale:
             axis.set_minor_locator(ticker.NullLocator())
         elif self.is_log:
             decades = math.log10(self.places[-1] / self.places[0])
-            axis.set_major_locator(
-                ticker.LogLocator(subs=(1.0, 2.0, 5.0) if decades < 3.5 else (1.0,), numticks=12)
-            )
+            steps = (1.0, 2.0, 5.0) if decades < 3.5 else (1.0,)
+            axis.set_major_locator(ticker.LogLocator(subs=steps, numticks=12))
             axis.set_minor_formatter(ticker.NullFormatter())
         else:
             axis.set_major_locator(ticker.MaxNLocator(ticks, steps=_steps(self.label)))
@@ -91,82 +109,122 @@ class Scale:
 def axis_scale(
     cube: Cube, axis: Axis, at: Ints | slice, units: Mapping[str, str], *, is_log: bool = True
 ) -> Scale:
-    """The scale of the values at some positions of an axis; logarithmic, unless forbidden, if the axis is."""
+    """Return the scale of some values of an axis.
+
+    Args:
+        cube: The table.
+        axis: The axis.
+        at: Positions of the values.
+        units: Units to show, by dimension.
+        is_log: False if the scale must be linear; otherwise it is logarithmic if the axis is.
+    """
     values = axis.values[at]
     if axis.is_text:
-        return _of_names("case", list(map(str, values)), np.arange(len(values)))
-    shown, order = cube.shown(axis.column, units), np.argsort(values, kind="stable")
+        return _scale_of_names("case", list(map(str, values)), np.arange(len(values)))
+    shown = cube.shown(axis.column, units)
+    order = np.argsort(values, kind="stable")
     if not np.isfinite(values).all():  # a rigid spring is off every scale
-        return _of_names(shown.titled, [shown.text(float(value)) for value in values[order]], order)
-    is_log = is_log and axis.is_log and bool(np.all(values > 0.0))
-    return Scale(shown.label, shown.scaled(values)[order], order, is_log)
+        names = [shown.text(float(value)) for value in values[order]]
+        return _scale_of_names(shown.titled, names, order)
+    can_be_log = is_log and axis.is_log and bool(np.all(values > 0.0))
+    return Scale(shown.label, shown.scaled(values)[order], order, can_be_log)
 
 
-def _of_names(label: str, names: Sequence[str], order: npt.NDArray[np.intp]) -> Scale:
+def _scale_of_names(label: str, names: Sequence[str], order: npt.NDArray[np.intp]) -> Scale:
+    """Return a scale on which names stand at 0, 1, 2, ..."""
     return Scale(label, np.arange(len(names), dtype=np.float64), order, names=tuple(names))
 
 
 def plain_numbers() -> Any:
-    """Tick labels with the same number of decimals, without an offset."""
+    """Return a formatter of ticks with the same number of decimals, without an offset."""
     formatter = ticker.ScalarFormatter(useOffset=False)
     formatter.set_powerlimits((-4, 7))
     return formatter
 
 
 def _steps(label: str) -> list[float]:
-    """Round steps; those of degrees divide a right angle."""
-    return [1, 1.5, 3, 4.5, 6, 9, 10] if "(deg)" in label or "(°)" in label else [1, 2, 2.5, 5, 10]
-
-
-_LONGEST_NAME = 40
+    """Return round steps for ticks; those of degrees divide a right angle."""
+    if "(deg)" in label or "(°)" in label:
+        return [1, 1.5, 3, 4.5, 6, 9, 10]
+    return [1, 2, 2.5, 5, 10]
 
 
 def caption(
     cube: Cube, spec: FigureSpec, read: Mapping[str, Values], *, varied: Collection[str]
 ) -> tuple[list[str], list[str]]:
-    """The lines of a caption, and the values in them; `read` has the defining columns of the rows drawn."""
+    """Return the caption of a figure.
+
+    Args:
+        cube: The table.
+        spec: The figure as the user asks for it.
+        read: Defining columns of the rows drawn.
+        varied: Columns that vary in the figure.
+
+    Returns:
+        The lines of the caption, and the fixed values in them.
+    """
     fixed = []
     for axis in cube.axes:
         if axis.is_text and axis.column in read and axis.column not in varied and axis.length > 1:
             names = np.unique(read[axis.column])
-            fixed += [plain(str(names[0]))] if len(names) == 1 else []
+            if len(names) == 1:
+                fixed.append(plain(str(names[0])))
     known = [name for name in cube.defining if name in read]
-    for name in (name for name in known if name not in varied):
+    for name in known:
+        if name in varied:
+            continue
         values = np.unique(read[name])
         if len(values) == 1 and np.isfinite(values[0]):
             fixed.append(cube.shown(name, spec.units).equation(float(values[0])))
     fixed += off_default(cube.asked, {*known, *varied}, spec.units)
-    lines = [f"Only where {plain(' and '.join(spec.where))}."] if spec.where else []
-    return [*lines, *([f"At {', '.join(fixed)}."] if fixed else [])], fixed
+    lines = []
+    if spec.where:
+        lines.append(f"Only where {plain(' and '.join(spec.where))}.")
+    if fixed:
+        lines.append(f"At {', '.join(fixed)}.")
+    return lines, fixed
 
 
 def off_default(study: Study, named: Collection[str], units: Mapping[str, str]) -> list[str]:
-    """What a study has otherwise than its defaults, but for columns that are named anyway: "K_A = 10 kN/m"."""
-    document, usual, texts = study.document(), dict(_values_of(_defaults())), []
-    for key, value in _values_of(document):
-        known, values = keys().get(key), study.numbers.get(key)
-        if usual.get(key) == value or (known is not None and known.column in named):
+    """Return the values of a study that are not the default, such as "K_A = 10 kN/m".
+
+    Args:
+        study: The study.
+        named: Columns that a figure names anyway, which are left out.
+        units: Units to show, by dimension.
+    """
+    document = study.document()
+    defaults = dict(_values_of(_defaults()))
+    texts = []
+    for path, value in _values_of(document):
+        key = keys().get(path)
+        if defaults.get(path) == value or (key is not None and key.column in named):
             continue
-        if known is None:
-            texts.append(
-                plain(f"{key} = {value}" if isinstance(value, str) else f"{key} as in the study")
-            )
-            continue
-        shown = Shown.of(known.column, as_read(known.number.quantity, document), units)
-        if values is None:
-            texts.append(f"{shown.symbol} over the angle")
-        elif values.uncertain is not None:
-            uniform = " (uniform)" if values.uncertain.kind == "uniform" else ""
-            texts.append(
-                f"{shown.equation(values.uncertain.middle)} ± {shown.text(values.uncertain.spread)}{uniform}"
-            )
+        if key is None:
+            text = f"{path} = {value}" if isinstance(value, str) else f"{path} as in the study"
+            texts.append(plain(text))
         else:
-            text, last = shown.equation(float(values.array[0])), shown.text(float(values.array[-1]))
-            of_load = " load" if text.endswith(" load") else ""
-            texts.append(
-                f"{text.removesuffix(of_load)} to {last}{of_load}" if len(values) > 1 else text
-            )
+            shown = Shown.of(key.column, as_read(key.number.quantity, document), units)
+            texts.append(_number_text(shown, study.numbers.get(path)))
     return texts
+
+
+def _number_text(shown: Shown, values: Number | None) -> str:
+    """Write a number of a study with its symbol; None stands for a curve over the angle."""
+    if values is None:
+        return f"{shown.symbol} over the angle"
+    if values.uncertain is not None:
+        middle = shown.equation(values.uncertain.middle)
+        spread = shown.text(values.uncertain.spread)
+        uniform = " (uniform)" if values.uncertain.kind == "uniform" else ""
+        return f"{middle} ± {spread}{uniform}"
+    first = shown.equation(float(values.array[0]))
+    if len(values) == 1:
+        return first
+    last = shown.text(float(values.array[-1]))
+    if first.endswith(" load"):
+        return f"{first.removesuffix(' load')} to {last} load"
+    return f"{first} to {last}"
 
 
 _OF_THE_SUIT = (
@@ -181,13 +239,15 @@ _OF_THE_SUIT = (
     "setting",
     "model",
 )
+"""Tables of a study that describe the suit and its load."""
 
 
 def _values_of(study: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Everything that a resolved study says of the suit and its load, by key."""
+    """Yield every value of a resolved study that describes the suit and its load, by key."""
+    tables = SIDES if prefix else _OF_THE_SUIT
     for name, value in study.items():
         key = f"{prefix}{name}"
-        if name in (SIDES if prefix else _OF_THE_SUIT):
+        if name in tables:
             yield from _values_of(value, f"{key}.")
         elif prefix and key != "joint.name":
             yield key, value
@@ -195,11 +255,12 @@ def _values_of(study: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str
 
 @cache
 def _defaults() -> dict[str, Any]:
+    """Return the resolved study in which everything is the default."""
     return study_from({}).document()
 
 
 def value_texts(cube: Cube, axis: Axis, at: Ints, units: Mapping[str, str]) -> list[str]:
-    """The values at some positions of an axis, as a title or a key names them."""
+    """Return the values at some positions of an axis, as a title or a key names them."""
     values = axis.values[at]
     if axis.is_text:
         # A legend leaves out what starts with an underscore.

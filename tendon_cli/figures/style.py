@@ -1,4 +1,7 @@
-"""How all figures look, and how they are written: the same input gives the same bytes, whatever surrounds it."""
+"""The style of all figures, and how they are written.
+
+The same input gives the same bytes, whatever the surroundings.
+"""
 
 from __future__ import annotations
 
@@ -20,8 +23,11 @@ from tendon_cli.figures.backend import Figure, FigureCanvasAgg, LinearSegmentedC
 from tendon_cli.studies.figures import WIDTHS
 
 MM = 1.0 / 25.4
-COLUMN_WIDTH, PAGE_WIDTH = WIDTHS["column"], WIDTHS["page"]
+"""Inches in a millimetre."""
+COLUMN_WIDTH = WIDTHS["column"]
+PAGE_WIDTH = WIDTHS["page"]
 PAGE_HEIGHT = 230.0
+"""Largest height of the panels of a page, mm."""
 
 Colour = tuple[float, float, float, float] | str
 
@@ -69,7 +75,10 @@ FORMATS: dict[str, dict[str, str | None]] = {
         "Producer": None,
     },
 }
-"""How each format calls what a figure says of itself; what is left out would differ from one day to the next."""
+"""Names in each format for the text about a figure.
+
+None leaves out an entry that would differ from one day to the next.
+"""
 _DPI = 250
 
 _STYLE: dict[str, Any] = {
@@ -116,24 +125,26 @@ _STYLE |= {f"{axis}tick.{name}": size for axis in "xy" for name, size in _TICKS.
 
 @contextlib.contextmanager
 def house_style() -> Iterator[None]:
-    """Matplotlib as it ships, with the style of this project on top; whatever was set before comes back after."""
+    """Set matplotlib as it ships, with the style of this project on top.
+
+    The settings from before come back afterwards.
+    """
     with warnings.catch_warnings(), mpl.rc_context():
-        # A title may hold signs that the font does not: they are drawn as boxes, which needs no further words.
+        # A title may hold signs that the font does not have. They are drawn as boxes, which needs
+        # no further words.
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
         settings: Any = mpl.rcParams
-        dict.update(
-            settings, _settings()
-        )  # what is in it was checked once, which takes longer than setting it
+        # These settings were checked once. Checking takes longer than setting them.
+        dict.update(settings, _settings())
         yield
 
 
 @cache
 def _settings() -> dict[str, Any]:
-    """All settings of this style, as matplotlib reads them; called within `rc_context`."""
+    """Return all settings of this style, as matplotlib reads them; called within `rc_context`."""
     settings: Any = mpl.rcParams
-    shipped = dict(
-        mpl.rcParamsDefault
-    )  # not by rcdefaults(), which reads all styles that matplotlib ships
+    # Not by rcdefaults(), which reads all styles that matplotlib ships.
+    shipped = dict(mpl.rcParamsDefault)
     dict.update(settings, {name: value for name, value in shipped.items() if name != "backend"})
     settings.update(_STYLE)
     kept = dict(settings.copy())
@@ -142,14 +153,21 @@ def _settings() -> dict[str, Any]:
 
 
 def render(figure: Figure, kind: str, about: Mapping[str, str] | None = None) -> bytes:
-    """The bytes of a figure as PNG, SVG or PDF, with what it says of itself (`title`, `says`, `study`) inside."""
+    """Return the bytes of a figure.
+
+    Args:
+        figure: The figure.
+        kind: One of FORMATS.
+        about: Text for the file's metadata: `title`, `says` and `study`.
+    """
     buffer = io.BytesIO()
     facts = about or {}
-    metadata = {
-        name or key: facts.get(key)
-        for key, name in FORMATS[kind].items()
-        if name is None or facts.get(key)
-    }
+    metadata: dict[str, str | None] = {}
+    for key, name in FORMATS[kind].items():
+        if name is None:
+            metadata[key] = None
+        elif facts.get(key):
+            metadata[name] = facts[key]
     with house_style():
         warnings.filterwarnings("ignore", message="constrained_layout not applied")
         canvas: Any = FigureCanvasAgg(figure)
@@ -161,10 +179,11 @@ def render(figure: Figure, kind: str, about: Mapping[str, str] | None = None) ->
 
 
 def _write_png(canvas: Any, metadata: Mapping[str, str | None], buffer: io.BytesIO) -> None:
-    """Draw once: matplotlib by itself draws twice, the first time to see where things are.
+    """Draw a figure once, and write it as PNG.
 
-    The rows are compressed as they stand: looking for the best of the format's filters for each takes three times as
-    long, and for a drawing's plain areas there is none.
+    Matplotlib by itself draws twice, the first time to see where things are. The rows are
+    compressed without a filter: to look for the best of the format's filters for each takes three
+    times as long, and for a drawing's plain areas there is none.
     """
     from PIL import PngImagePlugin
 
@@ -177,59 +196,69 @@ def _write_png(canvas: Any, metadata: Mapping[str, str | None], buffer: io.Bytes
     height, width, _ = pixels.shape
     rows = np.zeros((height, 1 + 3 * width), np.uint8)  # each begins with its filter: none
     rows[:, 1:].reshape(height, width, 3)[...] = pixels[:, :, :3]
-    header = struct.pack(
-        ">IIBBBBB", width, height, 8, 2, 0, 0, 0
-    )  # eight bits of red, green and blue
-    size = struct.pack(">IIB", *2 * [round(_DPI / 0.0254)], 1)
-    texts = ((kind, data) for kind, data, _ in info.chunks)
+    # Eight bits of red, green and blue.
+    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    per_metre = round(_DPI / 0.0254)
     buffer.write(b"\x89PNG\r\n\x1a\n")
-    for chunk in (
-        (b"IHDR", header),
-        (b"pHYs", size),
-        *texts,
-        (b"IDAT", zlib.compress(rows.data, 3)),
-        (b"IEND",),
-    ):
-        PngImagePlugin.putchunk(buffer, *chunk)
+    PngImagePlugin.putchunk(buffer, b"IHDR", header)
+    PngImagePlugin.putchunk(buffer, b"pHYs", struct.pack(">IIB", per_metre, per_metre, 1))
+    for kind, data, _ in info.chunks:
+        PngImagePlugin.putchunk(buffer, kind, data)
+    PngImagePlugin.putchunk(buffer, b"IDAT", zlib.compress(rows.data, 3))
+    PngImagePlugin.putchunk(buffer, b"IEND")
 
 
 def format_of(path: Path, where: str) -> str:
-    """The format that a file's ending means; raises UsageError for none of a figure."""
-    if path.suffix[1:].lower() not in FORMATS:
+    """Return the format that a file's ending stands for.
+
+    Args:
+        path: The file.
+        where: Option that a message names.
+
+    Raises:
+        UsageError: The ending is not that of a figure.
+    """
+    kind = path.suffix[1:].lower()
+    if kind not in FORMATS:
         raise UsageError(
             f'"{path.name}" has no ending of a figure', where=where, hint=".png, .svg or .pdf"
         )
-    return path.suffix[1:].lower()
+    return kind
 
 
 def unknown_hatch() -> dict[str, Any]:
-    """How an area looks in which there is no value."""
+    """Return the style of an area in which there is no value."""
     return {"facecolor": "#efefef", "hatch": "////", "edgecolor": FAINT, "linewidth": 0.0}
 
 
 def hatch_key(label: str) -> Patch:
-    """The sign of what has no value, for the key."""
+    """Return the sign of an area without a value, for the key."""
     return Patch(**unknown_hatch(), label=label)
 
 
 def sequence(count: int) -> list[Colour]:
-    """Colours for values with an order, from light to dark so that they are distinguished in grey print too."""
-    return (
-        [SEQUENTIAL(float(at)) for at in np.linspace(0.0, 1.0, count)]
-        if count > 1
-        else [SEQUENTIAL(1.0)]
-    )
+    """Return colours for values with an order.
+
+    They run from light to dark, so that they are distinguished in grey print too.
+    """
+    if count <= 1:
+        return [SEQUENTIAL(1.0)]
+    return [SEQUENTIAL(float(place)) for place in np.linspace(0.0, 1.0, count)]
 
 
 def load_colours(masses: npt.ArrayLike) -> list[Colour]:
-    """Colours of loads in kg, each the same in every figure; where some lie too close, those of `sequence`."""
-    at = 1.0 - np.exp(-np.asarray(masses, dtype=np.float64) / 6.0)
-    is_told_apart = len(at) < 2 or float(np.diff(np.sort(at)).min()) > 0.1
-    return [SEQUENTIAL(float(each)) for each in at] if is_told_apart else sequence(len(at))
+    """Return colours of loads in kg, each the same in every figure.
+
+    If loads lie too close to each other, the colours are those of `sequence`.
+    """
+    places = 1.0 - np.exp(-np.asarray(masses, dtype=np.float64) / 6.0)
+    if len(places) > 1 and float(np.diff(np.sort(places)).min()) <= 0.1:
+        return sequence(len(places))
+    return [SEQUENTIAL(float(place)) for place in places]
 
 
 def wrapped(text: str, width: int) -> str:
-    """A title of ours, which may hold formulas, broken at its commas to about `width` signs."""
+    """Break a title at its commas to about `width` signs; it may hold formulas."""
     lines: list[str] = []
     for piece in text.split(", "):
         if lines and len(lines[-1]) + len(piece) + 2 <= width:
@@ -240,11 +269,14 @@ def wrapped(text: str, width: int) -> str:
 
 
 def broken(label: str, width: int) -> str:
-    """The label of an axis on two lines where it is longer than about `width` signs: name, then symbol and unit."""
+    """Break the label of an axis into two lines if it is longer than about `width` signs.
+
+    The name is on the first line, symbol and unit on the second.
+    """
     words = label.split(" ")
     if len(label.replace("$", "")) <= width or len(words) < 3:
         return label
-    middle = min(
-        range(1, len(words)), key=lambda at: abs(len(" ".join(words[:at])) - len(label) / 2)
-    )
-    return f"{' '.join(words[:middle])}\n{' '.join(words[middle:])}"
+    half = len(label) / 2
+    lines = ((" ".join(words[:count]), " ".join(words[count:])) for count in range(1, len(words)))
+    first, second = min(lines, key=lambda pair: abs(len(pair[0]) - half))
+    return f"{first}\n{second}"

@@ -1,4 +1,7 @@
-"""The window of the choice named first over the angle: what each limit asks for, what binds where, and the samples."""
+"""The window of the choice named first over the angle.
+
+The figure shows what each limit asks for, which limit binds where, and the angles of the study.
+"""
 
 from __future__ import annotations
 
@@ -16,111 +19,108 @@ from tendon_cli.figures.frame import Page
 from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO
 
-_WINDOW, _THERE = "#8fbfe0", "#e3eef6"
+_WINDOW = "#8fbfe0"
+_AT_ANGLE = "#e3eef6"
 _BOUND: dict[str, Any] = {"linewidth": 2.2, "zorder": 3}
+_END_SIGN: dict[str, Any] = {
+    "marker": MARKERS[3],
+    "color": "white",
+    "markeredgecolor": INK,
+    "markersize": 6,
+}
 
 
 def draw_between(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> Page | None:
-    """What the limits ask of the pretension at each angle; None for an answer that has no such curves."""
-    drawn, bounds = over_angle(record), cube.limits
+    """Draw the bounds that limits set on the pretension at each angle.
+
+    Args:
+        cube: Choices of the answer.
+        record: Record of the answer.
+        chosen: The choice that the answer names first.
+
+    Returns:
+        The page; None if the answer has no such curves.
+    """
+    drawn = over_angle(record)
     if drawn is None:
         return None
-    (lower, upper), (floor, roof), top = drawn.ends, drawn.tightest, drawn.top
-    looks: dict[str, dict[str, Any]] = {
-        name: {
-            "color": OKABE_ITO[at % len(OKABE_ITO)],
-            "label": say.limit_words(name, bounds).label,
-        }
-        for at, name in enumerate(dict.fromkeys((*lower, *upper)))
-    }
-    title = ", ".join(filter(None, ("the window over the angle", choice_text(cube, chosen))))
-    key = [*(Line2D([], [], **look) for look in looks.values()), *_key(*drawn.works)]
+    floor, roof = drawn.tightest
+    top = drawn.top
+    colours = _limit_colours(*drawn.ends)
+    key: list[Any] = [
+        Line2D([], [], color=colour, label=say.limit_words(name, cube.limits).label)
+        for name, colour in colours.items()
+    ]
+    key += _key(*drawn.works)
+    text = choice_text(cube, chosen)
+    title = f"the window over the angle, {text}" if text else "the window over the angle"
     page = answer_page(cube, record, title, 92.0, key, [*drawn.texts])
     panel = page.figure.subplots()
-    panel.fill_between(
-        drawn.angle,
-        floor,
-        np.minimum(roof, top),
-        where=(floor <= roof).tolist(),
-        color=_THERE,
-        linewidth=0.0,
-        zorder=0.5,
-    )
+    has_window = (floor <= roof).tolist()
+    area: dict[str, Any] = {"color": _AT_ANGLE, "linewidth": 0.0, "zorder": 0.5}
+    panel.fill_between(drawn.angle, floor, np.minimum(roof, top), where=has_window, **area)
     low, high = drawn.window
     panel.axhspan(low, min(high, top), color=_WINDOW, linewidth=0.0, zorder=0.9)
-    panel.set(
-        xlim=(drawn.angle[0], drawn.angle[-1]),
-        ylim=(0.0, top),
-        xlabel="elbow angle θ (deg)",
-        ylabel=f"{pretension_name(cube.study)} (N)",
-    )
-    for place, of_end, tight, on_line, end in zip(
+    panel.set_xlim(drawn.angle[0], drawn.angle[-1])
+    panel.set_ylim(0.0, top)
+    panel.set_xlabel("elbow angle θ (deg)")
+    panel.set_ylabel(f"{pretension_name(cube.study)} (N)")
+    for end, bounds, tightest, samples, value in zip(
         ("from", "to"), drawn.ends, drawn.tightest, drawn.at_samples, drawn.window, strict=True
     ):
-        for name, values in of_end.items():
-            colour, shown = looks[name]["color"], drawn.shown(values)
-            panel.plot(drawn.angle, shown, linewidth=0.9, color=colour, gid=f"{place} {name}")
-            panel.plot(
-                drawn.angle,
-                np.where(values == tight, shown, np.nan),
-                color=colour,
-                gid="binds",
-                **_BOUND,
-            )
-        panel.plot(drawn.samples, on_line, "o", color=INK, markersize=2.4, zorder=4, gid="samples")
-        if np.isfinite(end):
-            _mark_end(panel, chosen, place, end)
-    panel.axhline(chosen["pretension"], color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)))
-    panel.plot(
-        [drawn.angle[0]],
-        [chosen["pretension"]],
-        marker="*",
-        color=INK,
-        markersize=9,
-        clip_on=False,
-        zorder=5,
-    )
-    for axis in (panel.xaxis, panel.yaxis):
-        axis.set_major_formatter(plain_numbers())
+        for name, values in bounds.items():
+            colour = colours[name]
+            shown = drawn.shown(values)
+            binding = np.where(values == tightest, shown, np.nan)
+            panel.plot(drawn.angle, shown, linewidth=0.9, color=colour, gid=f"{end} {name}")
+            panel.plot(drawn.angle, binding, color=colour, gid="binds", **_BOUND)
+        panel.plot(drawn.samples, samples, "o", color=INK, markersize=2.4, zorder=4, gid="samples")
+        if np.isfinite(value):
+            _mark_end(panel, chosen, end, value)
+    pretension = chosen["pretension"]
+    panel.axhline(pretension, color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)))
+    star: dict[str, Any] = {"marker": "*", "color": INK, "markersize": 9, "clip_on": False}
+    panel.plot([drawn.angle[0]], [pretension], zorder=5, **star)
+    panel.xaxis.set_major_formatter(plain_numbers())
+    panel.yaxis.set_major_formatter(plain_numbers())
     return page
 
 
-def _key(everywhere: str, there: str) -> list[Any]:
-    """The signs that do not depend on the limits."""
+def _limit_colours(*ends: Mapping[str, Any]) -> dict[str, str]:
+    """Select a colour for each limit of both ends of the window."""
+    names = dict.fromkeys(name for bounds in ends for name in bounds)
+    return {name: OKABE_ITO[place % len(OKABE_ITO)] for place, name in enumerate(names)}
+
+
+def _key(window: str, at_angle: str) -> list[Any]:
+    """Return the part of the key that does not depend on the limits.
+
+    Args:
+        window: For whom the window works.
+        at_angle: For whom the shaded pretensions work at an angle.
+    """
+    thick = _BOUND["linewidth"]
+    dot: dict[str, Any] = {"marker": "o", "markersize": 3.0, "linestyle": ""}
     return [
-        Line2D(
-            [], [], color=INK, linewidth=_BOUND["linewidth"], label="thick: binds at that angle"
-        ),
-        Line2D(
-            [], [], color=INK, marker="o", markersize=3.0, linestyle="", label="angle of the study"
-        ),
-        Patch(facecolor=_WINDOW, label=f"window: {everywhere}"),
-        Patch(facecolor=_THERE, label=there),
+        Line2D([], [], color=INK, linewidth=thick, label="thick: binds at that angle"),
+        Line2D([], [], color=INK, label="angle of the study", **dot),
+        Patch(facecolor=_WINDOW, label=f"window: {window}"),
+        Patch(facecolor=_AT_ANGLE, label=at_angle),
     ]
 
 
 def _mark_end(panel: Axes, chosen: Mapping[str, Any], end: str, value: float) -> None:
-    """An end of the window where it binds, with its number."""
-    at = float(np.degrees(chosen[f"{end}_elbow_angle"]))
-    sign: dict[str, Any] = {
-        "marker": MARKERS[3],
-        "color": "white",
-        "markeredgecolor": INK,
-        "markersize": 6,
-    }
-    panel.plot([at], [value], clip_on=False, zorder=6, **sign)
+    """Mark an end of the window ("from" or "to") where it binds, and write its value in N."""
+    angle = float(np.degrees(chosen[f"{end}_elbow_angle"]))
+    panel.plot([angle], [value], clip_on=False, zorder=6, **_END_SIGN)
     left, right = panel.get_xlim()
-    align, shift = ("right", -8) if at > (left + right) / 2.0 else ("left", 8)
-    text, place = (
-        f"{say.number(value)} N at {say.number(at, 3)}°",
-        (shift, -9 if end == "from" else 9),
-    )
+    is_right = angle > (left + right) / 2.0
     panel.annotate(
-        text,
-        (at, value),
-        xytext=place,
+        f"{say.number(value)} N at {say.number(angle, 3)}°",
+        (angle, value),
+        xytext=(-8 if is_right else 8, -9 if end == "from" else 9),
         textcoords="offset points",
-        ha=align,
+        ha="right" if is_right else "left",
         va="center",
         size=7.0,
         zorder=7,

@@ -19,53 +19,70 @@ from tendon_cli.model.statics import NO_EQUILIBRIUM
 from tendon_cli.quantities import OF_CYCLES, QUANTITIES
 from tendon_cli.space.axis import SIDES
 
+_SYMBOL_WIDTH = 9
+_FORMULA_WIDTH = 42
+
 
 @dataclass(frozen=True)
 class PageLine:
-    """A line of the page: a symbol, how it comes about, its values (one, or flexor and extensor), unit and source."""
+    """A line of the page."""
 
     section: str
     symbol: str
     formula: str
+    """The way to the value, as a formula or in words."""
     values: tuple[float, ...]
+    """One value, or those of flexor and extensor."""
     unit: str
     source: str = ""
+    """Equation, figure or file that the line is taken from."""
 
     @property
     def text(self) -> str:
         """The line in a terminal."""
-        values = "  ".join(
-            f"{value:>13.7g}" if not np.isnan(value) else f"{'-':>13}" for value in self.values
-        )
-        symbol, formula = (
-            _padded(text, width) for text, width in ((self.symbol, 9), (self.formula, 42))
-        )
+        values = "  ".join(map(_value_text, self.values))
+        symbol = _pad(self.symbol, _SYMBOL_WIDTH)
+        formula = _pad(self.formula, _FORMULA_WIDTH)
         return f"  {symbol}{formula}{values:<29}{self.unit:<9}{self.source}".rstrip()
 
 
-def _padded(text: str, width: int) -> str:
-    """Dots above letters take no room."""
+def _value_text(value: float) -> str:
+    """Write a value; a dash stands for NaN."""
+    return f"{'-':>13}" if np.isnan(value) else f"{value:>13.7g}"
+
+
+def _pad(text: str, width: int) -> str:
+    """Pad a text to a width; dots above letters take no room."""
     return text.ljust(width + sum(1 for sign in text if unicodedata.combining(sign)))
 
 
 def section(title: str, *rows: tuple[Any, ...]) -> list[PageLine]:
-    """Lines from rows: symbol, formula, a value of the state (a tuple: of flexor and extensor), unit, source if any."""
+    """Return the lines of a section.
+
+    Args:
+        title: Title of the section.
+        *rows: Symbol, formula, value of the state (a tuple for flexor and extensor), unit and, if
+            there is one, source.
+    """
     lines = []
     for symbol, formula, values, *rest in rows:
-        each = values if isinstance(values, tuple) else (values,)
-        lines.append(PageLine(title, symbol, formula, tuple(map(one, each)), *rest))
+        parts = values if isinstance(values, tuple) else (values,)
+        lines.append(PageLine(title, symbol, formula, tuple(map(scalar, parts)), *rest))
     return lines
 
 
-def one(values: object) -> float:
-    """The first of some values."""
+def scalar(values: object) -> float:
+    """Return the first value of an array, or the number itself."""
     return float(np.asarray(values).reshape(-1)[0])
 
 
 def state_lines(state: State, angle: float, table: str) -> list[PageLine]:
-    """A state from its geometry on, at an elbow angle in rad; up to its load if it has no equilibrium.
+    """Return a state from its geometry on; up to its load if it has no equilibrium.
 
-    `table` is the file of measured travels, if they are.
+    Args:
+        state: The state.
+        angle: Elbow angle, rad.
+        table: File of the measured travels, if the joint is given by them.
     """
     design = state.design
     lines = [
@@ -79,7 +96,9 @@ def state_lines(state: State, angle: float, table: str) -> list[PageLine]:
 
 
 def _geometry(state: State, design: Design, angle: float, table: str) -> list[PageLine]:
-    motion, joint = state.motion, design.arm.joint
+    """Return travels and moment arms, from the anchors (Fig. 2) or from measured travels."""
+    motion = state.motion
+    joint = design.arm.joint
     theta = ("θ", f"elbow angle, {np.degrees(angle):.6g} deg", angle, "rad")
     if not isinstance(joint, Anchors):
         return section(
@@ -105,100 +124,96 @@ def _geometry(state: State, design: Design, angle: float, table: str) -> list[Pa
 
 
 def _sheath(state: State, design: Design, angle: float) -> list[PageLine]:
-    flexor, extensor, sides = state.flexor, state.extensor, (design.flexor, design.extensor)
+    """Return friction and compliance of both tendons."""
+    flexor = state.flexor
+    extensor = state.extensor
+    sides = (design.flexor, design.extensor)
     exponents = tuple(side.friction * side.bend(angle)[0] for side in sides)
+    capstans = (flexor.capstan, extensor.capstan)
+    tendons = (flexor.tendon, extensor.tendon)
+    springs = (flexor.spring, extensor.spring)
+    compliances = (flexor.compliance, extensor.compliance)
+    pretensions = (design.flexor.pretension, design.extensor.pretension)
     return section(
         "Sheath, tendon and spring (flexor, extensor)",
         ("μφ", "friction x bend angle", exponents, "1", "Eq. 6"),
-        (
-            "e^(σμφ)",
-            "distal / proximal tension",
-            (flexor.capstan, extensor.capstan),
-            "1",
-            "Eq. 6, A.17",
-        ),
-        ("c_Ten", "L/(AE) (1 - e^(-σμφ))/(σμφ)", (flexor.tendon, extensor.tendon), "m/N", "Eq. 13"),
-        ("1/K_SE", "series spring", (flexor.spring, extensor.spring), "m/N", "Eq. 14"),
-        ("c_f, c_e", "c_Ten + 1/K_SE", (flexor.compliance, extensor.compliance), "m/N", "Eq. 16"),
-        ("F0", "pretension", tuple(side.pretension for side in sides), "N", "Eq. 13"),
+        ("e^(σμφ)", "distal / proximal tension", capstans, "1", "Eq. 6, A.17"),
+        ("c_Ten", "L/(AE) (1 - e^(-σμφ))/(σμφ)", tendons, "m/N", "Eq. 13"),
+        ("1/K_SE", "series spring", springs, "m/N", "Eq. 14"),
+        ("c_f, c_e", "c_Ten + 1/K_SE", compliances, "m/N", "Eq. 16"),
+        ("F0", "pretension", pretensions, "N", "Eq. 13"),
     )
 
 
 def _load(state: State, design: Design, angle: float) -> list[PageLine]:
-    arm, other = design.arm, one(state.other_torque)
-    mass_moment = one(arm.forearm_mass) * one(arm.forearm_com) + one(design.load_mass) * one(
-        arm.load_distance
-    )
-    others = [("τ_o", "asked for by joint, task and inertia", other, "N m")] if other else []
-    return section(
-        "Load",
-        ("M", "m_f d_com + m d_load", mass_moment, "kg m"),
-        ("θ + ψ", "inclination of the forearm", angle + one(arm.upper_arm_angle), "rad"),
-        *others,
-        (
-            "τ_a",
-            f"M g sin(θ + ψ){' + τ_o' if other else ''}, g = 9.81",
-            state.coupling.elbow_torque,
-            "N m",
-            "Eq. 5",
-        ),
-    )
+    """Return the torque of the elbow from the load (Eq. 5)."""
+    arm = design.arm
+    forearm_moment = scalar(arm.forearm_mass) * scalar(arm.forearm_com)
+    load_moment = scalar(design.load_mass) * scalar(arm.load_distance)
+    inclination = angle + scalar(arm.upper_arm_angle)
+    rows: list[tuple[Any, ...]] = [
+        ("M", "m_f d_com + m d_load", forearm_moment + load_moment, "kg m"),
+        ("θ + ψ", "inclination of the forearm", inclination, "rad"),
+    ]
+    formula = "M g sin(θ + ψ), g = 9.81"
+    other = scalar(state.other_torque)
+    if other:
+        rows.append(("τ_o", "asked for by joint, task and inertia", other, "N m"))
+        formula = "M g sin(θ + ψ) + τ_o, g = 9.81"
+    rows.append(("τ_a", formula, state.coupling.elbow_torque, "N m", "Eq. 5"))
+    return section("Load", *rows)
 
 
 def _balance(state: State, design: Design) -> list[PageLine]:
-    tied, ratio = state.coupling, one(design.ratio)
-    c_f, c_e, moment_arm = (
-        one(tied.flexor_compliance),
-        one(tied.extensor_compliance),
-        one(tied.moment_arm),
-    )
-    radius, torque = one(tied.extensor_arm), one(tied.elbow_torque)
+    """Return the tensions x of the flexor and y of the extensor from the balance (Eqs. 5, 16)."""
+    coupling = state.coupling
+    balance = state.balance
+    ratio = scalar(design.ratio)
+    c_f = scalar(coupling.flexor_compliance)
+    c_e = scalar(coupling.extensor_compliance)
+    moment_arm = scalar(coupling.moment_arm)
+    radius = scalar(coupling.extensor_arm)
+    torque = scalar(coupling.elbow_torque)
     preload = (
-        one(tied.mismatch)
-        + ratio * c_f * one(design.flexor.pretension)
-        + c_e * one(design.extensor.pretension)
+        scalar(coupling.mismatch)
+        + ratio * c_f * scalar(design.flexor.pretension)
+        + c_e * scalar(design.extensor.pretension)
     )
     determinant = ratio * c_f * radius + moment_arm * c_e
-    rule = (
-        "max(y_b, 0, -τ_a/R_elb)"
-        if np.all(design.unilateral)
-        else "y_b (bilateral: may be negative)"
-    )
+    x_both = (c_e * torque + radius * preload) / determinant
+    y_both = (moment_arm * preload - ratio * c_f * torque) / determinant
+    rule = "y_b (bilateral: may be negative)"
+    if np.all(design.unilateral):
+        rule = "max(y_b, 0, -τ_a/R_elb)"
     return section(
         "Balance of elbow and spool",
         ("η", "R_e / R_f", ratio, "1", "Eq. 12"),
-        ("h", "H_e - η H_f", tied.mismatch, "m", "Eq. 12"),
+        ("h", "H_e - η H_f", coupling.mismatch, "m", "Eq. 12"),
         ("D", "h + η c_f F0_f + c_e F0_e", preload, "m", "Eq. 16"),
         ("Δ", "η c_f R_elb + J c_e", determinant, "m²/N"),
-        (
-            "x_b",
-            "(c_e τ_a + R_elb D) / Δ",
-            (c_e * torque + radius * preload) / determinant,
-            "N",
-            "Eqs. 5, 16",
-        ),
-        (
-            "y_b",
-            "(J D - η c_f τ_a) / Δ",
-            (moment_arm * preload - ratio * c_f * torque) / determinant,
-            "N",
-            "Eqs. 5, 16",
-        ),
-        ("y", rule, state.balance.extensor, "N"),
-        ("x", "(τ_a + R_elb y) / J", state.balance.flexor, "N", "Eq. 5"),
-        ("σ", "η c_f x + c_e y - D, path that is loose", state.balance.loose, "m"),
+        ("x_b", "(c_e τ_a + R_elb D) / Δ", x_both, "N", "Eqs. 5, 16"),
+        ("y_b", "(J D - η c_f τ_a) / Δ", y_both, "N", "Eqs. 5, 16"),
+        ("y", rule, balance.extensor, "N"),
+        ("x", "(τ_a + R_elb y) / J", balance.flexor, "N", "Eq. 5"),
+        ("σ", "η c_f x + c_e y - D, path that is loose", balance.loose, "m"),
     )
 
 
 def _results(state: State, design: Design) -> list[PageLine]:
-    distal, sides = (state.balance.flexor, state.balance.extensor), (state.flexor, state.extensor)
-    proximal = state.flexor_tension_proximal, state.extensor_tension_proximal
-    change = [
-        one(distal[0]) - one(design.flexor.pretension),
-        one(distal[1]) - one(design.extensor.pretension),
-    ]
-    tendons = tuple(one(side.tendon) * by for side, by in zip(sides, change, strict=True))
-    springs = tuple(one(side.spring) * by for side, by in zip(sides, change, strict=True))
+    """Return the results of a state; those that are NaN are left out."""
+    distal = (state.balance.flexor, state.balance.extensor)
+    proximal = (state.flexor_tension_proximal, state.extensor_tension_proximal)
+    slack = (state.flexor_slack, state.extensor_slack)
+    flexor_change = scalar(distal[0]) - scalar(design.flexor.pretension)
+    extensor_change = scalar(distal[1]) - scalar(design.extensor.pretension)
+    tendons = (
+        scalar(state.flexor.tendon) * flexor_change,
+        scalar(state.extensor.tendon) * extensor_change,
+    )
+    springs = (
+        scalar(state.flexor.spring) * flexor_change,
+        scalar(state.extensor.spring) * extensor_change,
+    )
     lines = section(
         "Results",
         ("F_o", "distal tension, flexor and extensor", distal, "N", "Eq. 5"),
@@ -207,25 +222,28 @@ def _results(state: State, design: Design) -> list[PageLine]:
         ("ΔL_SE", "(F_o - F0) / K_SE", springs, "m", "Eq. 14"),
         ("τ_m", "(F_I^f - η F_I^e) R_f", state.motor_torque, "N m", "Eq. 17"),
         ("α", "spool angle", state.spool_angle, "rad", "Eq. 2"),
-        ("s", "slack of flexor and extensor", (state.flexor_slack, state.extensor_slack), "m"),
+        ("s", "slack of flexor and extensor", slack, "m"),
         ("k", "elbow stiffness, motor held", state.elbow_stiffness, "N m/rad"),
     )
     return [line for line in lines if not all(np.isnan(line.values))]
 
 
 def _setting(design: Design) -> list[PageLine]:
-    """What gauges show of the pretension where it is set, and what a length of both tendons adds to it."""
-    posture, pretension = design.setting, np.asarray(design.flexor.pretension)
+    """Return the tensions that gauges show where the pretension is set.
+
+    The last line is the pretension that a length of both tendons adds.
+    """
+    posture = design.setting
+    pretension = np.asarray(design.flexor.pretension)
+    if scalar(design.flexor.pretension) != scalar(design.extensor.pretension):
+        coupling = setting_of(design).coupling
+        pretension = coupling.common_pretension(pretension, design.extensor.pretension)
+    readings = all_readings(design, pretension)
+    joint = tuple(readings[f"{side} at joint"] for side in SIDES)
+    motor = tuple(readings[f"{side} at motor"] for side in SIDES)
+    degrees = np.degrees(scalar(posture.angle))
     after = "flexion" if np.all(posture.after_flexion) else "extension"
-    where = f"at {np.degrees(one(posture.angle)):.6g} deg, {one(posture.load_mass):.6g} kg, after {after}"
-    if one(design.flexor.pretension) != one(design.extensor.pretension):
-        pretension = setting_of(design).coupling.common_pretension(
-            pretension, design.extensor.pretension
-        )
-    shown = all_readings(design, pretension)
-    joint, motor = (
-        tuple(shown[f"{side} at {end}"] for side in SIDES) for end in ("joint", "motor")
-    )
+    where = f"at {degrees:.6g} deg, {scalar(posture.load_mass):.6g} kg, after {after}"
     return section(
         f"Setting {where} (flexor, extensor)",
         ("F_o,set", "tension at the joint", joint, "N"),
@@ -234,12 +252,13 @@ def _setting(design: Design) -> list[PageLine]:
     )
 
 
-# --- Motor and transmission ------------------------------------------------------------------------------------------
+# --- Motor and transmission -----------------------------------------------------------------------
 
 
 def motor_lines(state: State, speed: float, *, flexion: bool) -> list[PageLine]:
-    """Speed and powers of one state; `speed` is that of the elbow, rad/s."""
-    rates, moving = motor_rates(state), speed if flexion else -speed
+    """Return speed and powers of one state; `speed` is that of the elbow, rad/s."""
+    rates = motor_rates(state)
+    moving = speed if flexion else -speed
     return section(
         f"Motor at {_per_second(speed)} of the elbow (slack sides left out)",
         ("θ̇", "speed of the elbow", moving, "rad/s"),
@@ -253,49 +272,51 @@ def motor_lines(state: State, speed: float, *, flexion: bool) -> list[PageLine]:
 
 
 def cycle_lines(design: Design, plan: Plan, speed: float) -> list[PageLine]:
-    """The columns of designs that a speed adds, over the study's angles and directions."""
+    """Return the columns of designs that a speed adds, over the study's angles and directions.
+
+    `speed` is that of the elbow, rad/s.
+    """
     flexion = np.array([[direction == "flexion"] for direction in plan.directions])
-    over = cycle(design, plan.elbow_angles[np.newaxis], flexion, speed)
-    rows = [
-        (QUANTITIES[name].symbol, name, over[name], QUANTITIES[name].unit) for name in OF_CYCLES
-    ]
+    totals = cycle(design, plan.elbow_angles[np.newaxis], flexion, speed)
+    rows = []
+    for name in OF_CYCLES:
+        quantity = QUANTITIES[name]
+        rows.append((quantity.symbol, name, totals[name], quantity.unit))
     return section(f"Over the study's angles and directions at {_per_second(speed)}", *rows)
 
 
 def reversal_lines(state: State, elbow_angle: float, *, flexion: bool) -> list[PageLine]:
-    """What it takes until both far ends follow where the motion turns back at this state (flexor, extensor)."""
-    turn = reversal(state, elbow_angle, np.asarray(flexion))
-    sides = (turn.flexor, turn.extensor)
-    turns = np.array([one(side.turn) for side in sides])
-    torques = tuple(
-        turn.motor_torque(end) for end in (np.zeros(1), *np.sort(turns[~np.isnan(turns)]))
-    )
+    """Return the turn of the motor until both far ends follow, if the motion turns back here.
+
+    Values are of flexor and extensor.
+
+    Args:
+        state: The state at which the motion turns back.
+        elbow_angle: Elbow angle, rad.
+        flexion: True if the motion was flexion.
+    """
+    turned = reversal(state, elbow_angle, np.asarray(flexion))
+    sides = (turned.flexor, turned.extensor)
+    before = tuple(side.tension_before for side in sides)
+    after = tuple(side.tension_after for side in sides)
+    stretches = tuple(side.stretch for side in sides)
+    losses = tuple(side.loss for side in sides)
+    turns = np.array([scalar(side.turn) for side in sides])
+    follows = np.sort(turns[~np.isnan(turns)])
+    at_start = turned.motor_torque(np.zeros(1))
+    at_follows = tuple(turned.motor_torque(turn) for turn in follows)
     return section(
         "Where the motion turns back here (elbow still; flexor, extensor)",
-        (
-            "F_I",
-            "at the motor as the motion stops",
-            tuple(side.tension_before for side in sides),
-            "N",
-        ),
-        (
-            "F_I'",
-            "F_I e^(2σμφ), as the far end follows",
-            tuple(side.tension_after for side in sides),
-            "N",
-        ),
-        (
-            "δ",
-            "F_o |c_Ten - c_Ten'|, stretch until then",
-            tuple(side.stretch for side in sides),
-            "m",
-        ),
+        ("F_I", "at the motor as the motion stops", before, "N"),
+        ("F_I'", "F_I e^(2σμφ), as the far end follows", after, "N"),
+        ("δ", "F_o |c_Ten - c_Ten'|, stretch until then", stretches, "m"),
         ("Δα", "δ/R_f, δ/(η R_f), turn until then", tuple(turns), "rad"),
-        ("W_μ", "what friction takes until then", tuple(side.loss for side in sides), "J"),
-        ("τ_m'", "motor torque as the motion stops", torques[:1], "N m"),
-        ("τ_m''", "as the first, and the second end follows", torques[1:], "N m"),
+        ("W_μ", "what friction takes until then", losses, "J"),
+        ("τ_m'", "motor torque as the motion stops", at_start, "N m"),
+        ("τ_m''", "as the first, and the second end follows", at_follows, "N m"),
     )
 
 
 def _per_second(speed: float) -> str:
+    """Write a speed given in rad/s."""
     return f"{np.degrees(speed):.6g} deg/s"

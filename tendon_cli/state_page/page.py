@@ -1,11 +1,13 @@
-"""One state worked out line by line, with the equations' numbers, so that it can be checked by hand."""
+"""One state worked out line by line, so that it can be checked by hand.
+
+Each line names the equation it comes from.
+"""
 
 from __future__ import annotations
 
 import itertools
 import textwrap
 from dataclasses import asdict, dataclass
-from functools import partial
 from os import PathLike
 from typing import Any
 
@@ -23,8 +25,8 @@ from tendon_cli.state_page.lines import (
     PageLine,
     cycle_lines,
     motor_lines,
-    one,
     reversal_lines,
+    scalar,
     state_lines,
 )
 from tendon_cli.studies.load import AnyStudy, any_study
@@ -36,28 +38,22 @@ from tendon_cli.studies.values import drawn, in_si
 
 @dataclass(frozen=True, repr=False)
 class StatePage(Displayed):
-    """The whole page, and the same numbers by the names of the table columns."""
+    """The page of one state, and the same numbers by the names of the table columns."""
 
     title: str
     notes: tuple[str, ...]
     status: str
     lines: tuple[PageLine, ...]
     columns: dict[str, float | None]
+    """Values by column, in SI; None for null."""
     study: Study
-    """Whose arm it is."""
+    """The study whose arm it is."""
     has_equilibrium: bool = True
 
     @property
     def text(self) -> str:
         """The page for a terminal."""
-        wrap = partial(
-            textwrap.fill,
-            width=80,
-            initial_indent="  ",
-            subsequent_indent="   ",
-            break_on_hyphens=False,
-        )
-        parts = [self.title, *(wrap(f"({note})") for note in self.notes)]
+        parts = [self.title, *map(_wrap_note, self.notes)]
         for section, lines in itertools.groupby(self.lines, key=lambda line: line.section):
             parts += ["", section, *(line.text for line in lines)]
         return "\n".join([*parts, "", f"Status: {self.status}"])
@@ -72,6 +68,17 @@ class StatePage(Displayed):
         return {**about, "results": self.columns, "lines": lines}
 
 
+def _wrap_note(note: str) -> str:
+    """Put a note into brackets and break it for a terminal."""
+    return textwrap.fill(
+        f"({note})",
+        width=80,
+        initial_indent="  ",
+        subsequent_indent="   ",
+        break_on_hyphens=False,
+    )
+
+
 def state_page(
     study: AnyStudy,
     case: str | None = None,
@@ -81,80 +88,106 @@ def state_page(
     reversal: bool = False,
     plot: str | PathLike[str] | None = None,
 ) -> StatePage:
-    """The first state of a study's first design, or of a case's or a person's, with how its arm comes from the body.
+    """Work out the first state of a study's first design, line by line.
 
-    Uncertain numbers are nominal, or those of a `draw`, counted from 1. With a speed in the study the motor's part is
-    added, with `reversal` what happens if the motion turns back there; both are drawn into `plot`. Raises UsageError.
+    For a person the page begins with the way from the body to the arm. With a speed in the study
+    the motor's part is added.
+
+    Args:
+        study: The study.
+        case: Name of one of its cases; by default the first.
+        person: Name of one of its persons; by default the first, if it has persons.
+        draw: Number of a draw, from 1, from which uncertain numbers are taken. By default they are
+            nominal.
+        reversal: True to add what happens if the motion turns back at this state.
+        plot: File of a figure of the motor, and of the turn if `reversal` is true.
+
+    Raises:
+        UsageError: The study does not have this case, person or draw, or there is nothing to plot.
 
     >>> import tendon_cli as tendon
     >>> page = tendon.state(tendon.study({"motion": {"elbow_angle": "75 deg"}}))
     >>> page.status, round(page.columns["motor_torque"], 4)
     ('taut', 0.3892)
     """
-    study, target = any_study(study), None if plot is None else result_path(plot)
+    study = any_study(study)
+    target = None if plot is None else result_path(plot)
+    known, draw_notes = _nominal(study) if draw is None else _drawn(study, draw)
     names = study.people.nominal.names if study.people is not None else ()
-    nominal, of_draw = _nominal(study) if draw is None else _drawn(study, draw)
-    worn = worn_by(nominal, person or names[0]) if person is not None or names else None
-    plan = Plan(worn.study if worn is not None else nominal)
-    block = _only_state(plan, case)
-    state, angle = plan.state(block), float(plan.elbow_angles[0])
+    worn = None
+    person_notes = []
+    if person is not None or names:
+        worn = worn_by(known, person or names[0])
+        known = worn.study
+        if len(names) > 1:
+            others = f"of the study's {len(names)} persons --person chooses another"
+            person_notes.append(f"{worn.name}; {others}")
+    plan = Plan(known)
+    block = _first_state(plan, case)
+    state = plan.state(block)
+    angle = float(plan.elbow_angles[0])
     table = study.sources.get("joint.excursion", {}).get("file", "table in the study")
-    lines = [*(_from_body(worn) if worn is not None else ()), *state_lines(state, angle, table)]
-    status = STATUS_NAMES[int(state.status.flat[0])]
-    has_equilibrium = int(state.status.flat[0]) != NO_EQUILIBRIUM
+    lines = [*_body_lines(worn), *state_lines(state, angle, table)]
+    code = int(state.status.flat[0])
+    status = STATUS_NAMES[code]
+    has_equilibrium = code != NO_EQUILIBRIUM
     if has_equilibrium:
-        lines += _of_the_motor(plan, state, reversal=reversal)
+        lines += _motor_part(plan, state, reversal=reversal)
     else:
-        status += f": {_no_equilibrium(one(state.coupling.elbow_torque))}"
+        status = f"{status}: {_no_equilibrium(scalar(state.coupling.elbow_torque))}"
     if target is not None:
         from tendon_cli.state_page.plot import draw_motor  # only who draws pays for its import
 
         draw_motor(target, state, plan, turns=reversal)
-    columns = {name: _null_if_nan(one(values)) for name, values in state.columns().items()}
-    notes = (
-        [f"{worn.name}; of the study's {len(names)} persons --person chooses another"]
-        if worn and names[1:]
-        else []
-    )
-    load = one(state.design.load_mass)
+    columns = {name: _null_if_nan(scalar(values)) for name, values in state.columns().items()}
+    load = scalar(state.design.load_mass)
+    where = f"{plan.directions[0]} at {np.degrees(angle):.6g} deg, load {load:.6g} kg"
+    notes = (*person_notes, *draw_notes, *study.notes, *study.warnings, *_notes(plan, block))
     return StatePage(
-        f"{study.name}: {plan.directions[0]} at {np.degrees(angle):.6g} deg, load {load:.6g} kg",
-        (*notes, *of_draw, *study.notes, *study.warnings, *_notes(plan, block)),
-        status,
-        tuple(lines),
-        columns,
-        plan.study,
-        has_equilibrium,
+        title=f"{study.name}: {where}",
+        notes=notes,
+        status=status,
+        lines=tuple(lines),
+        columns=columns,
+        study=plan.study,
+        has_equilibrium=has_equilibrium,
     )
 
 
 def _null_if_nan(value: float) -> float | None:
+    """Return a value, or None for NaN."""
     return None if np.isnan(value) else value
 
 
 def _nominal(study: Study) -> tuple[Study, list[str]]:
-    """A study with its uncertain numbers at their middle, and a note of it."""
+    """Return a study with its uncertain numbers at their middle, and a note of it."""
     if study.uncertainty is None or not study.uncertain:
         return study, []
     chooses = " or ".join(f"--set {key}=..." for key in study.uncertain)
-    note = f"uncertain numbers are nominal; --draw 1 takes those of the first draw, {chooses} chooses a value"
+    note = (
+        "uncertain numbers are nominal; --draw 1 takes those of the first draw, "
+        f"{chooses} chooses a value"
+    )
     return study.replaced({"uncertainty": None}), [note]
 
 
 def _drawn(study: Study, draw: int) -> tuple[Study, list[str]]:
-    """A study with its uncertain numbers as one of its draws has them, and a note of it."""
-    asked = study.uncertainty
-    if asked is None or not study.uncertain:
+    """Return a study with its uncertain numbers from one of its draws, and a note of it.
+
+    Raises:
+        UsageError: Nothing is drawn in the study, or it does not have this draw.
+    """
+    uncertainty = study.uncertainty
+    if uncertainty is None or not study.uncertain:
         hint = "[uncertainty] draws numbers such as friction = { mean = 0.07, std = 0.01 }"
         raise UsageError("nothing is drawn in this study", where="--draw", hint=hint)
     count = study.draws or len(study.people.population if study.people is not None else ())
     if not 1 <= draw <= count:
         raise UsageError(f"there is no draw {draw}", where="--draw", hint=f"1 to {count}")
-    values = {
-        key: float(each[draw - 1])
-        for key, each in drawn(study.uncertain, count, asked.seed).items()
-    }
-    note = f"draw {draw} of {count}: {', '.join(f'{key} = {value:.6g}' for key, value in values.items())}"
+    draws = drawn(study.uncertain, count, uncertainty.seed)
+    values = {key: float(of_draws[draw - 1]) for key, of_draws in draws.items()}
+    texts = [f"{key} = {value:.6g}" for key, value in values.items()]
+    note = f"draw {draw} of {count}: {', '.join(texts)}"
     given = {
         key: in_si(value, keys()[key].number.quantity.dimension) for key, value in values.items()
     }
@@ -162,67 +195,76 @@ def _drawn(study: Study, draw: int) -> tuple[Study, list[str]]:
 
 
 def _no_equilibrium(elbow_torque: float) -> str:
+    """Return the reason why there is no equilibrium at an elbow torque in N m."""
     if elbow_torque > 0.0:
         return "J is not above zero and τ_a is, so no pair of tensions balances the elbow"
-    return "J is not above zero, so a balance may exist, but need not be the only one; the model does not answer"
-
-
-def _of_the_motor(plan: Plan, state: State, *, reversal: bool) -> list[PageLine]:
-    """What a speed adds, and what a turn does."""
-    flexion, speed, lines = plan.directions[0] == "flexion", plan.study.motion.speed, []
-    if speed is not None:
-        lines += motor_lines(state, speed.single, flexion=flexion)
-        lines += cycle_lines(state.design, plan, speed.single)
-    return lines + (
-        reversal_lines(state, float(plan.elbow_angles[0]), flexion=flexion) if reversal else []
+    return (
+        "J is not above zero, so a balance may exist, but need not be the only one; "
+        "the model does not answer"
     )
 
 
-def _from_body(worn: Worn) -> list[PageLine]:
-    """What the tape and the scale say, and the arm that follows."""
-    steps = [(f"Body: {worn.name}", step) for step in worn.body] + [
-        ("From body to arm", step) for step in worn.arm
-    ]
-    return [
-        PageLine(title, quantity.symbol, step.formula, (step.value,), quantity.unit, step.source)
-        for title, step in steps
-        for quantity in [QUANTITIES[step.quantity]]
-    ]
+def _motor_part(plan: Plan, state: State, *, reversal: bool) -> list[PageLine]:
+    """Return the lines that a speed adds, and those of a turn if `reversal`."""
+    flexion = plan.directions[0] == "flexion"
+    speed = plan.study.motion.speed
+    lines: list[PageLine] = []
+    if speed is not None:
+        lines += motor_lines(state, speed.single, flexion=flexion)
+        lines += cycle_lines(state.design, plan, speed.single)
+    if reversal:
+        lines += reversal_lines(state, float(plan.elbow_angles[0]), flexion=flexion)
+    return lines
 
 
-def _only_state(plan: Plan, case: str | None) -> Block:
-    first = [slice(0, 1)] * len(plan.axes)
+def _body_lines(worn: Worn | None) -> list[PageLine]:
+    """Return what tape and scale read of a person, and the arm that follows; empty without one."""
+    if worn is None:
+        return []
+    lines = []
+    for title, steps in ((f"Body: {worn.name}", worn.body), ("From body to arm", worn.arm)):
+        for step in steps:
+            quantity = QUANTITIES[step.quantity]
+            values = (step.value,)
+            line = PageLine(
+                title, quantity.symbol, step.formula, values, quantity.unit, step.source
+            )
+            lines.append(line)
+    return lines
+
+
+def _first_state(plan: Plan, case: str | None) -> Block:
+    """Return the block of the first state of the first design, or of the first of a case."""
+    designs = [slice(0, 1)] * len(plan.axes)
     if case is not None:
-        at = case_place(plan.study, case)
-        first[0] = slice(at, at + 1)
-    return Block(0, tuple(first), slice(0, 1), slice(0, 1))
+        place = case_place(plan.study, case)
+        designs[0] = slice(place, place + 1)
+    return Block(0, tuple(designs), slice(0, 1), slice(0, 1))
 
 
 def _notes(plan: Plan, block: Block) -> list[str]:
-    """Which values were chosen where the study has several."""
+    """Return notes of the values that were chosen if the study has several."""
     notes = []
     for axis, chosen in zip(plan.axes, block.designs, strict=True):
-        value = (
-            axis.names[chosen.start]
-            if axis.names
-            else "lower end of its interval"
-            if axis.is_interval
-            else "first"
-        )
+        if len(axis) == 1:
+            continue
+        if axis.names:
+            value = axis.names[chosen.start]
+        elif axis.is_interval:
+            value = "lower end of its interval"
+        else:
+            value = "first"
         option = "--case" if axis.key == CASE_AXIS else f"--set {axis.key}=..."
-        notes += (
-            [f"{axis.key}: {value} of {len(axis)} values; {option} chooses another"]
-            if len(axis) > 1
-            else []
-        )
+        notes.append(f"{axis.key}: {value} of {len(axis)} values; {option} chooses another")
+    count = plan.states_per_design
     if plan.study.trajectory is not None:
-        more = (
-            ", with its inertia; `tendon sweep` and `tendon show RUN --table states` have them all"
+        notes.append(
+            f"the first of the trajectory's {count} samples, with its inertia; "
+            "`tendon sweep` and `tendon show RUN --table states` have them all"
         )
-        notes.append(f"the first of the trajectory's {plan.states_per_design} samples{more}")
-    elif plan.states_per_design > 1:
-        more = (
-            "--set 'motion.elbow_angle=75 deg' and --set motion.direction=extension choose another"
+    elif count > 1:
+        notes.append(
+            f"the first of {count} states; --set 'motion.elbow_angle=75 deg' "
+            "and --set motion.direction=extension choose another"
         )
-        notes.append(f"the first of {plan.states_per_design} states; {more}")
     return notes

@@ -1,4 +1,8 @@
-"""The figure of a motor: its torque against its speed over the cycle, the loop that friction opens, and a turn."""
+"""The figure of a motor.
+
+It shows the motor's torque against its speed over the cycle, the loop that friction opens, and a
+turn.
+"""
 
 from __future__ import annotations
 
@@ -27,16 +31,18 @@ Array = npt.NDArray[np.float64]
 
 _POINTS = 721
 _LIMITS = ("peak_motor_torque", "peak_motor_speed", "peak_motor_power")
-_BOTH = np.array([[True], [False]])
-_WAYS: dict[str, dict[str, Any]] = {
+_BOTH_DIRECTIONS = np.array([[True], [False]])
+"""True for flexion, (directions, angles)."""
+_DIRECTIONS: dict[str, dict[str, Any]] = {
     "flexion": {"color": OKABE_ITO[0], "linestyle": "solid"},
     "extension": {"color": OKABE_ITO[1], "linestyle": (0, (3.2, 1.4))},
 }
+"""Style of each direction."""
 
 
 @dataclass(frozen=True, eq=False)
 class Stroke:
-    """One direction of a cycle, along the way: arrays of one length, in SI."""
+    """One direction of a cycle: arrays of one length along the motion, in SI."""
 
     elbow_angle: Array
     spool_angle: Array
@@ -45,41 +51,56 @@ class Stroke:
 
 
 def draw_motor(path: Path, state: State, plan: Plan, *, turns: bool) -> Path:
-    """Draw the strokes of a state's design if the study has a speed, and if `turns` the turn at that state.
+    """Draw the motor of a state's design into a file.
 
-    Raises OutputError, and UsageError if there is nothing to draw or for an ending that no figure has.
+    Args:
+        path: The file.
+        state: The state.
+        plan: The plan of the study. If it has a speed, the strokes are drawn.
+        turns: True to draw the turn at that state.
+
+    Raises:
+        OutputError: The file cannot be written.
+        UsageError: There is nothing to draw, or the ending is not that of a figure.
     """
-    speed, limits, design = plan.study.motion.speed, plan.study.limits, state.design
+    speed = plan.study.motion.speed
+    design = state.design
     if int(state.status.flat[0]) == NO_EQUILIBRIUM:
-        hint = "--set 'motion.elbow_angle=60 deg' chooses another state"
         raise UsageError(
-            "this state has no equilibrium, so there is no motor to draw", where="--plot", hint=hint
+            "this state has no equilibrium, so there is no motor to draw",
+            where="--plot",
+            hint="--set 'motion.elbow_angle=60 deg' chooses another state",
         )
     if speed is None and not turns:
-        hint = "--set 'motion.speed=60 deg/s', or --reversal"
         raise UsageError(
-            "the study has no speed, so there is no motor to draw", where="--plot", hint=hint
+            "the study has no speed, so there is no motor to draw",
+            where="--plot",
+            hint="--set 'motion.speed=60 deg/s', or --reversal",
         )
     format_of(path, "--plot")
-    strokes = (
-        {}
-        if speed is None
-        else {way: stroke_of(design, plan, way, speed.single) for way in plan.directions}
-    )
-    at = "" if speed is None else f", elbow at {np.degrees(speed.single):.6g} deg/s"
-    title = f"{plan.study.name}: the motor, load {float(np.ravel(design.load_mass)[0]):.6g} kg{at}"
+    title = f"{plan.study.name}: the motor, load {float(np.ravel(design.load_mass)[0]):.6g} kg"
+    strokes = {}
+    if speed is not None:
+        title = f"{title}, elbow at {np.degrees(speed.single):.6g} deg/s"
+        for direction in plan.directions:
+            strokes[direction] = stroke_of(design, plan, direction, speed.single)
     with house_style():
-        key = [Line2D([], [], label=way, **style) for way, style in _WAYS.items() if way in strokes]
+        key = [
+            Line2D([], [], label=direction, **style)
+            for direction, style in _DIRECTIONS.items()
+            if direction in strokes
+        ]
         page = framed(title, 74.0, key, _notes(design, plan, turns=turns))
-        panels = page.figure.subplots(1, 2 * bool(strokes) + turns, squeeze=False)[0]
+        count = 2 * bool(strokes) + turns
+        panels = page.figure.subplots(1, count, squeeze=False)[0]
         if strokes:
-            _torque_and_speed(panels[0], strokes, limits)
-            _loop(panels[1], strokes)
+            _draw_torque_and_speed(panels[0], strokes, plan.study.limits)
+            _draw_loop(panels[1], strokes)
         if turns:
-            _turn(panels[-1], *turn_of(state, plan))
-            panels[-1].set_title(
-                f"Turn from {plan.directions[0]} at {np.degrees(plan.elbow_angles[0]):.6g}°"
-            )
+            path_turned, torque, follows = turn_of(state, plan)
+            _draw_turn(panels[-1], path_turned, torque, follows)
+            angle = np.degrees(plan.elbow_angles[0])
+            panels[-1].set_title(f"Turn from {plan.directions[0]} at {angle:.6g}°")
         for axes in panels:
             axes.yaxis.set_major_formatter(plain_numbers())
             axes.set_ylabel("motor torque $\\tau_m$ (N m)")
@@ -87,127 +108,151 @@ def draw_motor(path: Path, state: State, plan: Plan, *, turns: bool) -> Path:
 
 
 def stroke_of(design: Design, plan: Plan, direction: str, speed: float) -> Stroke:
-    """One way through the study's angles, finely; `speed` is that of the elbow, rad/s."""
+    """Evaluate one direction of motion through the study's angles, in fine steps.
+
+    Args:
+        design: The design.
+        plan: The plan of the study.
+        direction: "flexion" or "extension".
+        speed: Speed of the elbow, rad/s.
+    """
     flexion = direction == "flexion"
-    angles = np.linspace(plan.elbow_angles.min(), plan.elbow_angles.max(), _POINTS)[
-        :: 1 if flexion else -1
-    ]
+    angles = np.linspace(plan.elbow_angles.min(), plan.elbow_angles.max(), _POINTS)
+    if not flexion:
+        angles = angles[::-1]
     state = evaluate(design, angles[np.newaxis], np.array([[flexion]]))
     rates = motor_rates(state)
     motor_speed = (speed if flexion else -speed) * rates.spool_speed
-    lines = (rates.spool_angle, motor_speed, state.motor_torque)
     return Stroke(
-        angles, *(np.array(np.broadcast_to(values.reshape(-1), _POINTS)) for values in lines)
+        elbow_angle=angles,
+        spool_angle=_along_motion(rates.spool_angle),
+        motor_speed=_along_motion(motor_speed),
+        motor_torque=_along_motion(state.motor_torque),
     )
+
+
+def _along_motion(values: Array) -> Array:
+    """Return values at all points of a stroke, also if they are constant."""
+    return np.array(np.broadcast_to(values.reshape(-1), _POINTS))
 
 
 def turn_of(state: State, plan: Plan) -> tuple[Array, Array, dict[str, tuple[float, float]]]:
-    """The spool's turn back (rad), the motor's torque on it, and by side where the far end of a taut tendon follows."""
-    turned = reversal(
-        state, float(plan.elbow_angles[0]), np.asarray(plan.directions[0] == "flexion")
-    )
+    """Evaluate the turn back of the spool at a state.
+
+    Returns:
+        The angles by which the spool is turned back, rad; the motor's torque at each, N m; and by
+        side the angle and the torque at which the far end of a taut tendon follows.
+    """
+    flexion = np.asarray(plan.directions[0] == "flexion")
+    turned = reversal(state, float(plan.elbow_angles[0]), flexion)
     ends = {side: float(np.ravel(getattr(turned, side).turn)[0]) for side in ("flexor", "extensor")}
-    path = (
-        1.15
-        * max([end for end in ends.values() if end > 0.0] or [1e-3])
-        * np.linspace(0.0, 1.0, _POINTS)
-    )
-    torque = np.array(
-        [
-            float(np.ravel(turned.motor_torque(np.asarray(turn)))[0])
-            for turn in (*path, *ends.values())
-        ]
-    )
-    follows = {
-        side: (end, at)
-        for (side, end), at in zip(ends.items(), torque[-2:], strict=True)
-        if np.isfinite(end)
-    }
-    return path, torque[:_POINTS], follows
+    positive = [end for end in ends.values() if end > 0.0]
+    path = 1.15 * max(positive or [1e-3]) * np.linspace(0.0, 1.0, _POINTS)
+
+    def torque_at(turn: float) -> float:
+        return float(np.ravel(turned.motor_torque(np.asarray(turn)))[0])
+
+    torque = np.array([torque_at(turn) for turn in path])
+    follows = {side: (end, torque_at(end)) for side, end in ends.items() if np.isfinite(end)}
+    return path, torque, follows
 
 
 def _notes(design: Design, plan: Plan, *, turns: bool) -> list[str]:
-    speed, limits, notes = plan.study.motion.speed, plan.study.limits, list[str]()
+    """Return sentences that say what is drawn, with the limits and the loss of a cycle."""
+    speed = plan.study.motion.speed
+    limits = plan.study.limits
+    notes: list[str] = []
     bounds = [f"{limits[name]:.4g} {QUANTITIES[name].unit}" for name in _LIMITS if name in limits]
     if speed is not None and bounds:
         notes.append(f"Dotted: the limits, {', '.join(bounds)}.")
     if speed is not None and len(plan.directions) == 2:
-        loss = cycle(design, plan.elbow_angles[np.newaxis], _BOTH, speed.single)["friction_loss"]
+        angles = plan.elbow_angles[np.newaxis]
+        loss = cycle(design, angles, _BOTH_DIRECTIONS, speed.single)["friction_loss"]
         if np.isfinite(loss).all():
             notes.append(
                 f"The shaded area is what friction takes over both strokes, {loss.item():.3g} J."
             )
-    return notes + (["Dots: where the far end of each tendon follows the spool."] if turns else [])
+    if turns:
+        notes.append("Dots: where the far end of each tendon follows the spool.")
+    return notes
 
 
-def _torque_and_speed(
+def _draw_torque_and_speed(
     axes: Axes, strokes: Mapping[str, Stroke], limits: Mapping[str, float]
 ) -> None:
-    """Torque against speed, with the motor's limits, which widen the view, so that one sees what is left of them."""
-    for way, stroke in strokes.items():
-        axes.plot(stroke.motor_speed, stroke.motor_torque, gid="curve", **_WAYS[way])
+    """Draw torque against speed, with the motor's limits.
+
+    The limits widen the view, so that the distance to them is seen.
+    """
+    for direction, stroke in strokes.items():
+        style = _DIRECTIONS[direction]
+        axes.plot(stroke.motor_speed, stroke.motor_torque, gid="curve", **style)
     axes.axhline(0.0, color=FAINT, linewidth=0.5)
     axes.axvline(0.0, color=FAINT, linewidth=0.5)
     axes.margins(0.08)
-    style: dict[str, Any] = {
+    dotted: dict[str, Any] = {
         "color": INK,
         "linewidth": 0.8,
         "linestyle": (0, (1.0, 1.2)),
         "gid": "limit",
     }
     torque, speed, power = (limits.get(name, 0.0) for name in _LIMITS)
-    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
-    left, right = min(left, -1.12 * speed), max(right, 1.12 * speed)
-    low, high = min(low, -1.12 * torque), max(high, 1.12 * torque)
+    left, right = axes.get_xlim()
+    low, high = axes.get_ylim()
+    left = min(left, -1.12 * speed)
+    right = max(right, 1.12 * speed)
+    low = min(low, -1.12 * torque)
+    high = max(high, 1.12 * torque)
     for sign, stop in ((1.0, right), (-1.0, left)):
         if speed:
-            axes.axvline(sign * speed, **style)
+            axes.axvline(sign * speed, **dotted)
         if torque:
-            axes.axhline(sign * torque, **style)
+            axes.axhline(sign * torque, **dotted)
         if power:
             turning = np.linspace(sign * power / high, stop, 200)
-            axes.plot(turning, power / turning, **style)
-    axes.set(
-        title="Torque against speed",
-        xlabel="motor speed (rad/s)",
-        xlim=(left, right),
-        ylim=(low, high),
-    )
+            axes.plot(turning, power / turning, **dotted)
+    axes.set_title("Torque against speed")
+    axes.set_xlabel("motor speed (rad/s)")
+    axes.set_xlim(left, right)
+    axes.set_ylim(low, high)
 
 
-def _loop(axes: Axes, strokes: Mapping[str, Stroke]) -> None:
-    """The loop against the spool's angle, so that its area is work."""
-    for way, stroke in strokes.items():
-        axes.plot(np.degrees(stroke.spool_angle), stroke.motor_torque, gid="curve", **_WAYS[way])
+def _draw_loop(axes: Axes, strokes: Mapping[str, Stroke]) -> None:
+    """Draw the loop against the spool's angle, so that its area is work."""
+    for direction, stroke in strokes.items():
+        angle = np.degrees(stroke.spool_angle)
+        axes.plot(angle, stroke.motor_torque, gid="curve", **_DIRECTIONS[direction])
     if len(strokes) == 2:
-        x, y = (
-            np.concatenate([getattr(stroke, name) for stroke in strokes.values()])
-            for name in ("spool_angle", "motor_torque")
-        )
-        known = np.isfinite(x) & np.isfinite(y)
-        axes.fill(
-            np.degrees(x[known]), y[known], color="#eceff2", linewidth=0.0, zorder=0.5, gid="loss"
-        )
-    stroke = next(iter(strokes.values()))
+        x = np.concatenate([stroke.spool_angle for stroke in strokes.values()])
+        y = np.concatenate([stroke.motor_torque for stroke in strokes.values()])
+        is_known = np.isfinite(x) & np.isfinite(y)
+        area: dict[str, Any] = {"color": "#eceff2", "linewidth": 0.0, "zorder": 0.5, "gid": "loss"}
+        axes.fill(np.degrees(x[is_known]), y[is_known], **area)
+    first = next(iter(strokes.values()))
     for end in (0, -1):
-        place = np.degrees(stroke.spool_angle[end]), stroke.motor_torque[end]
-        axes.annotate(
-            f"θ = {np.degrees(stroke.elbow_angle[end]):.3g}°", place, ha="center", size=6.5
-        )
+        place = (np.degrees(first.spool_angle[end]), first.motor_torque[end])
+        text = f"θ = {np.degrees(first.elbow_angle[end]):.3g}°"
+        axes.annotate(text, place, ha="center", size=6.5)
     axes.margins(0.12)
     axes.set(title="Hysteresis", xlabel="spool angle α (deg)")
 
 
-def _turn(
+def _draw_turn(
     axes: Axes, turn: Array, torque: Array, follows: Mapping[str, tuple[float, float]]
 ) -> None:
+    """Draw the torque over the turn, and the points at which the far ends follow.
+
+    The name of the first point is above its dot, that of the second below.
+    """
     axes.plot(np.degrees(turn), torque, color=INK, gid="curve")
-    for place, (side, (end, at)) in enumerate(sorted(follows.items(), key=lambda each: each[1])):
-        axes.plot([np.degrees(end)], [at], "o", color=INK, markersize=4.0, gid="mark")
+    ascending = sorted(follows.items(), key=lambda item: item[1])
+    for place, (side, (end, torque_there)) in enumerate(ascending):
+        degrees = np.degrees(end)
+        axes.plot([degrees], [torque_there], "o", color=INK, markersize=4.0, gid="mark")
         axes.annotate(
-            f"{side}, {np.degrees(end):.2f}°",
-            (np.degrees(end), at),
-            xytext=(4, 4 - 8 * (place > 0)),
+            f"{side}, {degrees:.2f}°",
+            (degrees, torque_there),
+            xytext=(4, -4 if place else 4),
             textcoords="offset points",
             va="top" if place else "bottom",
             size=6.5,
