@@ -53,7 +53,7 @@ _MODULE_OF = {
     "picture": "face.picture",
     "run_text": "summary.run_text",
     "study_text": "summary.study_text",
-    "fit_text": "friction.fit_report.summary_lines",
+    "fit_text": "friction.fit_report.summary_text",
 }
 """Module and attribute behind each public name, loaded when the name is first used."""
 __all__ = [

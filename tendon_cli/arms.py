@@ -50,10 +50,10 @@ def __getattr__(name: str) -> NamedArm:
         fields = Arm.model_fields.items()
         stated = {key: field.default for key, field in fields if field.default is not None}
         return NamedArm("the paper's arm", stated, _PAPER)
-    from tendon_cli.studies.people.person import worn_by
+    from tendon_cli.studies.people.person import person_study
     from tendon_cli.studies.study import Study
 
-    arm = worn_by(Study(), name.replace("_", "-")).study.arm
+    arm = person_study(Study(), name.replace("_", "-")).study.arm
     numbers = {}
     for key in type(arm).model_fields:
         values = getattr(arm, key)

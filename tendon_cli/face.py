@@ -10,12 +10,12 @@ from threading import Event
 from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict, Unpack
 
 from tendon_cli.engine.results import Run, verified_record
-from tendon_cli.engine.run import Draw, How, run_task
+from tendon_cli.engine.run import Draw, RunOptions, run_task
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.errors import UsageError
 from tendon_cli.files import result_path
 from tendon_cli.studies.checks import without_intervals
-from tendon_cli.studies.fields import nearest
+from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.load import AnyStudy, any_study
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import TableInMemory
@@ -210,7 +210,7 @@ def _study_to_sweep(given: AnyStudy, *, figures: bool) -> Study:
 
 def _settings_of_run(
     verb: str, out: FileName | None, jobs: int | None, draw: Draw | None, options: Options
-) -> tuple[Path | None, How]:
+) -> tuple[Path | None, RunOptions]:
     """Return the folder of a run and the settings by which the engine runs it.
 
     Raises:
@@ -220,7 +220,7 @@ def _settings_of_run(
         hint = f"name one: {verb}(study, out, figures=True)"
         raise UsageError("figures are drawn into a folder", hint=hint)
     folder = None if out is None else result_path(out)
-    return folder, How(jobs=_checked_jobs(jobs), draw=draw, **options)
+    return folder, RunOptions(jobs=_checked_jobs(jobs), draw=draw, **options)
 
 
 def _checked_jobs(jobs: object) -> int | None:
@@ -287,7 +287,7 @@ def _page(result: Any, what: tuple[str, ...], how: dict[str, Any]) -> Page:
 
 def _page_of_run(run: Run, what: tuple[str, ...], how: dict[str, Any]) -> Page:
     """Draw designs as slack maps and states as curves, as `tendon plot` does."""
-    from tendon_cli.cube.columns import Columns
+    from tendon_cli.cube.columns import TableColumns
     from tendon_cli.figures.draw import pages_of, table_of
     from tendon_cli.studies.figures import figure_spec
 
@@ -295,7 +295,7 @@ def _page_of_run(run: Run, what: tuple[str, ...], how: dict[str, Any]) -> Page:
         how = {**how, "quantity": list(what)}
     spec = figure_spec(**how)
     wanted = None  # the first table that has the quantities
-    if not spec.asked:
+    if not spec.named_columns:
         wanted = "states" if run.record["designs"] == 1 else "designs"
     if run.folder is not None:
         return pages_of(table_of(run.folder, spec, wanted), spec)[0]
@@ -304,7 +304,7 @@ def _page_of_run(run: Run, what: tuple[str, ...], how: dict[str, Any]) -> Page:
         names = [wanted]
     tables = [TableInMemory(run.tables[name]) for name in names]
     for table in tables:
-        if set(spec.asked) <= set(Columns.of(table.schema).held):
+        if set(spec.named_columns) <= set(TableColumns.of(table.schema).quantities):
             return pages_of(table, spec)[0]
     return pages_of(tables[0], spec)[0]
 
@@ -316,7 +316,7 @@ def _page_of_answer(answer: Answer, what: tuple[str, ...], how: dict[str, Any]) 
 
     for name in (*what, *how):
         if name not in FIGURES:
-            hint = nearest(name, FIGURES) or ", ".join(FIGURES)
+            hint = hint_at_nearest(name, FIGURES) or ", ".join(FIGURES)
             raise UsageError(f"an answer has no figure {described(name)}", hint=hint)
     choices = choices_of(TableInMemory(answer.table("choices")))
     for name in what or FIGURES:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from tendon_cli.engine.cost import Estimate
     from tendon_cli.engine.results import Run
     from tendon_cli.studies.study import Study
-    from tendon_cli.studies.values import Values
+    from tendon_cli.studies.values import StudyNumber
 
 
 _MAX_VALUES = 6
@@ -70,7 +70,7 @@ def _axis_text(study: Study, key: str) -> str:
     return ", ".join(names[:_MAX_VALUES]) + more
 
 
-def _values_text(quantity: str, values: Values) -> str:
+def _values_text(quantity: str, values: StudyNumber) -> str:
     """Return the values of a number in words; the middle of a long axis is left out."""
     if len(values) > _MAX_VALUES:
         first = say.quantity(quantity, values.array[0])
@@ -127,7 +127,7 @@ def _conditions(record: dict[str, Any]) -> str:
     """Return the axes of conditions in words: "load", "load and person at once"."""
     names = [_condition(key) for key in recorded_study(record).conditions]
     together = " at once" if len(names) > 1 else ""
-    return say.listed(names) + together
+    return say.join_words(names) + together
 
 
 def _condition(key: str) -> str:
@@ -158,12 +158,14 @@ def estimate_text(estimate: Estimate, name: str, free: int) -> str:
     if estimate.kept:
         lines.append(f"  kept         {', '.join(estimate.kept)} of the states' results")
     parts = counted(estimate.parts, "part")
-    lines.append(f"  disk         {say.size(estimate.bytes)} in {parts}, {say.size(free)} are free")
+    lines.append(
+        f"  disk         {say.byte_size(estimate.bytes)} in {parts}, {say.byte_size(free)} are free"
+    )
     drawing = ""
     if estimate.figure_seconds:
         drawing = f", of it {say.duration(estimate.figure_seconds)} for figures"
     lines.append(f"  time         about {say.duration(estimate.seconds)}{drawing}")
-    lines.append(f"  peak memory  about {say.size(estimate.peak_memory)}")
+    lines.append(f"  peak memory  about {say.byte_size(estimate.peak_memory)}")
     return "\n".join(lines)
 
 
@@ -199,7 +201,7 @@ def _fitting_columns(columns: list[list[str]], width: int) -> int:
 
 def _column_text(rows: TableRows, name: str, values: list[Any]) -> list[str]:
     """Return name, unit and cells of a column, all of one width."""
-    quantity = rows.of.held[name]
+    quantity = rows.table_columns.quantities[name]
     unit = "1"
     factor = 1.0
     if quantity is not None:

@@ -29,7 +29,7 @@ class Answer(Result):
 
     @property
     def best(self) -> dict[str, Any] | None:
-        """Best choice as a row of `choices`: with several goals the best compromise.
+        """Best choice as a row of `count_choices`: with several goals the best compromise.
 
         None if no choice has a window.
         """
@@ -60,7 +60,7 @@ class Answer(Result):
 
     @property
     def front(self) -> list[dict[str, Any]]:
-        """Rows of `choices` that no other beats in every goal."""
+        """Rows of `count_choices` that no other beats in every goal."""
         return list(self.record["front"])
 
     @property
@@ -108,7 +108,7 @@ class Answer(Result):
         """
         import pyarrow.compute as pc  # only who asks for this pays for its import
 
-        from tendon_cli.answers.problem import question
+        from tendon_cli.answers.problem import question_of
 
         library = xarray_library()
         table = self.table("choices")
@@ -119,7 +119,7 @@ class Answer(Result):
         conditions = variables_of(
             self.table("conditions"), {"condition": self.record["conditions"]}
         )
-        problem = question(recorded_study(self.record))
+        problem = question_of(recorded_study(self.record))
         count = len(problem.choices)
         if count * len(problem.conditions) <= _MOST_WINDOWS:
             ends = problem.ends(problem.choices.numbers(np.arange(count)), count)

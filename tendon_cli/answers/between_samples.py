@@ -16,10 +16,10 @@ from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import contact_pressure
-from tendon_cli.model.motor_window import narrowed
+from tendon_cli.model.motor_window import narrow
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.model.whole_motion import end_curves
-from tendon_cli.model.window import Ends, Window, as_read, named, window
+from tendon_cli.model.window import Ends, Window, as_read, window, with_binding_limits
 from tendon_cli.space.axis import PRETENSION, Numbers, Rows
 from tendon_cli.studies.measured_motion import at_times
 from tendon_cli.studies.study import keys
@@ -129,7 +129,9 @@ def _with_tops(values: Array) -> Array:
     return np.concatenate([values, np.where(is_peak, top, middle)], axis=-1)
 
 
-def estimated(problem: Problem, numbers: Numbers, choice: Solutions, ends: Ends) -> float | None:
+def estimate_error(
+    problem: Problem, numbers: Numbers, choice: Solutions, ends: Ends
+) -> float | None:
     """Estimate the error of ends that are sampled, N, as they are read.
 
     Ends that limits on the whole motion set are sampled, and all ends along a trajectory. The
@@ -212,11 +214,13 @@ def _ends_over_angles(
         design: One choice under some conditions.
         of_states: Ends that limits on states set, (conditions,), as F0.
     """
-    windows = named(of_states, design, problem.angles, problem.flexion, problem.bounds)
+    windows = with_binding_limits(
+        of_states, design, problem.angles, problem.flexion, problem.bounds
+    )
 
     def ends(angles: Array) -> Array:
         """Return `_common_ends` of windows with the whole motion taken at angles, rad."""
-        of_motion = narrowed(
+        of_motion = narrow(
             windows, design, angles[np.newaxis], problem.flexion, problem.bounds, problem.loads
         )
         return _common_ends(as_read(of_motion, design))
@@ -236,13 +240,13 @@ def _ends_over_times(
         """Return `_common_ends` of windows with the trajectory taken at times, s."""
         motion = at_times(trajectory, times)
         is_dense = len(times) > len(trajectory.time) + 1
-        motions = motion.turning if is_dense else [motion]
+        motions = motion.with_shifted_turns if is_dense else [motion]
         common = []
         for moved in motions:
             along = replace(design, trajectory=moved)
             angle = moved.angle[np.newaxis]
             flexion = moved.flexion[np.newaxis]
-            windows = narrowed(
+            windows = narrow(
                 window(along, angle, flexion, problem.bounds),
                 along,
                 angle,
@@ -270,7 +274,7 @@ def scope(problem: Problem) -> str:
             name = keys()[axis.key].number.quantity.name
             noun = "load" if axis.key == "load.mass" else name.replace("_", " ")
             words.append(_every(noun, name, axis.values))
-    return say.listed(words)
+    return say.join_words(words)
 
 
 def _every(noun: str, quantity: str, values: Array) -> str:

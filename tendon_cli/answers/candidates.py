@@ -12,9 +12,9 @@ from tendon_cli.answers.question import SERVED, USUAL, ColumnArrays, Goal, goals
 from tendon_cli.answers.solve import (
     WORST,
     Solutions,
-    of_columns,
-    of_rows,
     severest_conditions,
+    solve_columns,
+    solve_rows,
     solve_windows,
     worst,
 )
@@ -130,7 +130,7 @@ def leaves_out(problem: Problem) -> bool:
     return problem.conditions.groups is not None and has_bounds and states > STATES_FOR_ALL
 
 
-def solved_part(problem: Problem, rows: Rows) -> Solutions:
+def solve_part(problem: Problem, rows: Rows) -> Solutions:
     """Solve choices by their rows, with the worst at the pretension of each, or of the relevant.
 
     The worst over a few conditions bounds the worst over all. By such bounds the relevant ones are
@@ -138,7 +138,7 @@ def solved_part(problem: Problem, rows: Rows) -> Solutions:
     than its bound, so these are the right ones.
     """
     if not leaves_out(problem):
-        return of_rows(problem, rows)
+        return solve_rows(problem, rows)
     goals = goals_of(problem.study)
     numbers = problem.choices.numbers(rows)
     solved, served = solve_windows(problem, numbers, len(rows))
@@ -169,7 +169,7 @@ def solved_part(problem: Problem, rows: Rows) -> Solutions:
     return solved.with_worst(left, dict.fromkeys(WORST, np.asarray(np.nan)), has_worst=False)
 
 
-def summarised(choices: Solutions, goals: tuple[Goal, ...]) -> Note:
+def summarise(choices: Solutions, goals: tuple[Goal, ...]) -> Note:
     """Return the note of a part for JSON: counts, conflicts, and the rows that may be named."""
     conflicts = conflicts_of(choices)
     return {
@@ -216,7 +216,7 @@ def compromise(scores: Array) -> int:
 # --- Between the points of the grid ---------------------------------------------------------------
 
 
-def refined(problem: Problem, goals: tuple[Goal, ...], start: Solutions) -> Solutions | None:
+def refine_choice(problem: Problem, goals: tuple[Goal, ...], start: Solutions) -> Solutions | None:
     """Search a better choice between the points of the grid.
 
     With one goal it is the best; with several it is as good in all of them, and better in their
@@ -249,7 +249,7 @@ def refined(problem: Problem, goals: tuple[Goal, ...], start: Solutions) -> Solu
 
     def cost(points: Array) -> Array:
         """Return the cost of points, (ranges, points), the less the better."""
-        tried = of_columns(problem, columns(points.T), points.shape[1], with_worst=with_worst)
+        tried = solve_columns(problem, columns(points.T), points.shape[1], with_worst=with_worst)
         gain = (tried.scores(goals) - before) / scale  # (points, goals)
         lost = np.sum(np.maximum(0.0, -gain), axis=1) if len(goals) > 1 else 0.0
         of_feasible = -np.sum(gain, axis=1) + _PENALTY * lost
@@ -259,7 +259,7 @@ def refined(problem: Problem, goals: tuple[Goal, ...], start: Solutions) -> Solu
     place = np.array([_place(axis, start.scalar(axis.column)) for axis in axes])
     steps = np.array([1.0 / (len(axis) - 1) for axis in axes])
     point = _evolved(cost, place, steps, generations)
-    best = of_columns(problem, columns(point[np.newaxis]), 1)
+    best = solve_columns(problem, columns(point[np.newaxis]), 1)
     after = best.scores(goals)[0]
     is_better = np.all(after >= before) and np.any(after > before + 1e-9 * scale)
     return best if is_better else None

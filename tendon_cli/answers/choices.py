@@ -13,20 +13,20 @@ import pyarrow as pa
 
 from tendon_cli import say
 from tendon_cli.answers import tables as answer_tables
-from tendon_cli.answers.candidates import solved_part, summarised
+from tendon_cli.answers.candidates import solve_part, summarise
 from tendon_cli.answers.people import GroupWindows, people_of, population
-from tendon_cli.answers.problem import Problem, question, rows_to_prove
+from tendon_cli.answers.problem import Problem, question_of, rows_to_prove
 from tendon_cli.answers.question import goals_of
-from tendon_cli.answers.record import findings, named_rows
-from tendon_cli.answers.text import blocks_of
-from tendon_cli.engine.plan import part_of
-from tendon_cli.engine.task import LastFile, Note, Task
+from tendon_cli.answers.record import make_record, named_rows
+from tendon_cli.answers.text import answer_blocks
+from tendon_cli.engine.plan import part_range
+from tendon_cli.engine.task import FinalFile, Note, Task
 from tendon_cli.errors import SizeError
-from tendon_cli.kernel import writer_of
+from tendon_cli.kernel import columns_writer
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import Column, arrays_of
-from tendon_cli.tables.write import Rows
+from tendon_cli.tables.write import RowTarget
 
 CHOICES_PER_PART = 2**17
 WINDOWS_PER_PART = 2**19
@@ -58,7 +58,7 @@ class Choices(Task):
         Raises:
             TendonError: The study asks no question that can be answered.
         """
-        return cls(replace(question(study), stop=stop or threading.Event()))
+        return cls(replace(question_of(study), stop=stop or threading.Event()))
 
     @property
     def study(self) -> Study:
@@ -84,7 +84,7 @@ class Choices(Task):
 
     def part(self, index: int) -> range:
         """Return the choices of a part."""
-        return part_of(len(self.problem.choices), self.length, index)
+        return part_range(len(self.problem.choices), self.length, index)
 
     @property
     def least_bytes(self) -> int:
@@ -114,7 +114,7 @@ class Choices(Task):
         people = people_of(self.problem)
         return len(self.persons if people is None else people.persons)
 
-    def fill(self, tables: Mapping[str, Rows], index: int) -> Note:
+    def fill(self, tables: Mapping[str, RowTarget], index: int) -> Note:
         """Solve the choices of a part, and write them.
 
         Returns:
@@ -123,9 +123,9 @@ class Choices(Task):
         Raises:
             Stopped: The run was cancelled.
         """
-        self.go_on()
+        self.check_stopped()
         part = self.part(index)
-        solutions = solved_part(self.problem, np.arange(part.start, part.stop))
+        solutions = solve_part(self.problem, np.arange(part.start, part.stop))
         refined = np.zeros(len(part), dtype=np.bool_)
         on_front = np.zeros(len(part), dtype=np.bool_)
         rows = {"choices": answer_tables.choice_rows(self.problem, solutions, refined, on_front)}
@@ -133,8 +133,8 @@ class Choices(Task):
             rows["conditions"] = answer_tables.condition_rows(self.problem)
         for table, sink in tables.items():
             count = self.rows(table, index)
-            sink.fill(count, writer_of(rows[table], (count,)))
-        return summarised(solutions, goals_of(self.study))
+            sink.fill(count, columns_writer(rows[table], (count,)))
+        return summarise(solutions, goals_of(self.study))
 
     def is_note(self, index: int, note: Any) -> bool:
         """Return True if the note of a part is as `fill` gives it."""
@@ -159,11 +159,11 @@ class Choices(Task):
 
     def results(self, notes: Sequence[Note]) -> dict[str, Any]:
         """Return the record of the answer, from the choices that may matter."""
-        record, chosen, row = findings(self.problem, notes)
+        record, chosen, row = make_record(self.problem, notes)
         if self.persons is not None:
             windows = GroupWindows.of(self.problem, chosen.columns)
             record["population"] = population(self.problem, chosen, row, windows)
-        blocks = [*blocks_of(self.problem, record)]
+        blocks = [*answer_blocks(self.problem, record)]
         return record | {"blocks": blocks, "text": say.as_text(blocks, self.study)}
 
     def warnings(self, record: Mapping[str, Any]) -> list[str]:  # noqa: ARG002
@@ -172,7 +172,7 @@ class Choices(Task):
 
     def last(
         self, record: Mapping[str, Any], read: Callable[[str], pa.Table]
-    ) -> Iterator[LastFile]:
+    ) -> Iterator[FinalFile]:
         """Yield the files that follow from the whole record.
 
         They are the parts with choices that the record names, the last part, which the choices
@@ -203,12 +203,12 @@ class Choices(Task):
                 whole[places] = of_named
                 values[column.name] = whole
             count = len(part) + len(added)
-            yield name, self.layout("choices", index, count), writer_of(values, (count,))
+            yield name, self.layout("choices", index, count), columns_writer(values, (count,))
 
         if self.persons is not None:
             yield self._persons_file(self.persons, record["population"])
 
-    def _persons_file(self, axis: Axis, population: Mapping[str, Any]) -> LastFile:
+    def _persons_file(self, axis: Axis, population: Mapping[str, Any]) -> FinalFile:
         """Return the table of persons under the choice that the record names first."""
         table = f"{axis.key}s"
         chosen = {}
@@ -219,4 +219,8 @@ class Choices(Task):
         pretension = np.nan if population["pretension"] is None else population["pretension"]
         windows = GroupWindows.of(self.problem, chosen)
         rows = answer_tables.person_rows(self.problem, axis, windows, chosen, pretension)
-        return f"{table}.parquet", self.layout(table, 0), writer_of(rows, (self.rows(table, 0),))
+        return (
+            f"{table}.parquet",
+            self.layout(table, 0),
+            columns_writer(rows, (self.rows(table, 0),)),
+        )

@@ -51,7 +51,7 @@ def share_served(low: Array, high: Array, weighting: Array, *, enough: float = 1
         enough: Share of the weighting that a window must serve.
     """
     is_open = low <= high
-    weight = np.where(is_open, normalised(weighting), 0.0)
+    weight = np.where(is_open, normalise(weighting), 0.0)
     starts = np.where(is_open, low, np.inf)
     stops = np.where(is_open, high, np.inf)
     ends = np.concatenate([starts, stops], axis=1)
@@ -98,7 +98,7 @@ def _widest(ends: Array, is_enough: Flags) -> tuple[Array, Array, npt.NDArray[np
     return np.where(has_run, low, np.nan), np.where(has_run, high, np.nan), np.sum(stops, axis=1)
 
 
-def grouped(low: Array, high: Array, groups: npt.NDArray[np.int64]) -> tuple[Array, Array]:
+def group_windows(low: Array, high: Array, groups: npt.NDArray[np.int64]) -> tuple[Array, Array]:
     """Return the ends of windows that serve every condition of a group, (choices, groups), N.
 
     Args:
@@ -121,7 +121,7 @@ def serves(low: Array, high: Array, pretension: Array | float) -> Flags:
     return np.asarray(is_above_low & is_below_high)
 
 
-def normalised(weighting: Array) -> Array:
+def normalise(weighting: Array) -> Array:
     """Return weights that add up to 1, whatever their size."""
     scaled = weighting / np.max(weighting)
     return np.asarray(scaled / np.sum(scaled))
@@ -129,7 +129,7 @@ def normalised(weighting: Array) -> Array:
 
 def effective_count(weighting: Array) -> float:
     """Return the number of equally weighted persons that say as much: (Σw)² / Σw² (Kish)."""
-    return float(1.0 / np.sum(np.square(normalised(weighting))))
+    return float(1.0 / np.sum(np.square(normalise(weighting))))
 
 
 def share_at(pretension: Array | float, low: Array, high: Array, weighting: Array) -> Array:
@@ -142,7 +142,7 @@ def share_at(pretension: Array | float, low: Array, high: Array, weighting: Arra
         weighting: Weights of the windows.
     """
     is_open = low <= high
-    weights = normalised(weighting)[is_open]
+    weights = normalise(weighting)[is_open]
     begun = _weight_up_to(np.asarray(pretension), low[is_open], weights, "right")
     ended = _weight_up_to(np.asarray(pretension), high[is_open], weights, "left")
     return np.clip(begun - ended, 0.0, 1.0)
@@ -237,7 +237,7 @@ def best_sizes(
         check_stopped: Called before each search; it may raise to end it.
     """
     choice, pretension, is_served = _largest_sets(low, high)
-    weights = normalised(weighting)
+    weights = normalise(weighting)
     best = [Sizes((), (), 0.0)]
     for count in range(1, most + 1):
         check_stopped()

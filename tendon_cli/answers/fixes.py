@@ -94,7 +94,7 @@ def sampled(problem: Problem, choice: Solutions) -> Problem:
 def _current_value(problem: Problem, numbers: Numbers, key: str) -> float:
     """Return a parameter's value in a choice; NaN if it differs between conditions or sides."""
     space = problem.choices.at(numbers, problem.condition_numbers)
-    if key in problem.condition_numbers or key in space.of_sides:
+    if key in problem.condition_numbers or key in space.keys_of_sides:
         return np.nan
     unscaled = replace(space.number(key), scales=())
     return float(np.asarray(unscaled.within(space.whole)).item())
@@ -154,7 +154,7 @@ def _printed(
             pretension = solved.scalar("pretension")
             low = solved.scalar("pretension_from")
             high = solved.scalar("pretension_to")
-            return text, say.within(pretension, low, high, digits=3)
+            return text, say.number_within(pretension, low, high, digits=3)
     return repr(after), ""
 
 

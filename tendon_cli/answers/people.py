@@ -14,15 +14,15 @@ from tendon_cli.answers.coverage import (
     Sizes,
     best_sizes,
     effective_count,
-    grouped,
-    normalised,
+    group_windows,
+    normalise,
     serves,
 )
 from tendon_cli.answers.phrases import LESS, MORE, NEITHER, population_share, row_words, why_not
 from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.question import ColumnArrays
 from tendon_cli.answers.sensitivity import indices
-from tendon_cli.answers.setup import FEW, settings, study_arm
+from tendon_cli.answers.setup import FEW_PERSONS, settings, study_arm
 from tendon_cli.answers.solve import Solutions
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array, Flags
@@ -133,7 +133,7 @@ def population(
         "set": {} if people is None else _spread_of_settings(problem, chosen),
         "by": [] if people is None else _by_sex(problem, people, windows.served(pretension)),
         "curve": {name: values[thinned].tolist() for name, values in vars(curve).items()},
-        "not_served": not_served(problem, windows, pretension),
+        "not_served": reasons_not_served(problem, windows, pretension),
         "sizes": {} if people is None else dict(_sizes(problem, chosen)),
         "sobol": indices(problem, problem.numbers_of(chosen.columns)),
     }
@@ -153,7 +153,7 @@ def _spread_of_settings(problem: Problem, chosen: Solutions) -> dict[str, list[f
     if axis is None:
         return {}
     design = study_arm(problem, problem.numbers_of(chosen.columns), chosen["pretension"][:1], axis)
-    shares = (0.05, 0.95) if problem.counts[PERSON_AXIS] >= FEW else (0.0, 1.0)
+    shares = (0.05, 0.95) if problem.counts[PERSON_AXIS] >= FEW_PERSONS else (0.0, 1.0)
     tensions = settings(design, len(axis))
     return {name: np.quantile(values, shares).tolist() for name, values in tensions.items()}
 
@@ -168,7 +168,7 @@ def _by_sex(problem: Problem, people: People, served: Flags) -> list[dict[str, A
     shares = []
     for sex in dict.fromkeys(sexes.tolist()):
         groups = np.flatnonzero(sexes == sex)
-        weights = normalised(weighting[groups])
+        weights = normalise(weighting[groups])
         is_served = served[groups]
         share = 1.0 if is_served.all() else float(min(weights[is_served].sum(), 1.0))
         persons = len(np.unique(rows[groups] // people.completions))
@@ -184,7 +184,9 @@ def _by_sex(problem: Problem, people: People, served: Flags) -> list[dict[str, A
     return shares
 
 
-def not_served(problem: Problem, windows: GroupWindows, pretension: float) -> list[dict[str, Any]]:
+def reasons_not_served(
+    problem: Problem, windows: GroupWindows, pretension: float
+) -> list[dict[str, Any]]:
     """Return those whom a pretension does not serve, by reason, as recorded.
 
     The most frequent reason is the first. A reason has the limit that is not kept, or if no
@@ -197,7 +199,7 @@ def not_served(problem: Problem, windows: GroupWindows, pretension: float) -> li
         pretension: Its pretension, N.
     """
     people = people_of(problem)
-    weights = normalised(problem.weighting)
+    weights = normalise(problem.weighting)
     groups = np.flatnonzero(~windows.served(pretension))
     low = windows.low[groups]
     high = windows.high[groups]
@@ -257,7 +259,7 @@ def _differences(people: People, members: Rows) -> Iterator[tuple[str, dict[str,
 
     Means are SI; `deviations` is the difference in standard deviations.
     """
-    weights = normalised(people.weighting)
+    weights = normalise(people.weighting)
     mean = weights @ people.values
     deviation = np.sqrt(weights @ np.square(people.values - mean))
     mean_of_members = people.values[members].mean(axis=0)
@@ -290,7 +292,7 @@ def _sizes(problem: Problem, chosen: Solutions) -> Iterator[tuple[str, list[dict
         }
         columns[axis.column] = along if axis.names else axis.values[along]
         ends = of_persons.ends(problem.numbers_of(columns), len(along))
-        low, high = grouped(ends.low, ends.high, problem.groups[:conditions])
+        low, high = group_windows(ends.low, ends.high, problem.groups[:conditions])
         if draws > 1:  # the window of a person is of enough of the draws
             covered = coverage.share_served(
                 low.reshape(-1, draws),
@@ -305,7 +307,7 @@ def _sizes(problem: Problem, chosen: Solutions) -> Iterator[tuple[str, list[dict
 
 
 def _size(axis: Axis, along: Rows, sizes: Sizes, persons: int) -> dict[str, Any]:
-    """Return the record of the best few suits, whose choices are places in `along`."""
+    """Return the record of the best few suits, whose choices are places in `motion_columns`."""
     suits = []
     for choice, pretension in zip(sizes.choices, sizes.pretensions, strict=True):
         place = along[choice]

@@ -47,7 +47,7 @@ def parameter(key: str, value: float | str) -> str:
 
 def value_words(axis: Axis, value: float | str) -> str:
     """Say the value of a choice or a condition on an axis."""
-    return axis.named(str(value)) if axis.names else parameter(axis.key, value)
+    return axis.in_words(str(value)) if axis.names else parameter(axis.key, value)
 
 
 def row_words(product: Space, row: Row) -> str:
@@ -134,7 +134,7 @@ def margins(problem: Problem, row: Row) -> str:
     low, high = ends_of(row)
     if pretension is None or low is None or not low <= high:
         return "there is no window"
-    window = say.window(low, high)
+    window = say.window_text(low, high)
     if pretension < low:
         return f"it is {say.number(low - pretension, 3)} N less than the window, {window}"
     if pretension > high:

@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 
 from tendon_cli import kernel, say
-from tendon_cli.answers.coverage import grouped, share_served
+from tendon_cli.answers.coverage import group_windows, share_served
 from tendon_cli.answers.question import Question, select_numbers
 from tendon_cli.engine.plan import bounds_of
 from tendon_cli.errors import UsageError
@@ -18,13 +18,13 @@ from tendon_cli.model import whole_motion, window
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags
-from tendon_cli.model.motor_window import narrowed
+from tendon_cli.model.motor_window import narrow
 from tendon_cli.model.window import Ends, Window
 from tendon_cli.space.axis import PRETENSION, Numbers, Rows, split_side
 from tendon_cli.studies.contents import case_numbers
 from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import Study
-from tendon_cli.studies.values import Values
+from tendon_cli.studies.values import StudyNumber
 from tendon_cli.units import shorten
 
 _STATES_AT_ONCE = 2**21
@@ -52,7 +52,7 @@ class Problem(Question):
     def ends(self, numbers: Numbers, count: int, *, named: bool = False) -> Ends:
         """Return the ends of windows, (choices, conditions), in half the time of `windows`.
 
-        They are whole windows if `named`, or if the limits that bind follow without more work.
+        They are whole windows if `with_binding_limits`, or if the limits that bind follow without more work.
         """
         ends = self.ends_over_angles(numbers, count)
         return self.finish_ends(ends, numbers, named=named)
@@ -73,9 +73,11 @@ class Problem(Question):
         for rows, conditions, design in self.chunks(numbers, len(ends.low)):
             part = Ends(**{name: values[rows, conditions] for name, values in vars(ends).items()})
             if named:
-                part = window.named(part, design, self.angles, self.flexion, self.bounds)
+                part = window.with_binding_limits(
+                    part, design, self.angles, self.flexion, self.bounds
+                )
             if of_motion:
-                part = narrowed(
+                part = narrow(
                     cast("Window", part),
                     design,
                     self.angles,
@@ -111,7 +113,7 @@ class Problem(Question):
             kernel.fold_window(
                 tightest, state, self.bounds, (*shape, len(self.flexion), angles.size)
             )
-            part = window.finished(tightest, design, self.bounds)
+            part = window.finish(tightest, design, self.bounds)
             for name, values in vars(part).items():
                 if name not in folded:
                     folded[name] = np.empty((count, len(self.conditions)), dtype=values.dtype)
@@ -136,7 +138,7 @@ class Problem(Question):
             rows, conditions = np.nonzero(is_sought)
             for part in self.cut(len(rows), _REFINED_AT_ONCE):
                 pairs = (rows[part], conditions[part])
-                value[pairs], state[pairs], angle[pairs] = whole_motion.refined(
+                value[pairs], state[pairs], angle[pairs] = whole_motion.refine_ends(
                     self.paired(numbers, *pairs),
                     state[pairs],
                     value[pairs],
@@ -158,7 +160,7 @@ class Problem(Question):
         low = [ends.low.max(axis=1)]
         high = [ends.high.min(axis=1)]
         if self.enough < 1.0:
-            group_low, group_high = grouped(ends.low, ends.high, self.groups)
+            group_low, group_high = group_windows(ends.low, ends.high, self.groups)
             covered = share_served(group_low, group_high, self.weighting, enough=self.enough)
             low += [covered.low, covered.best_low]
             high += [covered.high, covered.best_high]
@@ -213,9 +215,9 @@ def _near_any(ends: Array, references: list[Array], share: float) -> Flags:
     return is_near
 
 
-def question(study: Study) -> Problem:
+def question_of(study: Study) -> Problem:
     """Return the question that a study asks of `tendon design`."""
-    space = space_of(study).unset()
+    space = space_of(study).without_pretension()
     pretension = study.design.pretension
     problem = Problem(
         study=study,
@@ -224,7 +226,7 @@ def question(study: Study) -> Problem:
         bounds=bounds_of(study),
         enough=study.serve,
         middle=pretension == "middle",
-        given=pretension.single if isinstance(pretension, Values) else None,
+        given=pretension.single if isinstance(pretension, StudyNumber) else None,
     )
     return replace(problem, notes=(*study.warnings, *_notes(problem)))
 
@@ -252,8 +254,8 @@ def _notes(problem: Problem) -> Iterator[str]:
     if problem.sampled_intervals:
         names = ", ".join(problem.sampled_intervals)
         yield (
-            f"{names}: {say.proved(say.SAMPLED)} at both ends of the interval; what lies between"
-            f" is {say.proved(say.OPEN)}"
+            f"{names}: {say.proved_word(say.SAMPLED)} at both ends of the interval; what lies between"
+            f" is {say.proved_word(say.OPEN)}"
         )
     if problem.whole_intervals:
         names = ", ".join(problem.whole_intervals)

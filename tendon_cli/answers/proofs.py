@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.between_samples import estimated, worst_between
-from tendon_cli.answers.coverage import grouped
+from tendon_cli.answers.between_samples import estimate_error, worst_between
+from tendon_cli.answers.coverage import group_windows
 from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.question import LEAN, LOADS
 from tendon_cli.answers.solve import Solutions, solve_windows
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags
-from tendon_cli.model.proof import MOST_CELLS, Cells, Proof, cells_of, prove
+from tendon_cli.model.proof import MOST_CELLS, Cells, Proof, first_cells, prove
 from tendon_cli.model.setting import pretension_of
-from tendon_cli.model.whole_motion import refined
+from tendon_cli.model.whole_motion import refine_ends
 from tendon_cli.model.window import Ends, Positions
 from tendon_cli.space.axis import Numbers, Rows, scale_of
 
@@ -157,7 +157,7 @@ class _ConditionArcs:
         design = self.design()
         angles = (float(problem.angles.min()), float(problem.angles.max()))
         sides = np.eye(len(problem.box))
-        cells = cells_of(len(self), angles, problem.flexion, design.knots, len(sides))
+        cells = first_cells(len(self), angles, problem.flexion, design.knots, len(sides))
         return prove(
             design,
             cells,
@@ -250,7 +250,7 @@ def prove_choice(problem: Problem, choice: Solutions) -> ProvedChoice:
     is_open = status == say.OPEN
     estimate = None
     if not is_open and choice.has_window.item():
-        estimate = estimated(problem, numbers, choice, ends)
+        estimate = estimate_error(problem, numbers, choice, ends)
     certificate = Certificate(status, cells, 0.0 if is_open else margin, estimate)
     known = {"between_samples": np.array([say.STATUSES.index(status)])}
     choice = replace(choice, results=choice.results | known)
@@ -267,7 +267,7 @@ def _served_windows(problem: Problem, ends: Ends, choice: Solutions) -> tuple[Ar
     if problem.enough >= 1.0:
         count = len(problem.conditions)
         return np.repeat(low, count), np.repeat(high, count)
-    group_low, group_high = grouped(ends.low, ends.high, problem.groups)
+    group_low, group_high = group_windows(ends.low, ends.high, problem.groups)
     served_low = np.maximum(group_low[0], low)
     served_high = np.minimum(group_high[0], high)
     return served_low[problem.groups], served_high[problem.groups]
@@ -337,7 +337,7 @@ def _tightest_ends(
         """Return ends (N), states and angles (rad) at points of the box."""
         unbounded = np.full(len(state), -sign * np.inf)
         return list(
-            refined(
+            refine_ends(
                 selected.design(shares),
                 state,
                 unbounded,

@@ -23,7 +23,7 @@ from tendon_cli.space.axis import (
     Axis,
     Numbers,
     Rows,
-    over,
+    overlay,
     split_side,
 )
 from tendon_cli.space.space import Space
@@ -120,7 +120,7 @@ class Question:
         """
         if self.study.trajectory is not None:
             return self.study.angles[np.newaxis]
-        return whole_motion.grid(self.study.angles)
+        return whole_motion.angle_grid(self.study.angles)
 
     @property
     def flexion(self) -> Flags:
@@ -255,7 +255,7 @@ class Question:
             above: Numbers of the pairs that take precedence over those of both.
         """
         of_conditions = select_numbers(self.condition_numbers, condition)
-        of_pairs = over(select_numbers(numbers, rows), {**of_conditions, **(above or {})})
+        of_pairs = overlay(select_numbers(numbers, rows), {**of_conditions, **(above or {})})
         points = Axis.of_points(of_pairs, len(rows))
         return Space((points,), self.choices.single).design()
 

@@ -20,7 +20,7 @@ from tendon_cli.answers.question import Goal, goals_of
 from tendon_cli.answers.relax import relaxations
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.answers.setup import bench_record
-from tendon_cli.answers.solve import Solutions, of_rows
+from tendon_cli.answers.solve import Solutions, solve_rows
 from tendon_cli.answers.tables import as_records, choice_columns, choice_rows
 from tendon_cli.engine.task import Note
 from tendon_cli.model.window import Ends
@@ -57,7 +57,7 @@ class NamedChoices:
         for goal in problem.goals:
             scores = feasible.scores((goal,))[:, 0]
             start = feasible.select([candidates.best_of(feasible, scores)])
-            best = candidates.refined(problem, (goal,), start) or start
+            best = candidates.refine_choice(problem, (goal,), start) or start
             before = start.scores((goal,)).item()
             after = best.scores((goal,)).item()
             named.best[goal.column] = best
@@ -124,11 +124,11 @@ def _front(
     choices = []
     for place in range(len(on_front)):
         choice = on_front.select([place])
-        choices.append(candidates.refined(problem, goals, choice) or choice)
+        choices.append(candidates.refine_choice(problem, goals, choice) or choice)
     return front_of(Solutions.concatenate(choices + bests))
 
 
-def findings(
+def make_record(
     problem: Problem, notes: Sequence[Note]
 ) -> tuple[dict[str, Any], Solutions, dict[str, Any]]:
     """Make the record of an answer.
@@ -146,7 +146,7 @@ def findings(
     """
     to_prove = rows_to_prove(problem)
     relevant_rows = [row for note in notes for row in note["rows"]]
-    relevant = of_rows(problem, np.unique([*relevant_rows, *to_prove.tolist()]))
+    relevant = solve_rows(problem, np.unique([*relevant_rows, *to_prove.tolist()]))
     feasible = sum(note["feasible"] for note in notes)
     conflicts = Counter[LimitPair]()
     for note in notes:

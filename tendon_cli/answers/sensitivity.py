@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.coverage import grouped, normalised
+from tendon_cli.answers.coverage import group_windows, normalise
 from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.solve import Solutions, solve
 from tendon_cli.model.bounds import Bounds, limit_end
@@ -21,8 +21,8 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags, Spline
 from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
 from tendon_cli.model.limits import PRETENSION as LIMIT_PRETENSION
-from tendon_cli.model.motor_window import excess
-from tendon_cli.model.setting import shown
+from tendon_cli.model.motor_window import motion_excess
+from tendon_cli.model.setting import reading_at
 from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, PRETENSION, WORDS, Axis, Numbers, of_side
 from tendon_cli.space.space import Space
 from tendon_cli.studies.study import keys
@@ -112,7 +112,7 @@ def _slope_of_state_end(alone: Problem, choice: Solutions, end: str) -> Slope:
 
     def slope(changed: Design, bounds: Bounds) -> float:
         kept = limit_end(code, changed, elbow_angle, flexion, bounds, upper=end == "to")
-        read = kept if code == LIMIT_PRETENSION else shown(changed, kept)
+        read = kept if code == LIMIT_PRETENSION else reading_at(changed, kept)
         return float(read.imag.item()) / _STEP
 
     return slope
@@ -128,7 +128,9 @@ def _slope_of_motor_end(alone: Problem, choice: Solutions, end: str, design: Des
     pretension = choice.scalar(f"pretension_{end}")
 
     def excess_of(changed: Design, bounds: Bounds, at_pretension: complex) -> complex:
-        return excess(name, changed, alone.angles, alone.flexion, bounds, at_pretension, state)
+        return motion_excess(
+            name, changed, alone.angles, alone.flexion, bounds, at_pretension, state
+        )
 
     def slope(changed: Design, bounds: Bounds) -> float:
         by_number = excess_of(changed, bounds, pretension).imag
@@ -145,10 +147,10 @@ def _numbers_under(alone: Problem, numbers: Numbers) -> dict[str, float]:
     """
     space = alone.choices.at(numbers, alone.condition_numbers)
     values = {}
-    for (key, side), number in space.of_the_model.items():
+    for (key, side), number in space.model_numbers.items():
         is_number = key in keys() and not isinstance(number.value, Spline)
         if is_number and key not in (PRETENSION, *WORDS):
-            name = of_side(key, side) if side and key in space.of_sides else key
+            name = of_side(key, side) if side and key in space.keys_of_sides else key
             values[name] = float(np.asarray(number.within(space.whole)).item())
     return {key: value for key, value in values.items() if np.isfinite(value)}
 
@@ -308,7 +310,7 @@ def indices(problem: Problem, numbers: Numbers) -> list[dict[str, Any]]:
         drawn: dict[str, Array] = {}
         if person_axis is not None and people is not None:
             # The last input is a share of the weighting: it selects a person.
-            up_to = np.cumsum(normalised(people.weighting))
+            up_to = np.cumsum(normalise(people.weighting))
             places = np.searchsorted(up_to, points[:, -1], side="right")
             persons = np.minimum(places, len(people) - 1)
             drawn |= {key: values[persons] for key, values in person_axis.numbers.items()}
@@ -317,7 +319,7 @@ def indices(problem: Problem, numbers: Numbers) -> list[dict[str, Any]]:
         axis = replace(Axis.of_points(drawn), key=DRAW_AXIS)
         asked = replace(problem, conditions=Space((axis, *others)).grouped())
         windows = asked.ends(numbers, 1)
-        return np.concatenate(grouped(windows.low, windows.high, asked.groups))
+        return np.concatenate(group_windows(windows.low, windows.high, asked.groups))
 
     ends = ("pretension_from", "pretension_to")
     return list(sobol(ends_at, inputs, ends, int(2**exponent), study.uncertainty.seed))

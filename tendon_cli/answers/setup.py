@@ -22,13 +22,13 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.model.reversal import Drift, drift
-from tendon_cli.model.setting import all_readings, per_length
+from tendon_cli.model.setting import all_readings, pretension_per_length
 from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, PRETENSION, SIDES, Axis, Numbers
 
 SETTING_COLUMNS = tuple(f"set_{side}_tension{end}" for end in ("", "_motor") for side in SIDES)
 """Columns of the tensions to set, at the joint and at the motor, N."""
 
-FEW = 20
+FEW_PERSONS = 20
 """Number of persons below which all of them say more than a share."""
 _STRAP_WIDTH = 0.04
 """Width of a strap if the study gives none, m."""
@@ -114,7 +114,7 @@ def setting_columns(
         at_low = study_arm(problem, numbers, low).flexor.pretension
         at_high = study_arm(problem, numbers, high).flexor.pretension
         width = _of_designs(np.asarray(at_high), count) - _of_designs(np.asarray(at_low), count)
-        length = 0.5 * width / _of_designs(per_length(design), count)
+        length = 0.5 * width / _of_designs(pretension_per_length(design), count)
     is_closed = (low <= high) & np.isfinite(high)
     return {**settings(design, count), "tolerance_length": np.where(is_closed, length, np.nan)}
 
@@ -136,7 +136,7 @@ def bench_record(problem: Problem, choice: Solutions) -> dict[str, Any]:
             **angles,
             "after": posture.after,
             "read": posture.read,
-            "newtons_per_metre": float(_of_designs(per_length(design), 1)[0]),
+            "newtons_per_metre": float(_of_designs(pretension_per_length(design), 1)[0]),
         },
         "drift": None if beyond is None else {"pretension": beyond[0], **asdict(beyond[1])},
         "remarks": [*remarks(problem, choice)],
@@ -258,7 +258,7 @@ def on_whom(problem: Problem) -> str:
 
 def posture(problem: Problem, setting: Row) -> str:
     """Say the posture in which a pretension is set."""
-    joint = say.joint_word(problem.study)
+    joint = say.joint_name(problem.study)
     angle = setting["angle"]
     tilt = setting["upper_arm_angle"]
     load = setting["load"]
@@ -299,7 +299,7 @@ def to_set(problem: Problem, record: Row) -> Iterator[str]:
 
 def _persons(count: int) -> str:
     """Say for whom a range of tensions holds."""
-    if count >= FEW:
+    if count >= FEW_PERSONS:
         return "nine persons of ten"
     return "these persons" if count > 1 else "this person"
 

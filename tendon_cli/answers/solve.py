@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import kernel
-from tendon_cli.answers.coverage import ROUNDING, grouped, normalised, serves, share_served
+from tendon_cli.answers.coverage import ROUNDING, group_windows, normalise, serves, share_served
 from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.question import ColumnArrays, Goal, select_numbers
 from tendon_cli.model import extremes, window
@@ -108,12 +108,12 @@ class Solutions:
         return cls(results, np.concatenate([part.row for part in parts]), columns)
 
 
-def of_rows(problem: Problem, rows: Rows) -> Solutions:
+def solve_rows(problem: Problem, rows: Rows) -> Solutions:
     """Solve the choices in some rows of the question's choices."""
-    return replace(of_columns(problem, problem.choices.columns(rows), len(rows)), row=rows)
+    return replace(solve_columns(problem, problem.choices.columns(rows), len(rows)), row=rows)
 
 
-def of_columns(
+def solve_columns(
     problem: Problem, columns: ColumnArrays, count: int, *, with_worst: bool = True
 ) -> Solutions:
     """Solve `count` choices, anywhere in the space of choices, by their columns."""
@@ -158,7 +158,7 @@ def solve_windows(
     """
     if ends is None:
         ends = problem.ends(numbers, count)
-    group_low, group_high = grouped(ends.low, ends.high, problem.groups)
+    group_low, group_high = group_windows(ends.low, ends.high, problem.groups)
     results, best = _common_window(problem, ends, group_low, group_high)
     low = results["pretension_from"]
     high = results["pretension_to"]
@@ -167,7 +167,7 @@ def solve_windows(
     else:
         pretension = np.full(count, problem.given)
     is_served = serves(group_low, group_high, pretension[:, np.newaxis])  # (choices, groups)
-    shares = np.minimum(is_served @ normalised(problem.weighting), 1.0)
+    shares = np.minimum(is_served @ normalise(problem.weighting), 1.0)
     served_at = np.where(is_served.all(axis=1), 1.0, shares)  # exactly 1 if all groups are served
     binding = np.concatenate([results["from_condition"], results["to_condition"]])
     named = _name_limits(problem, numbers, ends, binding)
@@ -249,7 +249,9 @@ def _name_limits(problem: Problem, numbers: Numbers, ends: Ends, condition: Rows
     if isinstance(ends, Window):
         return Window(**picked)
     design = problem.paired(numbers, rows, condition)
-    return window.named(Ends(**picked), design, problem.angles, problem.flexion, problem.bounds)
+    return window.with_binding_limits(
+        Ends(**picked), design, problem.angles, problem.flexion, problem.bounds
+    )
 
 
 def _pick(values: npt.NDArray[Any], condition: Rows) -> npt.NDArray[Any]:

@@ -29,7 +29,7 @@ _WORST = {
 }
 
 
-def blocks_of(problem: Problem, record: Row) -> Iterator[say.Block]:
+def answer_blocks(problem: Problem, record: Row) -> Iterator[say.Block]:
     """Yield the whole answer, what it is for persons or draws, and notes."""
     if record["best"] is None:
         yield from _no_window(problem, record)
@@ -53,7 +53,9 @@ def _list(heading: str, texts: Iterable[str]) -> Iterator[say.Block]:
 
 def _answer(problem: Problem, record: Row) -> Iterator[say.Block]:
     """Yield the answer if a choice has a window."""
-    yield say.sentence(f"{_first_sentence(problem, record)} {say.proof(record['between_samples'])}")
+    yield say.sentence(
+        f"{_first_sentence(problem, record)} {say.proof_sentence(record['between_samples'])}"
+    )
     yield from _list("Why", _why(problem, record))
     in_posture = posture(problem, record["setting"])
     yield from _list(f"To set it{on_whom(problem)}: {in_posture}", to_set(problem, record))
@@ -72,7 +74,7 @@ def _answer(problem: Problem, record: Row) -> Iterator[say.Block]:
 def _first_sentence(problem: Problem, record: Row) -> str:
     """Say the pretension, whom it serves, and between which ends that holds."""
     best = record["best"]
-    noun, where = say.reading(problem.study.setting.read)
+    noun, where = say.setting_words(problem.study.setting.read)
     low, high = ends_of(best)
     choice = row_words(problem.choices, best)
     start = f"{choice}: a {noun}" if choice else f"A {noun}"
@@ -99,7 +101,7 @@ def _first_sentence(problem: Problem, record: Row) -> str:
 
 def _pretension(row: Row) -> str:
     """Say the pretension of a choice, rounded so that it stays in its window."""
-    return f"{say.within(row['pretension'], *ends_of(row))} N"
+    return f"{say.number_within(row['pretension'], *ends_of(row))} N"
 
 
 def _span(low: float, high: float) -> str:
@@ -164,7 +166,7 @@ def _why(problem: Problem, record: Row) -> Iterator[str]:
     worst = [
         f"{words} {say.quantity(name, best[name])}" for name, words in _WORST.items() if best[name]
     ]
-    yield f"at {_pretension(best)} the worst is {say.listed(worst)}"
+    yield f"at {_pretension(best)} the worst is {say.join_words(worst)}"
     yield from _edges(problem, best)
 
 
@@ -172,7 +174,7 @@ def _proved(problem: Problem, row: Row) -> str:
     """Say the window of a choice that was to be proved."""
     result = "no window"
     if row["feasible"]:
-        result = f"{say.window(*ends_of(row))}, {say.proved(row['between_samples'])}"
+        result = f"{say.window_text(*ends_of(row))}, {say.proved_word(row['between_samples'])}"
     return f"{row_words(problem.choices, row) or 'the design'}: {result}"
 
 
@@ -263,7 +265,7 @@ def _alternatives(problem: Problem, record: Row) -> Iterator[say.Block]:
 def _no_window(problem: Problem, record: Row) -> Iterator[say.Block]:
     """Yield the answer if no choice has a window."""
     choices = record["choices"]
-    noun, where = say.reading(problem.study.setting.read)
+    noun, where = say.setting_words(problem.study.setting.read)
     whichever = "" if choices == 1 else f", whichever of {choices:,} choices is taken"
     whom = _all_of(problem)
     if problem.enough < 1.0:

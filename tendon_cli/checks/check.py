@@ -12,7 +12,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.checks.check_text import NO_EQUILIBRIUM, SLACK, WORST, Checked, finite, verdict_text
+from tendon_cli.checks.check_text import (
+    NO_EQUILIBRIUM,
+    SLACK,
+    WORST,
+    CheckResult,
+    finite,
+    verdict_text,
+)
 from tendon_cli.checks.compare import TOLERANCE, compare
 from tendon_cli.cube.cube import cube_of
 from tendon_cli.engine.plan import Plan
@@ -37,7 +44,7 @@ def check(
     tolerance: float = TOLERANCE,
     apart: Sequence[str] = (),
     worst: int = WORST,
-) -> Checked:
+) -> CheckResult:
     """Check that every design of a run is within its limits, or find what changed since a baseline.
 
     An answer holds if at least one choice has a window. Every file is verified first.
@@ -75,10 +82,10 @@ def check(
     study = recorded_study(table.facts["study"])
     result = _check_designs(table, study, worst)
     text = verdict_text(result, cube_of(table), record["name"])
-    return Checked(result["holds"], text, finite(result))
+    return CheckResult(result["holds"], text, finite(result))
 
 
-def _check_answer(record: dict[str, Any]) -> Checked:
+def _check_answer(record: dict[str, Any]) -> CheckResult:
     """Check that at least one choice of an answer has a window."""
     choices = record["choices"]
     feasible = record["feasible"]
@@ -88,7 +95,7 @@ def _check_answer(record: dict[str, Any]) -> Checked:
     if not feasible:
         lines += [f"  {' against '.join(conflict['limits'])}" for conflict in conflicts]
     result = {"choices": choices, "feasible": feasible, "conflicts": conflicts, "holds": holds}
-    return Checked(holds, "\n".join(lines), result)
+    return CheckResult(holds, "\n".join(lines), result)
 
 
 def _check_designs(table: TableFiles, study: Study, worst: int) -> dict[str, Any]:
@@ -133,7 +140,7 @@ def _columns_of(limit: str) -> list[str]:
 def _breaches(columns: Mapping[str, Array], limits: Mapping[str, float]) -> Iterator[Breach]:
     """Yield every limit that each design breaks, SI.
 
-    The value of slack is its margin of pretension. `excess` is a share of the bound, and -inf where
+    The value of slack is its margin of pretension. `motion_excess` is a share of the bound, and -inf where
     the limit is kept.
     """
     needed = columns["required_pretension"]

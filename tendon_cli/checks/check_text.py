@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tendon_cli.cube.cube import Cube
-from tendon_cli.cube.labels import Shown, number
+from tendon_cli.cube.labels import ColumnLabel, number
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.units import counted
@@ -23,7 +23,7 @@ _ESCAPES = {"&": "&amp;", "<": "&lt;", ">": "&gt;", "|": "\\|", "`": "\\`", "[":
 
 
 @dataclass(frozen=True)
-class Checked:
+class CheckResult:
     """Result of a check."""
 
     holds: bool
@@ -96,7 +96,7 @@ def _shown(column: str, value: float) -> str:
     """Value of a column in the unit that people read."""
     if column not in QUANTITIES:
         return number(value)
-    return Shown.of(column, QUANTITIES[column]).text(value)
+    return ColumnLabel.of(column, QUANTITIES[column]).text(value)
 
 
 def comparison_text(record: Record, cube: Cube, names: tuple[str, str]) -> str:
@@ -157,7 +157,7 @@ def _place_text(where: Record, cube: Cube) -> str:
             words.append(f"{column} {value}")
             continue
         quantity = QUANTITIES.get(column)
-        shown = Shown.of(column, quantity) if quantity else cube.shown(column)
+        shown = ColumnLabel.of(column, quantity) if quantity else cube.shown(column)
         words.append(f"{column} {shown.text(float(value))}")
     return ", ".join(words) or "the only row"
 

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.checks.check_text import WORST, Checked, comparison_text, finite
+from tendon_cli.checks.check_text import WORST, CheckResult, comparison_text, finite
 from tendon_cli.cube.axes import Ints
-from tendon_cli.cube.columns import Values
+from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube, cube_of
 from tendon_cli.engine.records import differences
 from tendon_cli.engine.results import open_run
@@ -21,7 +21,7 @@ from tendon_cli.engine.table_columns import JUDGEMENTS
 from tendon_cli.errors import UsageError
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES
 from tendon_cli.space.axis import Axis
-from tendon_cli.studies.fields import nearest
+from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.json_schema import key_words
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import Study
@@ -56,7 +56,7 @@ def compare(
     tolerance: float = TOLERANCE,
     apart: Sequence[str] = (),
     worst: int = WORST,
-) -> Checked:
+) -> CheckResult:
     """Find what changed since another run.
 
     Numbers are compared within a tolerance, flags exactly, and designs that became feasible, or are
@@ -119,7 +119,7 @@ def compare(
         "holds": not beyond and not flips and not missing,
     }
     text = comparison_text(record, pairs[0].here, (str(folder), str(baseline)))
-    return Checked(record["holds"], text, finite(record))
+    return CheckResult(record["holds"], text, finite(record))
 
 
 def _check_studies(ours: Study, theirs: Study, apart: Sequence[str]) -> None:
@@ -130,7 +130,7 @@ def _check_studies(ours: Study, theirs: Study, apart: Sequence[str]) -> None:
         known.update(".".join(parts[: depth + 1]) for depth in range(len(parts)))
     unknown = [key for key in apart if key not in known.union(Study.model_fields)]
     if unknown:
-        hint = nearest(unknown[0], known) or "`tendon schema` lists every key"
+        hint = hint_at_nearest(unknown[0], known) or "`tendon schema` lists every key"
         raise UsageError(f'a study has no key "{shorten(unknown[0])}"', where="--except", hint=hint)
     varied = {*ours.axes, *theirs.axes, *_MAY_DIFFER, *apart}
     lines = []
@@ -213,7 +213,7 @@ class TablePair:
             lines += [f"{self.here.kind}.{name}: a column in {owner} only" for name in names]
         return lines
 
-    def both(self, name: str) -> tuple[Values, Values]:
+    def both(self, name: str) -> tuple[ColumnArray, ColumnArray]:
         """Return a column of both tables, on the rows that both have."""
         order = [axis.column for axis in self.axes]
         here = self.here.gather(self.here.rows(order, self.at_here), [name])
@@ -281,12 +281,12 @@ class TablePair:
 
 def _results(cube: Cube) -> list[str]:
     """Columns of a table that are computed."""
-    if cube.files is None:
+    if cube.table is None:
         return []
-    return [name for name in cube.files.schema.names if name in _RESULTS]
+    return [name for name in cube.table.schema.names if name in _RESULTS]
 
 
-def _largest(values: Values) -> float:
+def _largest(values: ColumnArray) -> float:
     """Largest magnitude of a column; 0 if nothing in it is finite."""
     return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
 
@@ -296,7 +296,9 @@ def _known(margin: float) -> float | None:
     return float(margin) if math.isfinite(margin) else None
 
 
-def difference(first: Values, second: Values, *, is_flag: bool) -> npt.NDArray[np.float64]:
+def difference(
+    first: ColumnArray, second: ColumnArray, *, is_flag: bool
+) -> npt.NDArray[np.float64]:
     """Return the difference of each row: 1 for another flag, infinite if only one is null."""
     if is_flag:
         return np.asarray(first != second, dtype=np.float64)

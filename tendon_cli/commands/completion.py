@@ -80,9 +80,9 @@ def completion(context: typer.Context, shell: ShellArgument, line: LineOption = 
     fish: tendon completion fish > ~/.config/fish/completions/tendon.fish
     """
     if shell not in _SCRIPTS:
-        from tendon_cli.studies.fields import nearest
+        from tendon_cli.studies.fields import hint_at_nearest
 
-        hint = nearest(shell, _SCRIPTS) or "tendon completion bash"
+        hint = hint_at_nearest(shell, _SCRIPTS) or "tendon completion bash"
         raise UsageError("there is a script for bash, zsh and fish", where="completion", hint=hint)
     if line is None:
         print_result(_SCRIPTS[shell])
@@ -217,12 +217,12 @@ def cases(ctx: typer.Context) -> list[Any]:
 
 def persons(ctx: typer.Context) -> list[Any]:
     """Return the persons of every survey, and those of the study that the line names."""
-    from tendon_cli.studies.people.population import NAMED
+    from tendon_cli.studies.people.population import STANDARD_PERSONS
 
     study = _study(ctx)
     if study is None or study.people is None:
-        return list(NAMED)
-    return [*NAMED, *study.people.population.names[:_MOST_NAMES]]
+        return list(STANDARD_PERSONS)
+    return [*STANDARD_PERSONS, *study.people.population.names[:_MOST_NAMES]]
 
 
 def columns(ctx: typer.Context, incomplete: str) -> list[Any]:

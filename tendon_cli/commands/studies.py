@@ -233,9 +233,9 @@ def _cost_of_sweep(
 
 def _size_of_design(study: "Study") -> tuple[dict[str, Any], str]:
     """Return the size of the question that a study asks, as a record and as text."""
-    from tendon_cli.answers.problem import question
+    from tendon_cli.answers.problem import question_of
 
-    asked = question(study)
+    asked = question_of(study)
     record: dict[str, Any] = {"name": study.name}
     lines = [f"{study.name}: nothing is written by --dry-run"]
     for name, product in (("choices", asked.choices), ("conditions", asked.conditions)):

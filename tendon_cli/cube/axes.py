@@ -20,7 +20,7 @@ ANGLE = "elbow_angle"
 TIME = "time"
 
 
-def evenly(count: int, most: int) -> Ints:
+def evenly_spaced(count: int, most: int) -> Ints:
     """Choose at most `most` of `count` positions evenly, with both ends; of one, the middle."""
     if count <= most:
         return np.arange(count, dtype=np.int64)
@@ -29,7 +29,7 @@ def evenly(count: int, most: int) -> Ints:
     return np.unique(np.round(np.linspace(0, count - 1, most)).astype(np.int64))
 
 
-def thinned(lengths: Sequence[int], most: int) -> list[Ints]:
+def thin_axes(lengths: Sequence[int], most: int) -> list[Ints]:
     """Choose positions on each axis evenly, with both ends, so that their product is small.
 
     Args:
@@ -47,7 +47,7 @@ def thinned(lengths: Sequence[int], most: int) -> list[Ints]:
         else:
             counts[longest] = 1
     return [
-        evenly(length, count) if count > 1 else np.zeros(1, dtype=np.int64)
+        evenly_spaced(length, count) if count > 1 else np.zeros(1, dtype=np.int64)
         for length, count in zip(lengths, counts, strict=True)
     ]
 
@@ -56,7 +56,7 @@ def axes_of(study: Study, kind: str) -> tuple[Axis, ...]:
     """Return the axes of a study in a table of designs, states or choices, slowest first."""
     space = space_of(study)
     if kind == "choices":
-        return space.unset().choices.axes
+        return space.without_pretension().choices.axes
     if kind == "designs":
         return space.axes
     if study.trajectory is not None:

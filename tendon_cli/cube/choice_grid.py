@@ -11,7 +11,7 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.cube.axes import Ints
-from tendon_cli.cube.columns import Values
+from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import reading
 from tendon_cli.model.kinematics import Array
@@ -32,7 +32,7 @@ def value_text(cube: Cube, axis: Axis, value: Any) -> str:
     return str(value) if axis.is_text else cube.shown(axis.column).equation(float(value))
 
 
-def conflicts_of(read: Mapping[str, Values], bounds: Mapping[str, float]) -> Values:
+def conflicts_of(read: Mapping[str, ColumnArray], bounds: Mapping[str, float]) -> ColumnArray:
     """Say for each choice why it has no window; empty if it has one.
 
     Args:
@@ -133,7 +133,7 @@ def over_angle(record: Mapping[str, Any]) -> OverAngle | None:
         ),
         window=(low, high),
         top=top,
-        texts=(say.proof(between), scope),
+        texts=(say.proof_sentence(between), scope),
         works=works,
     )
 

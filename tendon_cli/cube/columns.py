@@ -13,12 +13,12 @@ import pyarrow as pa
 from tendon_cli.errors import UsageError
 from tendon_cli.quantities import OF_FIGURES, QUANTITIES, Quantity
 from tendon_cli.space.axis import SIDES
-from tendon_cli.studies.fields import nearest
+from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.filters import Condition, Filter, read_filter
 from tendon_cli.studies.study import keys
 from tendon_cli.units import shorten
 
-Values = npt.NDArray[Any]
+ColumnArray = npt.NDArray[Any]
 """Numbers, NaN where there is none; truths as 1 and 0; words, "" where there is none."""
 
 TRUTHS = ("taut", "stable", "feasible")
@@ -26,16 +26,16 @@ TRUTHS = ("taut", "stable", "feasible")
 
 
 @dataclass(frozen=True)
-class Columns:
+class TableColumns:
     """Columns of a table, and the derived quantities that follow from them."""
 
-    held: Mapping[str, Quantity | None]
+    quantities: Mapping[str, Quantity | None]
     """Quantity of each column; None for words and truths."""
     truths: frozenset[str] = frozenset(TRUTHS)
     """Columns that are true or false."""
 
     @classmethod
-    def of(cls, schema: pa.Schema) -> Columns:
+    def of(cls, schema: pa.Schema) -> TableColumns:
         """Return the columns of a table on the disk or in memory."""
         held = {
             field.name: quantity_in(field) if _is_number(field.type) else None for field in schema
@@ -53,19 +53,22 @@ class Columns:
         Raises:
             UsageError: There is no such column; the hint has the nearest name.
         """
-        if name in self.held:
+        if name in self.quantities:
             return name
         column = column_named(name)
-        if column in self.held:
+        if column in self.quantities:
             return column
-        its_keys = [key for key, field in keys().items() if field.column in self.held]
-        hint = nearest(name, [*self.held, *its_keys]) or f"columns: {', '.join(self.held)}"
+        its_keys = [key for key, field in keys().items() if field.column in self.quantities]
+        hint = (
+            hint_at_nearest(name, [*self.quantities, *its_keys])
+            or f"columns: {', '.join(self.quantities)}"
+        )
         raise UsageError(f'the table has no column "{shorten(name)}"', where=option, hint=hint)
 
     def find_numbers(self, name: str, option: str) -> str:
         """Return a column of numbers, as `find` does; raises UsageError."""
         column = self.find(name, option)
-        if self.held[column] is None:
+        if self.quantities[column] is None:
             raise UsageError(f"{column} holds words, expected a column of numbers", where=option)
         return column
 
@@ -74,7 +77,7 @@ class Columns:
         read = [read_filter(item) if isinstance(item, str) else item for item in filters]
         columns = [self.find(item.name, "--where") for item in read]
         return [
-            item.on(column, self.held[column], is_truth=column in self.truths)
+            item.condition_on(column, self.quantities[column], is_truth=column in self.truths)
             for item, column in zip(read, columns, strict=True)
         ]
 
@@ -82,10 +85,10 @@ class Columns:
         """Return the columns that must be read for some columns, each once."""
         stored: list[str] = []
         for name in names:
-            stored += needs(name, self.held) or [name]
+            stored += needs(name, self.quantities) or [name]
         return list(dict.fromkeys(stored))
 
-    def work_out(self, names: Iterable[str], read: dict[str, Values]) -> dict[str, Values]:
+    def compute(self, names: Iterable[str], read: dict[str, ColumnArray]) -> dict[str, ColumnArray]:
         """Return columns by name, the derived ones by their formulas.
 
         Args:
@@ -95,7 +98,7 @@ class Columns:
         columns = {}
         for name in names:
             if name in DERIVED:
-                arguments = [read[need] for need in needs(name, self.held)]
+                arguments = [read[need] for need in needs(name, self.quantities)]
                 columns[name] = np.asarray(DERIVED[name].formula(*arguments), dtype=np.float64)
             else:
                 columns[name] = read[name]
@@ -159,19 +162,22 @@ class Derived:
     needs: tuple[str, ...]
     """Columns; if a table has one for each side, that of `side` counts."""
     side: str
-    formula: Callable[..., Values]
+    formula: Callable[..., ColumnArray]
     """Takes the columns in the order of `needs`, SI."""
 
 
-def _radius_ratio(flexor_travel: Values, extensor_travel: Values) -> Values:
+def _radius_ratio(flexor_travel: ColumnArray, extensor_travel: ColumnArray) -> ColumnArray:
     """Return the ratio of the travels; NaN where the extensor does not move."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(extensor_travel == 0.0, np.nan, flexor_travel / extensor_travel)
 
 
 def _elongation(
-    tension: Values, pretension: Values, tendon_stretch: Values, spring_stretch: Values
-) -> Values:
+    tension: ColumnArray,
+    pretension: ColumnArray,
+    tendon_stretch: ColumnArray,
+    spring_stretch: ColumnArray,
+) -> ColumnArray:
     """Return the elongation from no load, c F, m.
 
     Stretches are from the pretensioned state and linear in tension, c (F - F0).
@@ -186,7 +192,7 @@ def _derived_of_side(side: str) -> dict[str, Derived]:
     """Return the derived quantities of one side by their names."""
     tension = f"{side}_tension_distal"
     stretches = (f"{side}_tendon_stretch", f"{side}_spring_stretch")
-    formulas: dict[str, tuple[tuple[str, ...], Callable[..., Values]]] = {
+    formulas: dict[str, tuple[tuple[str, ...], Callable[..., ColumnArray]]] = {
         "length_change": (stretches, np.add),
         "elongation": ((tension, "pretension", *stretches), _elongation),
         "spring_elongation": ((tension, "spring_stiffness"), np.divide),

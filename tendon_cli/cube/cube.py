@@ -13,8 +13,8 @@ import numpy.typing as npt
 import pyarrow as pa
 
 from tendon_cli.cube.axes import ANGLE, LOAD, Ints, axes_of
-from tendon_cli.cube.columns import Columns, Values
-from tendon_cli.cube.labels import Shown, as_read
+from tendon_cli.cube.columns import ColumnArray, TableColumns
+from tendon_cli.cube.labels import ColumnLabel, as_read
 from tendon_cli.engine.states import WorkedOut
 from tendon_cli.errors import InputError, TendonError, UsageError
 from tendon_cli.quantities import Quantity
@@ -43,20 +43,20 @@ class Cube:
     kind: str
     """designs, states, or choices; choices between the grid's points come after the product."""
     axes: tuple[Axis, ...]
-    of: Columns
+    table_columns: TableColumns
     """Columns of the table, the derived ones included."""
     study: Mapping[str, Any]
     """The resolved study as a document."""
     asked: Study
     """The study itself."""
     study_hash: str
-    files: AnyTable | None = None
+    table: AnyTable | None = None
     """Rows of the table; None for one to come."""
 
     @property
     def columns(self) -> Mapping[str, Quantity | None]:
         """Quantity of each column, the derived ones included; None for words and truths."""
-        return self.of.held
+        return self.table_columns.quantities
 
     @property
     def title(self) -> str:
@@ -84,7 +84,7 @@ class Cube:
         return np.asarray(space.number(SLACK).within(space.whole)) > 0.0
 
     @property
-    def pushes(self) -> bool:
+    def has_pushing_tendons(self) -> bool:
         """True if tendons push in a model of the study, so that negative tension means slack."""
         return not self._unilateral.all()
 
@@ -121,7 +121,7 @@ class Cube:
         """Return the axis of a column; None if it has none."""
         return next((axis for axis in self.axes if axis.column == column), None)
 
-    def shown(self, column: str, units: Mapping[str, str] | None = None) -> Shown:
+    def shown(self, column: str, units: Mapping[str, str] | None = None) -> ColumnLabel:
         """Return a column as figures show it.
 
         Args:
@@ -130,7 +130,7 @@ class Cube:
         """
         words = column.replace("_", " ")
         quantity = self.columns[column] or Quantity(column, words, "number", "1", "1", words)
-        return Shown.of(column, as_read(quantity, self.study), units)
+        return ColumnLabel.of(column, as_read(quantity, self.study), units)
 
     # --- Rows -------------------------------------------------------------------------------------
 
@@ -189,7 +189,7 @@ class Cube:
                 total = total + steps.reshape(())
         return total
 
-    def gather(self, rows: Ints, columns: Sequence[str]) -> dict[str, Values]:
+    def gather(self, rows: Ints, columns: Sequence[str]) -> dict[str, ColumnArray]:
         """Return columns at some rows, read part by part.
 
         Args:
@@ -200,19 +200,21 @@ class Cube:
             Values in the shape of `rows`; null becomes NaN or "".
         """
         names = list(dict.fromkeys(columns))
-        return self.of.work_out(names, self._stored(rows, self.of.stored(names)))
+        return self.table_columns.compute(
+            names, self._stored(rows, self.table_columns.stored(names))
+        )
 
-    def _stored(self, rows: Ints, names: list[str]) -> dict[str, Values]:
+    def _stored(self, rows: Ints, names: list[str]) -> dict[str, ColumnArray]:
         """Read columns of the table at some rows, in the shape of `rows`."""
-        if self.files is None:
+        if self.table is None:
             raise ValueError("a table that is not written has no rows")
         order = np.argsort(rows, axis=None, kind="stable")
         wanted = rows.ravel()[order]
         read = {}
         for name in names:
-            null, kind = _null_of(self.files.schema.field(name).type)
+            null, kind = _null_of(self.table.schema.field(name).type)
             read[name] = np.full(rows.size, null, kind)
-        for start, part in self.files.parts(names, wanted):
+        for start, part in self.table.parts(names, wanted):
             low, high = np.searchsorted(wanted, (start, start + part.num_rows))
             if high <= low:
                 continue
@@ -223,7 +225,7 @@ class Cube:
             may_be_rigid = quantity is not None and quantity.dimension == "stiffness"
             numbers = values[values != np.inf] if may_be_rigid else values
             if values.dtype == np.float64 and (np.abs(numbers) > _LARGEST).any():
-                raise foreign(self.files)
+                raise foreign(self.table)
         return {name: values.reshape(rows.shape) for name, values in read.items()}
 
 
@@ -270,11 +272,11 @@ def cube_of(table: AnyTable, kinds: Sequence[str] = ("designs", "states")) -> Cu
         return Cube(
             kind=kind,
             axes=axes,
-            of=Columns.of(table.schema),
+            table_columns=TableColumns.of(table.schema),
             study=record["study"],
             asked=study,
             study_hash=str(table.facts["study_hash"]),
-            files=table,
+            table=table,
         )
     except (
         LookupError,

@@ -23,7 +23,7 @@ _FORMULA = re.compile(r"(?<!\\)\$([^$]*)\$")
 
 
 @dataclass(frozen=True)
-class Shown:
+class ColumnLabel:
     """A column as a figure shows it: its name, its symbol and its unit."""
 
     column: str
@@ -33,7 +33,9 @@ class Shown:
     """The unit in SI, by which SI values are divided."""
 
     @classmethod
-    def of(cls, column: str, quantity: Quantity, units: Mapping[str, str] | None = None) -> Shown:
+    def of(
+        cls, column: str, quantity: Quantity, units: Mapping[str, str] | None = None
+    ) -> ColumnLabel:
         """Return a column of a quantity.
 
         Args:
@@ -116,7 +118,7 @@ def reading(document: Mapping[str, Any]) -> str:
 
     It is "pretension", or for example "tension in the flexor at the joint".
     """
-    return "".join(say.reading(document.get("setting", {}).get("read", "pretension")))
+    return "".join(say.setting_words(document.get("setting", {}).get("read", "pretension")))
 
 
 def as_read(quantity: Quantity, document: Mapping[str, Any]) -> Quantity:

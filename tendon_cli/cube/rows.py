@@ -13,12 +13,12 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from tendon_cli.cube.columns import DERIVED, Columns, Values
+from tendon_cli.cube.columns import DERIVED, ColumnArray, TableColumns
 from tendon_cli.cube.source import table_in
 from tendon_cli.errors import UsageError
 from tendon_cli.files import output_errors, whole_file
 from tendon_cli.quantities import Quantity
-from tendon_cli.studies.fields import nearest
+from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.filters import Condition, read_filter
 from tendon_cli.tables.read import AnyTable
 from tendon_cli.tables.schema import Column, array_of, as_numpy
@@ -39,14 +39,14 @@ class TableRows:
     """Names of the columns in their order; empty for all."""
 
     @cached_property
-    def of(self) -> Columns:
+    def table_columns(self) -> TableColumns:
         """Columns of the table."""
-        return Columns.of(self.table.schema)
+        return TableColumns.of(self.table.schema)
 
     @cached_property
     def names(self) -> list[str]:
         """Names of the columns that are given."""
-        names = [self.of.find(name, "--columns") for name in self.columns]
+        names = [self.table_columns.find(name, "--columns") for name in self.columns]
         for name in names:
             if names.count(name) > 1:
                 raise UsageError(
@@ -57,11 +57,11 @@ class TableRows:
     @cached_property
     def conditions(self) -> list[Condition]:
         """Conditions that the filters set."""
-        return self.of.conditions(self.where)
+        return self.table_columns.conditions(self.where)
 
     def unit(self, column: str) -> str:
         """Return the unit of a column; "1" for one without."""
-        quantity = self.of.held[column]
+        quantity = self.table_columns.quantities[column]
         return "1" if quantity is None else quantity.unit
 
     def batches(self, also: Sequence[str] = ()) -> Iterator[pa.Table]:
@@ -73,10 +73,10 @@ class TableRows:
         wanted = list(dict.fromkeys([*self.names, *also]))
         filtered = [condition.column for condition in self.conditions]
         derived = [name for name in dict.fromkeys([*wanted, *filtered]) if name in DERIVED]
-        as_numbers = self.of.stored([*filtered, *derived])
-        for batch in self.table.stretches(self.of.stored([*wanted, *filtered])):
+        as_numbers = self.table_columns.stored([*filtered, *derived])
+        for batch in self.table.stretches(self.table_columns.stored([*wanted, *filtered])):
             read = {name: as_numpy(batch[name]) for name in as_numbers}
-            read |= self.of.work_out(derived, read)
+            read |= self.table_columns.compute(derived, read)
             is_kept = np.ones(batch.num_rows, dtype=np.bool_)
             for condition in self.conditions:
                 is_kept &= condition.holds(read[condition.column])
@@ -98,7 +98,7 @@ class TableRows:
         by = None
         order = "ascending"
         if sort is not None:
-            by = self.of.find(sort.removeprefix("-"), "--sort")
+            by = self.table_columns.find(sort.removeprefix("-"), "--sort")
             if sort.startswith("-"):
                 order = "descending"
         first = None
@@ -189,7 +189,7 @@ class CsvForm:
 def _check_known(value: str, known: Sequence[str], option: str) -> None:
     """Raise UsageError if a value of an option is none of the known ones."""
     if value not in known:
-        hint = nearest(value, known) or ", ".join(known)
+        hint = hint_at_nearest(value, known) or ", ".join(known)
         raise UsageError(f'"{shorten(value)}" is not known', where=option, hint=hint)
 
 
@@ -197,7 +197,7 @@ def _field(name: str, schema: pa.Schema) -> pa.Field:
     return Column.of(DERIVED[name].quantity).field if name in DERIVED else schema.field(name)
 
 
-def _derived(name: str, values: Values) -> pa.Array:
+def _derived(name: str, values: ColumnArray) -> pa.Array:
     return array_of(Column.of(DERIVED[name].quantity), values, nulls=bool(np.isnan(values).any()))
 
 
@@ -254,7 +254,7 @@ def write_csv(
     from pyarrow import csv
 
     form = form or CsvForm()
-    quantities = [rows.of.held[name] for name in rows.names]
+    quantities = [rows.table_columns.quantities[name] for name in rows.names]
     is_rigid = [
         _is_rigid(rows.table, name, quantity)
         for name, quantity in zip(rows.names, quantities, strict=True)

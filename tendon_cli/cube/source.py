@@ -8,16 +8,16 @@ from typing import Any
 
 import pyarrow as pa
 
-from tendon_cli.cube.columns import Columns, column_named
+from tendon_cli.cube.columns import TableColumns, column_named
 from tendon_cli.engine.states import WorkedOut
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import read_file
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.studies.fields import nearest
+from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.figures import OF_STATES
 from tendon_cli.studies.people.people_section import MAX_BYTES as MAX_PEOPLE_BYTES
-from tendon_cli.studies.people.persons_csv import read_listed
+from tendon_cli.studies.people.persons_csv import read_persons
 from tendon_cli.tables.read import AnyTable, TableInMemory, open_table
 from tendon_cli.tables.schema import Column
 from tendon_cli.units import shorten
@@ -74,7 +74,7 @@ def table_at(
     elif is_folder and wanted is None and asked:
         for name in _tables_of(path, order):
             table = open_table(path / f"{name}.parquet")
-            if asked <= set(Columns.of(table.schema).held):
+            if asked <= set(TableColumns.of(table.schema).quantities):
                 return table
     return open_table(file_of(path, wanted, order=order))
 
@@ -117,7 +117,7 @@ def file_of(path: Path, wanted: str | None = None, *, order: Sequence[str] = TAB
             "holds no table of tendon's", where=str(path), hint="`tendon sweep` writes some"
         )
     if wanted is not None and wanted not in names:
-        hint = nearest(wanted, names) or f"there is {', '.join(names)}"
+        hint = hint_at_nearest(wanted, names) or f"there is {', '.join(names)}"
         raise UsageError(f'there is no table "{shorten(wanted)}"', where=str(path), hint=hint)
     return path / f"{wanted or names[0]}.parquet"
 
@@ -143,7 +143,7 @@ def _states_in(path: Path, asked: Collection[str]) -> AnyTable | None:
     table = _table_of_run(path)
     if table is None or table.facts["table"] not in _OF_A_RUN:
         return None
-    held = set(Columns.of(table.schema).held)
+    held = set(TableColumns.of(table.schema).quantities)
     if table.facts["table"] == "states" and set(asked) <= held:
         return table
     if not set(asked) <= held | _ONLY_IN_STATES:
@@ -175,7 +175,7 @@ def _people_in(path: Path) -> TableInMemory:
         content = read_file(path, MAX_PEOPLE_BYTES)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", where=where) from None
-    listed = read_listed(content, where)
+    listed = read_persons(content, where)
     words: dict[str, Any] = {"name": listed.names, "sex": listed.sexes}
     fields = []
     arrays = []

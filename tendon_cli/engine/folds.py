@@ -18,7 +18,7 @@ from tendon_cli import kernel
 from tendon_cli.engine.plan import Block, Plan, bounds_of
 from tendon_cli.model import extremes, window
 from tendon_cli.model.design import Design
-from tendon_cli.model.extremes import Found
+from tendon_cli.model.extremes import Extremes
 from tendon_cli.model.kinematics import Flags
 from tendon_cli.space.axis import PRETENSION
 
@@ -105,16 +105,16 @@ class Folds:
             state = plan.state(stretch, design)
             angles = plan.elbow_angles[stretch.angles]
             kernel.fold_extremes(folded, state, angles, stretch.shape)
-        finished = extremes.finished(folded, plan.states_per_design)
+        finished = extremes.finish(folded, plan.states_per_design)
         results = extremes.as_read(finished, design)
         results |= self._by_numpy(block, design)
         results |= extremes.of_design(design, folded)
         results |= self.windows(block, design)
-        judgements = extremes.judged(results, plan.study.limits)
+        judgements = extremes.judge(results, plan.study.limits)
         counts = {name: folded[name] for name in extremes.COUNTS}
         return results | judgements | counts
 
-    def windows(self, block: Block, design: Design) -> Found:
+    def windows(self, block: Block, design: Design) -> Extremes:
         """Return the windows of a block, worked out once for designs that differ in pretension.
 
         Args:
@@ -139,7 +139,7 @@ class Folds:
         return {name: np.broadcast_to(values, shape) for name, values in columns.items()}
 
     @cached_property
-    def known_windows(self) -> Found | None:
+    def known_windows(self) -> Extremes | None:
         """Windows of the whole plan, N; None unless blocks share them and they are few."""
         plan = self.plan
         (whole,) = plan.blocks(range(plan.designs))
@@ -160,16 +160,16 @@ class Folds:
                 columns[name][block.designs] = values
         return columns
 
-    def _windows(self, block: Block, design: Design) -> Found:
+    def _windows(self, block: Block, design: Design) -> Extremes:
         """Work out the windows of a block, N; an end that nothing bounds is NaN."""
         plan = self.plan
         bounds = bounds_of(plan.study)
         if bounds.of_motion:  # limits over several states at once
-            from tendon_cli.model.motor_window import narrowed  # only these pay for its import
+            from tendon_cli.model.motor_window import narrow  # only these pay for its import
 
             motion = plan.motion(block)
             of_states = window.window(design, *motion, bounds)
-            ends: window.Ends = narrowed(of_states, design, *motion, bounds)
+            ends: window.Ends = narrow(of_states, design, *motion, bounds)
         else:
             folded = window.begin(block.shape[:-2])
             angles = len(plan.elbow_angles)
@@ -177,7 +177,7 @@ class Folds:
                 state = plan.state(stretch, design)
                 first_angle = stretch.angles.start
                 kernel.fold_window(folded, state, bounds, stretch.shape, first_angle, angles)
-            ends = window.finished(folded, design, bounds)
+            ends = window.finish(folded, design, bounds)
         ends = window.as_read(ends, design)
         return {
             "pretension_from": ends.low,
@@ -193,23 +193,25 @@ class Folds:
 
         return block.cut(angle_axis)
 
-    def _by_numpy(self, block: Block, design: Design) -> Found:
+    def _by_numpy(self, block: Block, design: Design) -> Extremes:
         """Work out what compiled code does not know: forms of states, entries, and motion."""
         plan = self.plan
         speed = plan.study.motion.speed
-        columns: Found = {}
+        columns: Extremes = {}
         if plan.of_forms or extremes.OVER_STATES:
             state = plan.state(block, design)
             columns |= extremes.of_forms(plan.of_forms, state)
             columns |= extremes.over_states(state, block.shape)
         if plan.study.trajectory is not None:
-            from tendon_cli.model.motor import along  # only a study of motion pays for its import
+            from tendon_cli.model.motor import (
+                motion_columns,  # only a study of motion pays for its import
+            )
 
-            columns |= along(design, plan.study.trajectory)
+            columns |= motion_columns(design, plan.study.trajectory)
         elif speed is not None:
-            from tendon_cli.model.motor import cycle
+            from tendon_cli.model.motor import cycle_columns
 
-            columns |= cycle(design, *plan.motion(block), speed.single)
+            columns |= cycle_columns(design, *plan.motion(block), speed.single)
         return {name: np.broadcast_to(values, block.shape[:-2]) for name, values in columns.items()}
 
 
@@ -225,17 +227,17 @@ def _choice_axes(plan: Plan) -> list[int]:
     return [axis for axis, key in enumerate(plan.study.axes) if key not in plan.study.conditions]
 
 
-def choices(plan: Plan) -> int:
+def count_choices(plan: Plan) -> int:
     """Return the number of choices of a study."""
     return math.prod(plan.shape[axis] for axis in _choice_axes(plan))
 
 
-def noted(feasible: Flags) -> str:
+def encode_feasible(feasible: Flags) -> str:
     """Encode which designs of a part are feasible as the text of its note."""
     return base64.b64encode(zlib.compress(np.packbits(feasible).tobytes(), 6)).decode()
 
 
-def flags(note: Any, count: int) -> Flags | None:
+def decode_feasible(note: Any, count: int) -> Flags | None:
     """Decode the note of feasible designs; None if it was not written for `count` designs."""
     size = -(-count // 8)
     try:
@@ -248,12 +250,12 @@ def flags(note: Any, count: int) -> Flags | None:
     return np.unpackbits(np.frombuffer(packed, np.uint8))[:count] > 0
 
 
-def feasible_choices(plan: Plan, notes: Iterable[str]) -> int:
+def count_feasible_choices(plan: Plan, notes: Iterable[str]) -> int:
     """Return the number of feasible choices of a run.
 
     Args:
         plan: The plan of the run.
-        notes: Texts by `noted`, of all parts in their order.
+        notes: Texts by `encode_feasible`, of all parts in their order.
 
     Raises:
         ValueError: A text was not written for the designs of its part.
@@ -263,7 +265,7 @@ def feasible_choices(plan: Plan, notes: Iterable[str]) -> int:
     is_feasible = np.ones([shape[axis] for axis in axes], np.bool_)
     for index, note in enumerate(notes):
         designs = plan.part(index)
-        feasible = flags(note, len(designs))
+        feasible = decode_feasible(note, len(designs))
         if feasible is None:
             raise ValueError(f"part {index} does not say which designs are feasible")
         failing = np.unravel_index(designs.start + np.flatnonzero(~feasible), shape)

@@ -212,7 +212,7 @@ class Plan:
 
     def part(self, index: int) -> range:
         """Return the designs of a part."""
-        return part_of(self.designs, self.part_designs, index)
+        return part_range(self.designs, self.part_designs, index)
 
     def rows(self, table: str, designs: range) -> int:
         """Return the number of rows that a range of designs has in a table."""
@@ -292,7 +292,7 @@ class Plan:
         return Block(design, tuple(slices), directions, angles)
 
 
-def part_of(count: int, length: int, index: int) -> range:
+def part_range(count: int, length: int, index: int) -> range:
     """Return one part of `count` designs or choices, each part but the last of one length."""
     return range(count)[index * length : (index + 1) * length]
 

@@ -20,7 +20,7 @@ from tendon_cli.engine.journal import Journal
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.records import lost, read_record
 from tendon_cli.engine.states import WorkedOut
-from tendon_cli.engine.table_columns import Tables
+from tendon_cli.engine.table_columns import PlanColumns
 from tendon_cli.errors import FolderError, InputError, UsageError, install_hint
 from tendon_cli.files import result_path
 from tendon_cli.quantities import QUANTITIES
@@ -219,7 +219,7 @@ def _dataset(record: Mapping[str, Any], table_of: Callable[[str], pa.Table]) -> 
         motion = {"direction": len(plan.directions), "elbow_angle": len(plan.elbow_angles)}
     else:
         motion = {"time": len(plan.elbow_angles)}
-    axis_columns = {column.name for column in Tables(plan).leading} - {"design"}
+    axis_columns = {column.name for column in PlanColumns(plan).leading} - {"design"}
     axis_columns |= set(motion)
     coordinates: dict[str, Variable] = {}
     variables: dict[str, Variable] = {}

@@ -41,7 +41,7 @@ ResultType = TypeVar("ResultType", bound=Result)
 
 
 @dataclass(frozen=True)
-class How:
+class RunOptions:
     """Options of carrying a task out."""
 
     jobs: int | None = None
@@ -67,7 +67,7 @@ def run_task(
     kind: type[ResultType],
     study: Study,
     out: Path | None = None,
-    how: How | None = None,
+    how: RunOptions | None = None,
 ) -> ResultType:
     """Carry a task out; return when everything is written and recorded.
 
@@ -81,7 +81,7 @@ def run_task(
     Raises:
         TendonError: It could not be carried out.
     """
-    how = how or How()
+    how = how or RunOptions()
     with ended_by_keyboard(how.stop) as ended:
         if ended.is_set():
             raise Stopped
@@ -104,7 +104,7 @@ def run_task(
             return kind(record, out, up_to_date=up_to_date, note=note)
 
 
-def _in_memory(task: Task, kind: type[ResultType], how: How) -> ResultType:
+def _in_memory(task: Task, kind: type[ResultType], how: RunOptions) -> ResultType:
     task.check_memory()
     maker = InMemory(task, Path())
     with _runner(how, task.parts) as runner:
@@ -113,7 +113,7 @@ def _in_memory(task: Task, kind: type[ResultType], how: How) -> ResultType:
 
 
 @contextmanager
-def _runner(how: How, parts: int) -> Iterator[Runner]:
+def _runner(how: RunOptions, parts: int) -> Iterator[Runner]:
     """Yield the runner that makes parts, here or on a cluster.
 
     Raises:
@@ -130,7 +130,9 @@ def _runner(how: How, parts: int) -> Iterator[Runner]:
         yield runner
 
 
-def compute_parts(folder: RunFolder, how: How, runner: Runner) -> tuple[dict[str, Any], bool]:
+def compute_parts(
+    folder: RunFolder, how: RunOptions, runner: Runner
+) -> tuple[dict[str, Any], bool]:
     """Make the missing parts of a task in its locked folder.
 
     Whatever was finished before an exception is kept and can be resumed.
@@ -215,10 +217,10 @@ def _written_last(
         only: Names of the files to write; None for all.
     """
     written = {}
-    for file in maker.task.last(record, maker.read):
+    for file in maker.task.final_files(record, maker.read):
         name = file[0]
         if only is None or name in only:
-            maker.task.go_on()
+            maker.task.check_stopped()
             written[name] = maker.write(file, announce)
     return written
 

@@ -13,15 +13,22 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import kernel
-from tendon_cli.engine.folds import COUNTED, Folds, choices, feasible_choices, flags, noted
+from tendon_cli.engine.folds import (
+    COUNTED,
+    Folds,
+    count_choices,
+    count_feasible_choices,
+    decode_feasible,
+    encode_feasible,
+)
 from tendon_cli.engine.plan import DESIGNS_AT_ONCE, Block, Plan
 from tendon_cli.engine.records import is_count
-from tendon_cli.engine.table_columns import Tables
+from tendon_cli.engine.table_columns import PlanColumns
 from tendon_cli.engine.task import Note, Task
 from tendon_cli.say import share
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import Column, TableLayout
-from tendon_cli.tables.write import Filler, Rows
+from tendon_cli.tables.write import Filler, RowTarget
 
 LeadingValues: TypeAlias = Mapping[str, npt.NDArray[Any]]
 """Values of the columns that say which design, or which state, a row is."""
@@ -42,14 +49,14 @@ class Sweep(Task):
 
     plan: Plan
     stop: threading.Event = field(default_factory=threading.Event)
-    every_column: Tables = field(init=False)
+    every_column: PlanColumns = field(init=False)
     """Columns of both tables, also of one that the study does not ask for."""
     folds: Folds = field(init=False)
 
     verb = "sweep"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "every_column", Tables(self.plan))
+        object.__setattr__(self, "every_column", PlanColumns(self.plan))
         object.__setattr__(self, "folds", Folds(self.plan))
 
     @classmethod
@@ -96,11 +103,11 @@ class Sweep(Task):
         layout = super().layout(table, index, rows)
         return replace(layout, at_once=DESIGNS_AT_ONCE) if table == "designs" else layout
 
-    def fill(self, tables: Mapping[str, Rows], index: int) -> Note:
+    def fill(self, tables: Mapping[str, RowTarget], index: int) -> Note:
         """Evaluate a part into its tables; raises Stopped."""
         return self.fill_designs(tables, self.plan.part(index))
 
-    def fill_designs(self, tables: Mapping[str, Rows], designs: range) -> Note:
+    def fill_designs(self, tables: Mapping[str, RowTarget], designs: range) -> Note:
         """Evaluate a range of designs into some tables; raises Stopped.
 
         Returns:
@@ -120,15 +127,15 @@ class Sweep(Task):
                 tables["designs"].fill(block.design_count, write)
             else:
                 write({}, range(block.design_count))
-        return {"totals": totals, "feasible": noted(feasible)}
+        return {"totals": totals, "feasible": encode_feasible(feasible)}
 
-    def _fill_states(self, table: Rows, designs: range) -> None:
+    def _fill_states(self, table: RowTarget, designs: range) -> None:
         """Evaluate the states of a range of designs into a table; raises Stopped."""
         states_at_once = self.plan.block_states
         if kernel.kind():
             states_at_once *= _BLOCKS_AT_ONCE
         for block in self.plan.blocks(designs, states_at_once):
-            self.go_on()
+            self.check_stopped()
             write = state_rows(self.plan, block, self.keys("states", block))
             table.fill(math.prod(block.shape), write)
 
@@ -150,7 +157,7 @@ class Sweep(Task):
             for name in keys.keys() & shaped.keys():
                 shaped[name][...] = np.broadcast_to(keys[name], block.shape)[..., 0, 0]
             for small in self.folds.small_blocks(block):
-                self.go_on()
+                self.check_stopped()
                 results = self.folds.designs(small)
                 place = small.within(block)
                 for name in COUNTED:
@@ -177,7 +184,7 @@ class Sweep(Task):
         try:
             counts = note["totals"]
             return (
-                flags(note["feasible"], designs) is not None
+                decode_feasible(note["feasible"], designs) is not None
                 and set(counts) == set(COUNTED)
                 and all(is_count(count) for count in counts.values())
             )
@@ -201,15 +208,17 @@ class Sweep(Task):
             "designs": self.plan.designs,
             "states": self.plan.states,
             **{name: sum(note["totals"][name] for note in notes) for name in COUNTED},
-            "choices": choices(self.plan),
-            "feasible_choices": feasible_choices(self.plan, (note["feasible"] for note in notes)),
+            "choices": count_choices(self.plan),
+            "feasible_choices": count_feasible_choices(
+                self.plan, (note["feasible"] for note in notes)
+            ),
         }
 
     def warnings(self, record: Mapping[str, Any]) -> list[str]:
         """Return what a reader of the tables has to know first."""
         warnings = super().warnings(record)
         states = record["states"]
-        remark = kernel.remark()
+        remark = kernel.missing_compiler_hint()
         if remark:
             warnings.append(remark)
         if record["no_equilibrium"]:

@@ -46,7 +46,7 @@ BlockValues: TypeAlias = Callable[[Block], npt.ArrayLike]
 
 
 @dataclass(frozen=True, eq=False)
-class Tables:
+class PlanColumns:
     """Columns of the tables of a plan, in order, with the values of the leading ones."""
 
     plan: Plan
@@ -167,7 +167,7 @@ class Tables:
         bodies = [axis for axis in self.plan.axes if axis.key in (PERSON_AXIS, DRAW_AXIS)]
         of_bodies = [key for key in keys() if any(key in axis.keys for axis in bodies)]
         common = [split_side(key)[0] for key in (*axes, *of_bodies)]
-        of_sides = sorted(self.plan.space.of_sides & keys().keys())
+        of_sides = sorted(self.plan.space.keys_of_sides & keys().keys())
         return dict.fromkeys((*ALWAYS, *common, *of_sides))
 
     def _columns_of(self, key: str) -> dict[Column, BlockValues]:
@@ -177,7 +177,7 @@ class Tables:
         name = keys()[key].column
         common = space.number(key)
         numbers = {name: common}
-        if key in space.of_sides and not isinstance(common.value, Spline):
+        if key in space.keys_of_sides and not isinstance(common.value, Spline):
             numbers = {name: Varying(None)}
             numbers |= {f"{name}_{side}": space.number(key, side) for side in SIDES}
         columns: dict[Column, BlockValues] = {}

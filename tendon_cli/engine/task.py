@@ -20,12 +20,19 @@ from tendon_cli.files import OF_A_RUN
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import TableFiles
 from tendon_cli.tables.schema import Column, TableLayout, schema_of, versions
-from tendon_cli.tables.write import Filler, Rows, RowsInMemory, TableFile, WrittenFile, table_file
+from tendon_cli.tables.write import (
+    Filler,
+    RowsInMemory,
+    RowTarget,
+    TableFile,
+    WrittenFile,
+    table_file,
+)
 from tendon_cli.version import RESULTS_VERSION
 
 Note: TypeAlias = dict[str, Any]
 """Counts and the like that a part gives besides its tables, as JSON has them."""
-LastFile: TypeAlias = tuple[str, TableLayout, Filler]
+FinalFile: TypeAlias = tuple[str, TableLayout, Filler]
 """A file that follows from the whole record: its name, its layout, and its filler."""
 Compute: TypeAlias = Callable[[Callable[[], Note]], Note]
 """Calls the function that computes a part, here or in another thread, and returns its note."""
@@ -66,7 +73,7 @@ class Task(ABC):
         """Return the number of rows in a part of a table."""
 
     @abstractmethod
-    def fill(self, tables: Mapping[str, Rows], index: int) -> Note:
+    def fill(self, tables: Mapping[str, RowTarget], index: int) -> Note:
         """Compute a part into those of its tables that are given; raises Stopped."""
 
     @abstractmethod
@@ -94,11 +101,11 @@ class Task(ABC):
         """Return what a reader of the results has to know first."""
         return list(self.study.warnings)
 
-    def last(
+    def final_files(
         self,
         record: Mapping[str, Any],  # noqa: ARG002
         read: Callable[[str], pa.Table],  # noqa: ARG002
-    ) -> Iterator[LastFile]:
+    ) -> Iterator[FinalFile]:
         """Yield the files that follow from the whole record, among them parts written once more.
 
         A part comes out the same however often it is written, whether from its first form or from
@@ -166,7 +173,7 @@ class Task(ABC):
             for table in self.tables
         }
 
-    def go_on(self) -> None:
+    def check_stopped(self) -> None:
         """Raise Stopped if the results are not wanted any more."""
         if self.stop.is_set():
             raise Stopped
@@ -241,7 +248,7 @@ class PartMaker:
     def check(self) -> None:
         """Raise an exception if written files may not be put in place."""
 
-    def write(self, file: LastFile, announce: Callable[[str, WrittenFile], None]) -> WrittenFile:
+    def write(self, file: FinalFile, announce: Callable[[str, WrittenFile], None]) -> WrittenFile:
         """Write a file that follows from the whole record; raises OutputError.
 
         Args:

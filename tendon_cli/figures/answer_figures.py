@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.cube.axes import evenly
+from tendon_cli.cube.axes import evenly_spaced
 from tendon_cli.cube.choice_grid import pretension_name
 from tendon_cli.cube.cube import Cube, choices_of
 from tendon_cli.errors import UsageError
@@ -291,11 +291,11 @@ def draw_front(cube: Cube, record: dict[str, Any], _chosen: dict[str, Any]) -> P
         The page; None if there are not two goals, or no front.
     """
     goals = record["goals"][:2]
-    if len(goals) < 2 or not record["front"] or cube.files is None:
+    if len(goals) < 2 or not record["front"] or cube.table is None:
         return None
     names = [goal["column"] for goal in goals]
     shown = [cube.shown(name) for name in names]
-    read = cube.gather(evenly(cube.files.rows, _MOST_POINTS), [*names, "feasible"])
+    read = cube.gather(evenly_spaced(cube.table.rows, _MOST_POINTS), [*names, "feasible"])
     has_window = read["feasible"] == 1.0
     front = np.array(sorted([row[name] for name in names] for row in record["front"])).T
     best = record["best"]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.cube.axes import evenly
+from tendon_cli.cube.axes import evenly_spaced
 from tendon_cli.cube.labels import number
 from tendon_cli.figures.arm_shape import ArmShape, ArmSizes, Points, arm_sizes
 from tendon_cli.figures.backend import Arc, Axes, Circle, FancyArrowPatch, Line2D, Patch
@@ -62,11 +62,11 @@ def arm_page(study: Study, elbow_angles: Sequence[float] = (), case: str | None 
     study_angles = study.motion.elbow_angle.array
     angles = list(elbow_angles)
     if not angles:
-        angles = [float(study_angles[place]) for place in evenly(len(study_angles), 4)]
+        angles = [float(study_angles[place]) for place in evenly_spaced(len(study_angles), 4)]
     remarks = list(sizes.remarks)
     if len(angles) > _MOST_ANGLES:
         remarks.append(f"{_MOST_ANGLES} of {len(angles)} elbow angles drawn, evenly chosen.")
-        angles = [angles[place] for place in evenly(len(angles), _MOST_ANGLES)]
+        angles = [angles[place] for place in evenly_spaced(len(angles), _MOST_ANGLES)]
     names = (study.title or study.name, case)
     title = ", ".join(name for name in names if name)
     key = [
@@ -137,7 +137,7 @@ def _travels_page(study: Study, angles: Sequence[float]) -> Page:
             axes.axhline(0.0, color=INK, linewidth=0.5)
             for angle in np.degrees(angles):
                 axes.axvline(angle, color=FAINT, linewidth=0.6, linestyle=(0, (3, 2)))
-            axes.set_xlabel(f"{say.joint_word(study)} angle θ (deg)")
+            axes.set_xlabel(f"{say.joint_name(study)} angle θ (deg)")
             axes.set_ylabel(label)
             axes.set_xlim(degrees[0], degrees[-1])
             axes.yaxis.set_major_formatter(plain_numbers())

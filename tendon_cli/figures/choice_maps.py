@@ -13,7 +13,7 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.cube.choice_grid import conflicts_of, position, value_text
-from tendon_cli.cube.columns import Values
+from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.figures.backend import Axes, Line2D, ListedColormap, Patch, mpl
 from tendon_cli.figures.frame import Page, framed
@@ -46,7 +46,7 @@ class Slice:
     axes: tuple[Axis, ...]
     """Axis of x, and of y if there are two."""
     scales: tuple[Scale, ...]
-    columns: dict[str, Values]
+    columns: dict[str, ColumnArray]
     title: str
     """The values of the other axes."""
     bounds: dict[str, float]
@@ -70,19 +70,19 @@ class Slice:
         return cls(tuple(axes), tuple(scales), columns, ", ".join(texts), cube.limits)
 
     @property
-    def low(self) -> Values:
+    def low(self) -> ColumnArray:
         """Lower end of each window, N; NaN where no pretension could do."""
         return self.columns["pretension_from"]
 
     @property
-    def high(self) -> Values:
+    def high(self) -> ColumnArray:
         """Upper end of each window, N; infinite where nothing bounds it."""
         high = self.columns["pretension_to"]
         is_open = np.isnan(high) & ~np.isnan(self.low)
         return np.where(is_open, np.inf, high)
 
     @property
-    def conflicts(self) -> Values:
+    def conflicts(self) -> ColumnArray:
         """Reason in words why each choice has no window; empty if it has one."""
         return conflicts_of(self.columns, self.bounds)
 
@@ -198,7 +198,7 @@ def draw_tolerance(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -
     return page
 
 
-def _grounds(reasons: Values) -> dict[str, dict[str, Any]]:
+def _grounds(reasons: ColumnArray) -> dict[str, dict[str, Any]]:
     """Select a colour and a hatch for each reason why choices have no window."""
     grounds: dict[str, dict[str, Any]] = {}
     last = len(_PALE) - 1

@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.cube.axes import LOAD
-from tendon_cli.cube.columns import Values
+from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
-from tendon_cli.cube.labels import Shown
+from tendon_cli.cube.labels import ColumnLabel
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.layout import CurvePlan
 from tendon_cli.figures.map_data import MARGIN, margin_shown, meaning_of_margin
@@ -51,7 +51,7 @@ class CurveData:
     x_label: str
     x_values: Floats
     """Values along x (panels, colours, dashes, x), in the unit shown."""
-    quantities: tuple[Shown, ...]
+    quantities: tuple[ColumnLabel, ...]
     values: Floats
     """Values in the unit shown, NaN where there is none."""
     slack: Truth
@@ -116,7 +116,7 @@ def curve_data(
     lines, _ = caption(cube, spec, read, varied=varied)
     meaning = [meaning_of_margin(cube)] if MARGIN in plan.quantities else []
     # Negative means slack for a margin and, if tendons push, for their tensions and lengths.
-    endings = (MARGIN, *_OF_A_TENDON) if cube.pushes else (MARGIN,)
+    endings = (MARGIN, *_OF_A_TENDON) if cube.has_pushing_tendons else (MARGIN,)
     data = CurveData(
         title=spec.title or cube.title,
         study=cube.source,
@@ -131,7 +131,7 @@ def curve_data(
         colours=tuple(zip(colours or ("",), _colours(plan, len(colours)), strict=True)),
         dashes=_axis_texts(cube, plan, plan.dash, spec),
         panels=panels,
-        has_kinks=not cube.pushes,
+        has_kinks=not cube.has_pushing_tendons,
         is_slack_below_zero=all(name.endswith(endings) for name in plan.quantities),
         notes=(*meaning, *lines, *plan.notes),
     )
@@ -140,7 +140,9 @@ def curve_data(
     return _merge_equal_panels(data)
 
 
-def _read_columns(cube: Cube, plan: CurvePlan, masks: Sequence[Condition]) -> Mapping[str, Values]:
+def _read_columns(
+    cube: Cube, plan: CurvePlan, masks: Sequence[Condition]
+) -> Mapping[str, ColumnArray]:
     """Read the columns that curves, their marks and their caption need."""
     names = [
         *plan.quantities,
@@ -165,7 +167,7 @@ def _axis_texts(
     return tuple(value_texts(cube, axis, plan.positions[axis.column], spec.units))
 
 
-def _marks(cube: Cube, read: Mapping[str, Values], name: str) -> tuple[Truth, Truth, Truth]:
+def _marks(cube: Cube, read: Mapping[str, ColumnArray], name: str) -> tuple[Truth, Truth, Truth]:
     """Mark where lines of a column are slack, where any tendon is, and where the elbow is unstable.
 
     Tables of states have the status and the stiffness, tables of designs `taut` and `stable`.
@@ -193,7 +195,7 @@ def _marks(cube: Cube, read: Mapping[str, Values], name: str) -> tuple[Truth, Tr
 
 
 def _along_x(
-    cube: Cube, plan: CurvePlan, read: Mapping[str, Values], spec: FigureSpec
+    cube: Cube, plan: CurvePlan, read: Mapping[str, ColumnArray], spec: FigureSpec
 ) -> tuple[Scale | None, str, Floats]:
     """Return the scale of x, its label, and its values (panels, colours, dashes, x)."""
     if plan.x_column != plan.x.column and cube.columns[plan.x_column] is not None:
@@ -229,7 +231,7 @@ def _overlay(data: CurveData) -> CurveData:
     swapped = {part: np.swapaxes(getattr(data, part), 0, 2) for part in _OF_EACH_QUANTITY}
     return replace(
         data,
-        quantities=(Shown(common.name, common, first.unit, first.factor),),
+        quantities=(ColumnLabel(common.name, common, first.unit, first.factor),),
         x_values=np.repeat(data.x_values, len(names), axis=1),
         colours=tuple(zip(names, _qualitative(len(names)), strict=True)),
         **swapped,

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.cube.labels import Shown
+from tendon_cli.cube.labels import ColumnLabel
 from tendon_cli.figures.backend import Axes, Line2D
 from tendon_cli.figures.curve_data import CurveData, Floats
 from tendon_cli.figures.frame import Page, empty_panels, framed, grid_shape, lowest, settle
@@ -299,7 +299,7 @@ def _mark_zero(axes: Axes) -> None:
         axes.axhline(0.0, color=INK, linewidth=0.5, zorder=1.2)
 
 
-def _y_label(data: CurveData, quantity: Shown, width: int) -> str:
+def _y_label(data: CurveData, quantity: ColumnLabel, width: int) -> str:
     """Return the label of a y axis; a short one if each panel already names its quantity."""
     label = quantity.label if len(data.quantities) == 1 else quantity.short_label
     return broken(label, width)

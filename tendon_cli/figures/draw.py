@@ -185,7 +185,7 @@ def table_of(path: Path, spec: FigureSpec, wanted: str | None = None) -> AnyTabl
 
     Raises the errors of `table_of_study`.
     """
-    return table_of_study(path, wanted, spec.asked)
+    return table_of_study(path, wanted, spec.named_columns)
 
 
 def _plan(cube: Cube, spec: FigureSpec) -> tuple[MapPlan | CurvePlan, list[Condition]]:
@@ -197,7 +197,7 @@ def _plan(cube: Cube, spec: FigureSpec) -> tuple[MapPlan | CurvePlan, list[Condi
     Raises:
         UsageError: The figure does not fit the table.
     """
-    conditions = cube.of.conditions(spec.filters)
+    conditions = cube.table_columns.conditions(spec.filters)
     chosen = cube.choose(conditions)
     is_plain = not (spec.quantity or spec.x or spec.colour or spec.panels)
     on_axes = all(cube.axis(condition.column) for condition in conditions)

@@ -69,12 +69,12 @@ class Page:
 
         The title stays as it is, because it is the user's.
         """
-        word = say.joint_word(study)
+        word = say.joint_name(study)
         if word != "elbow":
             for text in self.figure.findobj(Text):
                 if text.get_gid() != "title":
-                    text.set_text(say.of_joint(text.get_text(), word))
-        return replace(self, says=say.of_joint(self.says, word))
+                    text.set_text(say.name_joint(text.get_text(), word))
+        return replace(self, says=say.name_joint(self.says, word))
 
     def save(self, path: Path) -> Path:
         """Write the file whole or not at all, in the format of its ending.

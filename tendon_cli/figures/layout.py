@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, TIME, Ints, evenly
+from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, TIME, Ints, evenly_spaced
 from tendon_cli.cube.columns import DERIVED
 from tendon_cli.cube.cube import Cube
 from tendon_cli.errors import UsageError
@@ -106,10 +106,10 @@ def plan_curves(cube: Cube, chosen: Mapping[str, Ints], spec: FigureSpec) -> Cur
 def _quantities(cube: Cube, spec: FigureSpec) -> tuple[str, ...]:
     """Return the columns to draw: those asked for, or the usual ones of the table."""
     if spec.quantity:
-        names = [cube.of.find_numbers(name, "--quantity") for name in spec.quantity]
+        names = [cube.table_columns.find_numbers(name, "--quantity") for name in spec.quantity]
         return tuple(dict.fromkeys(names))
     if cube.kind == "designs":
-        return (cube.of.find_numbers("margin", "--quantity"),)
+        return (cube.table_columns.find_numbers("margin", "--quantity"),)
     results = [name for name in OF_STATES if name in cube.columns and name not in DERIVED]
     if not results:
         raise UsageError(
@@ -128,13 +128,13 @@ def _along_x(cube: Cube, spec: FigureSpec, long: list[Axis]) -> tuple[str, Axis]
     angle = next((axis for axis in cube.axes if axis.column in (ANGLE, TIME)), None)
     runs = angle if angle in long or not usual else usual[0]
     if spec.x is not None:
-        column = cube.of.find(spec.x, "--x")
+        column = cube.table_columns.find(spec.x, "--x")
         axis = cube.axis(column)
         if axis is not None:
             return column, axis
         runs = angle or runs
         if runs is not None:
-            return cube.of.find_numbers(column, "--x"), runs
+            return cube.table_columns.find_numbers(column, "--x"), runs
     if runs is None:
         raise UsageError(
             "no axis with several values is left to run along x",
@@ -151,7 +151,7 @@ def _named_axis(cube: Cube, name: str | None, where: str) -> Axis | None:
     axis = next((axis for axis in cube.axes if name in (axis.column, axis.key)), None)
     is_key = any(name in (key.path, key.column) for key in keys().values())
     if axis is None and not is_key and name != CASE_AXIS:
-        column = cube.of.find(name, where)
+        column = cube.table_columns.find(name, where)
         names = ", ".join(axis.column for axis in cube.axes)
         raise UsageError(
             f"{column} is not an axis of the study", where=where, hint=f"axes: {names}"
@@ -183,7 +183,7 @@ def _thin_out(
     fewer = []
     for axis in cube.axes:
         all_positions = chosen[axis.column]
-        drawn = all_positions[evenly(len(all_positions), most.get(axis, 1))]
+        drawn = all_positions[evenly_spaced(len(all_positions), most.get(axis, 1))]
         positions[axis.column] = drawn
         if len(drawn) < len(all_positions):
             name = cube.shown(axis.column).name

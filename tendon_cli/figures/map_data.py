@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.cube.cube import Cube
-from tendon_cli.cube.labels import Shown, as_read, reading, symbol
+from tendon_cli.cube.labels import ColumnLabel, as_read, reading, symbol
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.layout import MapPlan
 from tendon_cli.figures.scales import Scale, axis_scale, caption, value_texts
@@ -31,7 +31,7 @@ class MapData:
     study: str
     x: Scale
     y: Scale
-    margin: Shown
+    margin: ColumnLabel
     margins: Floats
     """Margins in the unit shown."""
     rooms: Mapping[str, Floats]
@@ -150,7 +150,7 @@ def _join_titles(titles: list[str]) -> str:
     return ", ".join(titles) if len(titles) < 3 else f"{titles[0]} and {len(titles) - 1} others"
 
 
-def margin_shown(cube: Cube, spec: FigureSpec) -> Shown:
+def margin_shown(cube: Cube, spec: FigureSpec) -> ColumnLabel:
     """Return the margin as it is shown.
 
     If the pretensions of the two sides differ, it is the least margin that both have.

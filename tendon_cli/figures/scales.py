@@ -12,15 +12,15 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.cube.axes import Ints
-from tendon_cli.cube.columns import Values
+from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
-from tendon_cli.cube.labels import Shown, as_read, number, plain
+from tendon_cli.cube.labels import ColumnLabel, as_read, number, plain
 from tendon_cli.figures.backend import Axes, ticker
 from tendon_cli.space.axis import SIDES, Axis
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.study import Study, keys
-from tendon_cli.studies.values import Values as Number
+from tendon_cli.studies.values import StudyNumber as Number
 
 _FEW = 6
 """Fewer values than this have a tick each."""
@@ -150,7 +150,7 @@ def _steps(label: str) -> list[float]:
 
 
 def caption(
-    cube: Cube, spec: FigureSpec, read: Mapping[str, Values], *, varied: Collection[str]
+    cube: Cube, spec: FigureSpec, read: Mapping[str, ColumnArray], *, varied: Collection[str]
 ) -> tuple[list[str], list[str]]:
     """Return the caption of a figure.
 
@@ -204,12 +204,12 @@ def off_default(study: Study, named: Collection[str], units: Mapping[str, str]) 
             text = f"{path} = {value}" if isinstance(value, str) else f"{path} as in the study"
             texts.append(plain(text))
         else:
-            shown = Shown.of(key.column, as_read(key.number.quantity, document), units)
+            shown = ColumnLabel.of(key.column, as_read(key.number.quantity, document), units)
             texts.append(_number_text(shown, study.numbers.get(path)))
     return texts
 
 
-def _number_text(shown: Shown, values: Number | None) -> str:
+def _number_text(shown: ColumnLabel, values: Number | None) -> str:
     """Write a number of a study with its symbol; None stands for a curve over the angle."""
     if values is None:
         return f"{shown.symbol} over the angle"

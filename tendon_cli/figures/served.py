@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.cube.axes import evenly
+from tendon_cli.cube.axes import evenly_spaced
 from tendon_cli.cube.choice_grid import pretension_name
 from tendon_cli.cube.labels import plain
 from tendon_cli.figures.backend import Axes, Line2D, Patch
@@ -219,7 +219,7 @@ def _draw_windows(
     """
     balanced = np.flatnonzero(~np.isnan(low))
     order = balanced[np.lexsort((high[balanced], low[balanced]))]
-    order = order[evenly(len(order), _MOST_LINES)]
+    order = order[evenly_spaced(len(order), _MOST_LINES)]
     place = (np.arange(len(order)) + 0.5) / max(len(order), 1) * 100.0
     least = pretension if np.isfinite(pretension) else 1.0
     highest = float(np.max(high[np.isfinite(high)], initial=0.0))

@@ -58,7 +58,7 @@ class FrictionUncertainty:
     """Factor of the 95 % interval, Student's t."""
     interval_95: tuple[float, float]
 
-    def of(self, name: str) -> float:
+    def contribution_of(self, name: str) -> float:
         """Return the contribution of one part; 0 if it has none."""
         return sum(part.contribution for part in self.parts if part.name == name)
 

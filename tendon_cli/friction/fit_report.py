@@ -27,7 +27,7 @@ _OF_ONE_SHEATH = (
 )
 
 
-def summary_lines(fit: Fit) -> str:
+def summary_text(fit: Fit) -> str:
     """Return a short readable summary."""
     uncertainty = fit.uncertainty
     digits = _digits(uncertainty.standard_error)

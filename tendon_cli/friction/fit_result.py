@@ -243,7 +243,7 @@ class Fit(Displayed):
     @property
     def friction_bend_standard_error(self) -> float:
         """Standard error of μφ, in which the uncertainty of the bend angle has no part."""
-        variance = self.uncertainty.standard_error**2 - self.uncertainty.of(BEND) ** 2
+        variance = self.uncertainty.standard_error**2 - self.uncertainty.contribution_of(BEND) ** 2
         return math.sqrt(max(variance, 0.0)) * (self.bend_angle or 1.0)
 
     @property

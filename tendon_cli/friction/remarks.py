@@ -263,7 +263,7 @@ class Remarks:
         """Compare the number with the plain answer, the directions and what is plausible."""
         fit = self.fit
         friction = self.friction
-        coarse = fit.uncertainty.of(RESOLUTION) / friction
+        coarse = fit.uncertainty.contribution_of(RESOLUTION) / friction
         if coarse > _MATTERS:
             self.warnings.append(
                 f"the steps of the cells leave {self.mu} open by {100.0 * coarse:.0f} %;"

@@ -32,12 +32,12 @@ import numpy.typing as npt
 from tendon_cli.kernel.native import Columns, Native
 from tendon_cli.model import window
 from tendon_cli.model.actuator import SIDES, State
-from tendon_cli.model.bounds import SHARES, Bounds, held_forms
-from tendon_cli.model.extremes import Found, fold
+from tendon_cli.model.bounds import SHARES, Bounds, bounded_forms
+from tendon_cli.model.extremes import Extremes, fold
 from tendon_cli.model.forms import is_nothing
 from tendon_cli.model.kinematics import Array, Real
 
-UNWANTED = "TENDON_NO_COMPILED"
+NO_COMPILED_VARIABLE = "TENDON_NO_COMPILED"
 """Environment variable that, set to anything, makes NumPy do it all."""
 
 VERSION = 18
@@ -52,7 +52,7 @@ with NaN, or None if it did not search them."""
 @cache
 def native() -> Native | None:
     """Load the compiled code. Return None if there is none of this version, or it is not wanted."""
-    if os.environ.get(UNWANTED):
+    if os.environ.get(NO_COMPILED_VARIABLE):
         return None
     spec = importlib.util.find_spec("tendon_cli.kernel._native")
     if spec is None or not spec.origin:
@@ -71,9 +71,9 @@ def kind() -> str | None:
     return code.kinds[-1] if code else None
 
 
-def remark() -> str | None:
+def missing_compiler_hint() -> str | None:
     """Return a hint for users who have no compiled code and did not ask for that, else None."""
-    if kind() is not None or os.environ.get(UNWANTED):
+    if kind() is not None or os.environ.get(NO_COMPILED_VARIABLE):
         return None
     return (
         "NumPy did it all, several times slower than compiled code: "
@@ -96,7 +96,7 @@ def row_writer(at: State, shape: tuple[int, ...], keys: Columns) -> RowWriter:
     code = native()
     chosen = kind()
     if code is None or chosen is None:
-        return writer_of({**keys, "status": at.status, **at.columns()}, shape)
+        return columns_writer({**keys, "status": at.status, **at.columns()}, shape)
     given = _given(at)
     known = {*keys, "status", *code.results}
     key_values = {name: np.ascontiguousarray(values) for name, values in keys.items()}
@@ -107,14 +107,14 @@ def row_writer(at: State, shape: tuple[int, ...], keys: Columns) -> RowWriter:
         with_nan = code.rows(chosen, shape, given, wanted, columns, rows.start, len(rows))
         others = {name: values for name, values in columns.items() if name not in known}
         if others:
-            writer_of(at.columns(others), shape)(others, rows)
+            columns_writer(at.columns(others), shape)(others, rows)
         others_with_nan = [name for name, values in others.items() if np.isnan(values).any()]
         return [*keys_with_nan, *with_nan, *others_with_nan]
 
     return write
 
 
-def fold_extremes(folded: Found, at: State, elbow_angle: Array, shape: tuple[int, ...]) -> None:
+def fold_extremes(folded: Extremes, at: State, elbow_angle: Array, shape: tuple[int, ...]) -> None:
     """Fold all states of a block into the extremes of its designs, as `model.extremes.fold` does.
 
     Args:
@@ -132,7 +132,7 @@ def fold_extremes(folded: Found, at: State, elbow_angle: Array, shape: tuple[int
 
 
 def fold_window(
-    folded: window.Found,
+    folded: Extremes,
     at: State,
     bounds: Bounds,
     shape: tuple[int, ...],
@@ -185,7 +185,7 @@ def _bound_inputs(
         f"{share}_{end}": _as_input(bound) for share in SHARES for end, bound in _UNBOUNDED.items()
     }
     forms = []
-    for held in held_forms(at, bounds):
+    for held in bounded_forms(at, bounds):
         shares = {share: getattr(held.form, share) for share in SHARES}
         ends = {end: getattr(held, end) for end in _UNBOUNDED if getattr(held, end) is not None}
         single = _single_share(shares)
@@ -246,7 +246,7 @@ def _given(at: State) -> dict[str, Array]:
     return {name: _as_input(value) for name, value in values.items()}
 
 
-def writer_of(columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> RowWriter:
+def columns_writer(columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> RowWriter:
     """Return a function that writes rows from columns that broadcast to a shape."""
 
     def write(targets: Columns, rows: range) -> None:

@@ -66,7 +66,7 @@ class State:
         arm = design.arm
         flexor, extensor = sheaths_of(design.flexor, design.extensor, elbow_angle, flexion)
         resting = None
-        if design.follows:
+        if design.bend_follows_joint:
             angle = design.setting.angle
             resting = sheaths_of(design.flexor, design.extensor, angle, flexion)
         inclination = np.add(elbow_angle, arm.upper_arm_angle)
@@ -74,7 +74,7 @@ class State:
         speed = None
         torque_rate = None
         if design.trajectory is not None:
-            speed, acceleration, jerk = design.trajectory.at(elbow_angle)
+            speed, acceleration, jerk = design.trajectory.derivatives_at(elbow_angle)
             inertia = arm.inertia + design.load_mass * np.square(arm.load_distance)
             other_torque = np.asarray(other_torque + inertia * acceleration)
             torque_rate = np.asarray(inertia * jerk)

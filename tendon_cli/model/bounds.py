@@ -2,7 +2,7 @@
 
 The margin v is how far the pretension is above what keeps the state taut. With it the tensions are
 x = flexor_floor + flexor_gain v and y likewise (`statics.Response`), and the elbow stiffness is a
-line, too. Compiled code takes what `held_forms` gives, and knows no limit by name. Arguments
+line, too. Compiled code takes what `bounded_forms` gives, and knows no limit by name. Arguments
 broadcast as in `actuator`; SI units, angles in radians.
 """
 
@@ -90,7 +90,7 @@ class BoundedForm:
     """Upper bound; None if there is none."""
 
 
-def held_forms(at: State, bounds: Bounds) -> list[BoundedForm]:
+def bounded_forms(at: State, bounds: Bounds) -> list[BoundedForm]:
     """Return the forms of states that bounds hold, in the order of the table."""
     return [
         _bounded_form(limit, form, bounds[limit.name])
@@ -148,7 +148,7 @@ def bound_ends(at: State, bounds: Bounds) -> Iterator[BoundEnd]:
     """Yield the end that every bound on a form of states sets to the margin v."""
     response = at.response
     stiffness_base, stiffness_gain = stiffness_line(at)
-    for held in held_forms(at, bounds):
+    for held in bounded_forms(at, bounds):
         base = held.form.of(response.flexor_floor, response.extensor_floor, stiffness_base)
         gain = held.form.of(response.flexor_gain, response.extensor_gain, stiffness_gain)
         for bound, is_least in ((held.least, True), (held.most, False)):

@@ -140,7 +140,7 @@ class Design:
     have one."""
 
     @property
-    def follows(self) -> bool:
+    def bend_follows_joint(self) -> bool:
         """True if a sheath bends as the joint turns."""
         return isinstance(self.flexor.bend_angle, Spline) or isinstance(
             self.extensor.bend_angle, Spline
@@ -179,7 +179,7 @@ class Design:
         return joint + self.load_scale * self.load_torque(angle, derivative)
 
 
-def changed(made: Any, change: Callable[..., Any], *others: Any) -> Any:
+def map_arrays(made: Any, change: Callable[..., Any], *others: Any) -> Any:
     """Return a design, or an object of one, with each of its arrays changed.
 
     Args:
@@ -191,7 +191,7 @@ def changed(made: Any, change: Callable[..., Any], *others: Any) -> Any:
         return change(made, *others)
     if isinstance(made, Mapping):
         return {
-            key: changed(value, change, *(other[key] for other in others))
+            key: map_arrays(value, change, *(other[key] for other in others))
             for key, value in made.items()
         }
     if not is_dataclass(made):
@@ -199,5 +199,5 @@ def changed(made: Any, change: Callable[..., Any], *others: Any) -> Any:
     parts = {}
     for name in (part.name for part in fields(made)):
         other_parts = (getattr(other, name) for other in others)
-        parts[name] = changed(getattr(made, name), change, *other_parts)
+        parts[name] = map_arrays(getattr(made, name), change, *other_parts)
     return replace(made, **parts)  # type: ignore[type-var]

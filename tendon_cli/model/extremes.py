@@ -1,7 +1,7 @@
 """Extremes of designs over all their states: smallest, largest, counted. A fold of states.
 
 A fold starts from `begin`, takes states in any order and in any portions by `fold`, and ends in
-`finished`, whose results are the columns of a table of designs. Nothing is rounded on the way but
+`finish`, whose results are the columns of a table of designs. Nothing is rounded on the way but
 what the rows of states are, so that the columns are the extremes of the rows to the last bit.
 """
 
@@ -21,7 +21,6 @@ from tendon_cli.quantities import OF_DESIGNS, QUANTITIES
 
 Extremes = dict[str, Array]
 """Extremes of designs over their states, by name, each of the shape of the designs."""
-Found = Extremes  # name that `engine` and `kernel` import
 
 _SMALLEST = (
     "min_flexor_tension",
@@ -117,7 +116,7 @@ def _reduction(name: str) -> np.ufunc:
     return np.fmax
 
 
-def finished(folded: Extremes, states: int) -> Extremes:
+def finish(folded: Extremes, states: int) -> Extremes:
     """Return the result columns of designs, from the extremes over all `states` of each.
 
     Results are NaN where no state has one.
@@ -162,7 +161,7 @@ def as_read(columns: Extremes, design: Design) -> Extremes:
     }
 
 
-def judged(columns: Extremes, limits: Mapping[str, float]) -> dict[str, Flags]:
+def judge(columns: Extremes, limits: Mapping[str, float]) -> dict[str, Flags]:
     """Return which designs are `taut` in every state, `stable` in each, and `feasible`.
 
     A feasible design is both, and within every limit on a column as well. Limits are kept with the

@@ -65,7 +65,7 @@ class Need:
 
     key: str
     """Dotted key."""
-    what: str
+    phrase: str
     """The number in words."""
     example: str
     """A value as a study may state it."""

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from tendon_cli.model.design import Design
 from tendon_cli.model.forms import DesignLimit, Form, LimitWords, Need
 from tendon_cli.model.kinematics import Array, Real
-from tendon_cli.model.setting import shown
+from tendon_cli.model.setting import reading_at
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS
 
 Codes = npt.NDArray[np.int8]
@@ -212,7 +212,7 @@ _ALL = (
             "exceeds {}",
         ),
         column="pretension",
-        of_design=lambda design: shown(
+        of_design=lambda design: reading_at(
             design, np.maximum(design.flexor.pretension, design.extensor.pretension)
         ),
     ),

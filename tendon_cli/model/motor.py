@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model.actuator import State, evaluate
-from tendon_cli.model.design import Design, changed
+from tendon_cli.model.design import Design, map_arrays
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.statics import BOTH_SLACK, EXTENSOR_SLACK, FLEXOR_SLACK
 from tendon_cli.model.trajectory import Trajectory
@@ -51,7 +51,7 @@ class MotorRates:
     """τ_m dα/dθ, N m."""
     stored: Array
     """U, elastic energy of both tendons and springs, J."""
-    storing: Array
+    storage_rate: Array
     """dU/dθ, N m."""
     friction: Array
     """dW/dθ by the work of friction along both sheaths, N m: below 0 in extension, where θ
@@ -104,21 +104,24 @@ def motor_rates(state: State) -> MotorRates:
     y_rate = extensor_pulls * y_takes / coupling.extensor_compliance
 
     started = resting_flexor.compliance * design.flexor.pretension
-    flexor_storing = state.flexor.storing(x, x_rate, turning)
-    extensor_storing = state.extensor.storing(y, y_rate, turning)
+    flexor_storing = state.flexor.storage_rate(x, x_rate, turning)
+    extensor_storing = state.extensor.storage_rate(y, y_rate, turning)
     flexor_friction = state.flexor.friction_rate(x, x_rate, shortens, turning)
     extensor_friction = state.extensor.friction_rate(y, y_rate, -lengthens, turning)
     return MotorRates(
         spool_angle=state.spool_angle + started / design.flexor_radius,
         spool_speed=winding / design.flexor_radius,
         power=np.asarray(state.motor_torque * wound / design.flexor_radius),
-        stored=0.5 * (state.flexor.gives * x * x + state.extensor.gives * y * y),
-        storing=flexor_storing + extensor_storing,
+        stored=0.5
+        * (state.flexor.energy_compliance * x * x + state.extensor.energy_compliance * y * y),
+        storage_rate=flexor_storing + extensor_storing,
         friction=flexor_friction + extensor_friction,
     )
 
 
-def cycle(design: Design, elbow_angle: Array, flexion: Flags, speed: float) -> dict[str, Array]:
+def cycle_columns(
+    design: Design, elbow_angle: Array, flexion: Flags, speed: float
+) -> dict[str, Array]:
     """Return the columns of both strokes of designs, from the least angle to the largest and back.
 
     Peaks, travel and differences are those of the states at these angles. They are NaN if no state
@@ -143,8 +146,8 @@ def cycle(design: Design, elbow_angle: Array, flexion: Flags, speed: float) -> d
     return _columns(state, rates, spool_speed, power, works, flexion)
 
 
-def along(design: Design, trajectory: Trajectory) -> dict[str, Array]:
-    """Return the columns of designs along a trajectory, as `cycle` does.
+def motion_columns(design: Design, trajectory: Trajectory) -> dict[str, Array]:
+    """Return the columns of designs along a trajectory, as `cycle_columns` does.
 
     Sums over time are those of its samples. Differences are NaN, because there is no other
     direction at the same angle to compare with.
@@ -242,7 +245,7 @@ def _steps(angles: Array, longest: float = _LONGEST_STEP) -> Array:
     return np.concatenate([*steps, angles[-1:]])
 
 
-def gauss(angles: Array, longest: float = _LONGEST_STEP) -> tuple[Array, Array]:
+def gauss_rule(angles: Array, longest: float = _LONGEST_STEP) -> tuple[Array, Array]:
     """Return nodes and weights of Gauss's rule for integrals of what has no kinks.
 
     Args:
@@ -315,7 +318,7 @@ def select_points(
     def select(values: Array) -> Array:
         return np.broadcast_to(values, shape)[at] if values.ndim else values
 
-    selected: Design = changed(design, select)
+    selected: Design = map_arrays(design, select)
     return selected
 
 

@@ -1,11 +1,11 @@
 """Windows of pretension narrowed by limits on the whole motion, which no single state decides.
 
 Where all states are taut, spool angle, motor torque and dα/dθ are straight lines in pretension F.
-Limits on backlash and torque band are half-lines therefore, as those of `window`; spool travel is
+Limits on backlash and torque band are half-lines therefore, as those of `window_text`; spool travel is
 the largest of lines less the smallest, which is convex. Power is a product of two lines, friction's
 loss a sum of such, so that the pretensions that they allow may be in several intervals, of which
 the widest is used: their ends are sought by bisection between samples. Arguments broadcast as in
-`window`; SI units, angles in radians.
+`window_text`; SI units, angles in radians.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags, Real
 from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
-from tendon_cli.model.motor import gauss, motor_rates, select_points
+from tendon_cli.model.motor import gauss_rule, motor_rates, select_points
 from tendon_cli.model.statics import SLACK_TOLERANCE
 from tendon_cli.model.window import Positions, Window
 
@@ -48,7 +48,7 @@ class Lines:
         return np.asarray(self.base + self.gain * pretension[:, np.newaxis])
 
 
-def narrowed(
+def narrow(
     windows: Window,
     design: Design,
     elbow_angle: Array,
@@ -92,7 +92,7 @@ def narrowed(
     return Window(**{name: values.reshape(windows.low.shape) for name, values in columns.items()})
 
 
-def excess(
+def motion_excess(
     name: str,
     design: Design,
     elbow_angle: Array,
@@ -252,7 +252,7 @@ class Motor:
         if self.trajectory is not None:
             seconds = self.trajectory.weights
             return lambda at: np.asarray(np.maximum(self.power(at), 0.0) @ seconds)
-        nodes, weights = gauss(np.unique(self.angles))
+        nodes, weights = gauss_rule(np.unique(self.angles))
         _, turning, torque = self._lines(nodes[np.newaxis])
         signs = np.repeat(self.signs[:, 0], len(nodes))
         weight = np.tile(weights, np.size(self.flexion))
@@ -271,7 +271,7 @@ class Motor:
             weight = self.trajectory.weights
         else:
             ends = np.array([self.angles.min(), self.angles.max()])
-            nodes, weights = gauss(ends, _LOSS_STEP)
+            nodes, weights = gauss_rule(ends, _LOSS_STEP)
             weight = np.outer(self.signs[:, 0], weights).ravel()
         first, second, third = (
             self._flat(motor_rates(self._taut(pretension, nodes[np.newaxis])).friction) @ weight

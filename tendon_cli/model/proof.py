@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tendon_cli.model.bounds import Bounds
-from tendon_cli.model.design import Design, changed
+from tendon_cli.model.design import Design, map_arrays
 from tendon_cli.model.enclosure import COMPUTED, ORDER, Series
 from tendon_cli.model.kinematics import AnyJoint, Array, Excursion, Flags, Spline
 from tendon_cli.model.motor import select_points
@@ -105,7 +105,7 @@ class Proof:
     """Cells that are not decided, for they are too many or too narrow."""
 
 
-def cells_of(
+def first_cells(
     count: int, angles: tuple[float, float], flexion: Flags, knots: Array, numbers: int = 0
 ) -> Cells:
     """Return the first cells of designs, in each direction, at both ends of windows.
@@ -206,10 +206,10 @@ def _judge(
     halves = np.maximum(cells.high - middle, middle - cells.low) * _OUT
     angle = middle[:, 0]
     box_halves = halves[:, 1:]
-    at_point = within(design, ends, middle[:, 1:], 0.0 * box_halves)
-    over_box = within(design, ends, middle[:, 1:], box_halves)
-    in_middle = enclosed(at_point, angle, np.zeros(()), cells.flexion, pretension, ORDER - 1)
-    over_cell = enclosed(over_box, angle, halves[:, 0], cells.flexion, pretension, ORDER)
+    at_point = box_design(design, ends, middle[:, 1:], 0.0 * box_halves)
+    over_box = box_design(design, ends, middle[:, 1:], box_halves)
+    in_middle = enclose_states(at_point, angle, np.zeros(()), cells.flexion, pretension, ORDER - 1)
+    over_cell = enclose_states(over_box, angle, halves[:, 0], cells.flexion, pretension, ORDER)
 
     is_kept = np.ones(len(cells), dtype=np.bool_)
     is_broken = np.zeros(len(cells), dtype=np.bool_)
@@ -266,7 +266,7 @@ def _lower_bound(in_middle: Series, over_cell: Series, halves: Array) -> tuple[A
     return np.broadcast_to(lowest, half.shape), falls
 
 
-def within(design: Design, ends: Sequence[Design], middle: Array, half: Array) -> Design:
+def box_design(design: Design, ends: Sequence[Design], middle: Array, half: Array) -> Design:
     """Return designs whose numbers in a box are series, as straight lines of their shares.
 
     Args:
@@ -286,7 +286,7 @@ def within(design: Design, ends: Sequence[Design], middle: Array, half: Array) -
                 return Series.number(number + distance * middle[:, place], radius, distance, place)
         return number
 
-    boxed: Design = changed(design, moving, *ends)
+    boxed: Design = map_arrays(design, moving, *ends)
     return boxed
 
 
@@ -313,7 +313,7 @@ def _limit_values(state: Any, bounds: Bounds) -> Iterator[Series]:
                 yield most - value
 
 
-def enclosed(
+def enclose_states(
     design: Design, middle: Array, half: Array, flexion: Flags, pretension: Array, order: int
 ) -> SimpleNamespace:
     """Return states over cells as series, under the names that forms of limits ask a `State` for.
@@ -338,7 +338,7 @@ def enclosed(
     c_e = Series.of(extensor.compliance, COMPUTED)
     resting_c_f = c_f
     resting_c_e = c_e
-    if design.follows:
+    if design.bend_follows_joint:
         resting_angle: Any = Series.of(design.setting.angle)
         resting_sheaths = sheaths_of(*sides, resting_angle, flexion)
         resting_c_f, resting_c_e = (

@@ -46,7 +46,7 @@ class MeasuredRoute:
     standard_error: float
     """Standard error of the bend angle; twice as much covers the truth in nine of ten routes or
     more."""
-    as_it_stands: float
+    sum_of_turns: float
     """Sum of turns without regard to noise."""
     noise: float | None
     """Standard deviation of each coordinate of the way-points as the points show; None if they are

@@ -25,7 +25,7 @@ def setting_of(design: Design) -> State:
     return State.of(still, posture.angle, posture.after_flexion)
 
 
-def per_length(design: Design) -> Array:
+def pretension_per_length(design: Design) -> Array:
     """Return the growth of F0 per length taken from both tendons, (1 + η)/(η c_f + c_e), N/m."""
     return np.asarray((1.0 + np.asarray(design.ratio)) / setting_of(design).coupling.compliance)
 
@@ -92,7 +92,7 @@ def all_readings(design: Design, pretension: Real) -> dict[str, Array]:
     return {read: Reading.of(design, read).shown(pretension) for read in READINGS if read != F0}
 
 
-def shown(design: Design, pretension: Real) -> Array:
+def reading_at(design: Design, pretension: Real) -> Array:
     """Return F0 as the design's pretension is read, N.
 
     Args:
@@ -112,7 +112,7 @@ def pretension_of(design: Design, reading: Real) -> Array:
     return Reading.of(design).pretension(reading)
 
 
-def set_by(design: Design) -> Design:
+def with_set_pretension(design: Design) -> Design:
     """Return a design with F0 in the place of the pretension that was given as a reading."""
     if design.read == F0:
         return design

@@ -157,11 +157,11 @@ class Sheathed:
         return np.where(self.at_motor, self.spring / self.capstan, self.spring)
 
     @property
-    def gives(self) -> Array:
+    def energy_compliance(self) -> Array:
         """Twice the energy of tendon, spring and anchor over the distal tension squared, m/N."""
         return np.asarray(self._spring_energy + self.anchor + self.strain)
 
-    def storing(self, tension: Array, tension_rate: Array, turning: Real = 1.0) -> Array:
+    def storage_rate(self, tension: Array, tension_rate: Array, turning: Real = 1.0) -> Array:
         """Return dU/dθ, the rate of the energy that tendon, spring and anchor store, N m.
 
         Args:
@@ -172,7 +172,8 @@ class Sheathed:
         spring_exponent_rate = np.where(self.at_motor, self.exponent_rate, 0.0)
         rate = self._strain_rate + 2.0 * self._spring_energy * spring_exponent_rate
         return np.asarray(
-            self.gives * tension * tension_rate + 0.5 * rate * tension * tension * turning
+            self.energy_compliance * tension * tension_rate
+            + 0.5 * rate * tension * tension * turning
         )
 
     def friction_rate(

@@ -31,7 +31,7 @@ class Trajectory:
         self.time = time
         self.derivatives = derivatives
         self.reversal = reversal
-        self.flexion = ways(angle, reversal)
+        self.flexion = friction_directions(angle, reversal)
         self._order = np.argsort(angle, kind="stable")
         ascending = angle[self._order]
         for place in range(1, len(angle)):
@@ -57,7 +57,7 @@ class Trajectory:
         steps = np.diff(self.time)
         return np.asarray(0.5 * (np.append(steps, 0.0) + np.insert(steps, 0, 0.0)))
 
-    def at(self, angle: Real) -> Array:
+    def derivatives_at(self, angle: Real) -> Array:
         """Return the derivatives at angles of samples.
 
         Args:
@@ -74,15 +74,15 @@ class Trajectory:
         return np.where(is_sampled, self.derivatives[:, sample], 0.0)
 
     @property
-    def turning(self) -> tuple[Trajectory, Trajectory]:
+    def with_shifted_turns(self) -> tuple[Trajectory, Trajectory]:
         """The motion with friction that turns a sample earlier, and one with a sample later.
 
         They include every turn that is possible with peaks between the samples.
         """
         # A parabola rises above its samples by up to an eighth of their second difference.
         peak = np.abs(np.diff(self.angle, 2)).max() / 8.0
-        early_flexion = ways(self.angle, max(0.0, self.reversal - peak))
-        late_flexion = ways(self.angle, self.reversal + peak)
+        early_flexion = friction_directions(self.angle, max(0.0, self.reversal - peak))
+        late_flexion = friction_directions(self.angle, self.reversal + peak)
         early = copy(self)
         early.flexion = np.append(early_flexion[1:], self.flexion[-1])
         late = copy(self)
@@ -90,7 +90,7 @@ class Trajectory:
         return early, late
 
 
-def ways(angle: Array, reversal: float) -> Flags:
+def friction_directions(angle: Array, reversal: float) -> Flags:
     """Return the samples of an angle at which friction is that of flexion.
 
     Friction turns once the angle has come back by `reversal`. At rest it is that of the last

@@ -15,7 +15,7 @@ from tendon_cli.model.bounds import Bounds, bound_ends
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import LIMIT_NAMES
-from tendon_cli.model.setting import shown
+from tendon_cli.model.setting import reading_at
 from tendon_cli.model.window import Positions, ends_of_states, slack_codes
 
 ANGLES = 91
@@ -29,7 +29,7 @@ _AHEAD = 1e-3
 tighter there."""
 
 
-def grid(elbow_angle: Array) -> Array:
+def angle_grid(elbow_angle: Array) -> Array:
     """Return the angles at which windows over the whole motion are taken.
 
     Args:
@@ -99,7 +99,7 @@ def end_curves(
     largest: dict[str, Array] = {}
     for code, margin, is_lower, is_upper in ends:
         name = LIMIT_NAMES[code]
-        pretension = shown(design, required + margin)
+        pretension = reading_at(design, required + margin)
         for curves, binds, sign in ((least, is_lower, 1.0), (largest, is_upper, -1.0)):
             asked = np.where(counts & binds, sign * pretension, -np.inf)
             tightest = asked.reshape(-1, asked.shape[-1]).max(axis=0)
@@ -109,7 +109,7 @@ def end_curves(
     return least, largest
 
 
-def refined(
+def refine_ends(
     design: Design,
     state: Positions,
     value: Array,

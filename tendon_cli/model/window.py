@@ -3,7 +3,7 @@
 Every limit on a form of a state (`limits`) is a half-line in the common pretension, so a design's
 window over its states is one interval, and each of its ends belongs to one limit in one state.
 Nothing is searched; the ends are exact. The window is a fold over states: `begin`, `fold` in any
-portions, `finished`. Arguments broadcast as in `actuator`; SI units, angles in radians.
+portions, `finish`. Arguments broadcast as in `actuator`; SI units, angles in radians.
 """
 
 from __future__ import annotations
@@ -28,12 +28,11 @@ from tendon_cli.model.limits import (
     PRETENSION,
     Codes,
 )
-from tendon_cli.model.setting import pretension_of, shown
+from tendon_cli.model.setting import pretension_of, reading_at
 from tendon_cli.model.statics import SLACK_TOLERANCE
 
 Positions = npt.NDArray[np.int64]
 """Places in an array, such as those of states among all states of a design."""
-Found = Extremes  # name that `engine` and `kernel` import
 Element = TypeVar("Element", bound=np.generic)
 
 
@@ -111,7 +110,7 @@ def window(design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds) -
     shape = np.broadcast_shapes(*(array.shape for array in arrays), states)
     folded = begin(shape[:-2])
     fold(folded, at, bounds, np.arange(states[0] * states[1]).reshape(states))
-    return named(finished(folded, design, bounds), design, elbow_angle, flexion, bounds)
+    return with_binding_limits(finish(folded, design, bounds), design, elbow_angle, flexion, bounds)
 
 
 def begin(shape: tuple[int, ...]) -> Extremes:
@@ -165,7 +164,7 @@ def fold(folded: Extremes, at: State, bounds: Bounds, states: Positions) -> None
     np.minimum(folded["blocked"], first, out=folded["blocked"])
 
 
-def finished(folded: Extremes, design: Design, bounds: Bounds) -> Ends:
+def finish(folded: Extremes, design: Design, bounds: Bounds) -> Ends:
     """Return the ends, from the tightest over all states and from what holds for whole designs."""
     is_broken = _over_design(_broken_by_design(design, bounds)) != NOTHING
     ceiling = _over_design(_ceiling(design, bounds))
@@ -199,7 +198,7 @@ def as_read(ends: AnyEnds, design: Design) -> AnyEnds:
     """Return ends as the design's pretension is read."""
 
     def read(pretension: Array) -> Array:
-        return shown(design, pretension[..., np.newaxis, np.newaxis])[..., 0, 0]
+        return reading_at(design, pretension[..., np.newaxis, np.newaxis])[..., 0, 0]
 
     with np.errstate(invalid="ignore"):
         return replace(ends, low=read(ends.low), high=read(ends.high))
@@ -221,7 +220,9 @@ def _broken_by_design(design: Design, bounds: Bounds) -> Codes:
     return broken
 
 
-def named(ends: Ends, design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds) -> Window:
+def with_binding_limits(
+    ends: Ends, design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds
+) -> Window:
     """Return ends with the limits that bind, worked out anew in the states that bind alone.
 
     Args:

@@ -72,7 +72,7 @@ class Reproduction:
             return None
         return near, far
 
-    def of(self, kind: str) -> list[Entry]:
+    def entries_of(self, kind: str) -> list[Entry]:
         """Select the entries of one kind: findings, claims or slips."""
         return [entry for entry in self.entries if entry.kind == kind]
 
@@ -86,9 +86,9 @@ class Reproduction:
 
     def counts(self) -> list[str]:
         """Return a summary of the verdicts, a sentence each."""
-        findings = self.of("finding")
-        claims = self.of("claim")
-        slips = self.of("slip")
+        findings = self.entries_of("finding")
+        claims = self.entries_of("claim")
+        slips = self.entries_of("slip")
         verdicts = [entry.verdict for entry in claims]
         count = ", ".join(
             f"{verdicts.count(verdict)} {verdict}" for verdict in (TRUE, IN_PART, FALSE)
@@ -131,9 +131,9 @@ class Reproduction:
             counts="\n".join(f"- {line}" for line in self.counts()),
             figures=figures,
             versions=f"tendon {known['tendon']} (results version {RESULTS_VERSION}), {libraries}",
-            findings=_table(self.of("finding"), "finding"),
-            claims=_table(self.of("claim"), "claim"),
-            slips=_table(self.of("slip"), "slip"),
+            findings=_table(self.entries_of("finding"), "finding"),
+            claims=_table(self.entries_of("claim"), "claim"),
+            slips=_table(self.entries_of("slip"), "slip"),
         )
 
     def record(self) -> dict[str, Any]:

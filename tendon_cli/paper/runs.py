@@ -12,11 +12,11 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from tendon_cli.answers.coverage import grouped, share_served
-from tendon_cli.answers.problem import question
+from tendon_cli.answers.coverage import group_windows, share_served
+from tendon_cli.answers.problem import question_of
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.results import Run
-from tendon_cli.engine.run import How, run_task
+from tendon_cli.engine.run import RunOptions, run_task
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.friction.fit_result import Fit
 from tendon_cli.model.bounds import Bounds
@@ -237,9 +237,9 @@ def share_of_people(people: int, stiffness: float, ratio: float, loads: Array) -
         "spool": {"ratio": ratio},
         "load": {"mass": list(loads)},
     }
-    all_loads = question(study_from(content))
+    all_loads = question_of(study_from(content))
     windows = all_loads.windows({}, 1)
-    low, high = grouped(windows.low, windows.high, all_loads.groups)
+    low, high = group_windows(windows.low, windows.high, all_loads.groups)
     return float(share_served(low, high, all_loads.weighting).served[0])
 
 
@@ -273,5 +273,5 @@ def sweep_studies(
     """
     for name in names:
         study = load(name)
-        done = run_task(Sweep, Run, study, area / name, How(jobs=jobs, stop=stop, lock=lock))
+        done = run_task(Sweep, Run, study, area / name, RunOptions(jobs=jobs, stop=stop, lock=lock))
         yield name, PaperTables(study, area / name, done.states, done.designs)

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.cube.axes import Ints, evenly, thinned
-from tendon_cli.cube.columns import Values
+from tendon_cli.cube.axes import Ints, evenly_spaced, thin_axes
+from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
-from tendon_cli.cube.labels import Shown
+from tendon_cli.cube.labels import ColumnLabel
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Anchors, Array
@@ -50,7 +50,7 @@ class PageAxis:
     """An axis of the maps, with the positions whose values the page has."""
 
     axis: Axis
-    shown: Shown
+    shown: ColumnLabel
     positions: Ints
 
     def record(self) -> dict[str, Any]:
@@ -69,7 +69,7 @@ class PageAxis:
 
 def page_axes(cube: Cube) -> list[PageAxis]:
     """Return the axes of a table, thinned so that a page can hold their product."""
-    positions = thinned([axis.length for axis in cube.axes], MOST_CELLS)
+    positions = thin_axes([axis.length for axis in cube.axes], MOST_CELLS)
     return [
         PageAxis(axis, cube.shown(axis.column), along)
         for axis, along in zip(cube.axes, positions, strict=True)
@@ -120,7 +120,7 @@ def within_size(records: Iterable[dict[str, Any]]) -> tuple[list[dict[str, Any]]
     return selected, left_out
 
 
-def number_record(shown: Shown, values: Values) -> dict[str, Any]:
+def number_record(shown: ColumnLabel, values: ColumnArray) -> dict[str, Any]:
     """Return a column of numbers (SI) as JSON, in the unit shown, with its range."""
     scaled = shown.scaled(values)
     finite = scaled[np.isfinite(scaled)]
@@ -129,10 +129,16 @@ def number_record(shown: Shown, values: Values) -> dict[str, Any]:
     if finite.size:
         low = float(finite.min())
         high = float(finite.max())
-    return {**_about(shown), "classes": None, "low": low, "high": high, "array": packed(scaled)}
+    return {
+        **_about(shown),
+        "classes": None,
+        "low": low,
+        "high": high,
+        "array": pack_numbers(scaled),
+    }
 
 
-def truths_record(columns: Mapping[str, Values]) -> list[dict[str, Any]]:
+def truths_record(columns: Mapping[str, ColumnArray]) -> list[dict[str, Any]]:
     """Return columns of truths as JSON; the table hides them, and its filters read them."""
     return [
         {
@@ -141,13 +147,13 @@ def truths_record(columns: Mapping[str, Values]) -> list[dict[str, Any]]:
             "unit": "",
             "truth": True,
             "hidden": True,
-            "array": packed_classes(values),
+            "array": pack_classes(values),
         }
         for name, values in columns.items()
     ]
 
 
-def _about(shown: Shown) -> dict[str, Any]:
+def _about(shown: ColumnLabel) -> dict[str, Any]:
     """Return the name of a column and the unit of its numbers."""
     return {
         "name": shown.column,
@@ -158,7 +164,7 @@ def _about(shown: Shown) -> dict[str, Any]:
     }
 
 
-def _unit(shown: Shown) -> str:
+def _unit(shown: ColumnLabel) -> str:
     """Return the symbol of the unit shown; empty for a number without one."""
     return "" if shown.unit == "1" else shown.unit
 
@@ -166,13 +172,13 @@ def _unit(shown: Shown) -> str:
 # --- Packing --------------------------------------------------------------------------------------
 
 
-FEW = 50_000
+MOST_EXACT = 50_000
 """Largest number of values that keep seven digits; more are packed in steps of 16 bits."""
 _NO_VALUE = 65535
 """Step that stands for no value, as in `unpack` of `page/base.js`."""
 
 
-def packed(values: npt.ArrayLike) -> dict[str, Any]:
+def pack_numbers(values: npt.ArrayLike) -> dict[str, Any]:
     """Pack numbers into a text that the page unpacks, flat; no number where not finite.
 
     Up to FEW numbers are packed as float32. More are packed as steps between the smallest and the
@@ -180,7 +186,7 @@ def packed(values: npt.ArrayLike) -> dict[str, Any]:
     """
     array = np.asarray(values, dtype=np.float64).ravel()
     is_finite = np.isfinite(array)
-    if array.size <= FEW or not is_finite.any():
+    if array.size <= MOST_EXACT or not is_finite.any():
         singles = np.where(is_finite, array, np.nan).astype("<f4")
         return {"type": "f4", "data": _encoded(singles)}
     low = float(array[is_finite].min())
@@ -191,7 +197,7 @@ def packed(values: npt.ArrayLike) -> dict[str, Any]:
     return {"type": "u2", "low": low, "step": step, "data": _encoded(steps.astype("<u2"))}
 
 
-def packed_classes(values: npt.ArrayLike) -> dict[str, Any]:
+def pack_classes(values: npt.ArrayLike) -> dict[str, Any]:
     """Pack whole numbers from 0 to 255, flat."""
     return {"type": "u1", "data": _encoded(np.asarray(values, dtype=np.uint8).ravel())}
 
@@ -233,7 +239,7 @@ def angles_of(study: Study) -> Array:
     angles = study.angles
     if study.trajectory is not None:  # curves over the angle stand still
         angles = np.linspace(angles.min(), angles.max(), MOST_ANGLES)
-    selected = angles[evenly(len(angles), MOST_ANGLES)]
+    selected = angles[evenly_spaced(len(angles), MOST_ANGLES)]
     return np.asarray(selected).reshape(1, -1)
 
 
@@ -281,7 +287,7 @@ def rows_with_states(cube: Cube, axes: Sequence[PageAxis], most: int) -> tuple[l
     Returns:
         Positions along each of the page's axes, and the rows of their product.
     """
-    selected = thinned([len(axis.positions) for axis in axes], most)
+    selected = thin_axes([len(axis.positions) for axis in axes], most)
     positions = {
         axis.axis.column: axis.positions[along] for axis, along in zip(axes, selected, strict=True)
     }
@@ -329,16 +335,16 @@ def _groups(arm: int, condition: str, result: Curves) -> Iterable[dict[str, Any]
             "label": f"{label}, {condition}" if condition else label,
             "condition": condition,
             "arm": arm,
-            "unit": _unit(Shown.of(columns[0], QUANTITIES[columns[0]])),
+            "unit": _unit(ColumnLabel.of(columns[0], QUANTITIES[columns[0]])),
             "lines": lines,
         }
 
 
 def _line(column: str, values: Array) -> dict[str, Any]:
     """Return the curves of one column, in the colour of its side or else of the motor."""
-    shown = Shown.of(column, QUANTITIES[column])
+    shown = ColumnLabel.of(column, QUANTITIES[column])
     colour = next((side for side in ("flexor", "extensor") if side in column), "motor")
-    return {"label": shown.name, "colour": colour, "array": packed(shown.scaled(values))}
+    return {"label": shown.name, "colour": colour, "array": pack_numbers(shown.scaled(values))}
 
 
 def _short(values: Array) -> list[float]:

@@ -11,11 +11,11 @@ import numpy as np
 import pyarrow as pa
 
 from tendon_cli import say
-from tendon_cli.cube.axes import Ints, evenly
+from tendon_cli.cube.axes import Ints, evenly_spaced
 from tendon_cli.cube.choice_grid import conflicts_of, over_angle, position, pretension_name
-from tendon_cli.cube.columns import Values
+from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube, choices_of
-from tendon_cli.cube.labels import Shown
+from tendon_cli.cube.labels import ColumnLabel
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.reports import html
 from tendon_cli.reports.data import (
@@ -24,8 +24,8 @@ from tendon_cli.reports.data import (
     PageAxis,
     curves,
     number_record,
-    packed,
-    packed_classes,
+    pack_classes,
+    pack_numbers,
     page_axes,
     page_data,
     rows_with_states,
@@ -137,7 +137,7 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
 
 def _read_choices(
     cube: Cube, axes: Sequence[PageAxis], grid: Ints, between_points: Ints
-) -> dict[str, Values]:
+) -> dict[str, ColumnArray]:
     """Read the choices on the grid of the page, then those between the points of the grid."""
     axis_columns = [axis.axis.column for axis in axes]
     wanted = (*axis_columns, *RESULTS, *_TRUTHS, *_WORDS)
@@ -152,14 +152,18 @@ def _persons(folder: Path) -> pa.Table | None:
 
 
 def _answers(
-    read: Mapping[str, Values],
-    columns: Mapping[str, Values],
-    labels: Mapping[str, Shown],
+    read: Mapping[str, ColumnArray],
+    columns: Mapping[str, ColumnArray],
+    labels: Mapping[str, ColumnLabel],
     pretension: str,
 ) -> dict[str, Any]:
     """Return windows and front as JSON, one number per choice; `pretension` names their axis."""
     records = {name: number_record(labels[name], values) for name, values in columns.items()}
-    records["on_front"] = {"label": "on the front", "unit": "", "array": packed(read["on_front"])}
+    records["on_front"] = {
+        "label": "on the front",
+        "unit": "",
+        "array": pack_numbers(read["on_front"]),
+    }
     goals = [name for name in GOALS if name in records]
     display = [goals.index(name) for name in ("max_tension", "tolerance") if name in goals]
     display += [0, min(1, len(goals) - 1)]
@@ -172,7 +176,7 @@ def _answers(
     }
 
 
-def _conflicts(cube: Cube, read: Mapping[str, Values]) -> dict[str, Any]:
+def _conflicts(cube: Cube, read: Mapping[str, ColumnArray]) -> dict[str, Any]:
     """Return the map of the reasons why choices have no window, as classes."""
     texts = conflicts_of(read, cube.limits).tolist()
     reasons = list(dict.fromkeys(text for text in texts if text))
@@ -183,14 +187,14 @@ def _conflicts(cube: Cube, read: Mapping[str, Values]) -> dict[str, Any]:
         classes.append({"label": reason, "sign": sign, "colour": colour})
     values = [1 + reasons.index(text) if text else 0 for text in texts]
     about = {"name": "conflict", "label": "why there is no window", "unit": ""}
-    return {**about, "classes": classes, "array": packed_classes(values)}
+    return {**about, "classes": classes, "array": pack_classes(values)}
 
 
 def _table(
     axes: Sequence[PageAxis],
-    read: Mapping[str, Values],
-    columns: Mapping[str, Values],
-    labels: Mapping[str, Shown],
+    read: Mapping[str, ColumnArray],
+    columns: Mapping[str, ColumnArray],
+    labels: Mapping[str, ColumnLabel],
 ) -> dict[str, Any]:
     """Return the table of all choices of the page as JSON."""
     records: list[dict[str, Any]] = []
@@ -222,7 +226,7 @@ def _start(record: dict[str, Any], axes: Sequence[PageAxis]) -> list[int] | None
     return start
 
 
-def _states(cube: Cube, axes: Sequence[PageAxis], pretension: Values) -> tuple[Any, Any]:
+def _states(cube: Cube, axes: Sequence[PageAxis], pretension: ColumnArray) -> tuple[Any, Any]:
     """Return the states of some choices at their pretensions, under a few of the conditions.
 
     Args:
@@ -234,11 +238,11 @@ def _states(cube: Cube, axes: Sequence[PageAxis], pretension: Values) -> tuple[A
         Curves and arms as `states_record` returns them; None and an empty list if no choice has a
         pretension.
     """
-    if cube.files is None or not np.isfinite(pretension).any():
+    if cube.table is None or not np.isfinite(pretension).any():
         return None, []
-    study = recorded_study(cube.files.facts["study"])
-    space = space_of(study).unset()
-    selected = evenly(len(space.conditions), MOST_CONDITIONS)
+    study = recorded_study(cube.table.facts["study"])
+    space = space_of(study).without_pretension()
+    selected = evenly_spaced(len(space.conditions), MOST_CONDITIONS)
     positions, rows = rows_with_states(cube, axes, MOST_DESIGNS // len(selected))
     cells = np.zeros(1, np.int64)  # of a grid without axes
     if axes:
@@ -262,7 +266,7 @@ def _condition_name(conditions: Space, condition: Ints) -> str:
         if axis.names:
             words.append(axis.names[place])
         else:
-            shown = Shown.of(axis.column, keys()[axis.key].number.quantity)
+            shown = ColumnLabel.of(axis.column, keys()[axis.key].number.quantity)
             words.append(f"{shown.name} {shown.text(float(axis.values[place]))}")
     return ", ".join(words)
 
@@ -328,13 +332,13 @@ def people_record(record: dict[str, Any], persons: pa.Table | None) -> dict[str,
     population = record["population"]
     if population is None or persons is None or population["pretension"] is None:
         return None
-    selected = evenly(persons.num_rows, MOST_PERSONS)
+    selected = evenly_spaced(persons.num_rows, MOST_PERSONS)
     explaining = [measure for reason in population["not_served"] for measure in reason["bodies"]]
     first, second = list(dict.fromkeys((*explaining, *_USUAL_MEASURES)))[:2]
     axes = {}
     for name, measure in (("x", first), ("y", second)):
-        shown = Shown.of(measure, QUANTITIES[measure])
+        shown = ColumnLabel.of(measure, QUANTITIES[measure])
         axes[name] = number_record(shown, as_numpy(persons.column(measure))[selected])
     enough = 1.0 if population["kind"] == "persons" else record["serve"]
     is_served = as_numpy(persons.column("served"))[selected] >= enough - 1e-9
-    return {**axes, "served": {"array": packed_classes(is_served)}, "title": population["title"]}
+    return {**axes, "served": {"array": pack_classes(is_served)}, "title": population["title"]}

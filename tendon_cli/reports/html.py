@@ -43,8 +43,8 @@ def html_page(
         library=library,
         code=code,
         style=_page_file("page.css"),
-        sections=say.of_joint("".join(sections), joint),
-        data=say.of_joint(_embedded(data), joint),
+        sections=say.name_joint("".join(sections), joint),
+        data=say.name_joint(_embedded(data), joint),
     )
 
 
@@ -91,7 +91,7 @@ def result_page(
         links[name] = link
         sections.append(section(name, heading, inner))
     subtitle = f"{kind} by tendon, study {record['study_hash'][:12]}"
-    return html_page(title, [head(title, subtitle, links), *sections], data, say.joint_word(study))
+    return html_page(title, [head(title, subtitle, links), *sections], data, say.joint_name(study))
 
 
 def _record_table(record: Mapping[str, Any]) -> str:

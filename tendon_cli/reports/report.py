@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.cube.columns import TRUTHS, Values
+from tendon_cli.cube.columns import TRUTHS, ColumnArray
 from tendon_cli.cube.cube import Cube, cube_of
 from tendon_cli.engine.results import AnyResult, Run, folder_of, verified_record
 from tendon_cli.errors import InputError, UsageError
@@ -25,7 +25,7 @@ from tendon_cli.reports.data import (
     PageAxis,
     curves,
     number_record,
-    packed_classes,
+    pack_classes,
     page_axes,
     page_data,
     rows_with_states,
@@ -141,7 +141,9 @@ def _paper_page(folder: Path) -> str:
         rows = [tuple(str(entry[name]) for name in _LEDGER_FIELDS) for entry in entries]
     except (OSError, ValueError, KeyError, TypeError) as error:
         hint = "`tendon paper` writes it anew"
-        raise InputError(f"is not a ledger: {error}", where=str(folder / LEDGER), hint=hint) from None
+        raise InputError(
+            f"is not a ledger: {error}", where=str(folder / LEDGER), hint=hint
+        ) from None
     pictures, left_out = _pictures(folder)
     table = html.table(("id", "verdict", "what the paper says", "result"), rows)
     parts = [
@@ -227,7 +229,7 @@ def _results(cube: Cube) -> list[str]:
 
 
 def _outcomes(
-    columns: Mapping[str, Values], no_equilibrium: npt.NDArray[np.bool_]
+    columns: Mapping[str, ColumnArray], no_equilibrium: npt.NDArray[np.bool_]
 ) -> dict[str, Any]:
     """Return the map of the outcomes of all designs, as classes."""
     worst = np.where(columns["feasible"], 0, 1)
@@ -235,7 +237,7 @@ def _outcomes(
     worst = np.where(columns["taut"], worst, 3)
     values = np.where(no_equilibrium, 4, worst)
     about = {"name": "outcome", "label": "what a design comes to", "unit": ""}
-    return {**about, "classes": list(_CLASSES), "array": packed_classes(values)}
+    return {**about, "classes": list(_CLASSES), "array": pack_classes(values)}
 
 
 def _states(cube: Cube, axes: Sequence[PageAxis]) -> tuple[Any, Any]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from tendon_cli.say.words import aligned, filled, of_joint
+from tendon_cli.say.words import align_cells, name_joint, wrap
 
 Block = Mapping[str, Any]
 
@@ -36,17 +36,17 @@ def table(rows: Iterable[Sequence[str]]) -> Block:
 
 
 def as_text(blocks: Iterable[Block], study: Any) -> str:
-    """Return blocks in 80 columns, in the words for the study's joint (`of_joint`)."""
+    """Return blocks in 80 columns, in the words for the study's joint (`name_joint`)."""
     lines: list[str] = []
     for block in blocks:
         ((kind, content),) = block.items()
         if kind == "table":
-            lines += aligned([[of_joint(cell, study) for cell in row] for row in content])
+            lines += align_cells([[name_joint(cell, study) for cell in row] for row in content])
             continue
         if lines and kind in ("heading", "sentence"):
             lines.append("")
-        text = of_joint(content, study)
+        text = name_joint(content, study)
         if kind == "note":
             text = f"Note: {text}"
-        lines += filled(text, "  " if kind == "item" else "")
+        lines += wrap(text, "  " if kind == "item" else "")
     return "\n".join(lines)

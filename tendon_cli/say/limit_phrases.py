@@ -62,19 +62,19 @@ STATUSES = (SAMPLED, PROVEN, OPEN)
 _PROVED = {SAMPLED: "sampled", PROVEN: "proved", OPEN: "not proved"}
 
 
-def proved(status: str) -> str:
+def proved_word(status: str) -> str:
     """Return the word for a status: "proved"."""
     return _PROVED[status]
 
 
-def proof(between: Mapping[str, Any]) -> str:
+def proof_sentence(between: Mapping[str, Any]) -> str:
     """Say what holds between the samples of a window: "Proved for every angle".
 
     `between` is that part of the record of an answer.
     """
     status = between["status"]
     error = between["estimate"]
-    text = f"{proved(status).capitalize()} for {between['scope']}"
+    text = f"{proved_word(status).capitalize()} for {between['scope']}"
     if status == OPEN:
         text += f": {between['cells']:,} cells were not enough"
     elif status == SAMPLED and error is not None:

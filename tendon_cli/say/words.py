@@ -108,14 +108,14 @@ def side_of(key: str) -> str:
     return ""
 
 
-def window(low: float, high: float, digits: int = 4, unit: str = "N") -> str:
+def window_text(low: float, high: float, digits: int = 4, unit: str = "N") -> str:
     """Write an interval of pretension: "122.1 to 173.9 N", "62 N or more"."""
     if math.isinf(high):
         return f"{number(low, digits)} {unit} or more"
     return f"{number(low, digits)} to {number(high, digits)} {unit}"
 
 
-def within(value: float, low: float, high: float, digits: int = 4) -> str:
+def number_within(value: float, low: float, high: float, digits: int = 4) -> str:
     """Write a number of an interval so that it lies in it as printed.
 
     It has as many digits as that takes, and at least `digits`.
@@ -130,7 +130,7 @@ def within(value: float, low: float, high: float, digits: int = 4) -> str:
     return repr(value)
 
 
-def size(count: float) -> str:
+def byte_size(count: float) -> str:
     """Write a number of bytes: "3.2 MB"."""
     for unit in ("B", "kB", "MB", "GB", "TB"):
         if count < 1000:
@@ -236,14 +236,14 @@ def column(name: str) -> str:
     return words
 
 
-def listed(words: Sequence[str], last: str = "and") -> str:
+def join_words(words: Sequence[str], last: str = "and") -> str:
     """List words in a sentence: "a, b and c"."""
     if len(words) < 2:
         return "".join(words)
     return f"{', '.join(words[:-1])} {last} {words[-1]}"
 
 
-def reading(read: str) -> tuple[str, str]:
+def setting_words(read: str) -> tuple[str, str]:
     """Return the word for the number that is set, and the place where it is read.
 
     "flexor at joint" is "tension" and " in the flexor at the joint"; a pretension has no place.
@@ -254,7 +254,7 @@ def reading(read: str) -> tuple[str, str]:
     return "pretension", ""
 
 
-def filled(text: str, indent: str = "") -> list[str]:
+def wrap(text: str, indent: str = "") -> list[str]:
     """Wrap a sentence to lines of 80 columns; no line ends within a quantity."""
     lines = textwrap.wrap(
         _UNIT.sub(_JOINED, text),
@@ -267,7 +267,7 @@ def filled(text: str, indent: str = "") -> list[str]:
     return [line.replace(_JOINED, " ") for line in lines]
 
 
-def aligned(lines: Sequence[Sequence[str]], least: int = 4) -> list[str]:
+def align_cells(lines: Sequence[Sequence[str]], least: int = 4) -> list[str]:
     """Align cells in columns of a table, indented, of at most 80 signs a line.
 
     Args:
@@ -289,7 +289,7 @@ def aligned(lines: Sequence[Sequence[str]], least: int = 4) -> list[str]:
 _ELBOW = re.compile(r"\b(?:(an?) )?(elbow)\b", re.IGNORECASE)
 
 
-def joint_word(study: Any) -> str:
+def joint_name(study: Any) -> str:
     """Return the name of a study's joint, "elbow" by default.
 
     `study` is a `Study`, its document, or a record that holds one.
@@ -301,12 +301,12 @@ def joint_word(study: Any) -> str:
     return str(study.joint.name)
 
 
-def of_joint(text: str, study: Any) -> str:
+def name_joint(text: str, study: Any) -> str:
     """Put the name of the study's joint into a text about the elbow: "the ankle", "a wrist".
 
-    Keys and columns stay. `study` is what `joint_word` takes, or the word itself.
+    Keys and columns stay. `study` is what `joint_name` takes, or the word itself.
     """
-    word = study if isinstance(study, str) else joint_word(study)
+    word = study if isinstance(study, str) else joint_name(study)
     if word == "elbow":
         return text
     ending = "n" if word[0].lower() in "aeiou" else ""  # of the article before it

@@ -64,7 +64,7 @@ def scale_of(key: str) -> str:
     return _SCALE + key
 
 
-def over(below: Numbers, above: Numbers) -> dict[str, Array]:
+def overlay(below: Numbers, above: Numbers) -> dict[str, Array]:
     """Overlay numbers of rows: those of `above` count, and where they are silent those of `below`.
 
     A row is silent where it is NaN.
@@ -135,7 +135,7 @@ class Axis:
         """Meaning of its column of names."""
         return f"name of the {self.key}" if self.key in NAMED_AXES else self.words
 
-    def named(self, name: str) -> str:
+    def in_words(self, name: str) -> str:
         """Return one of its names in a sentence.
 
         A case, person or draw is the name alone, a word such as "spring at the motor".

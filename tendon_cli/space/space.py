@@ -20,7 +20,7 @@ import numpy.typing as npt
 from tendon_cli.model.design import READINGS, Design, Limb, Posture, Side
 from tendon_cli.model.kinematics import Anchors, Array, Excursion, Flag
 from tendon_cli.model.limits import GIVEN
-from tendon_cli.model.setting import set_by
+from tendon_cli.model.setting import with_set_pretension
 from tendon_cli.space.axis import (
     AFTER,
     CASE_AXIS,
@@ -128,7 +128,7 @@ class Space:
         """
         return Space(tuple(map(Axis.of_points, points)), self.single)
 
-    def unset(self) -> Space:
+    def without_pretension(self) -> Space:
         """Return the same product without pretension, which is solved for.
 
         Its tendons cannot push.
@@ -166,7 +166,7 @@ class Space:
         }
 
     @cached_property
-    def of_sides(self) -> frozenset[str]:
+    def keys_of_sides(self) -> frozenset[str]:
         """Common keys, such as `tendon.length`, that are given for a single side anywhere."""
         given = (*self.single, *self._axis_numbers)
         return frozenset(common for common, side in map(split_side, given) if side)
@@ -210,7 +210,7 @@ class Space:
         return given
 
     @cached_property
-    def of_the_model(self) -> dict[Place, Varying]:
+    def model_numbers(self) -> dict[Place, Varying]:
         """Numbers that the model takes, by common key and side."""
         return {place: self.number(*place) for place in _PLACES}
 
@@ -222,7 +222,7 @@ class Space:
         """
         return frozenset(
             axis
-            for (key, _), number in self.of_the_model.items()
+            for (key, _), number in self.model_numbers.items()
             if wanted(key)
             for axis in number.axes
         )
@@ -234,7 +234,7 @@ class Space:
         """
         box = self.whole if box is None else box
         given: dict[Place, Any] = {
-            place: number.within(box) for place, number in self.of_the_model.items()
+            place: number.within(box) for place, number in self.model_numbers.items()
         }
 
         def numbers(keys: Mapping[str, str], side: str | None = None) -> dict[str, Any]:
@@ -264,7 +264,7 @@ class Space:
             setting=Posture(**numbers(_SETTING), after_flexion=is_true(AFTER)),
             read=READINGS[int(self.single.get(READ, 0.0))],
         )
-        return set_by(design)
+        return with_set_pretension(design)
 
 
 TRAJECTORY = "motion.trajectory"

@@ -12,9 +12,9 @@ from tendon_cli.engine.plan import Plan
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Anchors, flexor_path
-from tendon_cli.model.motor import cycle, motor_rates
+from tendon_cli.model.motor import cycle_columns, motor_rates
 from tendon_cli.model.reversal import reversal
-from tendon_cli.model.setting import all_readings, per_length, setting_of
+from tendon_cli.model.setting import all_readings, pretension_per_length, setting_of
 from tendon_cli.model.statics import NO_EQUILIBRIUM
 from tendon_cli.quantities import OF_CYCLES, QUANTITIES
 from tendon_cli.space.axis import SIDES
@@ -248,7 +248,7 @@ def _setting(design: Design) -> list[PageLine]:
         f"Setting {where} (flexor, extensor)",
         ("F_o,set", "tension at the joint", joint, "N"),
         ("F_I,set", "tension at the motor", motor, "N"),
-        ("dF0/dl", "(1 + η)/(η c_f + c_e), both tendons", per_length(design), "N/m"),
+        ("dF0/dl", "(1 + η)/(η c_f + c_e), both tendons", pretension_per_length(design), "N/m"),
     )
 
 
@@ -266,7 +266,7 @@ def motor_lines(state: State, speed: float, *, flexion: bool) -> list[PageLine]:
         ("α̇", "dα/dθ θ̇, speed of the motor", rates.spool_speed * moving, "rad/s"),
         ("P_m", "τ_m α̇, below 0 the motor brakes", rates.power * moving, "W"),
         ("P_a", "τ_a θ̇, at the elbow", state.elbow_torque * moving, "W"),
-        ("P_U", "into tendons and springs", rates.storing * moving, "W"),
+        ("P_U", "into tendons and springs", rates.storage_rate * moving, "W"),
         ("P_μ", "friction along both sheaths", rates.friction * moving, "W"),
     )
 
@@ -277,7 +277,7 @@ def cycle_lines(design: Design, plan: Plan, speed: float) -> list[PageLine]:
     `speed` is that of the elbow, rad/s.
     """
     flexion = np.array([[direction == "flexion"] for direction in plan.directions])
-    totals = cycle(design, plan.elbow_angles[np.newaxis], flexion, speed)
+    totals = cycle_columns(design, plan.elbow_angles[np.newaxis], flexion, speed)
     rows = []
     for name in OF_CYCLES:
         quantity = QUANTITIES[name]

@@ -30,10 +30,10 @@ from tendon_cli.state_page.lines import (
     state_lines,
 )
 from tendon_cli.studies.load import AnyStudy, any_study
-from tendon_cli.studies.people.person import Worn, worn_by
+from tendon_cli.studies.people.person import PersonStudy, person_study
 from tendon_cli.studies.spaces import case_place
 from tendon_cli.studies.study import Study, keys
-from tendon_cli.studies.values import drawn, in_si
+from tendon_cli.studies.values import draw_numbers, si_document
 
 
 @dataclass(frozen=True, repr=False)
@@ -117,7 +117,7 @@ def state_page(
     worn = None
     person_notes = []
     if person is not None or names:
-        worn = worn_by(known, person or names[0])
+        worn = person_study(known, person or names[0])
         known = worn.study
         if len(names) > 1:
             others = f"of the study's {len(names)} persons --person chooses another"
@@ -184,12 +184,13 @@ def _drawn(study: Study, draw: int) -> tuple[Study, list[str]]:
     count = study.draws or len(study.people.population if study.people is not None else ())
     if not 1 <= draw <= count:
         raise UsageError(f"there is no draw {draw}", where="--draw", hint=f"1 to {count}")
-    draws = drawn(study.uncertain, count, uncertainty.seed)
+    draws = draw_numbers(study.uncertain, count, uncertainty.seed)
     values = {key: float(of_draws[draw - 1]) for key, of_draws in draws.items()}
     texts = [f"{key} = {value:.6g}" for key, value in values.items()]
     note = f"draw {draw} of {count}: {', '.join(texts)}"
     given = {
-        key: in_si(value, keys()[key].number.quantity.dimension) for key, value in values.items()
+        key: si_document(value, keys()[key].number.quantity.dimension)
+        for key, value in values.items()
     }
     return study.replaced({"uncertainty": None}).vary(**given), [note]
 
@@ -217,7 +218,7 @@ def _motor_part(plan: Plan, state: State, *, reversal: bool) -> list[PageLine]:
     return lines
 
 
-def _body_lines(worn: Worn | None) -> list[PageLine]:
+def _body_lines(worn: PersonStudy | None) -> list[PageLine]:
     """Return what tape and scale read of a person, and the arm that follows; empty without one."""
     if worn is None:
         return []

@@ -22,7 +22,7 @@ from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, format_of, house_style
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.design import Design
-from tendon_cli.model.motor import cycle, motor_rates
+from tendon_cli.model.motor import cycle_columns, motor_rates
 from tendon_cli.model.reversal import reversal
 from tendon_cli.model.statics import NO_EQUILIBRIUM
 from tendon_cli.quantities import QUANTITIES
@@ -167,7 +167,7 @@ def _notes(design: Design, plan: Plan, *, turns: bool) -> list[str]:
         notes.append(f"Dotted: the limits, {', '.join(bounds)}.")
     if speed is not None and len(plan.directions) == 2:
         angles = plan.elbow_angles[np.newaxis]
-        loss = cycle(design, angles, _BOTH_DIRECTIONS, speed.single)["friction_loss"]
+        loss = cycle_columns(design, angles, _BOTH_DIRECTIONS, speed.single)["friction_loss"]
         if np.isfinite(loss).all():
             notes.append(
                 f"The shaded area is what friction takes over both strokes, {loss.item():.3g} J."

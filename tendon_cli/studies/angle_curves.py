@@ -14,8 +14,8 @@ from pydantic_core import CoreSchema
 from tendon_cli.errors import InputError
 from tendon_cli.model.kinematics import Array, Spline
 from tendon_cli.studies.csv_columns import read_columns
-from tendon_cli.studies.fields import Mark, Single, fault
-from tendon_cli.studies.number import Number, schema_table
+from tendon_cli.studies.fields import FieldMark, SingleField, fault
+from tendon_cli.studies.number import NumberField, schema_table
 from tendon_cli.units import described
 
 MAX_BYTES = 4_000_000
@@ -79,7 +79,7 @@ class CurveTable:
 
 
 @dataclass(frozen=True)
-class CurveColumns(Mark):
+class CurveColumns(FieldMark):
     """Marks a field as a curve: the name of a CSV, or a table with these columns."""
 
     dimensions: tuple[tuple[str, str], ...]
@@ -124,7 +124,7 @@ class CurveColumns(Mark):
         """Return a list of values in SI. Raises PydanticCustomError if it is none."""
         if not isinstance(values, (list, tuple)) or len(values) > MOST_ROWS:
             raise fault(f"{name}: {described(values)} is no list of values")
-        single = Single(_QUANTITIES[dimension], 0, 0)
+        single = SingleField(_QUANTITIES[dimension], 0, 0)
         return tuple(single.measure(value).si for value in values)
 
     def __get_pydantic_json_schema__(
@@ -145,7 +145,7 @@ TRAJECTORY = CurveColumns((("time", "time"), ("angle", "angle")), fewest=12)
 
 
 @dataclass(frozen=True)
-class BendNumber(Number):
+class BendField(NumberField):
     """A bend angle, which may follow the joint: `{ angle = [...], bend = [...] }`."""
 
     def read(self, value: object) -> Any:

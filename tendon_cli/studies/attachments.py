@@ -17,7 +17,7 @@ from tendon_cli.studies.people.people_section import MAX_BYTES as MAX_PEOPLE_BYT
 from tendon_cli.studies.people.people_section import People
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.toml_reading import MAX_BYTES, read_toml
-from tendon_cli.studies.values import Values
+from tendon_cli.studies.values import StudyNumber
 from tendon_cli.units import shorten
 
 _CURVES = (("joint", "torque"), ("joint", "excursion"), ("load", "torque"))
@@ -142,7 +142,7 @@ class Attachments:
         return sheath.model_copy(update=update)
 
     def _sheath_numbers(
-        self, sheath: Any, key: str, of_both: Values | None = None
+        self, sheath: Any, key: str, of_both: StudyNumber | None = None
     ) -> dict[str, Any]:
         """Return the numbers that the files of a table of sheaths give.
 
@@ -162,7 +162,7 @@ class Attachments:
             update |= {"friction": friction, "friction_from": None}
         return update
 
-    def _bend_angle(self, name: str, smoothing: float, key: str) -> Values | None:
+    def _bend_angle(self, name: str, smoothing: float, key: str) -> StudyNumber | None:
         """Return the bend angle of a route with its standard error; None if it cannot be read.
 
         Args:
@@ -183,7 +183,7 @@ class Attachments:
             content,
             bend_angle=measured.bend_angle,
             standard_error=measured.standard_error,
-            as_it_stands=measured.as_it_stands,
+            as_it_stands=measured.sum_of_turns,
             noise=measured.noise,
             path_smoothing=smoothing,
             warnings=warnings,
@@ -193,7 +193,7 @@ class Attachments:
         error = f"{measured.standard_error!r} rad"
         return _estimate("sheath.bend_angle", middle, error, key)
 
-    def _friction(self, name: str, key: str, bend: Values | None) -> Values | None:
+    def _friction(self, name: str, key: str, bend: StudyNumber | None) -> StudyNumber | None:
         """Return a fitted friction coefficient with its standard error.
 
         A fit without a bend angle gives the product μφ instead, which is divided by the bend angle
@@ -214,7 +214,7 @@ class Attachments:
             fit = read_toml(content.decode("utf-8-sig")).content["friction"]
             is_product = "coefficient" not in fit and "friction_bend" in fit
             if is_product:
-                angle = bend.single if isinstance(bend, Values) and not bend.is_axis else 0.0
+                angle = bend.single if isinstance(bend, StudyNumber) and not bend.is_axis else 0.0
                 coefficient_key = "friction_bend"
                 error_key = "friction_bend_standard_error"
             else:
@@ -283,7 +283,7 @@ class Attachments:
         }
 
 
-def _estimate(number: str, middle: float | str, error: float | str, key: str) -> Values | None:
+def _estimate(number: str, middle: float | str, error: float | str, key: str) -> StudyNumber | None:
     """Return a number with its standard error; for a case, the number only.
 
     Args:
@@ -296,6 +296,6 @@ def _estimate(number: str, middle: float | str, error: float | str, key: str) ->
     return keys()[number].number.read(middle if is_of_case else {"mean": middle, "std": error})
 
 
-def _stated_bend(sheath: Any) -> Values | None:
+def _stated_bend(sheath: Any) -> StudyNumber | None:
     """Return the bend angle that a table states; None for its default, which nobody measured."""
     return sheath.bend_angle if "bend_angle" in sheath.model_fields_set else None

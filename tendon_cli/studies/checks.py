@@ -15,7 +15,7 @@ from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies.angle_curves import CurveTable, bends_of, not_covered
 from tendon_cli.studies.contents import case_numbers
 from tendon_cli.studies.design_section import CHOICE_RESULTS
-from tendon_cli.studies.fields import nearest
+from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.figures import figure_faults
 from tendon_cli.studies.measured_motion import trajectory_fault
 from tendon_cli.studies.spaces import word_of
@@ -212,7 +212,7 @@ def _limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
         for need in LIMITS[name].needs:
             if not is_stated(study, need) and not _is_at_fault(need, at_fault):
                 hint = f'such as {need.key} = "{need.example}"'
-                yield Fault(f"limits.{name}", f"needs {need.what}", hint)
+                yield Fault(f"limits.{name}", f"needs {need.phrase}", hint)
     if "min_spring_room" in study.limits:
         problem = _lack_of_room(study)
         if problem is not None:
@@ -273,7 +273,7 @@ def _condition_faults(study: Study) -> Iterator[Fault]:
             yield Fault("design.conditions", problem, "leave it out")
         elif name not in known and name not in study.words:
             problem = f'"{shorten(name)}" is not an axis that a study can have'
-            yield Fault("design.conditions", problem, nearest(paths.get(name, name), known))
+            yield Fault("design.conditions", problem, hint_at_nearest(paths.get(name, name), known))
 
 
 def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
@@ -284,7 +284,7 @@ def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
             lacking = _lacking(study, name, at_fault)
             if name not in known:
                 problem = f'there is no column "{shorten(name)}" in the choices of this study'
-                hint = nearest(name, known) or f"its columns: {', '.join(known)}"
+                hint = hint_at_nearest(name, known) or f"its columns: {', '.join(known)}"
                 yield Fault(f"design.{table}", problem, hint)
             elif lacking is not None:
                 problem = f"no choice has a {name} without {lacking}"
@@ -332,6 +332,6 @@ def _case_faults(study: Study) -> Iterator[Fault]:
             if study.uncertainty is not None and key in study.uncertain:
                 problem = "is uncertain in this study and drawn, so a case cannot set it"
                 yield Fault(f"cases.{at}.{key}", problem)
-            if key in study.of_the_body:
+            if key in study.body_numbers:
                 hint = f"state {key} in the study, too: then it holds for everyone but this case"
                 yield Fault(f"cases.{at}.{key}", "comes from the body of each person", hint)

@@ -14,8 +14,8 @@ from pydantic.fields import FieldInfo
 from tendon_cli.quantities import PLAUSIBLE
 from tendon_cli.space.axis import split_side
 from tendon_cli.studies.angle_curves import CurveColumns, CurveTable
-from tendon_cli.studies.fields import OneOf, Single, fault
-from tendon_cli.studies.number import Number
+from tendon_cli.studies.fields import SingleField, WordField, fault
+from tendon_cli.studies.number import NumberField
 from tendon_cli.studies.parts import (
     Anchor,
     Arm,
@@ -30,7 +30,7 @@ from tendon_cli.studies.parts import (
     Spring,
     Tendon,
 )
-from tendon_cli.studies.values import Values
+from tendon_cli.studies.values import StudyNumber
 
 _NOTABLE_SHARE = 1e-3
 """Largest share of a distribution that may be cut off without a warning."""
@@ -39,17 +39,17 @@ _NOTABLE_SHARE = 1e-3
 # --- Numbers of a table --------------------------------------------------------------------------
 
 
-def _number_mark(field: FieldInfo) -> Single | None:
+def _number_mark(field: FieldInfo) -> SingleField | None:
     """Return the mark of a field that holds a number; None for any other field.
 
     The mark stands on the field itself or, if the field may be None, on one choice of its union.
     """
     for mark in field.metadata:
-        if isinstance(mark, Single):
+        if isinstance(mark, SingleField):
             return mark
     for choice in get_args(field.annotation):
         for mark in get_args(choice):
-            if isinstance(mark, Single):
+            if isinstance(mark, SingleField):
                 return mark
     return None
 
@@ -65,7 +65,7 @@ def _table_type(field: FieldInfo) -> type[Part] | None:
     return None
 
 
-def marked_numbers(part: Part, prefix: str) -> Iterator[tuple[str, Single, Values]]:
+def marked_numbers(part: Part, prefix: str) -> Iterator[tuple[str, SingleField, StudyNumber]]:
     """Yield every number that a table holds, with its dotted key and the mark of its field.
 
     Args:
@@ -76,7 +76,7 @@ def marked_numbers(part: Part, prefix: str) -> Iterator[tuple[str, Single, Value
         value = getattr(part, name)
         key = f"{prefix}.{name}"
         mark = _number_mark(field)
-        if isinstance(value, Values) and mark is not None:
+        if isinstance(value, StudyNumber) and mark is not None:
             yield key, mark, value
         elif isinstance(value, Part):
             yield from marked_numbers(value, key)
@@ -103,7 +103,7 @@ def part_document(part: Part) -> dict[str, Any]:
             content[name] = value.document()
         elif isinstance(value, Part):
             content[name] = part_document(value)
-        elif isinstance(value, Values) and mark is not None:
+        elif isinstance(value, StudyNumber) and mark is not None:
             content[name] = value.document(mark.quantity.dimension)
         elif isinstance(value, tuple):
             # An empty list differs from a key that is left out only if the default is None.
@@ -116,7 +116,7 @@ def part_document(part: Part) -> dict[str, Any]:
     return content
 
 
-def warn_of_numbers(numbers: Iterable[tuple[str, Single, Values]]) -> Iterator[str]:
+def warn_of_numbers(numbers: Iterable[tuple[str, SingleField, StudyNumber]]) -> Iterator[str]:
     """Yield a sentence for each number that its author most likely did not mean.
 
     It is far from that of any arm, or a good part of its distribution is impossible.
@@ -174,11 +174,13 @@ def _overriding_table(part: type[Part]) -> type[Part]:
         if is_curve or name in _SAME_FOR_ALL_CASES:
             continue  # the numbers of a case differ, not the joint
         number = _number_mark(field)
-        words = next((mark.words for mark in field.metadata if isinstance(mark, OneOf)), None)
+        words = next((mark.words for mark in field.metadata if isinstance(mark, WordField)), None)
         inner = _table_type(field)
         kind: Any = field.annotation
         if number is not None:
-            kind = Annotated[Values, Single(number.name, number.low, number.high, number.word)]
+            kind = Annotated[
+                StudyNumber, SingleField(number.name, number.low, number.high, number.word)
+            ]
         elif words is not None:
             kind = Literal[words]
         elif inner is not None:
@@ -212,7 +214,7 @@ class Key:
 
     path: str
     """The key itself."""
-    number: Number
+    number: NumberField
     """Mark of the field: the quantity and the range of the number."""
 
     @property
@@ -242,13 +244,13 @@ def keys() -> dict[str, Key]:
     return known
 
 
-def _axis_numbers(part: type[Part], prefix: str) -> Iterator[tuple[str, Number]]:
+def _axis_numbers(part: type[Part], prefix: str) -> Iterator[tuple[str, NumberField]]:
     """Yield the numbers of a type of table that may be axes, with their dotted keys."""
     for name, field in part.model_fields.items():
         path = f"{prefix}.{name}"
         mark = _number_mark(field)
         inner = _table_type(field)
-        if isinstance(mark, Number):
+        if isinstance(mark, NumberField):
             yield path, mark
         elif inner is not None:
             yield from _axis_numbers(inner, path)

@@ -12,9 +12,9 @@ from pydantic import AfterValidator, BeforeValidator, WithJsonSchema, create_mod
 from tendon_cli.model.forms import DesignLimit
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.studies.fields import Single, fault, whole
-from tendon_cli.studies.parts import Part, Words, usual
-from tendon_cli.studies.values import Values
+from tendon_cli.studies.fields import SingleField, fault, whole_number
+from tendon_cli.studies.parts import Part, Words, field_default
+from tendon_cli.studies.values import StudyNumber
 from tendon_cli.units import described
 
 MOST_DRAWS = 2**20
@@ -41,7 +41,7 @@ CHOICE_RESULTS = (
 def _field_of(limit: DesignLimit) -> tuple[Any, Any]:
     """Return the field of a limit in a study, and its default."""
     default = None if limit.default is None else f"{limit.default:g} {QUANTITIES[limit.name].unit}"
-    return Annotated[Values | None, Single(limit.name, *limit.accepts)], default
+    return Annotated[StudyNumber | None, SingleField(limit.name, *limit.accepts)], default
 
 
 class _Limits(Part, Mapping[str, float]):
@@ -81,7 +81,7 @@ else:  # a field for each limit of the model's table
 
 
 @dataclass(frozen=True)
-class _PretensionOrPlace(Single):
+class _PretensionOrPlace(SingleField):
     """Mark of a field that is a pretension, or one of two words for a place in a window."""
 
     def read(self, value: object) -> Any:
@@ -102,25 +102,29 @@ class _PretensionOrPlace(Single):
 class Goals(Part):
     """Goals of `tendon design`, which chooses among the axes that are not its conditions."""
 
-    conditions: Words | None = usual(
+    conditions: Words | None = field_default(
         None,
         description="axes that a design must survive; default load, joint, anchor, setting, arm "
         "(not its contact_width), cases, people and uncertain numbers",
     )
-    serve: Annotated[Values | None, Single("serve", 0.0, 1.0)] = None
-    minimise: Words = usual(
+    serve: Annotated[StudyNumber | None, SingleField("serve", 0.0, 1.0)] = None
+    minimise: Words = field_default(
         (), description="columns of choices.parquet; with several goals a front"
     )
-    maximise: Words = usual(
+    maximise: Words = field_default(
         (), description="columns of choices.parquet; with several goals a front"
     )
-    prove: Words = usual(
+    prove: Words = field_default(
         (), description="choices to prove besides the best, by their rows in choices.parquet"
     )
-    by: Literal["sex"] | None = usual(None, description="shares by a column of the people, too")
-    pretension: Annotated[str | Values, _PretensionOrPlace("pretension", 0.0, 1e5)] = usual(
-        "middle",
-        description="where in its window a choice is set, or the pretension that all are set to",
+    by: Literal["sex"] | None = field_default(
+        None, description="shares by a column of the people, too"
+    )
+    pretension: Annotated[str | StudyNumber, _PretensionOrPlace("pretension", 0.0, 1e5)] = (
+        field_default(
+            "middle",
+            description="where in its window a choice is set, or the pretension that all are set to",
+        )
     )
 
 
@@ -140,7 +144,7 @@ def _read_truth_value(value: object) -> object:
     raise fault(f"{described(value)} is not possible, expected true or false")
 
 
-Seed = Annotated[int, *whole(0, 2**63 - 1)]
+Seed = Annotated[int, *whole_number(0, 2**63 - 1)]
 """Seed of random draws."""
 TruthValue = Annotated[
     bool, BeforeValidator(_read_truth_value), WithJsonSchema({"type": "boolean"})
@@ -153,12 +157,12 @@ class Uncertainty(Part):
 
     draws: Annotated[
         int,
-        *whole(1, MOST_DRAWS),
+        *whole_number(1, MOST_DRAWS),
         AfterValidator(_check_power_of_two),
         WithJsonSchema({"enum": [2**power for power in range(MOST_DRAWS.bit_length())]}),
-    ] = usual(256, description="how many draws, a power of two")
-    seed: Seed = usual(1, description="the same seed gives the same draws")
-    cross: TruthValue | None = usual(
+    ] = field_default(256, description="how many draws, a power of two")
+    seed: Seed = field_default(1, description="the same seed gives the same draws")
+    cross: TruthValue | None = field_default(
         None,
         description="with people: every draw for every person, instead of one draw for each; "
         "default true with fewer persons than draws",

@@ -25,7 +25,7 @@ from pydantic import (
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from tendon_cli.quantities import QUANTITIES, Quantity
-from tendon_cli.studies.values import Values
+from tendon_cli.studies.values import StudyNumber
 from tendon_cli.units import (
     Measure,
     UnitError,
@@ -53,13 +53,13 @@ def fault(problem: str, hint: str | None = None) -> PydanticCustomError:
     return PydanticCustomError("tendon", "{problem}", {"problem": problem, "hint": hint})
 
 
-def within(name: str, error: PydanticCustomError) -> PydanticCustomError:
+def fault_inside(name: str, error: PydanticCustomError) -> PydanticCustomError:
     """Return the fault of a value inside a field, with the name of this value before it."""
     context = error.context or {}
     return fault(f"{name}: {context['problem']}", context["hint"])
 
 
-def nearest(name: str, known: Iterable[str], cutoff: float = 0.5) -> str | None:
+def hint_at_nearest(name: str, known: Iterable[str], cutoff: float = 0.5) -> str | None:
     """Return a hint with the known name most like an unknown one; None if none is like it.
 
     Args:
@@ -105,7 +105,7 @@ def _check_each_once(words: tuple[str, ...]) -> tuple[str, ...]:
     return words
 
 
-def whole(low: int, high: int) -> tuple[Any, ...]:
+def whole_number(low: int, high: int) -> tuple[Any, ...]:
     """Return annotations of a field that takes a whole number in [low, high].
 
     The field also takes its digits as text, as they come from the command line.
@@ -127,7 +127,7 @@ def whole(low: int, high: int) -> tuple[Any, ...]:
 # --- Marks ---------------------------------------------------------------------------------------
 
 
-class Mark:
+class FieldMark:
     """Mark of a field whose one validator, `read`, puts all that is wrong into one fault."""
 
     def read(self, value: object) -> Any:
@@ -145,7 +145,7 @@ class Mark:
 
 
 @dataclass(frozen=True)
-class OneOf(Mark):
+class WordField(FieldMark):
     """Mark of a field that is one of some words, or a list of several.
 
     A list is an axis, unless `is_list`.
@@ -170,7 +170,7 @@ class OneOf(Mark):
             verb = "are" if len(wrong) > 1 else "is"
             given = " and ".join(map(described, wrong[:_MOST_NAMED]))
             expected = " or ".join(f'"{word}"' for word in self.words)
-            hint = nearest(str(wrong[0]), self.words)
+            hint = hint_at_nearest(str(wrong[0]), self.words)
             raise fault(f"{given} {verb} not possible, expected {expected}", hint)
         if not items:
             raise fault("an empty list, expected at least one value")
@@ -188,7 +188,7 @@ class OneOf(Mark):
 
 
 @dataclass(frozen=True)
-class Single(Mark):
+class SingleField(FieldMark):
     """Mark of a field that is one number of a quantity, within bounds."""
 
     name: str
@@ -210,17 +210,17 @@ class Single(Mark):
         """Phrase for what an error expected, such as "a length such as 40 mm"."""
         return wanted(self.quantity.dimension)
 
-    def read(self, value: object) -> Values | None:
-        """Return what the file says as `Values`; None for a key that is not given.
+    def read(self, value: object) -> StudyNumber | None:
+        """Return what the file says as `ColumnArray`; None for a key that is not given.
 
         Raises:
             PydanticCustomError: The value is not one number within the bounds.
         """
-        if value is None or isinstance(value, Values):
+        if value is None or isinstance(value, StudyNumber):
             return value
         if isinstance(value, (list, tuple, dict)):
             raise fault(f"{described(value)} cannot stand here, expected one value, {self.wanted}")
-        return Values.of(self.number(value))
+        return StudyNumber.of(self.number(value))
 
     def number(self, value: object) -> float:
         """Return one value in SI, infinity for the word that means it.
@@ -317,7 +317,7 @@ class Single(Mark):
 
 
 @dataclass(frozen=True)
-class DeferredTables(Mark):
+class DeferredTables(FieldMark):
     """Mark of a list of tables that few studies have; their type is built when it is needed."""
 
     build: Callable[[], Any]

@@ -19,9 +19,9 @@ from pydantic import (
 from tendon_cli import quantities
 from tendon_cli.errors import Fault, UsageError
 from tendon_cli.quantities import OF_FIGURES, QUANTITIES, Quantity
-from tendon_cli.studies.fields import OneOf, fault, nearest, one_or_many
+from tendon_cli.studies.fields import WordField, fault, hint_at_nearest, one_or_many
 from tendon_cli.studies.filters import Filter, read_filter
-from tendon_cli.studies.parts import Name, Part, usual
+from tendon_cli.studies.parts import Name, Part, field_default
 from tendon_cli.units import UNITS, UnitError, described, parse_measure, shorten
 
 MOST_QUANTITIES = 8
@@ -106,7 +106,7 @@ def _check_quantities(names: tuple[str, ...], info: ValidationInfo) -> tuple[str
         return names
     for name in names:
         if name not in OF_STATES and name not in OF_DESIGNS:
-            near = nearest(name, (*OF_STATES, *OF_DESIGNS))
+            near = hint_at_nearest(name, (*OF_STATES, *OF_DESIGNS))
             hint = near or "a result of the states or of the designs"
             raise fault(f'"{shorten(name)}" is not a quantity of a table', hint)
     of_states = [name for name in names if name in OF_STATES]
@@ -123,7 +123,7 @@ def _check_quantities(names: tuple[str, ...], info: ValidationInfo) -> tuple[str
 def _check_unit(symbol: str) -> str:
     """Return the symbol of a known unit; refuse any other."""
     if symbol not in UNITS:
-        hint = nearest(symbol, UNITS) or f"known units: {', '.join(UNITS)}"
+        hint = hint_at_nearest(symbol, UNITS) or f"known units: {', '.join(UNITS)}"
         raise fault(f'unknown unit "{shorten(symbol)}"', hint)
     return symbol
 
@@ -140,10 +140,10 @@ class FigureSpec(Part):
 
     model_config = ConfigDict(json_schema_extra={"required": ["name", "quantity"]})
 
-    name: Annotated[Name, AfterValidator(_check_figure_name)] | None = usual(
+    name: Annotated[Name, AfterValidator(_check_figure_name)] | None = field_default(
         None, description="stem of the figure's file, each once"
     )
-    title: Annotated[str, StringConstraints(max_length=300, strict=True)] = usual(
+    title: Annotated[str, StringConstraints(max_length=300, strict=True)] = field_default(
         "", description="above the panels; default the title of the study"
     )
     quantity: Annotated[
@@ -151,39 +151,41 @@ class FigureSpec(Part):
         Field(max_length=MOST_QUANTITIES),
         AfterValidator(_check_quantities),
         *one_or_many({"enum": [*OF_STATES, *OF_DESIGNS]}, MOST_QUANTITIES, each_once=True),
-    ] = usual(
+    ] = field_default(
         (),
         description="what is drawn: one or more results of the states, or of the designs; a panel "
         "each",
     )
-    overlay: Annotated[bool, Field(strict=True)] = usual(
+    overlay: Annotated[bool, Field(strict=True)] = field_default(
         default=False, description="draw the quantities in one panel, one colour each"
     )
-    x: _Column | None = usual(
+    x: _Column | None = field_default(
         None, description="column along x; default the elbow angle, or of designs the first axis"
     )
-    colour: _Column | None = usual(
+    colour: _Column | None = field_default(
         None, description="axis with one colour per value; default the load"
     )
-    panels: _Column | None = usual(None, description="axis with one panel per value")
-    where: Annotated[tuple[_Filter, ...], *one_or_many({"type": "string"}, 20)] = usual(
+    panels: _Column | None = field_default(None, description="axis with one panel per value")
+    where: Annotated[tuple[_Filter, ...], *one_or_many({"type": "string"}, 20)] = field_default(
         (), max_length=20, description='filters, such as "load_mass = 5 kg"; all of them hold'
     )
     unit: Annotated[
         tuple[Annotated[_Text, AfterValidator(_check_unit)], ...],
         *one_or_many({"type": "string"}, 20),
-    ] = usual((), max_length=20, description="units to show, each for its dimension, such as cm")
-    format: Annotated[tuple[str, ...], OneOf(("png", "svg", "pdf"), is_list=True)] = usual(
-        ("png",), description="png, svg, pdf, or several of them"
+    ] = field_default(
+        (), max_length=20, description="units to show, each for its dimension, such as cm"
     )
-    size: Annotated[_Text, AfterValidator(_checked_by(read_size))] = usual(
+    format: Annotated[tuple[str, ...], WordField(("png", "svg", "pdf"), is_list=True)] = (
+        field_default(("png",), description="png, svg, pdf, or several of them")
+    )
+    size: Annotated[_Text, AfterValidator(_checked_by(read_size))] = field_default(
         "page",
         description='"column" (85 mm), "page" (175 mm), a width or width x height, such as '
         '"120 x 80 mm"',
     )
 
     @property
-    def asked(self) -> tuple[str, ...]:
+    def named_columns(self) -> tuple[str, ...]:
         """Columns that the figure names, of its quantities first."""
         optional = [name for name in (self.x, self.colour, self.panels) if name]
         filtered = [condition.name for condition in self.filters]
@@ -262,7 +264,7 @@ def _column_faults(figure: FigureSpec, place: str, axes: Mapping[str, Quantity])
     named += [("where", condition.name, filterable) for condition in figure.filters]
     for key, name, known in named:
         if name is not None and name not in known:
-            hint = nearest(name, (*varied, *results))
+            hint = hint_at_nearest(name, (*varied, *results))
             yield Fault(f"{place}.{key}", f'there is no column "{shorten(name)}"', hint)
 
 
@@ -285,6 +287,6 @@ def _filter_faults(figure: FigureSpec, place: str, axes: Mapping[str, Quantity])
         quantity = axes.get(condition.name) or QUANTITIES.get(condition.name)
         if quantity is not None:
             try:
-                condition.on(condition.name, quantity)
+                condition.condition_on(condition.name, quantity)
             except UsageError as error:
                 yield Fault(f"{place}.where", error.message, error.hint)

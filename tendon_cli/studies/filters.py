@@ -46,7 +46,9 @@ class Filter:
     values: tuple[str, ...]
     """Values with their units, as they are written."""
 
-    def on(self, column: str, quantity: Quantity | None, *, is_truth: bool = False) -> Condition:
+    def condition_on(
+        self, column: str, quantity: Quantity | None, *, is_truth: bool = False
+    ) -> Condition:
         """Return the condition of the filter on a column.
 
         Args:

@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from tendon_cli.errors import Fault
-from tendon_cli.studies.fields import nearest
+from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.toml_reading import KeyPlaces
 from tendon_cli.units import described, shorten
@@ -134,7 +134,9 @@ def _problem_and_hint(detail: Any, path: list[str]) -> tuple[str, str | None]:
     if kind == "literal_error":
         words = [word.strip(" '") for word in context["expected"].replace(" or ", ",").split(",")]
         expected = context["expected"].replace("'", '"')
-        return f"{given} is not possible, expected {expected}", nearest(given.strip('"'), words)
+        return f"{given} is not possible, expected {expected}", hint_at_nearest(
+            given.strip('"'), words
+        )
     if kind == "model_type":
         problem = "has no value" if detail["input"] is None else f"{given} is not a table"
         return f"{problem}, expected a table of keys", f"its keys: {', '.join(_names_in(path))}"
@@ -161,7 +163,7 @@ def _hint_at_key(path: list[str]) -> str:
     """
     name = path[-1]
     known = _names_in(path[:-1])
-    near = nearest(name, known, cutoff=0.6)
+    near = hint_at_nearest(name, known, cutoff=0.6)
     if near is not None:
         return near
     elsewhere = {key.rpartition(".")[2]: key for key in reversed(key_words()) if "." in key}

@@ -64,7 +64,7 @@ def any_study(content: AnyStudy) -> Study:
         raise refused(
             f"{described(content)} is not a study, expected a path or a dictionary of keys"
         )
-    return study_from(plain(content))
+    return study_from(plain_content(content))
 
 
 def load_study(path: str | PathLike[str], settings: Iterable[str] = ()) -> Study:
@@ -155,7 +155,7 @@ def varied_study(study: Study, settings: Mapping[str, Any]) -> Study:
     """
     content = study.document()
     for key, value in settings.items():
-        _put(content, key.split("."), plain(value, (key,)))
+        _put(content, key.split("."), plain_content(value, (key,)))
     varied = study_from(content, order=(*study.axes, *settings))
     return varied.ordered(varied.axes, study.sources)
 
@@ -169,7 +169,7 @@ def recorded_study(record: Mapping[str, Any]) -> Study:
 # --- Content of a program or a file --------------------------------------------------------------
 
 
-def plain(value: Any, path: tuple[str, ...] = ()) -> Any:
+def plain_content(value: Any, path: tuple[str, ...] = ()) -> Any:
     """Return a value of a program as a study file would have it.
 
     NumPy's numbers become numbers; ranges, arrays and Series become lists; a fitted friction
@@ -189,7 +189,7 @@ def plain(value: Any, path: tuple[str, ...] = ()) -> Any:
         for name in value:
             if not isinstance(name, str):
                 raise refused(f"{described(name)} stands as a key, expected text", key=key)
-        return {name: plain(inner, (*path, name)) for name, inner in value.items()}
+        return {name: plain_content(inner, (*path, name)) for name, inner in value.items()}
     is_fit = hasattr(value, "gain_ratio")
     if is_fit:
         if value.friction is None:
@@ -199,7 +199,7 @@ def plain(value: Any, path: tuple[str, ...] = ()) -> Any:
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, (list, tuple, range)):
-        return [plain(item, (*path, str(at))) for at, item in enumerate(value)]
+        return [plain_content(item, (*path, str(at))) for at, item in enumerate(value)]
     if value is None or isinstance(value, (str, bool, int, float, date, time)):
         return value
     expected = "expected text, a number, a list or a table"

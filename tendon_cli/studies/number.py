@@ -9,8 +9,8 @@ from typing import Any, Literal
 
 from pydantic_core import PydanticCustomError
 
-from tendon_cli.studies.fields import Single, fault, within
-from tendon_cli.studies.values import MAX_AXIS_LENGTH, Grid, Uncertain, Values, in_si
+from tendon_cli.studies.fields import SingleField, fault, fault_inside
+from tendon_cli.studies.values import MAX_AXIS_LENGTH, Grid, StudyNumber, Uncertain, si_document
 from tendon_cli.units import Measure, described, terminating, to_float
 
 _UNIFORM = ("value", "tolerance")
@@ -27,14 +27,14 @@ _OF_NUMBERS = "+-.0123456789eE"
 
 
 @dataclass(frozen=True)
-class Number(Single):
+class NumberField(SingleField):
     """Mark of a field that is a number and may be an axis."""
 
     uncertain: bool = True
     """True if the number may be an interval, or have a distribution."""
 
-    def read(self, value: object) -> Values | None:
-        """Return what the file says as `Values`; None for a key that is not given.
+    def read(self, value: object) -> StudyNumber | None:
+        """Return what the file says as `ColumnArray`; None for a key that is not given.
 
         Raises:
             PydanticCustomError: The value is none of the forms of a number, or out of bounds.
@@ -42,7 +42,7 @@ class Number(Single):
         if isinstance(value, dict):
             return self._table(value)
         if isinstance(value, (list, tuple)):
-            return Values(self._list(value), is_axis=True)
+            return StudyNumber(self._list(value), is_axis=True)
         if isinstance(value, str) and len(value) <= _LONGEST:
             middle_and_spread = _two_numbers(value, _PLUS_MINUS)
             if middle_and_spread is not None:
@@ -52,14 +52,14 @@ class Number(Single):
                 return self._between(*ends)
         return super().read(value)
 
-    def _table(self, table: dict[Any, Any]) -> Values:
+    def _table(self, table: dict[Any, Any]) -> StudyNumber:
         """Return a grid, an interval or an uncertain number."""
         for names in (_UNIFORM, _NORMAL):
             if table.keys() & set(names):
                 return self._uncertain(table, names)
         if self.uncertain and table.keys() == {"from", "to"}:
-            return Values(self._interval(table), is_axis=True, is_interval=True)
-        return Values(self._grid(table), is_axis=True)
+            return StudyNumber(self._interval(table), is_axis=True, is_interval=True)
+        return StudyNumber(self._grid(table), is_axis=True)
 
     # --- Lists and grids -------------------------------------------------------------------------
 
@@ -109,7 +109,7 @@ class Number(Single):
         try:
             size = self.measure(step).exact
         except PydanticCustomError as error:
-            raise within("step", error) from None
+            raise fault_inside("step", error) from None
         if size <= 0:
             raise fault(f"step: {described(step)} is not a size, expected one above zero")
         steps = abs(last.exact - first.exact) / size
@@ -125,7 +125,7 @@ class Number(Single):
             measure = self.measure(table[name])
             self.bounded(measure)
         except PydanticCustomError as error:
-            raise within(name, error) from None
+            raise fault_inside(name, error) from None
         return measure
 
     # --- Intervals and uncertain numbers ---------------------------------------------------------
@@ -139,7 +139,7 @@ class Number(Single):
             raise fault("an interval that does not go up, expected from below to", hint)
         return Grid(low, high, 2)
 
-    def _uncertain(self, table: dict[Any, Any], names: tuple[str, str]) -> Values:
+    def _uncertain(self, table: dict[Any, Any], names: tuple[str, str]) -> StudyNumber:
         """Return `{ value, tolerance }`, which is uniform, or `{ mean, std }`, which is normal."""
         expected = "in an uncertain number, expected value and tolerance, or mean and std"
         _check_keys(table, names, expected)
@@ -151,11 +151,11 @@ class Number(Single):
                 table[spread_name], middle, may_be_share=is_uniform
             )
         except PydanticCustomError as error:
-            raise within(spread_name, error) from None
+            raise fault_inside(spread_name, error) from None
         if is_uniform:
             self._check_reach(middle, spread)
         document = {
-            middle_name: in_si(middle.si, self.quantity.dimension),
+            middle_name: si_document(middle.si, self.quantity.dimension),
             spread_name: stated_spread,
         }
         kind: Literal["uniform", "normal"] = "uniform" if is_uniform else "normal"
@@ -170,14 +170,14 @@ class Number(Single):
                 problem = f"tolerance: it reaches {reached}, which is impossible"
                 raise fault(problem, "make it narrower")
 
-    def _plus_minus(self, middle: str, spread: str) -> Values:
+    def _plus_minus(self, middle: str, spread: str) -> StudyNumber:
         """Return `a +/- b`, which is normal with the standard deviation b."""
         if spread.endswith("%") and not middle.endswith("%"):
             problem = f"{described(spread)} may be a share of the value or of 1"
             raise fault(problem, "write the standard deviation in the unit of the value")
         return self._uncertain({"mean": middle, "std": spread}, _NORMAL)
 
-    def _between(self, low: str, high: str) -> Values:
+    def _between(self, low: str, high: str) -> StudyNumber:
         """Return `a to b`, which is uniform between the two."""
         table = {"from": low, "to": high}
         first = self._inner(table, "from")
@@ -197,16 +197,16 @@ class Number(Single):
         middle: Fraction,
         spread: Fraction,
         document: dict[str, Any] | str,
-    ) -> Values:
+    ) -> StudyNumber:
         """Return an uncertain number; without any spread it is a number like any other."""
         if not self.uncertain:
             raise fault(
                 "an uncertain number cannot stand here, expected one value, a list or a grid"
             )
         if not spread:
-            return Values.of(to_float(middle))
+            return StudyNumber.of(to_float(middle))
         known = Uncertain(kind, to_float(middle), to_float(spread), self.low, self.high, document)
-        return Values((known.middle,), is_axis=False, uncertain=known)
+        return StudyNumber((known.middle,), is_axis=False, uncertain=known)
 
     def _spread(
         self, value: object, middle: Measure, *, may_be_share: bool

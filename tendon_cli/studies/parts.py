@@ -11,10 +11,10 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
 
 from tendon_cli.quantities import OF_STATES
-from tendon_cli.studies.angle_curves import EXCURSION, TORQUE, TRAJECTORY, BendNumber, CurveTable
-from tendon_cli.studies.fields import OneOf, Single, fault, nearest, one_or_many
-from tendon_cli.studies.number import Number
-from tendon_cli.studies.values import RIGID, Values
+from tendon_cli.studies.angle_curves import EXCURSION, TORQUE, TRAJECTORY, BendField, CurveTable
+from tendon_cli.studies.fields import SingleField, WordField, fault, hint_at_nearest, one_or_many
+from tendon_cli.studies.number import NumberField
+from tendon_cli.studies.values import RIGID, StudyNumber
 from tendon_cli.units import shorten
 
 Direction = Literal["flexion", "extension"]
@@ -30,14 +30,14 @@ LENGTH = {"low": 0.0, "high": 100.0}
 POSITIVE_LENGTH = {"low": 1e-6, "high": 100.0}
 FULL_TURNS = {"low": -6.283185307179587, "high": 6.283185307179587}
 
-Friction = Annotated[Values, Number("friction", 0.0, 10.0)]
-BendAngle = Annotated[Values | CurveTable, BendNumber("bend_angle", 0.0, 100.0)]
-TendonLength = Annotated[Values, Number("tendon_length", **POSITIVE_LENGTH)]
-TendonDiameter = Annotated[Values, Number("tendon_diameter", 1e-6, 1.0)]
-YoungsModulus = Annotated[Values, Number("youngs_modulus", 1e3, 1e15)]
-Pretension = Annotated[Values, Number("pretension", 0.0, 1e7)]
-Stiffness = Annotated[Values, Number("spring_stiffness", 1e-3, 1e12, word=RIGID)]
-AnchorStiffness = Annotated[Values, Number("anchor_stiffness", 1e-3, 1e12, word=RIGID)]
+Friction = Annotated[StudyNumber, NumberField("friction", 0.0, 10.0)]
+BendAngle = Annotated[StudyNumber | CurveTable, BendField("bend_angle", 0.0, 100.0)]
+TendonLength = Annotated[StudyNumber, NumberField("tendon_length", **POSITIVE_LENGTH)]
+TendonDiameter = Annotated[StudyNumber, NumberField("tendon_diameter", 1e-6, 1.0)]
+YoungsModulus = Annotated[StudyNumber, NumberField("youngs_modulus", 1e3, 1e15)]
+Pretension = Annotated[StudyNumber, NumberField("pretension", 0.0, 1e7)]
+Stiffness = Annotated[StudyNumber, NumberField("spring_stiffness", 1e-3, 1e12, word=RIGID)]
+AnchorStiffness = Annotated[StudyNumber, NumberField("anchor_stiffness", 1e-3, 1e12, word=RIGID)]
 BodyDimension = Literal[
     "stature",
     "weight",
@@ -48,9 +48,9 @@ BodyDimension = Literal[
     "forearm_circumference",
     "wrist_circumference",
 ]
-SpringPlace = Annotated[str | tuple[str, ...] | None, OneOf(("joint", "motor"))]
+SpringPlace = Annotated[str | tuple[str, ...] | None, WordField(("joint", "motor"))]
 
-usual: Any = Field
+field_default: Any = Field
 """Field whose default is as a study file would say it; the field's validator reads it."""
 
 
@@ -63,7 +63,7 @@ def _check_state_columns(names: tuple[str, ...]) -> tuple[str, ...]:
         if name in ("design", "direction", "elbow_angle"):
             raise fault(f'"{name}" says which state a row is, and is always kept', "leave it out")
         if name != "status" and name not in OF_STATES:
-            hint = nearest(name, ("status", *OF_STATES))
+            hint = hint_at_nearest(name, ("status", *OF_STATES))
             raise fault(f'"{shorten(name)}" is not a result of the states', hint)
     return names
 
@@ -73,9 +73,9 @@ Words = Annotated[
     *one_or_many({"type": "string", "minLength": 1, "maxLength": 100}, least=0, each_once=True),
 ]
 """One word or a list of them, such as columns; the study checks which words are possible."""
-Directions = Annotated[tuple[Direction, ...], OneOf(("flexion", "extension"), is_list=True)]
+Directions = Annotated[tuple[Direction, ...], WordField(("flexion", "extension"), is_list=True)]
 Tables = Annotated[
-    tuple[Literal["designs", "states"], ...], OneOf(("designs", "states"), is_list=True)
+    tuple[Literal["designs", "states"], ...], WordField(("designs", "states"), is_list=True)
 ]
 StateColumns = Annotated[
     tuple[str, ...],
@@ -96,38 +96,52 @@ class Part(BaseModel):
 class Arm(Part):
     """Arm (Fig. 2) and its weight."""
 
-    a1: Annotated[Values, Number("a1", **LENGTH)] = usual("40 mm")
-    b1: Annotated[Values, Number("b1", **POSITIVE_LENGTH)] = usual("150 mm")
-    a2: Annotated[Values, Number("a2", **LENGTH)] = usual("20 mm")
-    b2: Annotated[Values, Number("b2", **POSITIVE_LENGTH)] = usual("150 mm")
-    elbow_radius: Annotated[Values, Number("elbow_radius", **POSITIVE_LENGTH)] = usual("45 mm")
-    forearm_mass: Annotated[Values, Number("forearm_mass", 0.0, 1e4)] = usual("1.54 kg")
-    forearm_com: Annotated[Values, Number("forearm_com", **LENGTH)] = usual("174 mm")
-    load_distance: Annotated[Values, Number("load_distance", **LENGTH)] = usual("320 mm")
-    upper_arm_angle: Annotated[Values, Number("upper_arm_angle", **FULL_TURNS)] = usual("0 deg")
-    contact_width: Annotated[Values | None, Number("contact_width", **POSITIVE_LENGTH)] = None
-    contact_radius: Annotated[Values | None, Number("contact_radius", **POSITIVE_LENGTH)] = None
+    a1: Annotated[StudyNumber, NumberField("a1", **LENGTH)] = field_default("40 mm")
+    b1: Annotated[StudyNumber, NumberField("b1", **POSITIVE_LENGTH)] = field_default("150 mm")
+    a2: Annotated[StudyNumber, NumberField("a2", **LENGTH)] = field_default("20 mm")
+    b2: Annotated[StudyNumber, NumberField("b2", **POSITIVE_LENGTH)] = field_default("150 mm")
+    elbow_radius: Annotated[StudyNumber, NumberField("elbow_radius", **POSITIVE_LENGTH)] = (
+        field_default("45 mm")
+    )
+    forearm_mass: Annotated[StudyNumber, NumberField("forearm_mass", 0.0, 1e4)] = field_default(
+        "1.54 kg"
+    )
+    forearm_com: Annotated[StudyNumber, NumberField("forearm_com", **LENGTH)] = field_default(
+        "174 mm"
+    )
+    load_distance: Annotated[StudyNumber, NumberField("load_distance", **LENGTH)] = field_default(
+        "320 mm"
+    )
+    upper_arm_angle: Annotated[StudyNumber, NumberField("upper_arm_angle", **FULL_TURNS)] = (
+        field_default("0 deg")
+    )
+    contact_width: Annotated[
+        StudyNumber | None, NumberField("contact_width", **POSITIVE_LENGTH)
+    ] = None
+    contact_radius: Annotated[
+        StudyNumber | None, NumberField("contact_radius", **POSITIVE_LENGTH)
+    ] = None
 
 
 class SheathSide(Part):
     """Sheath on one side of the arm; a key left out is as for both."""
 
     friction: Friction | None = None
-    friction_from: FileName | None = usual(
+    friction_from: FileName | None = field_default(
         None, description="a file written by `tendon fit-friction --out`"
     )
     bend_angle: BendAngle | None = None
-    path: FileName | None = usual(
+    path: FileName | None = field_default(
         None, description="a CSV of way-points x, y, z of the routed sheath, in m"
     )
-    path_smoothing: Annotated[Values | None, Single("path_smoothing", 0.0, 1.0)] = None
+    path_smoothing: Annotated[StudyNumber | None, SingleField("path_smoothing", 0.0, 1.0)] = None
 
 
 class Sheath(SheathSide):
     """Sheaths of both tendons."""
 
-    friction: Friction | None = usual(0.07)
-    bend_angle: BendAngle | None = usual("180 deg")
+    friction: Friction | None = field_default(0.07)
+    bend_angle: BendAngle | None = field_default("180 deg")
     flexor: SheathSide | None = None
     extensor: SheathSide | None = None
 
@@ -144,10 +158,10 @@ class TendonSide(Part):
 class Tendon(TendonSide):
     """Tendons of both sides, of round cross-section."""
 
-    length: TendonLength | None = usual("2 m")
-    diameter: TendonDiameter | None = usual("1.5 mm")
-    youngs_modulus: YoungsModulus | None = usual("145 GPa")
-    pretension: Pretension | None = usual("100 N")
+    length: TendonLength | None = field_default("2 m")
+    diameter: TendonDiameter | None = field_default("1.5 mm")
+    youngs_modulus: YoungsModulus | None = field_default("145 GPa")
+    pretension: Pretension | None = field_default("100 N")
     flexor: TendonSide | None = None
     extensor: TendonSide | None = None
 
@@ -156,15 +170,19 @@ class SpringSide(Part):
     """Spring on one side of the arm; a key left out is as for both."""
 
     stiffness: Stiffness | None = None
-    free_length: Annotated[Values | None, Number("spring_free_length", **LENGTH)] = None
-    at: SpringPlace = usual(None, description="the end of the tendon that the spring sits at")
+    free_length: Annotated[StudyNumber | None, NumberField("spring_free_length", **LENGTH)] = None
+    at: SpringPlace = field_default(
+        None, description="the end of the tendon that the spring sits at"
+    )
 
 
 class Spring(SpringSide):
     """Series springs of both tendons, by default at their elbow ends."""
 
-    stiffness: Stiffness | None = usual("3 kN/m")
-    at: SpringPlace = usual("joint", description="the end of the tendon that the spring sits at")
+    stiffness: Stiffness | None = field_default("3 kN/m")
+    at: SpringPlace = field_default(
+        "joint", description="the end of the tendon that the spring sits at"
+    )
     flexor: SpringSide | None = None
     extensor: SpringSide | None = None
 
@@ -178,7 +196,7 @@ class AnchorSide(Part):
 class Anchor(AnchorSide):
     """Tissue and cuff behind the anchors of both tendons."""
 
-    stiffness: AnchorStiffness | None = usual(RIGID)
+    stiffness: AnchorStiffness | None = field_default(RIGID)
     flexor: AnchorSide | None = None
     extensor: AnchorSide | None = None
 
@@ -187,43 +205,49 @@ class Joint(Part):
     """Joint that the suit moves: its name, the travels of its tendons, and its own torque."""
 
     name: Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z -]{0,30}$", strict=True)] = (
-        usual("elbow", description="the joint's name in texts and figures")
+        field_default("elbow", description="the joint's name in texts and figures")
     )
-    excursion: Annotated[str | CurveTable | None, EXCURSION] = usual(
+    excursion: Annotated[str | CurveTable | None, EXCURSION] = field_default(
         None,
         description="a CSV of angle, flexor, extensor: how far their paths shorten and lengthen",
     )
-    smoothing: Annotated[Values | None, Single("excursion_noise", 0.0, 0.1)] = None
-    scale_with: BodyDimension | None = usual(
+    smoothing: Annotated[StudyNumber | None, SingleField("excursion_noise", 0.0, 0.1)] = None
+    scale_with: BodyDimension | None = field_default(
         None, description="with people: the dimension of the body that travels are in proportion to"
     )
-    torque: Annotated[str | CurveTable | None, TORQUE] = usual(
+    torque: Annotated[str | CurveTable | None, TORQUE] = field_default(
         None,
         description="a CSV of angle, torque: what the joint itself asks for to be flexed further",
     )
-    stiffness: Annotated[Values | None, Number("joint_stiffness", 0.0, 1e6)] = None
-    rest_angle: Annotated[Values | None, Number("rest_angle", **FULL_TURNS)] = None
+    stiffness: Annotated[StudyNumber | None, NumberField("joint_stiffness", 0.0, 1e6)] = None
+    rest_angle: Annotated[StudyNumber | None, NumberField("rest_angle", **FULL_TURNS)] = None
 
 
 class Spool(Part):
     """Spool of the motor."""
 
-    flexor_radius: Annotated[Values, Number("flexor_radius", **POSITIVE_LENGTH)] = usual("30 mm")
-    ratio: Annotated[Values, Number("spool_ratio", 1e-3, 1e3)] = usual(1.0)
+    flexor_radius: Annotated[StudyNumber, NumberField("flexor_radius", **POSITIVE_LENGTH)] = (
+        field_default("30 mm")
+    )
+    ratio: Annotated[StudyNumber, NumberField("spool_ratio", 1e-3, 1e3)] = field_default(1.0)
 
 
 class Setting(Part):
     """Posture in which the pretension is set, and how it is read."""
 
-    angle: Annotated[Values, Number("setting_angle", **FULL_TURNS)] = usual("0 deg")
-    upper_arm_angle: Annotated[Values, Number("upper_arm_angle", **FULL_TURNS)] = usual("0 deg")
-    load: Annotated[Values, Number("load_mass", 0.0, 1e4)] = usual("0 kg")
-    after: Direction = usual(
+    angle: Annotated[StudyNumber, NumberField("setting_angle", **FULL_TURNS)] = field_default(
+        "0 deg"
+    )
+    upper_arm_angle: Annotated[StudyNumber, NumberField("upper_arm_angle", **FULL_TURNS)] = (
+        field_default("0 deg")
+    )
+    load: Annotated[StudyNumber, NumberField("load_mass", 0.0, 1e4)] = field_default("0 kg")
+    after: Direction = field_default(
         "extension", description="the direction of the last motion before it is read"
     )
     read: Literal[
         "pretension", "flexor at joint", "extensor at joint", "flexor at motor", "extensor at motor"
-    ] = usual(
+    ] = field_default(
         "pretension",
         description="what a pretension of the study is: F0 of the model, or a gauge's reading",
     )
@@ -232,42 +256,42 @@ class Setting(Part):
 class Load(Part):
     """Load in the hand, and the torque of a task."""
 
-    mass: Annotated[Values, Number("load_mass", 0.0, 1e4)] = usual("0 kg")
-    torque: Annotated[str | CurveTable | None, TORQUE] = usual(
+    mass: Annotated[StudyNumber, NumberField("load_mass", 0.0, 1e4)] = field_default("0 kg")
+    torque: Annotated[str | CurveTable | None, TORQUE] = field_default(
         None, description="a CSV of angle, torque: what a task asks for besides"
     )
-    scale: Annotated[Values, Number("load_scale", -1e3, 1e3)] = usual(1.0)
+    scale: Annotated[StudyNumber, NumberField("load_scale", -1e3, 1e3)] = field_default(1.0)
 
 
 class Motion(Part):
     """States that each design goes through."""
 
-    direction: Directions = usual(
+    direction: Directions = field_default(
         ("flexion", "extension"), description="flexion, extension or both, in the order of the rows"
     )
-    elbow_angle: Annotated[Values, Number("elbow_angle", **FULL_TURNS, uncertain=False)] = usual(
-        {"from": "0 deg", "to": "90 deg", "num": 91}
-    )
-    speed: Annotated[Values | None, Single("speed", 1e-6, 1e3)] = None
-    trajectory: Annotated[str | CurveTable | None, TRAJECTORY] = usual(
+    elbow_angle: Annotated[
+        StudyNumber, NumberField("elbow_angle", **FULL_TURNS, uncertain=False)
+    ] = field_default({"from": "0 deg", "to": "90 deg", "num": 91})
+    speed: Annotated[StudyNumber | None, SingleField("speed", 1e-6, 1e3)] = None
+    trajectory: Annotated[str | CurveTable | None, TRAJECTORY] = field_default(
         None,
         description="a CSV of time, angle: a motion in time, instead of angles, directions and a "
         "speed",
     )
-    cutoff: Annotated[Values | None, Single("cutoff", 1e-3, 1e4)] = None
-    reversal: Annotated[Values | None, Single("reversal", 0.0, 3.2)] = None
-    inertia: Annotated[Values | None, Single("inertia", 0.0, 1e3)] = None
+    cutoff: Annotated[StudyNumber | None, SingleField("cutoff", 1e-3, 1e4)] = None
+    reversal: Annotated[StudyNumber | None, SingleField("reversal", 0.0, 3.2)] = None
+    inertia: Annotated[StudyNumber | None, SingleField("inertia", 0.0, 1e3)] = None
 
 
 class Model(Part):
     """Choices between two readings of the model."""
 
-    slack: Literal["unilateral", "bilateral"] = usual(
+    slack: Literal["unilateral", "bilateral"] = field_default(
         "unilateral",
         description="unilateral: a tendon cannot push; bilateral: negative tension, as in the "
         "paper",
     )
-    reference: Literal["published", "initial"] = usual(
+    reference: Literal["published", "initial"] = field_default(
         "published",
         description="flexor travel from b1 + b2, as published, or from the path length at 0 "
         "degrees",
@@ -277,7 +301,7 @@ class Model(Part):
 class Output(Part):
     """Tables and columns that are written."""
 
-    tables: Tables = usual(("designs", "states"), description="which tables to write")
-    states: StateColumns | None = usual(
+    tables: Tables = field_default(("designs", "states"), description="which tables to write")
+    states: StateColumns | None = field_default(
         None, description="results of the states to keep, such as status; default all of them"
     )

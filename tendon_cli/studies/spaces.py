@@ -32,9 +32,9 @@ from tendon_cli.space.axis import (
 from tendon_cli.space.space import EXCURSION, INERTIA, TRAJECTORY, Space
 from tendon_cli.studies.angle_curves import curves_of
 from tendon_cli.studies.contents import case_numbers, column_of
-from tendon_cli.studies.fields import nearest
+from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.study import Study
-from tendon_cli.studies.values import Grid, drawn
+from tendon_cli.studies.values import Grid, draw_numbers
 from tendon_cli.units import shorten
 
 MAX_FRICTION_EXPONENT = 100.0
@@ -115,10 +115,10 @@ def named_axes(study: Study) -> tuple[Axis, ...]:
     if study.people is not None:
         drawn_once: Mapping[str, Array] = {}
         if uncertainty is not None and not study.draws:
-            drawn_once = drawn(study.uncertain, study.people.persons, uncertainty.seed)
+            drawn_once = draw_numbers(study.uncertain, study.people.persons, uncertainty.seed)
         axes.append(person_axis(study, drawn_once))
     if uncertainty is not None and study.draws:
-        numbers = drawn(study.uncertain, study.draws, uncertainty.seed)
+        numbers = draw_numbers(study.uncertain, study.draws, uncertainty.seed)
         names = tuple(f"draw {at + 1}" for at in range(study.draws))
         axes.append(Axis(DRAW_AXIS, DRAW_AXIS, numbers, names))
     return tuple(axes)
@@ -156,7 +156,7 @@ def case_place(study: Study, name: str) -> int:
     names = _case_names(study)
     if name not in names:
         listed = f"cases: {', '.join(names[:20])}" if names else "the study has no [[cases]]"
-        hint = nearest(name, names) or listed
+        hint = hint_at_nearest(name, names) or listed
         raise UsageError(f'there is no case "{shorten(name)}"', where="--case", hint=hint)
     return names.index(name)
 
@@ -177,7 +177,7 @@ def person_axis(study: Study, drawn_once: Mapping[str, Array]) -> Axis:
     if study.people is None:
         raise ValueError("a study without people has no axis of persons")
     people = study.people.population
-    sets, scales = arms_of(people, study.of_the_body)
+    sets, scales = arms_of(people, study.body_numbers)
     dimension = study.joint.scale_with
     if dimension is not None:
         measured_on = getattr(people.reference, dimension)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tendon_cli.errors import UsageError
 from tendon_cli.files import write_new
-from tendon_cli.studies.fields import nearest
+from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.study_file import YAML_SUFFIXES
 from tendon_cli.units import shorten
 
@@ -36,7 +36,7 @@ def starter(path: Path, template: str = "sweep") -> str:
     """
     is_yaml = path.suffix.lower() in YAML_SUFFIXES
     if template not in TEMPLATES:
-        hint = nearest(template, TEMPLATES) or f"templates: {', '.join(TEMPLATES)}"
+        hint = hint_at_nearest(template, TEMPLATES) or f"templates: {', '.join(TEMPLATES)}"
         raise UsageError(f'there is no template "{shorten(template)}"', where="--for", hint=hint)
     if template != "sweep":
         source = f"templates/{template}.toml"
@@ -98,7 +98,7 @@ def write_example(name: str, path: Path | None) -> tuple[Path, str]:
         short[Path(example).name] = example
     full = name if name in known else short.get(name)
     if full is None:
-        hint = nearest(name, (*known, *short)) or "`tendon init --list` lists them"
+        hint = hint_at_nearest(name, (*known, *short)) or "`tendon init --list` lists them"
         raise UsageError(f'there is no example "{shorten(name)}"', where="--from", hint=hint)
     target = path or Path(Path(full).name)
     _write(target, known[full].read_bytes())

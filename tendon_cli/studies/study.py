@@ -29,9 +29,9 @@ from tendon_cli.studies.contents import (
 from tendon_cli.studies.design_section import Goals, Limits, Uncertainty
 from tendon_cli.studies.fields import DeferredTables
 from tendon_cli.studies.figures import FigureSpec
-from tendon_cli.studies.parts import Part, usual
+from tendon_cli.studies.parts import Part, field_default
 from tendon_cli.studies.people.people_section import People
-from tendon_cli.studies.values import Uncertain, Values
+from tendon_cli.studies.values import StudyNumber, Uncertain
 
 __all__ = ["Key", "Study", "keys"]
 
@@ -44,10 +44,10 @@ _STRAP_WIDTH = "arm.contact_width"
 class Study(Displayed, Part):
     """Parameter study: every combination of its axes, in the document's order, is one design."""
 
-    name: parts.Name = usual(
+    name: parts.Name = field_default(
         "study", description="name of the run folder; without it, the stem of the file's name"
     )
-    title: Title = usual("", description="for figures")
+    title: Title = field_default("", description="for figures")
     arm: parts.Arm = parts.Arm()
     sheath: parts.Sheath = parts.Sheath()
     tendon: parts.Tendon = parts.Tendon()
@@ -60,7 +60,7 @@ class Study(Displayed, Part):
     motion: parts.Motion = parts.Motion()
     model: parts.Model = parts.Model()
     output: parts.Output = parts.Output()
-    cases: Annotated[tuple[Part, ...], DeferredTables(case_tables)] = usual(
+    cases: Annotated[tuple[Part, ...], DeferredTables(case_tables)] = field_default(
         (), description="one axis of linked values, such as persons"
     )
 
@@ -69,7 +69,7 @@ class Study(Displayed, Part):
     people: People | None = None
     uncertainty: Uncertainty | None = None
 
-    figure: tuple[FigureSpec, ...] = usual(
+    figure: tuple[FigureSpec, ...] = field_default(
         (),
         exclude=True,
         description="figures drawn of the run; they change neither its tables nor its hash",
@@ -124,7 +124,7 @@ class Study(Displayed, Part):
     # --- Numbers ---------------------------------------------------------------------------------
 
     @cached_property
-    def numbers(self) -> dict[str, Values]:
+    def numbers(self) -> dict[str, StudyNumber]:
         """Numbers of the study, all of them, by their dotted keys.
 
         A number of one side, such as `tendon.flexor.length`, is among them only if it is given.
@@ -165,7 +165,7 @@ class Study(Displayed, Part):
         }
 
     @property
-    def of_the_body(self) -> tuple[str, ...]:
+    def body_numbers(self) -> tuple[str, ...]:
         """Keys of the numbers that come from the body of each person.
 
         The study has people, and does not state these numbers itself.
@@ -209,7 +209,7 @@ class Study(Displayed, Part):
     # --- Axes ------------------------------------------------------------------------------------
 
     @property
-    def crossed(self) -> bool:
+    def is_crossed(self) -> bool:
         """True if every person meets every draw of the uncertain numbers.
 
         The study may state it; by default draws are crossed with fewer persons than draws.
@@ -226,7 +226,7 @@ class Study(Displayed, Part):
         """Length of the axis of draws of the uncertain numbers; 0 if each person gets one draw."""
         if self.uncertainty is None or not self.uncertain:
             return 0
-        is_axis = self.people is None or self.crossed
+        is_axis = self.people is None or self.is_crossed
         return self.uncertainty.draws if is_axis else 0
 
     @property
@@ -311,7 +311,7 @@ class Study(Displayed, Part):
         stated. Keys that a file of the study gives instead are left out, too.
         """
         written = part_document(self)
-        for key in self.of_the_body:
+        for key in self.body_numbers:
             del written["arm"][key.removeprefix("arm.")]
         if self.motion.trajectory is not None:
             # A trajectory gives the angles and directions.

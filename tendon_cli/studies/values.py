@@ -75,7 +75,7 @@ def quantile(known: Uncertain, share: Array) -> Array:
     return np.asarray(np.clip(value, known.low, known.high))
 
 
-def drawn(uncertain: Mapping[str, Uncertain], count: int, seed: int) -> dict[str, Array]:
+def draw_numbers(uncertain: Mapping[str, Uncertain], count: int, seed: int) -> dict[str, Array]:
     """Draw values of uncertain numbers by scrambled Sobol points.
 
     Args:
@@ -134,7 +134,7 @@ class Grid:
 
 
 @dataclass(frozen=True)
-class Values:
+class StudyNumber:
     """Number that a study gives for one key: one value, a list of values, or a grid.
 
     It is an axis of the product of designs unless it is a single value.
@@ -150,7 +150,7 @@ class Values:
     """True if every value between two is meant; `source` is then a grid of these two."""
 
     @classmethod
-    def of(cls, value: float) -> Values:
+    def of(cls, value: float) -> StudyNumber:
         """Return a single SI value."""
         return cls((value,), is_axis=False)
 
@@ -198,7 +198,7 @@ class Values:
             return {**ends, "num": self.source.num, **spacing}
         if self.uncertain is not None:
             return self.uncertain.document
-        values = [in_si(value, dimension) for value in self.source]
+        values = [si_document(value, dimension) for value in self.source]
         return values if self.is_axis else values[0]
 
 
@@ -206,7 +206,7 @@ RIGID = "rigid"
 """Word for an infinite stiffness."""
 
 
-def in_si(value: float, dimension: str) -> float | str:
+def si_document(value: float, dimension: str) -> float | str:
     """Return an SI number as a study may say it: with its unit only if it is an angle."""
     if math.isinf(value):
         return RIGID

@@ -86,7 +86,7 @@ def route_note(measured: MeasuredRoute, where: str) -> str:
     """Return a note on a route: its bend angle, as `--bend-angle` of `fit-friction` takes it."""
     bend = math.degrees(measured.bend_angle)
     error = math.degrees(measured.standard_error)
-    raw = math.degrees(measured.as_it_stands)
+    raw = math.degrees(measured.sum_of_turns)
     note = f"{where} bends by {bend:.2f} deg +/- {error:.2g} deg; {raw:.2f} deg as it stands"
     if measured.noise is not None:
         note += f", its way-points scatter by {1e3 * measured.noise:.2g} mm"
@@ -104,11 +104,11 @@ def _warnings(measured: MeasuredRoute, smoothing: float) -> Iterator[str]:
                 f"the way-points scatter by {1e3 * noise:.2g} mm, not by the "
                 f"{1e3 * smoothing:.2g} mm that path_smoothing says; the larger of both was used"
             )
-    by_noise = measured.as_it_stands - measured.bend_angle
-    if not smoothing and by_noise > NOISE_TO_WARN_OF * measured.as_it_stands:
+    by_noise = measured.sum_of_turns - measured.bend_angle
+    if not smoothing and by_noise > NOISE_TO_WARN_OF * measured.sum_of_turns:
         yield (
             f"noise of about {1e3 * (noise or 0.0):.2g} mm makes the way-points turn by "
-            f"{math.degrees(measured.as_it_stands):.0f} deg, of which {bend:.0f} deg were taken "
+            f"{math.degrees(measured.sum_of_turns):.0f} deg, of which {bend:.0f} deg were taken "
             "for the route's; give the digitisation noise as path_smoothing to confirm it"
         )
     if measured.largest_turn > TURN_TO_WARN_OF:

@@ -206,7 +206,7 @@ def table_file(path: Path, layout: TableLayout) -> Iterator[TableFile]:
             raise
 
 
-Rows: TypeAlias = RowsInMemory | RowGroups
+RowTarget: TypeAlias = RowsInMemory | RowGroups
 """Target of a table's rows."""
 
 

@@ -24,10 +24,10 @@ from tendon_cli.engine.cluster.worker import (
     OnWorkerError,
     Refusal,
     all_versions,
+    check_versions,
     halt,
     make_part,
-    ready,
-    unlike,
+    prepare_worker,
 )
 from tendon_cli.engine.task import PartFailure, PartMaker, PartOutcomes, PartResult
 from tendon_cli.engine.threads import Runner, place
@@ -114,7 +114,7 @@ async def _connect(address: str, host: str, port: int) -> Any:
             )
             await client
             await client.wait_for_workers(1)
-        await _ask_everywhere(client, unlike, all_versions())
+        await _ask_everywhere(client, check_versions, all_versions())
     except Exception as error:  # noqa: BLE001 - whatever answers there may be no scheduler at all
         fault = error if isinstance(error, TendonError) else _unreachable(address, error, client)
         await _close(client)
@@ -222,7 +222,7 @@ class _Flight:
     async def prepare(self) -> None:
         """Make every worker ready for this run; raises WorkersLostError if one is unfit."""
         self.assignment = Assignment.of(self.maker)
-        await _ask_everywhere(self.client, ready, self.assignment)
+        await _ask_everywhere(self.client, prepare_worker, self.assignment)
         self.count = asyncio.create_task(self.client.nthreads())
         self._counted(await self.count)
 

@@ -123,7 +123,7 @@ def all_versions() -> dict[str, str]:
     return {**versions(), "results": str(RESULTS_VERSION)}
 
 
-def unlike(expected: dict[str, str]) -> Refusal | None:
+def check_versions(expected: dict[str, str]) -> Refusal | None:
     """Refuse if this worker's versions would give other bytes; None if they are as expected."""
     installed = all_versions()
     wrong = [
@@ -137,7 +137,7 @@ def unlike(expected: dict[str, str]) -> Refusal | None:
     return Refusal("unfit", f"this worker has {', '.join(wrong)}", hint=hint)
 
 
-def ready(assignment: Assignment) -> Refusal | None:
+def prepare_worker(assignment: Assignment) -> Refusal | None:
     """Prepare this worker for a run; refuse if it cannot take part, else return None."""
     try:
         _maker(assignment)
@@ -152,7 +152,7 @@ def ready(assignment: Assignment) -> Refusal | None:
 
 def make_part(assignment: Assignment, index: int) -> PartResult | Refusal:
     """Make a part and put its files in place, or say why not."""
-    refusal = unlike(assignment.versions) or ready(assignment)
+    refusal = check_versions(assignment.versions) or prepare_worker(assignment)
     if refusal is not None:
         return refusal
     try:

@@ -13,9 +13,9 @@ from pydantic import AfterValidator
 
 from tendon_cli.errors import Fault
 from tendon_cli.studies.design_section import Seed
-from tendon_cli.studies.fields import Single, fault, whole
-from tendon_cli.studies.parts import FileName, Part, usual
-from tendon_cli.studies.values import Values
+from tendon_cli.studies.fields import SingleField, fault, whole_number
+from tendon_cli.studies.parts import FileName, Part, field_default
+from tendon_cli.studies.values import StudyNumber
 
 if TYPE_CHECKING:
     from tendon_cli.studies.people.population import Population
@@ -35,7 +35,7 @@ def packed(content: bytes) -> str:
 
 
 def unpacked(text: str) -> bytes:
-    """Return what `packed` was given.
+    """Return what `pack_numbers` was given.
 
     Raises:
         PydanticCustomError: If the text is anything else, or more than a file of people has.
@@ -62,32 +62,34 @@ class People(Part):
     The study's anchors and elbow radius are the survey's mean man's, and are scaled to each person.
     """
 
-    source: Literal["ansur2"] = usual(
+    source: Literal["ansur2"] = field_default(
         "ansur2", description="the survey that persons are drawn from"
     )
-    statistics: FileName | None = usual(
+    statistics: FileName | None = field_default(
         None,
         description="in the place of source: means, deviations and correlations in a TOML file of"
         " yours",
     )
-    statistics_content: Annotated[str, AfterValidator(_check_packed)] | None = usual(
+    statistics_content: Annotated[str, AfterValidator(_check_packed)] | None = field_default(
         None, description="what that file held, as tendon keeps it"
     )
-    file: FileName | None = usual(
+    file: FileName | None = field_default(
         None, description="a CSV of real persons, with units in its headers"
     )
-    content: Annotated[str, AfterValidator(_check_packed)] | None = usual(
+    content: Annotated[str, AfterValidator(_check_packed)] | None = field_default(
         None, description="what the file held, as tendon keeps it"
     )
-    sex: Literal["male", "female", "both"] = usual(
+    sex: Literal["male", "female", "both"] = field_default(
         "both", description="of those drawn; with a file, of those whose sex it does not say"
     )
-    women: Annotated[Values | None, Single("women", 0.0, 1.0)] = usual(
+    women: Annotated[StudyNumber | None, SingleField("women", 0.0, 1.0)] = field_default(
         None, description="share of women with both; default the survey's, 0.327"
     )
-    count: Annotated[int, *whole(1, MAX_COUNT)] = usual(1000, description="how many are drawn")
-    seed: Seed = usual(1, description="the same seed draws the same persons")
-    completions: Annotated[int, *whole(1, MOST_COMPLETIONS)] | None = usual(
+    count: Annotated[int, *whole_number(1, MAX_COUNT)] = field_default(
+        1000, description="how many are drawn"
+    )
+    seed: Seed = field_default(1, description="the same seed draws the same persons")
+    completions: Annotated[int, *whole_number(1, MOST_COMPLETIONS)] | None = field_default(
         None,
         description="with a file: how many draws of what was not measured of a person, given what"
         " was",

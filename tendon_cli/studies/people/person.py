@@ -13,11 +13,17 @@ from tendon_cli.model.body import (
     Body,
 )
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.studies.fields import nearest
-from tendon_cli.studies.people.population import NAMED, OF_THE_BODY, Population, arms_of, named
+from tendon_cli.studies.fields import hint_at_nearest
+from tendon_cli.studies.people.population import (
+    OF_THE_BODY,
+    STANDARD_PERSONS,
+    Population,
+    arms_of,
+    standard_person,
+)
 from tendon_cli.studies.people.survey import ansur2
 from tendon_cli.studies.study import Study
-from tendon_cli.studies.values import Values
+from tendon_cli.studies.values import StudyNumber
 from tendon_cli.units import shorten
 
 _NAMES_SHOWN = 5  # in a message
@@ -44,7 +50,7 @@ class Step:
 
 
 @dataclass(frozen=True, eq=False)
-class Worn:
+class PersonStudy:
     """A study on the arm of one person."""
 
     name: str
@@ -56,12 +62,12 @@ class Worn:
     """Numbers of the arm."""
 
 
-def worn_by(study: Study, name: str) -> Worn:
+def person_study(study: Study, name: str) -> PersonStudy:
     """Return a study as one person wears it.
 
     Args:
         study: A study, with people or without.
-        name: One of its persons, or one of `NAMED`.
+        name: One of its persons, or one of `STANDARD_PERSONS`.
 
     Raises:
         UsageError: If there is no such person.
@@ -71,11 +77,11 @@ def worn_by(study: Study, name: str) -> Worn:
     stated = {f"arm.{key}" for key in study.arm.model_fields_set}
     sets, scales = arms_of(person, [key for key in OF_THE_BODY if key not in stated])
     steps: list[Step] = []
-    numbers: dict[str, Values] = {}
+    numbers: dict[str, StudyNumber] = {}
     for anchor, dimension in ANCHOR_ALONG.items():
         given = study.numbers[f"arm.{anchor}"]
         scaled = tuple((given.array * scales[f"arm.{anchor}"]).tolist())
-        numbers[anchor] = Values(scaled, is_axis=given.is_axis, is_interval=given.is_interval)
+        numbers[anchor] = StudyNumber(scaled, is_axis=given.is_axis, is_interval=given.is_interval)
         formula = _anchor_formula(given, dimension, person.reference)
         steps.append(Step(anchor, formula, numbers[anchor].array[0]))
     for number, (share, dimension, source) in _FORMULAS.items():
@@ -84,12 +90,12 @@ def worn_by(study: Study, name: str) -> Worn:
             value = float(study.numbers[key].array[0])
             steps.append(Step(number, "as the study states it", value))
             continue
-        numbers[number] = Values.of(float(sets[key][0]))
+        numbers[number] = StudyNumber.of(float(sets[key][0]))
         symbol = QUANTITIES[dimension].symbol
         formula = symbol if share == 1.0 else f"{share:g} x {symbol}"
         steps.append(Step(number, formula, numbers[number].single, source))
     arm = study.arm.model_copy(update=numbers)
-    return Worn(
+    return PersonStudy(
         name=person.names[0],
         study=study.replaced({"arm": arm, "people": None}),
         body=tuple(
@@ -100,7 +106,7 @@ def worn_by(study: Study, name: str) -> Worn:
     )
 
 
-def _anchor_formula(given: Values, dimension: str, reference: Body) -> str:
+def _anchor_formula(given: StudyNumber, dimension: str, reference: Body) -> str:
     """Say how an anchor scales with a dimension of the body."""
     of_mean_man: float = getattr(reference, dimension)
     symbol = QUANTITIES[dimension].symbol
@@ -108,18 +114,18 @@ def _anchor_formula(given: Values, dimension: str, reference: Body) -> str:
 
 
 def _person(study: Study, name: str) -> Population:
-    """Return one person of a study, or one of `NAMED`. Raises UsageError for anyone else."""
-    if name in NAMED:
+    """Return one person of a study, or one of `STANDARD_PERSONS`. Raises UsageError for anyone else."""
+    if name in STANDARD_PERSONS:
         survey = study.people.survey if study.people is not None else ansur2()
-        return named(survey, name)
+        return standard_person(survey, name)
     people = study.people.nominal if study.people is not None else None
     names = people.names if people is not None else ()
     if people is not None and name in names:
         row = names.index(name)
         return people.only(slice(row, row + 1))
-    hint = nearest(name, (*NAMED, *names[:_NAMES_SEARCHED]))
+    hint = hint_at_nearest(name, (*STANDARD_PERSONS, *names[:_NAMES_SEARCHED]))
     if not hint:
-        known = [*NAMED, *names[:_NAMES_SHOWN]]
+        known = [*STANDARD_PERSONS, *names[:_NAMES_SHOWN]]
         if len(names) > _NAMES_SHOWN:
             known.append("...")
         hint = f"persons: {', '.join(map(shorten, known))}"

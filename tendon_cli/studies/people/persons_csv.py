@@ -47,7 +47,7 @@ since its meaning would be guessed."""
 
 
 @dataclass(frozen=True, eq=False)
-class Listed:
+class PersonRows:
     """Content of a file of persons, a row each."""
 
     columns: tuple[str, ...]
@@ -70,7 +70,7 @@ class _Header(NamedTuple):
     """Unit as written, empty if there is none."""
 
 
-def read_listed(content: bytes, where: str) -> Listed:
+def read_persons(content: bytes, where: str) -> PersonRows:
     """Return the rows of a CSV file of persons.
 
     A header is a dimension with its unit, such as `weight (kg)` or `weight_kg`, or `name`,
@@ -96,7 +96,7 @@ def read_listed(content: bytes, where: str) -> Listed:
     names = tuple(f"person {row + 1}" for row in range(len(values)))
     if "name" in headers:
         names = _names(sheet, headers["name"].place)
-    return Listed(tuple(headers), names, sexes, values, weighting, ignored)
+    return PersonRows(tuple(headers), names, sexes, values, weighting, ignored)
 
 
 def _headers(sheet: Sheet) -> tuple[dict[str, _Header], list[str]]:

@@ -18,14 +18,14 @@ from tendon_cli.model.body import (
     load_distance,
 )
 from tendon_cli.model.kinematics import Array
-from tendon_cli.studies.people.persons_csv import read_listed
+from tendon_cli.studies.people.persons_csv import read_persons
 from tendon_cli.studies.people.survey import LEAST, SEXES, Survey, scattered
 
 MOST_BODIES = 10**6
 """Bodies that the persons of a file may be completed to."""
 Sexes = str | npt.NDArray[np.str_]
 """The sex of each person, or the one that the study gives them all."""
-NAMED = ("mean-man", "mean-woman")
+STANDARD_PERSONS = ("mean-man", "mean-woman")
 """Persons that every survey has."""
 
 OF_THE_BODY = {
@@ -150,7 +150,7 @@ def read_population(
     Raises:
         InputError: If the file cannot be used.
     """
-    rows = read_listed(content, where)
+    rows = read_persons(content, where)
     sexes = sex if rows.sexes is None else rows.sexes
     notes = []
     if len(rows.names) == 1 and not completions:
@@ -185,9 +185,9 @@ def read_population(
     )
 
 
-def named(survey: Survey, name: str) -> Population:
-    """Return one of the persons that every survey has, by one of `NAMED`."""
-    statistics = (survey.male, survey.female)[NAMED.index(name)]
+def standard_person(survey: Survey, name: str) -> Population:
+    """Return one of the persons that every survey has, by one of `STANDARD_PERSONS`."""
+    statistics = (survey.male, survey.female)[STANDARD_PERSONS.index(name)]
     return Population((name,), statistics.mean[np.newaxis], np.ones(1), survey.male.mean_body)
 
 
