@@ -170,7 +170,7 @@ class Choices(Task):
         """Return no warnings: the record has its notes."""
         return []
 
-    def last(
+    def final_files(
         self, record: Mapping[str, Any], read: Callable[[str], pa.Table]
     ) -> Iterator[FinalFile]:
         """Yield the files that follow from the whole record.

@@ -45,9 +45,9 @@ class Cube:
     axes: tuple[Axis, ...]
     table_columns: TableColumns
     """Columns of the table, the derived ones included."""
-    study: Mapping[str, Any]
+    document: Mapping[str, Any]
     """The resolved study as a document."""
-    asked: Study
+    study: Study
     """The study itself."""
     study_hash: str
     table: AnyTable | None = None
@@ -61,17 +61,17 @@ class Cube:
     @property
     def title(self) -> str:
         """Title of the study, or its name."""
-        return str(self.study.get("title") or self.study.get("name") or "")
+        return str(self.document.get("title") or self.document.get("name") or "")
 
     @property
     def source(self) -> str:
         """Name and hash of the study, for a figure's file."""
-        return f"tendon study {self.study.get('name', '')} {self.study_hash}"
+        return f"tendon study {self.document.get('name', '')} {self.study_hash}"
 
     @cached_property
     def limits(self) -> dict[str, float]:
         """Limits of the study, SI."""
-        return dict(self.asked.limits.items())
+        return dict(self.study.limits.items())
 
     def limit(self, key: str) -> float:
         """Return a limit of the study, SI; 0 if the study does not state it."""
@@ -80,7 +80,7 @@ class Cube:
     @cached_property
     def _unilateral(self) -> npt.NDArray[np.bool_]:
         """True where tendons cannot push."""
-        space = space_of(self.asked)
+        space = space_of(self.study)
         return np.asarray(space.number(SLACK).within(space.whole)) > 0.0
 
     @property
@@ -130,7 +130,7 @@ class Cube:
         """
         words = column.replace("_", " ")
         quantity = self.columns[column] or Quantity(column, words, "number", "1", "1", words)
-        return ColumnLabel.of(column, as_read(quantity, self.study), units)
+        return ColumnLabel.of(column, as_read(quantity, self.document), units)
 
     # --- Rows -------------------------------------------------------------------------------------
 
@@ -273,8 +273,8 @@ def cube_of(table: AnyTable, kinds: Sequence[str] = ("designs", "states")) -> Cu
             kind=kind,
             axes=axes,
             table_columns=TableColumns.of(table.schema),
-            study=record["study"],
-            asked=study,
+            document=record["study"],
+            study=study,
             study_hash=str(table.facts["study_hash"]),
             table=table,
         )

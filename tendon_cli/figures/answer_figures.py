@@ -139,7 +139,7 @@ def draw_windows(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
     grid = page.figure.subplots(rows, columns, squeeze=False)
     for panel, axis, part in zip(grid.flat, along, parts, strict=False):
         _draw_window(panel, part)
-        panel.set_ylabel(f"{pretension_name(cube.study)} (N)")
+        panel.set_ylabel(f"{pretension_name(cube.document)} (N)")
         if chosen["feasible"]:
             place = place_of(cube, axis, chosen[axis.column], part.scales[0])
             style: dict[str, Any] = {"color": INK, "markersize": 9, "clip_on": False}

@@ -103,7 +103,7 @@ def answer_page(
     study_title = record["title"] or record["name"]
     study = f"{record['name']} {record['study_hash'][:12]}"
     lines = [*notes, *_bench_text(record["best"])]
-    given = off_default(cube.asked, [axis.column for axis in cube.axes], {})
+    given = off_default(cube.study, [axis.column for axis in cube.axes], {})
     if given:
         lines.append(f"With {', '.join(given)}; all else by default.")
     return framed(f"{study_title}: {title}", panels, key, lines, study=study)

@@ -79,7 +79,7 @@ def pages_of(
         if finish is not None:
             for page in pages:
                 finish(spec, page.figure)
-    return [page.of_joint(cube.study) for page in pages]
+    return [page.of_joint(cube.document) for page in pages]
 
 
 def check_figures_of(study: Study) -> None:
@@ -254,7 +254,7 @@ def _targets(table: AnyTable, spec: FigureSpec, out: Path | None) -> list[Path]:
     name = spec.name
     if not name:
         cube = cube_of(table)
-        study = re.sub(r"[^\w.-]+", "_", str(cube.study.get("name", "")))
+        study = re.sub(r"[^\w.-]+", "_", str(cube.document.get("name", "")))
         name = "-".join(word for word in (study, cube.kind, *spec.quantity[:3]) if word)
     return [(out or Path()) / f"{name}.{kind}" for kind in spec.format]
 

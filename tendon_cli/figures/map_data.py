@@ -55,7 +55,7 @@ def map_data(cube: Cube, plan: MapPlan, spec: FigureSpec) -> MapData:
     """
     if MARGIN not in cube.columns:
         raise UsageError("the table has no column of margins, which a map shows")
-    keys = dict.fromkeys((STIFFNESS, *cube.study.get("limits", ())))
+    keys = dict.fromkeys((STIFFNESS, *cube.document.get("limits", ())))
     limits = [key for key in keys if _column(key) in cube.columns]
     names = (MARGIN, *map(_column, limits), *cube.defining)
     read = cube.gather(plan.rows(cube), [name for name in names if name in cube.columns])
@@ -169,9 +169,9 @@ def meaning_of_margin(cube: Cube) -> str:
             "Margin: by how much both pretensions can be lowered together, "
             "or if negative must be raised, for no slack."
         )
-    least = symbol(as_read(QUANTITIES["required_pretension"], cube.study).symbol)
+    least = symbol(as_read(QUANTITIES["required_pretension"], cube.document).symbol)
     return (
-        f"Margin: {reading(cube.study)} in hand above {least}, "
+        f"Margin: {reading(cube.document)} in hand above {least}, "
         "the smallest that leaves no slack at any elbow angle of the study. "
         "It is exact for each design; lines are drawn from design to design."
     )

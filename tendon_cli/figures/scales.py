@@ -176,7 +176,7 @@ def caption(
         values = np.unique(read[name])
         if len(values) == 1 and np.isfinite(values[0]):
             fixed.append(cube.shown(name, spec.units).equation(float(values[0])))
-    fixed += off_default(cube.asked, {*known, *varied}, spec.units)
+    fixed += off_default(cube.study, {*known, *varied}, spec.units)
     lines = []
     if spec.where:
         lines.append(f"Only where {plain(' and '.join(spec.where))}.")

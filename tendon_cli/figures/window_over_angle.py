@@ -64,7 +64,7 @@ def draw_between(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
     panel.set_xlim(drawn.angle[0], drawn.angle[-1])
     panel.set_ylim(0.0, top)
     panel.set_xlabel("elbow angle θ (deg)")
-    panel.set_ylabel(f"{pretension_name(cube.study)} (N)")
+    panel.set_ylabel(f"{pretension_name(cube.document)} (N)")
     for end, bounds, tightest, samples, value in zip(
         ("from", "to"), drawn.ends, drawn.tightest, drawn.at_samples, drawn.window, strict=True
     ):

@@ -155,7 +155,7 @@ class Drift:
     """Angle at which it is balanced again, or the end of the motion, rad."""
     torque: float
     """Largest magnitude of the torque that drives it there, N m."""
-    is_balanced: bool
+    balanced: bool
     """True if it is balanced at the end."""
 
 
@@ -175,15 +175,15 @@ def drift(design: Design, start: float, last: float) -> Drift:
     state = evaluate(design, angles[np.newaxis], flexion)
     driving = _driving_torque(state).ravel() * np.sign(last - start)
     balanced_points = np.flatnonzero(driving[1:] <= 0.0) + 1
-    is_balanced = len(balanced_points) > 0
-    point = int(balanced_points[0]) if is_balanced else _POINTS - 1
+    balanced = len(balanced_points) > 0
+    point = int(balanced_points[0]) if balanced else _POINTS - 1
     if point == 1:  # it does not leave
-        return Drift(start, start, 0.0, is_balanced=True)
+        return Drift(start, start, 0.0, balanced=True)
     share = 1.0
-    if is_balanced:
+    if balanced:
         share = driving[point - 1] / (driving[point - 1] - driving[point])
     end = float(angles[point - 1] + share * (angles[point] - angles[point - 1]))
-    return Drift(start, end, float(driving[:point].max()), is_balanced=is_balanced)
+    return Drift(start, end, float(driving[:point].max()), balanced=balanced)
 
 
 def _driving_torque(state: State) -> Array:

@@ -98,7 +98,7 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
     maps.insert(min(1, len(maps)), _conflicts(cube, on_grid))
     states, arms = _states(cube, axes, on_grid["pretension"])
     people = people_record(record, _persons(folder))
-    design = _answers(read, columns, labels, pretension_name(cube.study))
+    design = _answers(read, columns, labels, pretension_name(cube.document))
     between = _between(record, cube.limits)
     data = page_data(
         axes=[axis.record() for axis in axes],

@@ -202,7 +202,7 @@ def _sweep_page(folder: Path, run: Run) -> str:
 
     warnings = [f"Warning: {warning}" for warning in run.record["warnings"]]
     remarks = thinning_text(axes, left_out)
-    if cube.study["motion"].get("trajectory"):
+    if cube.document["motion"].get("trajectory"):
         remarks.append(_SLOWLY)
     answer = html.blocks([say.sentence(run_head(run))])
     answer += html.table((), run_facts(run))
@@ -214,7 +214,7 @@ def _sweep_page(folder: Path, run: Run) -> str:
     parts["design"] = ("One design", "The states of one design", html.part("states"))
     parts["list"] = ("Table", "All designs of this page", html.part("table"))
     return html.result_page(
-        run.record, "a sweep", ("What came out", answer), parts, cube.study, data
+        run.record, "a sweep", ("What came out", answer), parts, cube.document, data
     )
 
 
@@ -243,7 +243,7 @@ def _outcomes(
 def _states(cube: Cube, axes: Sequence[PageAxis]) -> tuple[Any, Any]:
     """Return the states of some designs as curves, and their arms, as `states_record` does."""
     positions, rows = rows_with_states(cube, axes, MOST_DESIGNS)
-    space = space_of(cube.asked)
+    space = space_of(cube.study)
     design = space.at(space.numbers(rows)).design()
-    result = curves(cube.asked, design, (len(rows),))
-    return states_record(cube.asked, positions, [("", result)])
+    result = curves(cube.study, design, (len(rows),))
+    return states_record(cube.study, positions, [("", result)])
