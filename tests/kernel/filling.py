@@ -19,13 +19,17 @@ from tests.si import with_units
 needs_code = pytest.mark.skipif(
     kernel.native() is None, reason="tendon was installed without a C compiler"
 )
-_MARGIN = 9
-"""Rows before and after those asked for, one more than any processor takes at a time."""
 
 COUNTS = (1, 2, 3, 4, 5, 7, 8, 9, 15, 16, 17, 91)
 """Numbers of angles on both sides of what any processor takes at a time."""
 
 DIRECTIONS = ("flexion", "extension", ["flexion", "extension"], ["extension", "flexion"])
+
+_MARGIN = 9
+"""Rows before and after those asked for, one more than any processor takes at a time."""
+
+_UNTOUCHED = 77
+"""Value of rows that nobody has written."""
 
 
 def model(slack="unilateral", reference="published"):
@@ -33,90 +37,106 @@ def model(slack="unilateral", reference="published"):
 
 
 def nested(numbers):
-    """Dotted keys as TOML has them."""
+    """Return dotted keys as nested tables, like TOML has them."""
     content = {}
     for key, value in numbers.items():
         *tables, name = key.split(".")
         table = content
-        for each in tables:
-            table = table.setdefault(each, {})
+        for table_name in tables:
+            table = table.setdefault(table_name, {})
         table[name] = value
     return content
 
 
 def plan_of(numbers, order=(), unchecked=None, **options):
-    """The plan of a study by dotted keys; `unchecked` are numbers of the arm that a study would be refused for."""
+    """Return the plan of a study by dotted keys.
+
+    `unchecked` are numbers of the arm that a study would be refused for.
+    """
     study = study_from(with_units({"name": "rows"} | nested(numbers)), order=tuple(order))
-    own = {name: Values.of(value) for name, value in (unchecked or {}).items()}
-    return Plan(study.replaced({"arm": study.arm.model_copy(update=own)}), **options)
+    arm_numbers = {name: Values.of(value) for name, value in (unchecked or {}).items()}
+    arm = study.arm.model_copy(update=arm_numbers)
+    return Plan(study.replaced({"arm": arm}), **options)
 
 
-def all_states(expected, name):
-    """A column of several blocks, one after the other."""
-    return np.concatenate([columns[name] for columns in expected])
+def all_states(blocks, name):
+    """Return a column of several blocks, concatenated."""
+    return np.concatenate([columns[name] for columns in blocks])
 
 
 def assert_same_rows(plan, cuts=()):
-    """Every block comes out the same both ways, also in stretches between cuts, which are shares of the block.
+    """Check that all code writes the same rows, also in stretches between cuts of a block.
 
-    Returns the columns of each block.
+    Cuts are shares of the block. Returns the columns of each block.
     """
     blocks = plan.blocks(range(plan.designs), 4 * plan.block_states)
     return [_same_block(plan, block, cuts) for block in blocks]
 
 
 @contextlib.contextmanager
-def each_kind():
-    """Every kind of code that this processor can run, in turn, and None for NumPy: a function that takes one."""
-    kinds = native.kinds if (native := kernel.native()) else ()
+def kinds_of_code():
+    """Yield all kinds of code that this processor can run, and a function that chooses a kind.
+
+    The last kind is None for NumPy.
+    """
+    code = kernel.native()
+    compiled = () if code is None else code.kinds
     with pytest.MonkeyPatch.context() as patch:
-        yield (*kinds, None), lambda kind: patch.setattr(kernel, "kind", lambda: kind)
+
+        def choose(kind):
+            patch.setattr(kernel, "kind", lambda: kind)
+
+        yield (*compiled, None), choose
 
 
 def _same_block(plan, block, cuts):
-    columns = {column.name: column.dtype for column in Tables(plan).states}
-    keys, at = Sweep(plan).keys("states", block), plan.state(block)
+    """Check that all code writes the same rows of a block, and return its columns."""
+    types = {column.name: column.dtype for column in Tables(plan).states}
+    keys = Sweep(plan).keys("states", block)
+    state = plan.state(block)
     count = block.design_count * block.shape[-2] * block.shape[-1]
     places = sorted({0, count, *(int(share * count) for share in cuts)})
-    stretches = [range(count), *(range(*ends) for ends in itertools.pairwise(places))]
-    with each_kind() as (kinds, take):
-        take(None)
-        expected = _written(kernel.row_writer(at, block.shape, keys), columns, range(count))
+    between_cuts = [range(first, stop) for first, stop in itertools.pairwise(places)]
+    with kinds_of_code() as (kinds, choose):
+        choose(None)
+        expected = _written(kernel.row_writer(state, block.shape, keys), types, range(count))
         for kind in kinds:
-            take(kind)
-            write = kernel.row_writer(at, block.shape, keys)
-            for stretch in stretches:
-                found = _written(write, columns, stretch)
+            choose(kind)
+            write = kernel.row_writer(state, block.shape, keys)
+            for rows in (range(count), *between_cuts):
+                written = _written(write, types, rows)
                 for name, values in expected.items():
-                    here = values[stretch.start : stretch.stop]
-                    assert same_bits(found[name], here), (kind, stretch, name, found[name], here)
+                    result = written[name]
+                    stretch = values[rows.start : rows.stop]
+                    assert same_bits(result, stretch), (kind, rows, name, result, stretch)
     return expected
 
 
-def _written(write, kinds, rows):
-    """What a writer writes. It touches no row beside those asked for."""
-    wide = {name: np.full(len(rows) + 2 * _MARGIN, 77, kind) for name, kind in kinds.items()}
+def _written(write, types, rows):
+    """Return the rows of a writer; check that it touches no other ones and tells its nulls."""
+    length = len(rows) + 2 * _MARGIN
     within = slice(_MARGIN, _MARGIN + len(rows))
-    with_nan = write({name: values[within] for name, values in wide.items()}, rows)
-    if with_nan is not None:
-        assert set(with_nan) == {
-            name
-            for name, values in wide.items()
-            if values.dtype.kind == "f" and np.isnan(values[within]).any()
+    wide = {name: np.full(length, _UNTOUCHED, dtype) for name, dtype in types.items()}
+    columns = {name: values[within] for name, values in wide.items()}
+    names_with_nan = write(columns, rows)
+    if names_with_nan is not None:
+        assert set(names_with_nan) == {
+            name for name, values in columns.items() if _is_null(values).any()
         }
     for name, values in wide.items():
-        assert (values[:_MARGIN] == 77).all(), name
-        assert (values[within.stop :] == 77).all(), name
-    return {name: values[within] for name, values in wide.items()}
+        assert (values[: within.start] == _UNTOUCHED).all(), name
+        assert (values[within.stop :] == _UNTOUCHED).all(), name
+    return columns
 
 
-def same_bits(found, expected):
-    """The same numbers, noughts of the same sign, and no number in the same places."""
-    if found.dtype.kind != "f":
-        return np.array_equal(found, expected)
+def same_bits(values, expected):
+    """Return True for the same numbers, zeros of the same sign, and NaN in the same places."""
+    if values.dtype.kind != "f":
+        return np.array_equal(values, expected)
     null = _is_null(expected)
-    bits = found.view(np.uint64)[~null], expected.view(np.uint64)[~null]
-    return np.array_equal(_is_null(found), null) and np.array_equal(*bits)
+    bits = values.view(np.uint64)[~null]
+    expected_bits = expected.view(np.uint64)[~null]
+    return np.array_equal(_is_null(values), null) and np.array_equal(bits, expected_bits)
 
 
 def _is_null(values):

@@ -1,4 +1,4 @@
-"""Compiled code is used where there is any of the right version, and changes no byte of a table."""
+"""Compiled code is used if there is any of the right version, and changes no byte of a table."""
 
 import os
 import shutil
@@ -16,11 +16,16 @@ from tests.sweep.studies import NEVER_PAST_THE_CENTRE, PRETENSION_PER_SIDE, STUD
 from .filling import needs_code
 
 WEIGHTLESS = """
-arm = { forearm_mass = 0, upper_arm_angle = ["-30 deg", "0 deg", "30 deg"], elbow_radius = ["4 cm", "5 cm"] }
-tendon = { pretension = ["0 N", "10 N", "100 N"] }
-motion = { elbow_angle = { from = "-30 deg", to = "170 deg", num = 21 } }
+[arm]
+forearm_mass = 0
+upper_arm_angle = ["-30 deg", "0 deg", "30 deg"]
+elbow_radius = ["4 cm", "5 cm"]
+[tendon]
+pretension = ["0 N", "10 N", "100 N"]
+[motion]
+elbow_angle = { from = "-30 deg", to = "170 deg", num = 21 }
 """
-"""Where much is nought, and might be minus nought."""
+"""A study in which much is zero, and might be minus zero."""
 
 LINKED = """
 [tendon]
@@ -33,21 +38,26 @@ tendon = { flexor = { pretension = "99 N" } }
 [motion]
 elbow_angle = { from = "-30 deg", to = "120 deg", num = 97 }
 """
-"""Pretension by case and axis."""
+"""A study whose pretension varies by case and by axis."""
+
+
+def look_for_code_again():
+    kernel.native.cache_clear()
+    kernel.kind.cache_clear()
 
 
 @pytest.fixture
 def wanted(monkeypatch):
-    """Choose whether compiled code is wanted; afterwards it is as before."""
+    """Yield a function that chooses whether compiled code is used; afterwards it is as before."""
 
     def choose(*, code):
         monkeypatch.setenv(kernel.UNWANTED, "" if code else "1")
-        kernel.native.cache_clear(), kernel.kind.cache_clear()
+        look_for_code_again()
         assert (kernel.kind() is not None) == code
 
     yield choose
     monkeypatch.undo()
-    kernel.native.cache_clear(), kernel.kind.cache_clear()
+    look_for_code_again()
 
 
 @needs_code
@@ -61,12 +71,12 @@ def test_a_sweep_writes_the_same_bytes_with_and_without_it(new_sweep, tmp_path, 
     for code in (True, False):
         wanted(code=code)
         for block_states in (2**15, 600, 1):
-            swept = new_sweep(
-                text, tmp_path, block_states=block_states, out=f"{code}-{block_states}"
-            )
+            out = f"{code}-{block_states}"
+            swept = new_sweep(text, tmp_path, block_states=block_states, out=out)
             hashes.append(swept.hashes)
-    assert all(each == hashes[0] for each in hashes)
     assert len(hashes[0]) == 2
+    for by_name in hashes:
+        assert by_name == hashes[0]
 
 
 @needs_code
@@ -82,7 +92,7 @@ def test_code_of_another_version_is_not_used(monkeypatch):
     assert kernel.native.__wrapped__() is None
 
 
-ONE = (
+COMMON = (
     "moment_arm",
     "pulling_arm",
     "flexor_slope",
@@ -108,8 +118,9 @@ BY_SIDE = (
     "spring_resting",
     "pretension",
 )
-NAMES = (*ONE, *(f"{side}_{by}" for side in ("flexor", "extensor") for by in BY_SIDE))
+NAMES = [*COMMON, *(f"{side}_{name}" for side in ("flexor", "extensor") for name in BY_SIDE)]
 GIVEN = {name: np.ones((2, 1, 4)) for name in NAMES}
+"""Inputs of a block of two designs, one direction and four angles."""
 
 
 @needs_code
@@ -160,5 +171,5 @@ def test_make_compiles_it_where_there_is_a_compiler():
 
 @needs_code
 def test_every_column_that_it_writes_is_one_of_states():
-    """NumPy works out those that it does not know, so that a slip in a name would only show as lost time."""
-    assert {*kernel.native().results} <= {*OF_STATES}
+    """NumPy works out the others, so that a slip in a name would only show as lost time."""
+    assert set(kernel.native().results) <= set(OF_STATES)

@@ -1,4 +1,4 @@
-"""Hypothesis searches the same examples every time, so that a failure can be repeated."""
+"""Let Hypothesis search the same examples every time, so that a failure can be repeated."""
 
 from hypothesis import settings
 

@@ -1,27 +1,31 @@
-"""A state once more, in intervals of exact rationals: section by section from the paper, with nothing of the package.
+"""A state once more, in intervals of exact rationals.
 
-Ends are whole multiples of 2^-BITS, rounded outwards; sine, cosine and exponential are their series with the rest.
+It is computed section by section from the paper, with nothing of the package. Ends of intervals are
+whole multiples of 2^-BITS, rounded outwards; sine, cosine and exponential are their series with a
+bound on the rest.
 """
 
 from fractions import Fraction
+from itertools import product
 from math import floor, isqrt
 
 BITS = 160
 ONE = 1 << BITS
-PI = Fraction(
-    31415926535897932384626433832795028841971693993751058209749445923, 10**64
-)  # but for 1e-64, far below what is rounded
+
+PI = Fraction(31415926535897932384626433832795028841971693993751058209749445923, 10**64)
+"""π within 1e-64, far below what is rounded."""
 
 
 class Exact:
     """An interval [low, high] 2^-BITS."""
 
     def __init__(self, low, high=None):
-        self.low, self.high = low, low if high is None else high
+        self.low = low
+        self.high = low if high is None else high
 
     @classmethod
     def of(cls, value):
-        """A number as it is, but for the last bit."""
+        """Return the interval of a number, exact but for the last bit."""
         if isinstance(value, cls):
             return value
         scaled = Fraction(value) * ONE
@@ -39,18 +43,19 @@ class Exact:
 
     def __mul__(self, other):
         other = Exact.of(other)
-        ends = [a * b for a in (self.low, self.high) for b in (other.low, other.high)]
-        return Exact(min(ends) >> BITS, -(-max(ends) >> BITS))
+        pairs = product((self.low, self.high), (other.low, other.high))
+        products = [a * b for a, b in pairs]
+        return Exact(min(products) >> BITS, -(-max(products) >> BITS))
 
     def __truediv__(self, other):
         other = Exact.of(other)
-        assert other.low > 0 or other.high < 0, "it may be zero"
-        ends = [
-            Fraction(a * ONE, b) for a in (self.low, self.high) for b in (other.low, other.high)
-        ]
-        return Exact(floor(min(ends)), -floor(-max(ends)))
+        assert other.low > 0 or other.high < 0, "the divisor may be zero"
+        pairs = product((self.low, self.high), (other.low, other.high))
+        quotients = [Fraction(a * ONE, b) for a, b in pairs]
+        return Exact(floor(min(quotients)), -floor(-max(quotients)))
 
-    __radd__, __rmul__ = __add__, __mul__
+    __radd__ = __add__
+    __rmul__ = __mul__
 
     def __rsub__(self, other):
         return Exact.of(other) - self
@@ -59,56 +64,69 @@ class Exact:
         return Exact.of(other) / self
 
     def root(self):
-        """Its square root."""
+        """Return the square root."""
         return Exact(isqrt(self.low << BITS), isqrt(self.high << BITS) + 1)
 
     def series(self, first, step, terms=90):
-        """first + first step(1) + first step(1) step(2) ..., each step falling below a half; the rest is one more."""
-        total = term = first
+        """Return first + first step(1) + first step(1) step(2) + ….
+
+        Each step falls below a half, so that the rest is at most twice the last term.
+        """
+        term = first
+        total = first
         for n in range(1, terms):
             term = term * step(n)
             total = total + term
-        size = 2 * max(abs(term.low), abs(term.high)) + 1
-        return total + Exact(-size, size)
+        rest = 2 * max(abs(term.low), abs(term.high)) + 1
+        return total + Exact(-rest, rest)
 
     def sine(self):
-        """Of at most a few radians."""
+        """Return the sine of at most a few radians."""
         return self.series(self, lambda n: -(self * self) / ((2 * n) * (2 * n + 1)))
 
     def cosine(self):
-        """The same."""
+        """Return the cosine of at most a few radians."""
         return self.series(Exact.of(1), lambda n: -(self * self) / ((2 * n - 1) * (2 * n)))
 
     def exp(self):
-        """e to it."""
+        """Return the exponential."""
         return self.series(Exact.of(1), lambda n: self / n)
 
     def holds(self, value, radius=0):
-        """Whether it lies within a radius of a number of floats."""
-        value, radius = Fraction(float(value)), Fraction(float(radius))
-        return self.low >= floor((value - radius) * ONE) and self.high <= -floor(
-            -(value + radius) * ONE
-        )
+        """Return True if the interval lies within a radius of a value, both floats."""
+        value = Fraction(float(value))
+        radius = Fraction(float(radius))
+        lowest = floor((value - radius) * ONE)
+        highest = -floor(-(value + radius) * ONE)
+        return self.low >= lowest and self.high <= highest
 
 
 def elongation(exponent):
-    """(e^z - 1)/z; 1 at z = 0."""
+    """Return (e^z - 1)/z, which is 1 at z = 0."""
     return exponent.series(Exact.of(1), lambda n: exponent / (n + 1))
 
 
+def sheath(p, side, sign):
+    """Return the capstan factor and the compliance of a side, per newton at the elbow."""
+    turns = p[f"{side}_friction"] * p[f"{side}_bend_angle"] * sign
+    area = Exact.of(PI) * p[f"{side}_diameter"] * p[f"{side}_diameter"] / 4
+    rope = p[f"{side}_length"] / (area * p[f"{side}_youngs_modulus"]) * elongation(-turns)
+    return turns.exp(), rope + 1 / p[f"{side}_spring_stiffness"]
+
+
 def state(p, angle, flexion, pretension):
-    """Tensions at both ends, k, the motor's torque of a taut state at an angle, by flat numbers as in `designs`."""
-    p = {name: Exact.of(value) for name, value in p.items() if not isinstance(value, bool)} | {
-        "angle": Exact.of(angle)
-    }
-    sides = {}
-    for side, way in (("flexor", -1 if flexion else 1), ("extensor", 1 if flexion else -1)):
-        turns = p[f"{side}_friction"] * p[f"{side}_bend_angle"] * way
-        area = Exact.of(PI) * p[f"{side}_diameter"] * p[f"{side}_diameter"] / 4
-        tendon = p[f"{side}_length"] / (area * p[f"{side}_youngs_modulus"]) * elongation(-turns)
-        sides[side] = turns.exp(), tendon + 1 / p[f"{side}_spring_stiffness"]
-    (flexor_end, flexor), (extensor_end, extensor) = sides["flexor"], sides["extensor"]
-    sine, cosine, radius = p["angle"].sine(), p["angle"].cosine(), p["elbow_radius"]
+    """Return tensions at both ends, stiffness and motor torque of a taut state at an angle.
+
+    `p` holds flat numbers as in `designs`.
+    """
+    p = {name: Exact.of(value) for name, value in p.items() if not isinstance(value, bool)}
+    angle = Exact.of(angle)
+    flexor_end, flexor = sheath(p, "flexor", -1 if flexion else 1)
+    extensor_end, extensor = sheath(p, "extensor", 1 if flexion else -1)
+
+    # Path of the flexor between its anchors, its moment arm, and the slope of that.
+    sine = angle.sine()
+    cosine = angle.cosine()
     forward = p["b2"] * sine + p["a2"] * cosine - p["a1"]
     up = p["a2"] * sine - p["b2"] * cosine - p["b1"]
     path = (forward * forward + up * up).root()
@@ -117,17 +135,23 @@ def state(p, angle, flexion, pretension):
     # As the forearm's anchor q goes round, (path²)''/2 = q·r, r that of the upper arm.
     around = (forward + p["a1"]) * p["a1"] + (up + p["b1"]) * p["b1"]
     slope = (arm * arm - around) / path
-    lean = p["angle"] + p["upper_arm_angle"]
-    moment = Exact.of("9.81") * (
-        p["forearm_mass"] * p["forearm_com"] + p["load_mass"] * p["load_distance"]
-    )
-    torque, torque_slope = moment * lean.sine(), moment * lean.cosine()
-    turned, ratio = p["ratio"] * flexor, p["ratio"]
-    apart = (
-        radius * p["angle"] - ratio * (p["b1"] + p["b2"] - path) + (turned + extensor) * pretension
-    )
-    det = arm * extensor + radius * turned
-    x, y = (torque * extensor + radius * apart) / det, (arm * apart - turned * torque) / det
+
+    # Torque that the weights ask for.
+    lean = angle + p["upper_arm_angle"]
+    mass_moment = p["forearm_mass"] * p["forearm_com"] + p["load_mass"] * p["load_distance"]
+    moment = Exact.of("9.81") * mass_moment
+    torque = moment * lean.sine()
+    torque_slope = moment * lean.cosine()
+
+    # Tensions that balance the elbow.
+    radius = p["elbow_radius"]
+    ratio = p["ratio"]
+    wound = ratio * flexor
+    shortening = p["b1"] + p["b2"] - path
+    stretch = radius * angle - ratio * shortening + (wound + extensor) * pretension
+    det = arm * extensor + radius * wound
+    x = (torque * extensor + radius * stretch) / det
+    y = (arm * stretch - wound * torque) / det
     stiffness = arm * arm / flexor + radius * radius / extensor + torque_slope - slope * x
     motor = p["flexor_radius"] * (x / flexor_end - ratio * y / extensor_end)
     return {

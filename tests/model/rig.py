@@ -1,8 +1,9 @@
 """A second engine for the same actuator that shares no code and no closed form with the first.
 
-The tension is integrated along the sheath, the geometry comes from rotated vectors, and the spool is turned until the
-elbow balances: for a given spool angle each tendon's stretch follows from its own length, its tension from the stretch,
-and Brent's method finds the angle at which the moments of both tendons carry the load.
+The tension is integrated along the sheath, the geometry comes from rotated vectors, and the spool
+is turned until the elbow balances: for a given spool angle each tendon's stretch follows from its
+own length, its tension from the stretch, and Brent's method finds the angle at which the moments of
+both tendons carry the load.
 """
 
 from __future__ import annotations
@@ -17,61 +18,75 @@ from scipy.optimize import brentq
 Parameters = Mapping[str, np.ndarray]
 SIDES = ("flexor", "extensor")
 
+STATUS = {
+    (False, False): "taut",
+    (True, False): "flexor slack",
+    (False, True): "extensor slack",
+    (True, True): "both slack",
+}
+"""Status by whether flexor and extensor are shorter than unstretched."""
+
+CENTRAL_WEIGHTS = ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
+"""Number of steps and weight of a central difference of sixth order."""
+
 
 # --- Sheath ---------------------------------------------------------------------------------------
 
 
 def even(station):
-    """Share of the curvature per share of the sheath, as a function of the share walked from the elbow."""
+    """Return the share of the curvature per share of the sheath, walked from the elbow."""
     return np.ones_like(station)
 
 
 def walk_along_sheath(friction, bend_angle, toward_elbow, *, profile: Callable = even):
-    """Walk from the elbow to the motor with 1 N in hand: tension on arrival, and mean tension on the way.
+    """Walk from the elbow to the motor with 1 N in hand.
 
-    `toward_elbow` is true where the tendon is dragged toward the elbow; its tension then rises toward the elbow.
-    `profile` spreads the bend over the sheath and integrates to 1.
+    Args:
+        friction: Coefficient of friction.
+        bend_angle: Total bend, rad.
+        toward_elbow: True where the tendon is dragged toward the elbow; its tension then rises
+            toward the elbow.
+        profile: Spreads the bend over the sheath and integrates to 1.
+
+    Returns:
+        Tension on arrival, and mean tension on the way, N.
     """
     toward = np.where(toward_elbow, 1.0, -1.0)
     friction, bend_angle, toward = np.broadcast_arrays(friction, bend_angle, toward)
     rate = (-toward * friction * bend_angle).ravel().astype(float)
+    count = len(rate)
 
     def slope(station, state):
-        tension = state[: len(rate)]
+        tension = state[:count]
         return np.concatenate([rate * profile(station) * tension, tension])
 
     start = np.concatenate([np.ones_like(rate), np.zeros_like(rate)])
-    walk = solve_ivp(
-        slope,
-        (0.0, 1.0),
-        start,
-        method="DOP853",
-        rtol=1e-13,
-        atol=1e-15,
-        max_step=0.02,
-        t_eval=[1.0],
-    )
-    tension, mean = walk.y[: len(rate), -1], walk.y[len(rate) :, -1]
+    accuracy = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-15, "max_step": 0.02}
+    walk = solve_ivp(slope, (0.0, 1.0), start, t_eval=[1.0], **accuracy)
+    arrival = walk.y[:, -1]
+    tension = arrival[:count]
+    mean = arrival[count:]
     return tension.reshape(friction.shape), mean.reshape(friction.shape)
 
 
 def compliances(p: Parameters, flexion, *, profile: Callable = even):
-    """Per side: proximal over distal tension, and elongation of tendon and of spring per newton at the elbow.
+    """Return proximal over distal tension, compliance of tendon and of spring, for each side.
 
-    What gives behind the anchor counts with the spring, which may sit at the motor.
+    Compliances are elongations per newton at the elbow. The anchor's counts with the spring, which
+    may sit at the motor.
     """
+    flexion = np.asarray(flexion)
+    toward_elbow = {"flexor": ~flexion, "extensor": flexion}
     result = {}
     for side in SIDES:
-        toward_elbow = ~np.asarray(flexion) if side == "flexor" else np.asarray(flexion)
-        gain, mean = walk_along_sheath(
-            p[f"{side}_friction"], p[f"{side}_bend_angle"], toward_elbow, profile=profile
-        )
+        friction = p[f"{side}_friction"]
+        bend_angle = p[f"{side}_bend_angle"]
+        gain, mean = walk_along_sheath(friction, bend_angle, toward_elbow[side], profile=profile)
         section = np.pi * (p[f"{side}_diameter"] / 2) ** 2
         tendon = mean * p[f"{side}_length"] / (section * p[f"{side}_youngs_modulus"])
         at_end = np.where(p.get(f"{side}_spring_at_motor", False), gain, 1.0)
-        spring = at_end / p[f"{side}_spring_stiffness"] + 1 / p.get(
-            f"{side}_anchor_stiffness", np.inf
-        )
+        anchor = 1 / p.get(f"{side}_anchor_stiffness", np.inf)
+        spring = at_end / p[f"{side}_spring_stiffness"] + anchor
         result[side] = gain, tendon, spring + 0.0 * tendon
     return result
 
@@ -80,13 +95,15 @@ def compliances(p: Parameters, flexion, *, profile: Callable = even):
 
 
 def turned(vector, angle):
-    """A vector (forward, up) turned by an angle from down to forward."""
-    cosine, sine = np.cos(angle), np.sin(angle)
-    return np.array([cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1]])
+    """Turn a vector (forward, up) by an angle from down to forward."""
+    forward, up = vector
+    cosine = np.cos(angle)
+    sine = np.sin(angle)
+    return np.array([cosine * forward - sine * up, sine * forward + cosine * up])
 
 
 def line_of_action(p, angle):
-    """Distance between the flexor's anchors and its moment about the elbow per newton."""
+    """Return the distance between the flexor's anchors and the flexor's moment arm."""
     proximal = np.array([p["a1"], p["b1"]])
     distal = turned((p["a2"], -p["b2"]), angle)
     pull = proximal - distal
@@ -95,19 +112,20 @@ def line_of_action(p, angle):
 
 
 def travels(p, angle):
-    """By how much the flexor's path is shorter than its reference and the extensor's longer than at 0."""
+    """Return the shortening of the flexor's path and the lengthening of the extensor's.
+
+    The flexor's counts from its reference, the extensor's from the straight arm.
+    """
     reference = line_of_action(p, 0.0)[0] if p["from_initial"] else p["b1"] + p["b2"]
     return reference - line_of_action(p, angle)[0], p["elbow_radius"] * angle
 
 
 def weight_moment(p, angle):
-    """Moment about the elbow that the weights of forearm and load, and the joint itself, must be held with."""
+    """Return the moment that holds the elbow against forearm, load, and the joint itself."""
     total = p.get("joint_stiffness", 0.0) * (angle - p.get("rest_angle", 0.0))
-    for mass, distance in (
-        (p["forearm_mass"], p["forearm_com"]),
-        (p["load_mass"], p["load_distance"]),
-    ):
-        total += mass * 9.81 * turned((0.0, -distance), angle + p["upper_arm_angle"])[0]
+    for mass, distance in (("forearm_mass", "forearm_com"), ("load_mass", "load_distance")):
+        forward = turned((0.0, -p[distance]), angle + p["upper_arm_angle"])[0]
+        total += p[mass] * 9.81 * forward
     return total
 
 
@@ -116,7 +134,7 @@ def weight_moment(p, angle):
 
 @dataclass(frozen=True)
 class Outcome:
-    """What the rig shows: None where there is nothing to read."""
+    """A state as read off the rig; None if there is nothing to read."""
 
     status: str
     flexor: float | None = None
@@ -130,14 +148,17 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Bench:
-    """One actuator in one direction of motion. `p` holds plain numbers; compliances are per newton at the elbow."""
+    """One actuator in one direction of motion.
+
+    `p` holds plain numbers; compliances are per newton at the elbow.
+    """
 
     p: Mapping[str, float]
     flexor_compliance: float
     extensor_compliance: float
 
     def stretches(self, spool_angle: float, elbow_angle: float) -> tuple[float, float]:
-        """How far both tendons are longer than unstretched, negative where they hang loose."""
+        """Return the elongation of both tendons, negative where they hang loose."""
         p = self.p
         shorter, longer = travels(p, elbow_angle)
         wound = p["flexor_radius"] * spool_angle
@@ -146,34 +167,35 @@ class Bench:
         return flexor, extensor
 
     def tensions(self, spool_angle: float, elbow_angle: float) -> tuple[float, float]:
+        """Return the tensions of flexor and extensor at the elbow."""
         flexor, extensor = self.stretches(spool_angle, elbow_angle)
         if self.p["unilateral"]:
-            flexor, extensor = max(flexor, 0.0), max(extensor, 0.0)
+            flexor = max(flexor, 0.0)
+            extensor = max(extensor, 0.0)
         return flexor / self.flexor_compliance, extensor / self.extensor_compliance
 
     def surplus(self, spool_angle: float, elbow_angle: float) -> float:
-        """Moment of both tendons beyond what the weights need; grows with the spool angle."""
+        """Return the moment of both tendons beyond what the weights need.
+
+        It grows with the spool angle.
+        """
         flexor, extensor = self.tensions(spool_angle, elbow_angle)
-        moment_arm = line_of_action(self.p, elbow_angle)[1]
-        return (
-            moment_arm * flexor
-            - self.p["elbow_radius"] * extensor
-            - weight_moment(self.p, elbow_angle)
-        )
+        flexor_moment = line_of_action(self.p, elbow_angle)[1] * flexor
+        extensor_moment = self.p["elbow_radius"] * extensor
+        return flexor_moment - extensor_moment - weight_moment(self.p, elbow_angle)
 
     def stiffness(
         self, spool_angle: float, elbow_angle: float, pulling: tuple[bool, bool]
     ) -> float:
-        """Moment per radian that the elbow resists with while the motor holds still, by differences of sixth order."""
+        """Return the elbow's stiffness with the motor held, by differences of sixth order."""
+        flexor_pulls, extensor_pulls = pulling
 
         def needed(angle):
             flexor, extensor = self.stretches(spool_angle, angle)
-            flexor_moment = (
-                pulling[0] * line_of_action(self.p, angle)[1] * flexor / self.flexor_compliance
-            )
-            extensor_moment = (
-                pulling[1] * self.p["elbow_radius"] * extensor / self.extensor_compliance
-            )
+            flexor_arm = flexor_pulls * line_of_action(self.p, angle)[1]
+            extensor_arm = extensor_pulls * self.p["elbow_radius"]
+            flexor_moment = flexor_arm * flexor / self.flexor_compliance
+            extensor_moment = extensor_arm * extensor / self.extensor_compliance
             return weight_moment(self.p, angle) - flexor_moment + extensor_moment
 
         return derivative(needed, elbow_angle)
@@ -183,69 +205,79 @@ class Bench:
         p = self.p
         if not line_of_action(p, elbow_angle)[1] > 0:
             return Outcome("no equilibrium")
-        at_rest = self.stretches(0.0, elbow_angle)
-        flexor_tightens = -at_rest[0] / p["flexor_radius"]
-        extensor_loosens = at_rest[1] / (p["ratio"] * p["flexor_radius"])
-        if (
-            p["unilateral"]
-            and weight_moment(p, elbow_angle) == 0
-            and extensor_loosens < flexor_tightens
-        ):
+        flexor_at_rest, extensor_at_rest = self.stretches(0.0, elbow_angle)
+        flexor_tightens = -flexor_at_rest / p["flexor_radius"]
+        extensor_loosens = extensor_at_rest / (p["ratio"] * p["flexor_radius"])
+        weightless = weight_moment(p, elbow_angle) == 0
+        if p["unilateral"] and weightless and extensor_loosens < flexor_tightens:
             anywhere = (flexor_tightens + extensor_loosens) / 2
-            flexor, extensor = self.stretches(anywhere, elbow_angle)
-            resistance = self.stiffness(anywhere, elbow_angle, (False, False))
-            return Outcome(
-                "both slack", 0.0, 0.0, loose=-p["ratio"] * flexor - extensor, stiffness=resistance
-            )
+            return self._read_loose(anywhere, elbow_angle)
+        low = min(flexor_tightens, extensor_loosens)
+        high = max(flexor_tightens, extensor_loosens)
+
+        def surplus(spool_angle):
+            return self.surplus(spool_angle, elbow_angle)
+
         step = 1.0
-        low, high = min(flexor_tightens, extensor_loosens), max(flexor_tightens, extensor_loosens)
-        while (
-            self.surplus(low - step, elbow_angle) > 0 or self.surplus(high + step, elbow_angle) < 0
-        ):
+        while surplus(low - step) > 0 or surplus(high + step) < 0:
             step *= 2
-        angle = brentq(
-            self.surplus,
-            low - step,
-            high + step,
-            (elbow_angle,),
-            xtol=1e-300,
-            rtol=1e-15,
-            maxiter=500,
-        )
+        angle = find_root(surplus, low - step, high + step)
         return self._read(angle, elbow_angle)
 
-    def _read(self, angle: float, elbow_angle: float) -> Outcome:
+    def _read_loose(self, angle: float, elbow_angle: float) -> Outcome:
+        """Return the outcome of an arm whose tendons both hang loose."""
         flexor, extensor = self.stretches(angle, elbow_angle)
-        status = {
-            (False, False): "taut",
-            (True, False): "flexor slack",
-            (False, True): "extensor slack",
-        }.get((flexor < 0, extensor < 0), "both slack")
-        pulling = (flexor >= 0, extensor >= 0) if self.p["unilateral"] else (True, True)
-        slack = (max(0.0, -flexor), max(0.0, -extensor)) if self.p["unilateral"] else (None, None)
-        loose = self.p["ratio"] * slack[0] + slack[1] if self.p["unilateral"] else None
-        resistance = self.stiffness(angle, elbow_angle, pulling)
-        return Outcome(status, *self.tensions(angle, elbow_angle), angle, *slack, loose, resistance)
+        loose = -self.p["ratio"] * flexor - extensor
+        resistance = self.stiffness(angle, elbow_angle, (False, False))
+        return Outcome("both slack", 0.0, 0.0, loose=loose, stiffness=resistance)
+
+    def _read(self, angle: float, elbow_angle: float) -> Outcome:
+        """Return the outcome at the spool angle that balances the elbow."""
+        flexor, extensor = self.stretches(angle, elbow_angle)
+        status = STATUS[flexor < 0, extensor < 0]
+        tensions = self.tensions(angle, elbow_angle)
+        if not self.p["unilateral"]:
+            resistance = self.stiffness(angle, elbow_angle, (True, True))
+            return Outcome(status, *tensions, angle, stiffness=resistance)
+        flexor_slack = max(0.0, -flexor)
+        extensor_slack = max(0.0, -extensor)
+        loose = self.p["ratio"] * flexor_slack + extensor_slack
+        resistance = self.stiffness(angle, elbow_angle, (flexor >= 0, extensor >= 0))
+        return Outcome(status, *tensions, angle, flexor_slack, extensor_slack, loose, resistance)
+
+
+def find_root(function: Callable, low: float, high: float) -> float:
+    """Return the root of a function between two points, to the last digits."""
+    return brentq(function, low, high, xtol=1e-300, rtol=1e-15, maxiter=500)
 
 
 def derivative(function: Callable, at, step: float = 3e-4):
-    """Central difference of sixth order."""
-    weights = ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
-    return sum(w * (function(at + n * step) - function(at - n * step)) for n, w in weights) / step
+    """Return the derivative of a function by a central difference of sixth order."""
+    differences = (
+        weight * (function(at + n * step) - function(at - n * step))
+        for n, weight in CENTRAL_WEIGHTS
+    )
+    return sum(differences) / step
 
 
 def row(p: Parameters, index: int) -> dict[str, float]:
-    """One parameter set of many, as plain numbers."""
+    """Return one parameter set of many, as plain numbers."""
     return {name: np.asarray(values)[index].item() for name, values in p.items()}
+
+
+def total_compliances(p: Parameters, flexion, *, profile: Callable = even):
+    """Return the compliance of tendon and spring together, for each side."""
+    sheaths = compliances(p, flexion, profile=profile)
+    return {side: tendon + spring for side, (_, tendon, spring) in sheaths.items()}
 
 
 def run(p: Parameters, elbow_angle, flexion, *, profile: Callable = even) -> list[Outcome]:
     """Settle every parameter set at its own elbow angle; all arrays have one length."""
-    sheaths = compliances(p, flexion, profile=profile)
-    stiff = {side: tendon + spring for side, (_, tendon, spring) in sheaths.items()}
-    return [
-        Bench(row(p, i), float(stiff["flexor"][i]), float(stiff["extensor"][i])).settle(
-            float(angle)
-        )
-        for i, angle in enumerate(elbow_angle)
-    ]
+    compliance = total_compliances(p, flexion, profile=profile)
+    outcomes = []
+    for i, angle in enumerate(elbow_angle):
+        flexor = float(compliance["flexor"][i])
+        extensor = float(compliance["extensor"][i])
+        bench = Bench(row(p, i), flexor, extensor)
+        outcomes.append(bench.settle(float(angle)))
+    return outcomes

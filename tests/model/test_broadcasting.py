@@ -10,84 +10,85 @@ from tendon_cli.model import actuator
 
 from .designs import baseline, design, scattered
 
+NOT_ARRAYS = ("read", "given", "knots")
+"""Members that only a following bend has, and that are no arrays of states."""
+
+
+def members(result):
+    """Return the names of fields and properties of a result."""
+    properties = [
+        name
+        for name, member in vars(type(result)).items()
+        if isinstance(member, property | cached_property)
+    ]
+    return [*(field.name for field in fields(result)), *properties]
+
 
 def leaves(result, prefix=""):
-    """All arrays of a nested result, also those that are made of its fields, by name."""
-    made = [
-        name
-        for name, each in vars(type(result)).items()
-        if isinstance(each, property | cached_property)
-    ]
-    for name in (*(field.name for field in fields(result)), *made):
+    """Yield name and value of all arrays of a nested result, those of its properties included."""
+    for name in members(result):
         value = getattr(result, name)
-        if value is None or name in (
-            "read",
-            "given",
-            "knots",
-        ):  # what only a following bend has; no arrays of states
+        if value is None or name in NOT_ARRAYS:
             continue
         if is_dataclass(value):
             yield from leaves(value, f"{prefix}{name}.")
         elif isinstance(value, tuple):
-            yield from ((f"{prefix}{name}.{place}", each) for place, each in enumerate(value))
+            for place, item in enumerate(value):
+                yield f"{prefix}{name}.{place}", item
         else:
             yield prefix + name, value
 
 
-def assert_identical(found, expected, name):
-    assert np.array_equal(found, expected, equal_nan=True), f"{name}: {found} is not {expected}"
+def assert_identical(result, expected, name):
+    assert np.array_equal(result, expected, equal_nan=True), f"{name}: {result} is not {expected}"
 
 
 @pytest.fixture(scope="module")
 def axes():
-    """One axis each for load, inclination, pretension, ratio, friction, model, reference, direction and angle."""
-    values = (
-        ("load_mass", (0.0, 3.0, 10.0)),
-        ("pretension", (20.0, 200.0)),
-        ("ratio", (0.7, 1.0, 1.3)),
-        ("friction", (0.0, 0.07)),
-        ("upper_arm_angle", (-1.0, 0.0)),
-        ("unilateral", (True, False)),
-        ("from_initial", (True, False)),
-        ("flexion", (True, False)),
-        ("angle", (-0.5, 0.0, 0.4, 1.2, 2.9)),
-    )
-    return [
-        (name, np.reshape(levels, [-1 if i == place else 1 for i in range(len(values))]))
-        for place, (name, levels) in enumerate(values)
-    ]
+    """Return names and values of nine axes, each along a dimension of its own."""
+    levels = {
+        "load_mass": (0.0, 3.0, 10.0),
+        "pretension": (20.0, 200.0),
+        "ratio": (0.7, 1.0, 1.3),
+        "friction": (0.0, 0.07),
+        "upper_arm_angle": (-1.0, 0.0),
+        "unilateral": (True, False),
+        "from_initial": (True, False),
+        "flexion": (True, False),
+        "angle": (-0.5, 0.0, 0.4, 1.2, 2.9),
+    }
+    values = np.meshgrid(*levels.values(), indexing="ij", sparse=True)
+    return dict(zip(levels, values, strict=True))
 
 
-def apart(changes):
-    changes = dict(changes)
-    return changes.pop("angle"), changes.pop("flexion"), design(baseline(**changes))
+def evaluate(numbers):
+    """Return the states of numbers by name, angle and direction among them."""
+    changes = dict(numbers)
+    angle = changes.pop("angle")
+    flexion = changes.pop("flexion")
+    return actuator.evaluate(design(baseline(**changes)), angle, flexion)
 
 
 def test_a_product_of_nine_axes_equals_its_states_one_by_one(axes):
-    angle, flexion, many = apart(axes)
-    whole = dict(leaves(actuator.evaluate(many, angle, flexion)))
-    shape = np.broadcast_shapes(*(values.shape for _, values in axes))
+    whole = dict(leaves(evaluate(axes)))
+    shape = np.broadcast_shapes(*(values.shape for values in axes.values()))
     assert whole["balance.status"].shape == shape
     assert set(range(5)) <= set(whole["balance.status"].ravel().tolist())
     rng = np.random.default_rng(5)
     for flat in rng.choice(np.prod(shape), 250, replace=False):
         index = np.unravel_index(flat, shape)
-        at, toward, one = apart(
-            [
-                (name, values.ravel()[place].item())
-                for (name, values), place in zip(axes, index, strict=True)
-            ]
-        )
-        for name, expected in leaves(actuator.evaluate(one, at, toward)):
+        numbers = {
+            name: values.ravel()[place].item()
+            for (name, values), place in zip(axes.items(), index, strict=True)
+        }
+        for name, expected in leaves(evaluate(numbers)):
             assert_identical(np.broadcast_to(whole[name], shape)[index], expected, name)
 
 
 def test_inputs_are_left_alone():
     p, angle, flexion = scattered(100, seed=52)
-    before = {name: values.copy() for name, values in p.items()} | {
-        "angle": angle.copy(),
-        "flexion": flexion.copy(),
-    }
+    inputs = p | {"angle": angle, "flexion": flexion}
+    before = {name: values.copy() for name, values in inputs.items()}
     actuator.evaluate(design(p), angle, flexion)
-    for name, values in (p | {"angle": angle, "flexion": flexion}).items():
+    for name, values in inputs.items():
         np.testing.assert_array_equal(values, before[name])

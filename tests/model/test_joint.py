@@ -1,4 +1,7 @@
-"""Any joint: travels from curves, sheaths that bend with it, a torque of its own; against a rig that integrates."""
+"""Any joint: travels from curves, sheaths that bend with it, a torque of its own.
+
+The states are held against a rig that integrates.
+"""
 
 from dataclasses import dataclass, replace
 from functools import partial
@@ -6,7 +9,6 @@ from functools import partial
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
-from scipy.optimize import brentq
 
 from tendon_cli.model import actuator, window
 from tendon_cli.model.actuator import State
@@ -17,22 +19,27 @@ from tendon_cli.model.motor import motor_rates
 from tendon_cli.model.statics import NO_EQUILIBRIUM, TAUT
 
 from . import rig
-from .designs import baseline, design
+from .designs import BOTH_DIRECTIONS, baseline, design
 
-BOTH = np.array([[True], [False]])
 STEP = 5e-3
-"""rad, of differences of sixth order."""
+"""Step of differences of sixth order, rad."""
+
+REACH = 3
+"""Steps that these differences reach to either side."""
 
 
 def tabled(function, low=0.0, high=1.9, beyond=0.1):
-    """A function as a table of 400 rows that reaches beyond the motion, and the spline through it."""
+    """Return the spline through a function's table of 400 rows that reaches beyond the motion."""
     angles = np.linspace(low - beyond, high + beyond, 400)
-    found = CubicSpline(angles, function(angles))
-    return Spline(found.x, found.c)
+    spline = CubicSpline(angles, function(angles))
+    return Spline(spline.x, spline.c)
 
 
 class Exact(Spline):
-    """A function in the place of a curve, its slope by a complex step, the slope of that by differences."""
+    """A function in the place of a curve.
+
+    Its slope is found by a complex step, the slope of that by differences.
+    """
 
     coefficients = np.zeros((4, 1))
 
@@ -40,19 +47,22 @@ class Exact(Spline):
         self.function = function
 
     def __call__(self, angle, derivative=0):
-        at = np.asarray(angle)
+        angle = np.asarray(angle)
         if derivative == 0:
-            return self.function(at) + 0.0 * at
+            return self.function(angle) + 0.0 * angle
         if derivative == 1:
-            return self.function(at + 1e-30j).imag / 1e-30 + 0.0 * at
-        return rig.derivative(lambda t: self(t, 1), at, STEP)
+            return self.function(angle + 1e-30j).imag / 1e-30 + 0.0 * angle
+        return rig.derivative(lambda t: self(t, 1), angle, STEP)
 
 
 FIRST = (
     lambda t: 0.035 * t - 0.04 / 0.9 * np.cos(0.9 * t),
     lambda t: 0.028 * t + 0.008 / 1.3 * np.sin(1.3 * t - 0.4),
 )
-SECOND = lambda t: 0.05 * t - 0.006 * t**2, lambda t: 0.02 * t + 0.0075 * t**2
+SECOND = (
+    lambda t: 0.05 * t - 0.006 * t**2,
+    lambda t: 0.02 * t + 0.0075 * t**2,
+)
 
 
 def passive(angle):
@@ -63,114 +73,120 @@ def following(angle):
     return 2.4 + 0.7 * angle
 
 
-def of_the_checks(travels, torque, bend, curve=Exact, start=0.3, pretension=0.0):
-    """Section 15's suit on a joint: mu 0.12, L 1.4 m, K 6 and 9 kN/m, eta 0.55, R_f 25 mm."""
-    bent = curve(bend) if callable(bend) else bend
-    sides = (
-        Side(0.12, bent, 1.4, 1.5e-3, 145e9, stiffness, pretension) for stiffness in (6e3, 9e3)
-    )
-    limb = Limb(Excursion(*map(curve, travels), start), 0.0, 0.0, 0.0, 0.0, torque=curve(torque))
-    return Design(limb, *sides, 0.025, 0.55, 0.0, setting=Posture(start))
+def suit_of_the_checks(travels, torque, bend, curve=Exact, start=0.3, pretension=0.0):
+    """Return the suit of Section 15: mu 0.12, L 1.4 m, K 6 and 9 kN/m, eta 0.55, R_f 25 mm."""
+    bend_angle = curve(bend) if callable(bend) else bend
+    flexor = Side(0.12, bend_angle, 1.4, 1.5e-3, 145e9, 6e3, pretension)
+    extensor = replace(flexor, spring_stiffness=9e3)
+    flexor_travel, extensor_travel = travels
+    joint = Excursion(curve(flexor_travel), curve(extensor_travel), start)
+    limb = Limb(joint, 0.0, 0.0, 0.0, 0.0, torque=curve(torque))
+    return Design(limb, flexor, extensor, 0.025, 0.55, 0.0, setting=Posture(start))
 
 
-def window_of(made):
-    found = window.window(made, np.linspace(0.0, 1.9, 20)[np.newaxis], BOTH, Bounds())
-    return float(found.low), float(found.high)
+def window_from_0_to(last, count, suit):
+    """Return the window of a suit over angles from 0 to the last, rad."""
+    angles = np.linspace(0.0, last, count)[np.newaxis]
+    return window.window(suit, angles, BOTH_DIRECTIONS, Bounds())
 
 
 def test_the_state_and_the_window_of_a_joint_whose_arms_both_change():
-    state = actuator.evaluate(of_the_checks(FIRST, passive, following, pretension=140.0), 0.9, True)
+    suit = suit_of_the_checks(FIRST, passive, following, pretension=140.0)
+    state = actuator.evaluate(suit, 0.9, True)
     assert float(state.balance.flexor) == pytest.approx(181.516858512, rel=1e-10)
     assert float(state.balance.extensor) == pytest.approx(130.811298850, rel=1e-10)
     assert float(state.elbow_stiffness) == pytest.approx(32.426351369, rel=1e-9)
     for curve, share in ((Exact, 1e-10), (tabled, 2e-6), (partial(tabled, beyond=0.0), 2e-5)):
-        found = window_of(of_the_checks(FIRST, passive, following, curve))
-        assert found == pytest.approx((84.654056308, 777.431276238), rel=share)
+        ends = window_from_0_to(1.9, 20, suit_of_the_checks(FIRST, passive, following, curve))
+        assert float(ends.low) == pytest.approx(84.654056308, rel=share)
+        assert float(ends.high) == pytest.approx(777.431276238, rel=share)
 
 
 def test_stiffness_may_bound_pretension_from_below():
-    made = of_the_checks(SECOND, lambda t: 22.0 + 19.0 * np.cos(1.8 * t), 2.4)
-    found = window.window(made, np.linspace(0.0, 1.6, 9)[np.newaxis], BOTH, Bounds())
-    assert float(found.low) == pytest.approx(572.162102383, abs=2e-5)
-    assert np.isinf(found.high)
+    suit = suit_of_the_checks(SECOND, lambda t: 22.0 + 19.0 * np.cos(1.8 * t), 2.4)
+    ends = window_from_0_to(1.6, 9, suit)
+    assert float(ends.low) == pytest.approx(572.162102383, abs=2e-5)
+    assert np.isinf(ends.high)
 
 
 def test_the_papers_arm_as_a_table_of_its_own_excursions():
-    arm = design(baseline(load_mass=5.0, pretension=180.0, ratio=0.6, from_initial=True))
-    angles = np.linspace(-0.2, np.pi / 2 + 0.2, 1200)
-    moved = arm.arm.joint.motion(angles)
-    splines = (
-        CubicSpline(angles, values) for values in (moved.flexor_travel, moved.extensor_travel)
-    )
-    table = Excursion(*(Spline(each.x, each.c) for each in splines))
-    of_table = replace(arm, arm=replace(arm.arm, joint=table))
-    at = np.linspace(0.0, np.pi / 2, 37)[np.newaxis]
-    for name, expected in State.columns(actuator.evaluate(arm, at, BOTH)).items():
-        found = State.columns(actuator.evaluate(of_table, at, BOTH))[name]
-        np.testing.assert_allclose(
-            found, expected + 0.0 * found, atol=1e-6 * np.nanmax(np.abs(expected)), err_msg=name
-        )
+    suit = design(baseline(load_mass=5.0, pretension=180.0, ratio=0.6, from_initial=True))
+    table_angles = np.linspace(-0.2, np.pi / 2 + 0.2, 1200)
+    motion = suit.arm.joint.motion(table_angles)
+    flexor = CubicSpline(table_angles, motion.flexor_travel)
+    extensor = CubicSpline(table_angles, motion.extensor_travel)
+    table = Excursion(Spline(flexor.x, flexor.c), Spline(extensor.x, extensor.c))
+    with_table = replace(suit, arm=replace(suit.arm, joint=table))
+    angles = np.linspace(0.0, np.pi / 2, 37)[np.newaxis]
+    columns = State.columns(actuator.evaluate(with_table, angles, BOTH_DIRECTIONS))
+    for name, expected in State.columns(actuator.evaluate(suit, angles, BOTH_DIRECTIONS)).items():
+        values = columns[name]
+        near = 1e-6 * np.nanmax(np.abs(expected))
+        np.testing.assert_allclose(values, expected + 0.0 * values, atol=near, err_msg=name)
 
 
 # --- Random joints against the rig ----------------------------------------------------------------
 
 
-def suit(seed, *, at_motor):
-    """A suit drawn at random, by functions, at 300 N."""
+def random_suit(seed, *, at_motor):
+    """Return a suit drawn at random, by functions, at 300 N."""
     rng = np.random.default_rng(seed)
-    a, b, c, d = (
-        rng.uniform(0.02, 0.05),
-        rng.uniform(-0.01, 0.01),
-        rng.uniform(0.015, 0.04),
-        rng.uniform(-0.006, 0.006),
-    )
-    start, slope, swing = rng.uniform(0.0, 0.6), rng.uniform(-2.0, 2.0), rng.uniform(2.0, 12.0)
+    a = rng.uniform(0.02, 0.05)
+    b = rng.uniform(-0.01, 0.01)
+    c = rng.uniform(0.015, 0.04)
+    d = rng.uniform(-0.006, 0.006)
+    start = rng.uniform(0.0, 0.6)
+    slope = rng.uniform(-2.0, 2.0)
+    swing = rng.uniform(2.0, 12.0)
     turned = rng.uniform(-0.8, 0.8)
-    joint = Excursion(
-        Exact(lambda t: a * t + b * np.sin(1.1 * t)),
-        Exact(lambda t: c * t + d * np.sin(0.8 * t + 0.5)),
-        start,
-    )
-    sides = [
-        Side(
-            rng.uniform(0.02, 0.2),
-            Exact(lambda t: 2.6 + turned * t),
-            rng.uniform(0.5, 2.0),
-            1.5e-3,
-            145e9,
-            rng.uniform(2e3, 12e3),
-            300.0,
+    flexor_travel = Exact(lambda t: a * t + b * np.sin(1.1 * t))
+    extensor_travel = Exact(lambda t: c * t + d * np.sin(0.8 * t + 0.5))
+    joint = Excursion(flexor_travel, extensor_travel, start)
+
+    def random_side():
+        return Side(
+            friction=rng.uniform(0.02, 0.2),
+            bend_angle=Exact(lambda t: 2.6 + turned * t),
+            length=rng.uniform(0.5, 2.0),
+            diameter=1.5e-3,
+            youngs_modulus=145e9,
+            spring_stiffness=rng.uniform(2e3, 12e3),
+            pretension=300.0,
             anchor_stiffness=rng.choice([np.inf, 2e4, 6e3]),
             spring_at_motor=at_motor,
         )
-        for _ in rig.SIDES
-    ]
-    limb = Limb(
-        joint, 0.0, 0.0, 0.0, 0.0, torque=Exact(lambda t: swing * np.sin(t) + slope * (t - 0.4))
-    )
-    return Design(
-        limb, *sides, 0.03, rng.uniform(0.5, 1.1), 0.0, unilateral=False, setting=Posture(start)
-    )
+
+    flexor = random_side()
+    extensor = random_side()
+    torque = Exact(lambda t: swing * np.sin(t) + slope * (t - 0.4))
+    limb = Limb(joint, 0.0, 0.0, 0.0, 0.0, torque=torque)
+    ratio = rng.uniform(0.5, 1.1)
+    setting = Posture(start)
+    return Design(limb, flexor, extensor, 0.03, ratio, 0.0, unilateral=False, setting=setting)
 
 
 @dataclass
 class Bench:
-    """A suit in one direction at an angle, its spool turned until the joint balances, and then held."""
+    """A suit in one direction at an angle, its spool turned until the joint balances, then held."""
 
-    made: Design
+    suit: Design
     angle: float
     flexion: bool
 
     def __post_init__(self):
-        steps = STEP * np.arange(-3, 4)
-        (self.ends, self.gives), (_, self.resting) = (
-            zip(*(self._sheath(name, angles) for name in rig.SIDES), strict=True)
-            for angles in (self.angle + steps, np.array([self.made.setting.angle]))
-        )
+        """Walk along both sheaths at the angle, some steps away from it, and at the setting."""
+        angles = self.angle + STEP * np.arange(-REACH, REACH + 1)
+        resting_angle = np.array([self.suit.setting.angle])
+        self.gains = {}
+        self.compliances = {}
+        self.resting_compliances = {}
+        for side in rig.SIDES:
+            self.gains[side], self.compliances[side] = self._walk(side, angles)
+            _, self.resting_compliances[side] = self._walk(side, resting_angle)
 
-    def _sheath(self, name, angles):
-        """By walking along it: proximal over distal tension, and all that gives, per distal newton."""
-        side = getattr(self.made, name)
+    def _walk(self, name, angles):
+        """Return proximal over distal tension, and the compliance per distal newton."""
+        side = getattr(self.suit, name)
         toward_elbow = self.flexion if name == "extensor" else not self.flexion
         gain, mean = rig.walk_along_sheath(
             side.friction, side.bend_angle.function(angles), np.full(len(angles), toward_elbow)
@@ -180,99 +196,94 @@ class Bench:
         return gain, rope + spring + 1.0 / side.anchor_stiffness
 
     def tensions(self, step, turn, pretension):
-        """Of both tendons some steps of angle away, at a turn of the spool."""
-        made, joint, at = self.made, self.made.arm.joint, self.angle + STEP * step
-        h_f, h_e = (
-            each.function(at) - each.function(joint.origin)
-            for each in (joint.flexor, joint.extensor)
-        )
-        stretch_f = self.resting[0][0] * pretension + made.flexor_radius * turn - h_f
-        stretch_e = self.resting[1][0] * pretension + h_e - made.ratio * made.flexor_radius * turn
-        return stretch_f / self.gives[0][3 + step], stretch_e / self.gives[1][3 + step]
+        """Return the distal tensions some steps of angle away, at a turn of the spool."""
+        suit = self.suit
+        joint = suit.arm.joint
+        angle = self.angle + STEP * step
+        flexor_travel = joint.flexor.function(angle) - joint.flexor.function(joint.origin)
+        extensor_travel = joint.extensor.function(angle) - joint.extensor.function(joint.origin)
+        at_rest = {side: self.resting_compliances[side][0] * pretension for side in rig.SIDES}
+        wound = suit.flexor_radius * turn
+        flexor_stretch = at_rest["flexor"] + wound - flexor_travel
+        extensor_stretch = at_rest["extensor"] + extensor_travel - suit.ratio * wound
+        place = REACH + step
+        flexor = flexor_stretch / self.compliances["flexor"][place]
+        extensor = extensor_stretch / self.compliances["extensor"][place]
+        return flexor, extensor
 
-    def left_over(self, step, turn, pretension):
-        """What the joint asks for beyond the moments of both tendons."""
-        x, y = self.tensions(step, turn, pretension)
-        at, arm = self.angle + STEP * step, self.made.arm
-        arms = [
-            rig.derivative(each.function, at, STEP)
-            for each in (arm.joint.flexor, arm.joint.extensor)
-        ]
-        return arm.torque.function(at) - arms[0] * x + arms[1] * y
+    def proximal(self, flexor, extensor):
+        """Return the tensions at the motor."""
+        return self.gains["flexor"][REACH] * flexor, self.gains["extensor"][REACH] * extensor
+
+    def needed(self, step, turn, pretension):
+        """Return the torque that the joint asks for beyond the moments of both tendons."""
+        flexor, extensor = self.tensions(step, turn, pretension)
+        angle = self.angle + STEP * step
+        arm = self.suit.arm
+        flexor_arm = rig.derivative(arm.joint.flexor.function, angle, STEP)
+        extensor_arm = rig.derivative(arm.joint.extensor.function, angle, STEP)
+        return arm.torque.function(angle) - flexor_arm * flexor + extensor_arm * extensor
 
     def read(self, pretension):
-        """Both tensions, the turn of the spool, and the stiffness with it held."""
-        turn = brentq(
-            lambda turn: self.left_over(0, turn, pretension),
-            -1e3,
-            1e3,
-            xtol=1e-300,
-            rtol=1e-15,
-            maxiter=500,
-        )
-        weights = ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
-        moved = {step: self.left_over(step, turn, pretension) for step in (-3, -2, -1, 1, 2, 3)}
-        return (
-            *self.tensions(0, turn, pretension),
-            turn,
-            sum(w * (moved[n] - moved[-n]) for n, w in weights) / STEP,
-        )
+        """Return both tensions, the turn of the spool, and the stiffness with it held."""
+        turn = rig.find_root(lambda turn: self.needed(0, turn, pretension), -1e3, 1e3)
+        per_step = rig.derivative(lambda step: self.needed(step, turn, pretension), 0, 1)
+        return *self.tensions(0, turn, pretension), turn, per_step / STEP
 
 
 @pytest.mark.parametrize("at_motor", [False, True])
 @pytest.mark.parametrize("flexion", [True, False])
 @pytest.mark.parametrize("seed", range(12))
 def test_random_joints_settle_as_on_the_rig(seed, flexion, at_motor):
-    made = suit(seed, at_motor=at_motor)
+    suit = random_suit(seed, at_motor=at_motor)
     for angle in (0.2, 0.9, 1.5):
-        bench = Bench(made, angle, flexion)
-        x, y, turn, stiffness = bench.read(300.0)
-        near_x, near_y = (
-            tension * ends[3] for tension, ends in zip((x, y), bench.ends, strict=True)
-        )
-        state = actuator.evaluate(made, angle, flexion)
-        size = max(abs(x), abs(y), 300.0)
-        assert float(state.balance.flexor) == pytest.approx(x, abs=1e-8 * size)
-        assert float(state.balance.extensor) == pytest.approx(y, abs=1e-8 * size)
+        bench = Bench(suit, angle, flexion)
+        flexor, extensor, turn, stiffness = bench.read(300.0)
+        flexor_proximal, extensor_proximal = bench.proximal(flexor, extensor)
+        torque = suit.flexor_radius * (flexor_proximal - suit.ratio * extensor_proximal)
+        state = actuator.evaluate(suit, angle, flexion)
+        size = max(abs(flexor), abs(extensor), 300.0)
+        near = 1e-8 * size
+        assert float(state.balance.flexor) == pytest.approx(flexor, abs=near)
+        assert float(state.balance.extensor) == pytest.approx(extensor, abs=near)
         assert float(state.elbow_stiffness) == pytest.approx(stiffness, rel=1e-7, abs=1e-7 * size)
-        assert float(state.flexor_tension_proximal) == pytest.approx(near_x, abs=1e-8 * size)
+        assert float(state.flexor_tension_proximal) == pytest.approx(flexor_proximal, abs=near)
         assert float(state.spool_angle) == pytest.approx(turn, abs=1e-8)
-        needed = made.flexor_radius * (near_x - made.ratio * near_y)
-        assert float(state.motor_torque) == pytest.approx(
-            needed, abs=1e-8 * size * made.flexor_radius
-        )
+        assert float(state.motor_torque) == pytest.approx(torque, abs=near * suit.flexor_radius)
 
 
 @pytest.mark.parametrize("at_motor", [False, True])
 @pytest.mark.parametrize("flexion", [True, False])
 @pytest.mark.parametrize("seed", range(6))
 def test_energy_closes_as_a_joint_moves(seed, flexion, at_motor):
-    """τ_m dα = τ dθ + dU + dW at every angle, the loss by friction's own work; and dα/dθ, dU/dθ are slopes."""
-    made = suit(seed, at_motor=at_motor)
+    """Along a motion τ_m dα = τ dθ + dU + dW at every angle, the loss by friction's own work.
+
+    dα/dθ and dU/dθ are slopes.
+    """
+    suit = random_suit(seed, at_motor=at_motor)
     angles = np.linspace(0.1, 1.5, 29)
 
-    def at(shift):
-        state = actuator.evaluate(made, angles + shift, flexion)
-        return state, motor_rates(state)
+    def shifted(shift):
+        return actuator.evaluate(suit, angles + shift, flexion)
 
-    state, rates = at(0.0)
+    def slope(name):
+        return rig.derivative(lambda shift: getattr(motor_rates(shifted(shift)), name), 0.0)
+
+    state = shifted(0.0)
+    rates = motor_rates(state)
     assert (state.status == TAUT).mean() > 0.5
-    np.testing.assert_allclose(
-        rates.power, state.elbow_torque + rates.storing + rates.friction, rtol=1e-9, atol=1e-9
-    )
-    np.testing.assert_allclose(
-        rates.spool_speed, rig.derivative(lambda s: at(s)[1].spool_angle, 0.0), rtol=1e-6, atol=1e-6
-    )
-    np.testing.assert_allclose(
-        rates.storing, rig.derivative(lambda s: at(s)[1].stored, 0.0), rtol=1e-6, atol=1e-5
-    )
-    assert (rates.friction * (1.0 if flexion else -1.0) > 0.0).mean() > 0.9
+    taken = state.elbow_torque + rates.storing + rates.friction
+    np.testing.assert_allclose(rates.power, taken, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(rates.spool_speed, slope("spool_angle"), rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(rates.storing, slope("stored"), rtol=1e-6, atol=1e-5)
+    sign = 1.0 if flexion else -1.0
+    assert (rates.friction * sign > 0.0).mean() > 0.9
 
 
 @pytest.mark.parametrize("falling", [0, 1])
 def test_a_joint_that_does_not_rise_has_no_equilibrium(falling):
     travels = [lambda t: 0.03 * t, lambda t: 0.03 * t]
     travels[falling] = lambda t: 0.03 * np.sin(2.0 * t)
-    made = of_the_checks(travels, np.sin, 2.4, tabled, 0.0, pretension=100.0)
-    status = actuator.evaluate(made, np.array([0.3, 1.2]), True).status
+    suit = suit_of_the_checks(travels, np.sin, 2.4, tabled, 0.0, pretension=100.0)
+    status = actuator.evaluate(suit, np.array([0.3, 1.2]), True).status
     assert (status == NO_EQUILIBRIUM).tolist() == [False, True]

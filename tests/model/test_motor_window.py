@@ -9,39 +9,55 @@ from tendon_cli.model.motor import cycle
 from tendon_cli.model.motor_window import narrowed
 from tendon_cli.model.window import window
 
-from .designs import baseline, design
+from .designs import BOTH_DIRECTIONS, baseline, design
 
-WAYS = np.array([[True], [False]])
 ANGLES = np.radians(np.linspace(0.0, 90.0, 10)).reshape(1, -1)
 SPEED = np.radians(60.0)
-RATIOS, LOADS = (0.6, 0.8, 1.0), (0.0, 3.0, 8.0)
+RATIOS = (0.6, 0.8, 1.0)
+LOADS = (0.0, 3.0, 8.0)
 COLUMNS = {
     "max_motor_work_in": "motor_work_in",
     "max_friction_loss": "friction_loss",
     "min_efficiency": "efficiency",
     "max_spool_travel": "spool_travel",
 }
+"""Result of the cycle that a limit bounds, where their names differ."""
 
 
-def both(bounds):
-    ratio, load = np.array(RATIOS).reshape(-1, 1, 1, 1), np.array(LOADS).reshape(1, -1, 1, 1)
-    many = design(baseline(ratio=ratio, load_mass=load))
-    return window(many, ANGLES, WAYS, Bounds()), narrowed(
-        window(many, ANGLES, WAYS, bounds), many, ANGLES, WAYS, bounds
-    )
+def grid_windows(**limits):
+    """Return the window without limits and the one within them, for all ratios and loads."""
+    ratio = np.array(RATIOS).reshape(-1, 1, 1, 1)
+    load = np.array(LOADS).reshape(1, -1, 1, 1)
+    made = design(baseline(ratio=ratio, load_mass=load))
+    bounds = Bounds(speed=SPEED, **limits)
+    wide = window(made, ANGLES, BOTH_DIRECTIONS, Bounds())
+    of_states = window(made, ANGLES, BOTH_DIRECTIONS, bounds)
+    return wide, narrowed(of_states, made, ANGLES, BOTH_DIRECTIONS, bounds)
 
 
-def kept(name, most, ratio, load, pretension):
-    """Whether a limit is kept, and how far off the value is, at many pretensions of one design."""
-    alone = design(baseline(ratio=ratio, load_mass=load, pretension=pretension.reshape(-1, 1, 1)))
-    value = np.broadcast_to(
-        cycle(alone, ANGLES, WAYS, SPEED)[COLUMNS.get(name, name)], pretension.shape
-    )
-    return value >= most if name.startswith("min") else value <= most
+def results_at(pretension, name, **changes):
+    """Return a result of the cycle at each of many pretensions of one design."""
+    made = design(baseline(**changes, pretension=pretension.reshape(-1, 1, 1)))
+    values = cycle(made, ANGLES, BOTH_DIRECTIONS, SPEED)[name]
+    return np.broadcast_to(values, pretension.shape)
+
+
+def result_at(pretension, name, **changes):
+    """Return a result of the cycle at one pretension."""
+    made = design(baseline(**changes, pretension=float(pretension)))
+    return float(cycle(made, ANGLES, BOTH_DIRECTIONS, SPEED)[name])
+
+
+def is_kept(name, limit, pretension, **changes):
+    """Return True at pretensions at which a limit is kept."""
+    values = results_at(pretension, COLUMNS.get(name, name), **changes)
+    if name.startswith("min"):
+        return values >= limit
+    return values <= limit
 
 
 @pytest.mark.parametrize(
-    ("name", "most"),
+    ("name", "limit"),
     [
         ("peak_motor_speed", 4.2),
         ("max_backlash", 0.009),
@@ -55,37 +71,33 @@ def kept(name, most, ratio, load, pretension):
         ("min_efficiency", 0.5),
     ],
 )
-def test_what_is_left_of_a_window_is_what_the_cycle_allows(name, most):
-    found, left = both(Bounds(speed=SPEED, **{name: most}))
+def test_what_is_left_of_a_window_is_what_the_cycle_allows(name, limit):
+    wide, left = grid_windows(**{name: limit})
     code = LIMIT_NAMES.index(name)
     for row, ratio in enumerate(RATIOS):
         for column, load in enumerate(LOADS):
-            at = row, column
-            if not found.is_open[at]:
-                assert not left.is_open[at]
+            place = (row, column)
+            if not wide.is_open[place]:
+                assert not left.is_open[place]
                 continue
-            pretension = np.linspace(found.low[at], found.high[at], 42)[1:-1]
-            within = (left.low[at] <= pretension) & (pretension <= left.high[at])
-            np.testing.assert_array_equal(within, kept(name, most, ratio, load, pretension))
-            for end, by, was in (
-                ("low", "low_by", found.low[at]),
-                ("high", "high_by", found.high[at]),
-            ):
-                now = getattr(left, end)[at]
-                assert (getattr(left, by)[at] == code) == (now != was)
+            pretension = np.linspace(wide.low[place], wide.high[place], 42)[1:-1]
+            within = (left.low[place] <= pretension) & (pretension <= left.high[place])
+            kept = is_kept(name, limit, pretension, ratio=ratio, load_mass=load)
+            np.testing.assert_array_equal(within, kept)
+            low_moved = left.low[place] != wide.low[place]
+            high_moved = left.high[place] != wide.high[place]
+            assert (left.low_by[place] == code) == low_moved
+            assert (left.high_by[place] == code) == high_moved
 
 
 def test_ends_are_exact():
-    found, left = both(Bounds(speed=SPEED, max_friction_loss=11.0, max_backlash=0.02))
-    cut = found.is_open & (left.high < found.high)
+    wide, left = grid_windows(max_friction_loss=11.0, max_backlash=0.02)
+    cut = wide.is_open & (left.high < wide.high)
     assert cut.any()
     for row, column in np.argwhere(cut):
-        at = design(
-            baseline(ratio=RATIOS[row], load_mass=LOADS[column], pretension=left.high[row, column])
-        )
-        assert float(cycle(at, ANGLES, WAYS, SPEED)["friction_loss"]) == pytest.approx(
-            11.0, rel=1e-9
-        )
+        changes = {"ratio": RATIOS[row], "load_mass": LOADS[column]}
+        loss = result_at(left.high[row, column], "friction_loss", **changes)
+        assert loss == pytest.approx(11.0, rel=1e-9)
 
 
 def test_limits_together_leave_what_each_leaves():
@@ -95,37 +107,36 @@ def test_limits_together_leave_what_each_leaves():
         "peak_motor_speed": 4.2,
         "max_spool_travel": 3.9,
     }
-    found, left = both(Bounds(speed=SPEED, **limits))
-    each = [both(Bounds(speed=SPEED, **{name: most}))[1] for name, most in limits.items()]
-    low, high = (
-        np.max([one.low for one in each], axis=0),
-        np.min([one.high for one in each], axis=0),
-    )
-    open_ = left.is_open
-    np.testing.assert_array_equal(open_, low <= high)
-    np.testing.assert_allclose(left.low[open_], low[open_])
-    np.testing.assert_allclose(left.high[open_], high[open_])
-    assert (left.low >= found.low)[open_].all()
+    wide, left = grid_windows(**limits)
+    left_by_one = [grid_windows(**{name: limit})[1] for name, limit in limits.items()]
+    low = np.max([result.low for result in left_by_one], axis=0)
+    high = np.min([result.high for result in left_by_one], axis=0)
+    is_open = left.is_open
+    np.testing.assert_array_equal(is_open, low <= high)
+    np.testing.assert_allclose(left.low[is_open], low[is_open])
+    np.testing.assert_allclose(left.high[is_open], high[is_open])
+    assert (left.low >= wide.low)[is_open].all()
 
 
 def test_a_limit_that_no_pretension_keeps_is_the_reason():
-    found, left = both(Bounds(speed=SPEED, max_friction_loss=0.01))
-    was_open = found.is_open
+    wide, left = grid_windows(max_friction_loss=0.01)
+    was_open = wide.is_open
     assert np.isnan(left.low[was_open]).all()
     assert {LIMIT_NAMES[code] for code in left.low_by[was_open]} == {"max_friction_loss"}
     assert not left.is_open.any()
 
 
 def test_the_widest_interval_that_keeps_a_limit_is_used():
-    """A heavy spring pulls the limit through: the motor's power first falls, then rises with pretension."""
-    one = design(baseline(load_mass=3.0, ratio=0.7))
-    found = window(one, ANGLES, WAYS, Bounds())
-    pretension = np.linspace(float(found.low), float(found.high), 200)
-    many = design(baseline(load_mass=3.0, ratio=0.7, pretension=pretension.reshape(-1, 1, 1)))
-    power = np.broadcast_to(cycle(many, ANGLES, WAYS, SPEED)["peak_motor_power"], pretension.shape)
-    most = float(np.quantile(power, 0.5))
-    left = narrowed(found, one, ANGLES, WAYS, Bounds(speed=SPEED, peak_motor_power=most))
-    allowed = power <= most
+    """The motor's power first falls and then rises with pretension."""
+    changes = {"load_mass": 3.0, "ratio": 0.7}
+    made = design(baseline(**changes))
+    wide = window(made, ANGLES, BOTH_DIRECTIONS, Bounds())
+    pretension = np.linspace(float(wide.low), float(wide.high), 200)
+    power = results_at(pretension, "peak_motor_power", **changes)
+    limit = float(np.quantile(power, 0.5))
+    bounds = Bounds(speed=SPEED, peak_motor_power=limit)
+    left = narrowed(wide, made, ANGLES, BOTH_DIRECTIONS, bounds)
+    allowed = power <= limit
     edges = np.diff(allowed.astype(int), prepend=0, append=0)
     runs = np.flatnonzero(edges == -1) - np.flatnonzero(edges == 1)
     within = (pretension >= float(left.low)) & (pretension <= float(left.high))
@@ -134,11 +145,14 @@ def test_the_widest_interval_that_keeps_a_limit_is_used():
 
 
 def test_without_an_upper_end_the_window_ends_where_a_limit_does():
-    one = design(baseline(load_mass=3.0))
-    found = window(one, ANGLES, WAYS, Bounds(min_elbow_stiffness=-np.inf))
-    left = narrowed(found, one, ANGLES, WAYS, Bounds(speed=SPEED, max_spool_travel=7.0))
-    assert np.isinf(found.high)
-    at = design(baseline(load_mass=3.0, pretension=float(left.high)))
-    assert float(cycle(at, ANGLES, WAYS, SPEED)["spool_travel"]) == pytest.approx(7.0, rel=1e-9)
-    free = narrowed(found, one, ANGLES, WAYS, Bounds(speed=SPEED, max_spool_travel=1e9))
-    assert np.isinf(free.high)
+    made = design(baseline(load_mass=3.0))
+    wide = window(made, ANGLES, BOTH_DIRECTIONS, Bounds(min_elbow_stiffness=-np.inf))
+    assert np.isinf(wide.high)
+
+    def left_by(max_spool_travel):
+        bounds = Bounds(speed=SPEED, max_spool_travel=max_spool_travel)
+        return narrowed(wide, made, ANGLES, BOTH_DIRECTIONS, bounds)
+
+    travel = result_at(left_by(7.0).high, "spool_travel", load_mass=3.0)
+    assert travel == pytest.approx(7.0, rel=1e-9)
+    assert np.isinf(left_by(1e9).high)

@@ -1,4 +1,7 @@
-"""The paper's arm and actuator in numbers that were obtained twice, to all the digits they are printed with."""
+"""The paper's arm and actuator in numbers that were obtained twice.
+
+They hold to all the digits they are printed with.
+"""
 
 from decimal import Decimal
 
@@ -15,15 +18,16 @@ ANCHORS = design(baseline()).arm.joint
 
 
 def assert_printed(value, printed: str):
-    """The value rounds to what is printed."""
+    """Check that the value rounds to the printed digits."""
+    value = float(value)
     last_digit = 10.0 ** Decimal(printed).as_tuple().exponent
-    assert abs(float(value) - float(printed)) <= 0.5001 * last_digit, (
-        f"{float(value)!r} is not {printed}"
-    )
+    assert abs(value - float(printed)) <= 0.5001 * last_digit, f"{value!r} is not {printed}"
 
 
-def least(changes, flexion, values):
-    return np.min(values(actuator.evaluate(design(baseline(**changes)), FULL_RANGE, flexion)))
+def least_stiffness(flexion, **changes):
+    """Return the least elbow stiffness of the baseline with changes over the full range."""
+    state = actuator.evaluate(design(baseline(**changes)), FULL_RANGE, flexion)
+    return np.min(state.elbow_stiffness)
 
 
 # --- Kinematics (Eqs. 1-3, Fig. 4) ----------------------------------------------------------------
@@ -50,7 +54,7 @@ def test_the_published_travel_is_not_zero_at_the_straight_arm():
 
 
 def ratio_at(degrees):
-    """H_f / H_e (Eq. 3 and Fig. 4), which the paper prints as R_e / R_f."""
+    """Return H_f / H_e (Eq. 3 and Fig. 4), which the paper prints as R_e / R_f."""
     motion = kinematics(ANCHORS, np.radians(degrees))
     return float(motion.flexor_travel / motion.extensor_travel)
 
@@ -58,8 +62,8 @@ def ratio_at(degrees):
 def test_the_inverse_of_the_radius_ratio_is_the_spool_ratio_without_slack():
     assert_printed(1 / ratio_at(90.0), "0.545")
     p = baseline(ratio=1 / ratio_at(90.0))
-    tied = actuator.State.of(design(p), np.pi / 2, True).coupling
-    assert tied.mismatch == pytest.approx(0.0, abs=1e-15)
+    coupling = actuator.State.of(design(p), np.pi / 2, True).coupling
+    assert coupling.mismatch == pytest.approx(0.0, abs=1e-15)
 
 
 def test_the_radius_ratio_diverges_at_the_straight_arm():
@@ -82,21 +86,21 @@ def test_the_flexor_passes_the_joints_centre_near_157_and_behind_22_degrees():
 
 @pytest.mark.parametrize("unilateral", [True, False])
 def test_equal_pretension_is_no_state_of_the_sweep(unilateral):
-    state = actuator.evaluate(design(baseline(unilateral=unilateral)), 0.0, True)
-    assert_printed(state.balance.flexor, "121.2")
-    assert_printed(state.balance.extensor, "80.6")
-    assert_printed(state.balance.extensor / state.balance.flexor, "0.6652")
-    back = actuator.evaluate(design(baseline(unilateral=unilateral)), 0.0, False)
-    assert back.balance.flexor == pytest.approx(float(state.balance.flexor), rel=2e-3)
+    made = design(baseline(unilateral=unilateral))
+    flexing = actuator.evaluate(made, 0.0, True).balance
+    extending = actuator.evaluate(made, 0.0, False).balance
+    assert_printed(flexing.flexor, "121.2")
+    assert_printed(flexing.extensor, "80.6")
+    assert_printed(flexing.extensor / flexing.flexor, "0.6652")
+    assert extending.flexor == pytest.approx(float(flexing.flexor), rel=2e-3)
 
 
 @pytest.mark.parametrize("side", ["flexor", "extensor"])
 def test_the_unstretched_length_differs_between_the_directions(side):
-    flexing, extending = (
-        actuator.State.of(design(baseline()), 0.0, flexion) for flexion in (True, False)
-    )
-    difference = 100.0 * (getattr(flexing, side).compliance - getattr(extending, side).compliance)
-    assert_printed(1e3 * abs(difference), "0.17")
+    flexing = actuator.State.of(design(baseline()), 0.0, True)
+    extending = actuator.State.of(design(baseline()), 0.0, False)
+    difference = getattr(flexing, side).compliance - getattr(extending, side).compliance
+    assert_printed(1e3 * abs(100.0 * difference), "0.17")
 
 
 CHECKS = [
@@ -112,10 +116,9 @@ CHECKS = [
 @pytest.mark.parametrize(("case", "printed", "slack"), CHECKS)
 def test_states_at_75_degrees(case, printed, slack):
     load, flexion, unilateral = case
-    state = actuator.evaluate(
-        design(baseline(load_mass=load, unilateral=unilateral)), np.radians(75), flexion
-    )
-    found = (
+    made = design(baseline(load_mass=load, unilateral=unilateral))
+    state = actuator.evaluate(made, np.radians(75), flexion)
+    results = (
         state.balance.flexor,
         state.balance.extensor,
         state.flexor_tension_proximal,
@@ -123,7 +126,7 @@ def test_states_at_75_degrees(case, printed, slack):
         state.motor_torque,
         state.spool_angle,
     )
-    for value, digits in zip(found, printed.split(), strict=True):
+    for value, digits in zip(results, printed.split(), strict=True):
         assert_printed(value, digits)
     if slack is None:
         assert np.isnan(state.extensor_slack)
@@ -137,21 +140,20 @@ def test_states_at_75_degrees(case, printed, slack):
 
 
 def test_the_least_elbow_stiffness_of_the_unloaded_arm():
-    assert_printed(least({}, True, lambda state: state.elbow_stiffness), "2.09")
-    assert_printed(least({}, False, lambda state: state.elbow_stiffness), "2.06")
+    assert_printed(least_stiffness(True), "2.09")
+    assert_printed(least_stiffness(False), "2.06")
 
 
 @pytest.mark.parametrize("flexion", [True, False])
 def test_springs_of_1_kn_per_m_make_the_unloaded_arm_unstable(flexion):
-    assert_printed(
-        least({"spring_stiffness": 1e3}, flexion, lambda state: state.elbow_stiffness), "-3.5"
-    )
+    assert_printed(least_stiffness(flexion, spring_stiffness=1e3), "-3.5")
 
 
 @pytest.mark.parametrize("flexion", [True, False])
 def test_the_papers_case_of_200_n_without_load_is_unstable_below_13_degrees(flexion):
     state = actuator.evaluate(design(baseline(pretension=200.0)), FULL_RANGE, flexion)
-    unstable = np.degrees(FULL_RANGE[state.elbow_stiffness < 0])
+    degrees = np.degrees(FULL_RANGE)
+    unstable = degrees[state.elbow_stiffness < 0]
     assert unstable.min() == 0.0
     assert_printed(unstable.max(), "13")
-    assert len(unstable) == np.searchsorted(np.degrees(FULL_RANGE), unstable.max(), side="right")
+    assert len(unstable) == np.searchsorted(degrees, unstable.max(), side="right")

@@ -1,6 +1,6 @@
 """Balance, slack, required pretension and stiffness over random designs (Eqs. 4, 5 and 12-20)."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -9,23 +9,19 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from tendon_cli.model import actuator, statics
-from tendon_cli.model.statics import (
-    EXTENSOR_SLACK,
-    FLEXOR_SLACK,
-    NO_EQUILIBRIUM,
-    TAUT,
-)
+from tendon_cli.model.statics import EXTENSOR_SLACK, FLEXOR_SLACK, NO_EQUILIBRIUM, TAUT
 
 from . import rig
-from .designs import design, scattered
+from .designs import SIDES, design, scattered
 
 COUNT = 3000
-SLACK_SIDES = ("flexor", "extensor")
 
 
 def drawn(seed, **fixed):
+    """Return random parameters, some of them fixed, with elbow angles and directions."""
     p, angle, flexion = scattered(COUNT, seed)
-    return p | {name: np.full(COUNT, value) for name, value in fixed.items()}, angle, flexion
+    fixed_values = {name: np.full(COUNT, value) for name, value in fixed.items()}
+    return p | fixed_values, angle, flexion
 
 
 def evaluate(p, angle, flexion):
@@ -34,41 +30,39 @@ def evaluate(p, angle, flexion):
 
 def test_both_models_agree_on_everything_where_nothing_is_slack():
     p, angle, flexion = drawn(6, unilateral=True)
-    hard, soft = (
-        evaluate(p, angle, flexion),
-        evaluate(p | {"unilateral": np.zeros(COUNT, bool)}, angle, flexion),
-    )
+    hard = evaluate(p, angle, flexion)
+    soft = evaluate(p | {"unilateral": np.zeros(COUNT, bool)}, angle, flexion)
     taut = hard.status == TAUT
     for name in (
         "flexor_tension_proximal",
         "extensor_tension_proximal",
         "motor_torque",
         "spool_angle",
+        "elbow_stiffness",
     ):
         np.testing.assert_array_equal(getattr(hard, name)[taut], getattr(soft, name)[taut])
-    np.testing.assert_array_equal(hard.elbow_stiffness[taut], soft.elbow_stiffness[taut])
+
+
+def pretension_of_tautness(numbers, compliances, angle):
+    """Search the rig for the pretension at which the looser tendon is about to go slack."""
+
+    def least_tension(pretension):
+        pretensions = {f"{side}_pretension": pretension for side in SIDES}
+        outcome = rig.Bench(numbers | pretensions, *compliances).settle(angle)
+        return min(outcome.flexor, outcome.extensor)
+
+    return brentq(least_tension, -1e4, 1e4, xtol=1e-9)
 
 
 def test_a_search_on_the_rig_finds_the_same_required_pretension():
     p, angle, flexion = drawn(23, unilateral=False)
-    tied = actuator.State.of(design(p), angle, flexion).coupling
-    required = statics.respond(tied).required
-    sheaths = rig.compliances(p, flexion)
-    stiff = {side: tendon + spring for side, (_, tendon, spring) in sheaths.items()}
+    coupling = actuator.State.of(design(p), angle, flexion).coupling
+    required = statics.respond(coupling).required
+    compliances = rig.total_compliances(p, flexion)
     for i in np.flatnonzero(np.abs(required) < 2e3)[:150]:
-
-        def least_tension(pretension, i=i):
-            values = rig.row(p, i) | {
-                "flexor_pretension": pretension,
-                "extensor_pretension": pretension,
-            }
-            outcome = rig.Bench(values, stiff["flexor"][i], stiff["extensor"][i]).settle(
-                float(angle[i])
-            )
-            return min(outcome.flexor, outcome.extensor)
-
-        found = brentq(least_tension, -1e4, 1e4, xtol=1e-9)
-        assert required[i] == pytest.approx(found, abs=1e-7)
+        both_compliances = [compliances[side][i] for side in SIDES]
+        expected = pretension_of_tautness(rig.row(p, i), both_compliances, float(angle[i]))
+        assert required[i] == pytest.approx(expected, abs=1e-7)
 
 
 @pytest.mark.parametrize("unilateral", [True, False])
@@ -76,14 +70,15 @@ def test_a_search_on_the_rig_finds_the_same_required_pretension():
 def test_more_pretension_on_any_side_never_lowers_a_tension(unilateral, tightened):
     p, angle, flexion = drawn(25, unilateral=unilateral)
     more = p | {f"{side}_pretension": p[f"{side}_pretension"] + 20.0 for side in tightened}
-    before, after = evaluate(p, angle, flexion), evaluate(more, angle, flexion)
-    here = before.status != NO_EQUILIBRIUM
-    for side in SLACK_SIDES:
-        rise = (getattr(after.balance, side) - getattr(before.balance, side))[here]
+    before = evaluate(p, angle, flexion)
+    after = evaluate(more, angle, flexion)
+    answered = before.status != NO_EQUILIBRIUM
+    taut = (before.status == TAUT)[answered]
+    for side in SIDES:
+        rise = (getattr(after.balance, side) - getattr(before.balance, side))[answered]
         assert (rise >= 0).all()
-        taut = (before.status == TAUT)[here]
         assert (rise[taut] > 0).all()
-    assert (after.balance.loose[here] <= before.balance.loose[here]).all()
+    assert (after.balance.loose[answered] <= before.balance.loose[answered]).all()
 
 
 # --- Limits and symmetries ------------------------------------------------------------------------
@@ -105,67 +100,101 @@ EVERY_RESULT = (
 @pytest.mark.parametrize("unilateral", [True, False])
 def test_without_friction_or_bend_both_directions_are_the_same(name, unilateral):
     p, angle, _ = drawn(30, unilateral=unilateral)
-    p |= {f"{side}_{name}": np.zeros(COUNT) for side in SLACK_SIDES}
-    there, back = (evaluate(p, angle, np.full(COUNT, flexion)) for flexion in (True, False))
+    p |= {f"{side}_{name}": np.zeros(COUNT) for side in SIDES}
+    flexing = evaluate(p, angle, np.full(COUNT, True))
+    extending = evaluate(p, angle, np.full(COUNT, False))
     for result in EVERY_RESULT:
-        np.testing.assert_array_equal(getattr(there, result), getattr(back, result))
-    np.testing.assert_array_equal(there.flexor_tension_proximal, there.balance.flexor)
-    np.testing.assert_array_equal(there.extensor_tension_proximal, there.balance.extensor)
+        np.testing.assert_array_equal(getattr(flexing, result), getattr(extending, result))
+    np.testing.assert_array_equal(flexing.flexor_tension_proximal, flexing.balance.flexor)
+    np.testing.assert_array_equal(flexing.extensor_tension_proximal, flexing.balance.extensor)
 
 
-FORCES = ("pretension", "spring_stiffness", "youngs_modulus")
-LENGTHS = ("a1", "b1", "a2", "b2", "elbow_radius", "forearm_com", "load_distance", "flexor_radius")
+def result_of(state, name):
+    """Return a result of a state or of its balance."""
+    holder = state.balance if name == "loose" else state
+    return getattr(holder, name)
 
 
 def assert_scaled(before, after, factors):
-    here = before.status != NO_EQUILIBRIUM
+    answered = before.status != NO_EQUILIBRIUM
     np.testing.assert_array_equal(before.status, after.status)
     for name, factor in factors.items():
-        old, new = (
-            getattr(state.balance if name == "loose" else state, name) for state in (before, after)
-        )
+        old = result_of(before, name)
+        new = result_of(after, name)
         size = np.max(np.abs(old[np.isfinite(old)]), initial=0.0)
         np.testing.assert_allclose(
-            new[here], factor * old[here], rtol=1e-9, atol=factor * size * 1e-12
+            new[answered], factor * old[answered], rtol=1e-9, atol=factor * size * 1e-12
         )
 
 
 MASSES = ("forearm_mass", "load_mass")
-SAME = dict.fromkeys(
-    ("flexor_tension_proximal", "spool_angle", "flexor_slack", "extensor_slack", "loose"), 0
-)
-TIMES = dict.fromkeys(("motor_torque", "elbow_torque", "elbow_stiffness"), 1)
-SCALES = {
-    "forces": (dict.fromkeys(FORCES, 1), MASSES, SAME | TIMES | {"flexor_tension_proximal": 1}),
-    # The tendon's section stays, so that its compliance grows with its length as the spring's does with 1/K.
-    "lengths": (
-        {"length": 1, "spring_stiffness": -1},
+LENGTHS = ("a1", "b1", "a2", "b2", "elbow_radius", "forearm_com", "load_distance", "flexor_radius")
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """Inputs that are scaled by a factor, and the powers of it by which results follow."""
+
+    of_arm: tuple[str, ...]
+    """Inputs scaled by the factor itself."""
+    of_sides: dict[str, int]
+    """Power of the factor for inputs of each side."""
+    of_results: dict[str, int]
+    """Power of the factor for results."""
+
+
+SCALINGS = {
+    "forces": Scaling(
+        MASSES,
+        {"pretension": 1, "spring_stiffness": 1, "youngs_modulus": 1},
+        {
+            "flexor_tension_proximal": 1,
+            "motor_torque": 1,
+            "elbow_torque": 1,
+            "elbow_stiffness": 1,
+            "spool_angle": 0,
+            "flexor_slack": 0,
+            "extensor_slack": 0,
+            "loose": 0,
+        },
+    ),
+    # The tendon's section stays: its compliance grows with its length, the spring's with 1/K.
+    "lengths": Scaling(
         LENGTHS,
-        SAME | TIMES | dict.fromkeys(("flexor_slack", "extensor_slack", "loose"), 1),
+        {"length": 1, "spring_stiffness": -1},
+        {
+            "flexor_tension_proximal": 0,
+            "motor_torque": 1,
+            "elbow_torque": 1,
+            "elbow_stiffness": 1,
+            "spool_angle": 0,
+            "flexor_slack": 1,
+            "extensor_slack": 1,
+            "loose": 1,
+        },
     ),
 }
 
 
 @pytest.mark.parametrize("unilateral", [True, False])
 @pytest.mark.parametrize("factor", [1 / 16, 3.0])
-@pytest.mark.parametrize("scaled", SCALES)
+@pytest.mark.parametrize("scaled", SCALINGS)
 def test_all_forces_and_all_lengths_scale_together(scaled, factor, unilateral):
     p, angle, flexion = drawn(32, unilateral=unilateral)
-    of_sides, names, powers = SCALES[scaled]
-    q = p | {name: factor * p[name] for name in names}
-    q |= {
-        f"{side}_{name}": p[f"{side}_{name}"] * factor**power
-        for side in SLACK_SIDES
-        for name, power in of_sides.items()
-    }
-    factors = {name: factor**power for name, power in powers.items()}
+    scaling = SCALINGS[scaled]
+    q = p | {name: factor * p[name] for name in scaling.of_arm}
+    for side in SIDES:
+        for name, power in scaling.of_sides.items():
+            q[f"{side}_{name}"] = p[f"{side}_{name}"] * factor**power
+    factors = {name: factor**power for name, power in scaling.of_results.items()}
     assert_scaled(evaluate(p, angle, flexion), evaluate(q, angle, flexion), factors)
 
 
 def test_a_larger_flexor_spool_turns_less_with_more_torque_at_the_same_tensions():
     p, angle, flexion = drawn(34, unilateral=True)
     q = p | {"flexor_radius": 2 * p["flexor_radius"]}
-    before, after = evaluate(p, angle, flexion), evaluate(q, angle, flexion)
+    before = evaluate(p, angle, flexion)
+    after = evaluate(q, angle, flexion)
     np.testing.assert_array_equal(before.balance.flexor, after.balance.flexor)
     np.testing.assert_array_equal(before.motor_torque * 2, after.motor_torque)
     np.testing.assert_array_equal(before.spool_angle, after.spool_angle * 2)
@@ -193,8 +222,8 @@ PRETENSION = st.floats(0.0, 400.0)
 def test_exchanging_the_tendons_turns_the_spool_ratio_over(
     arm, radius, ratio, c_f, c_e, h_f, h_e, torque, f_f, f_e, unilateral
 ):
-    """What flexes in one arm extends in its mirror image, with the ratio 1/η and both travels exchanged."""
-    one = statics.Coupling(
+    """An arm's flexor is its mirror image's extensor, with the ratio 1/η and travels exchanged."""
+    arm_itself = statics.Coupling(
         moment_arm=np.asarray(arm),
         extensor_arm=radius,
         ratio=ratio,
@@ -203,7 +232,7 @@ def test_exchanging_the_tendons_turns_the_spool_ratio_over(
         mismatch=np.asarray(h_e - ratio * h_f),
         elbow_torque=np.asarray(torque),
     )
-    other = statics.Coupling(
+    mirror_image = statics.Coupling(
         moment_arm=np.asarray(radius),
         extensor_arm=arm,
         ratio=1 / ratio,
@@ -212,24 +241,24 @@ def test_exchanging_the_tendons_turns_the_spool_ratio_over(
         mismatch=np.asarray(h_e / ratio - h_f),
         elbow_torque=np.asarray(-torque),
     )
-    a = statics.solve(one, f_f, f_e, unilateral=unilateral)
-    b = statics.solve(other, f_e, f_f, unilateral=unilateral)
-    near = 1e-10 * max(
+    a = statics.solve(arm_itself, f_f, f_e, unilateral=unilateral)
+    b = statics.solve(mirror_image, f_e, f_f, unilateral=unilateral)
+    compliance = ratio * c_f + c_e
+    largest_force = max(
         f_f, f_e, abs(a.flexor), abs(a.extensor), abs(torque / arm), abs(torque / radius)
     )
-    near += 1e-10 * (abs(h_f) * ratio + abs(h_e)) / (ratio * c_f + c_e) * max(1.0, radius / arm)
+    force_of_travels = (abs(h_f) * ratio + abs(h_e)) / compliance * max(1.0, radius / arm)
+    near = 1e-10 * largest_force + 1e-10 * force_of_travels
     assert a.flexor == pytest.approx(float(b.extensor), abs=near)
     assert a.extensor == pytest.approx(float(b.flexor), abs=near)
-    assert a.loose == pytest.approx(ratio * float(b.loose), abs=near * (ratio * c_f + c_e))
-    assert statics.respond(one).required == pytest.approx(
-        float(statics.respond(other).required), abs=near
-    )
-    least = (
-        min(abs(a.flexor), abs(a.extensor))
-        if not unilateral
-        else abs(float(a.loose)) / (ratio * c_f + c_e)
-    )
-    if least > 1e-6 * (f_f + f_e + 1) and least > 2 * near:
+    assert a.loose == pytest.approx(ratio * float(b.loose), abs=near * compliance)
+    required = statics.respond(arm_itself).required
+    mirrored_required = statics.respond(mirror_image).required
+    assert required == pytest.approx(float(mirrored_required), abs=near)
+    slack_force = abs(float(a.loose)) / compliance
+    least_tension = min(abs(a.flexor), abs(a.extensor))
+    margin = slack_force if unilateral else least_tension
+    if margin > 1e-6 * (f_f + f_e + 1) and margin > 2 * near:
         exchanged = {FLEXOR_SLACK: EXTENSOR_SLACK, EXTENSOR_SLACK: FLEXOR_SLACK}
         assert int(b.status) == exchanged.get(int(a.status), int(a.status))
 

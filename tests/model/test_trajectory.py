@@ -1,4 +1,7 @@
-"""A motion in time: inertia, friction's direction and the motor's sums along it, against formulas and fine sums."""
+"""A motion in time, against formulas and fine sums.
+
+Inertia asks for torque, friction has a direction, and the motor's results are sums along it.
+"""
 
 from dataclasses import replace
 
@@ -15,42 +18,56 @@ from tendon_cli.model.reversal import drift
 from tendon_cli.model.trajectory import Trajectory, ways
 from tendon_cli.model.window import window
 
-from .designs import baseline, design
+from .designs import BOTH_DIRECTIONS, baseline, design
 
-MIDDLE, SWING, RATE = 0.9, 0.6, 1.5  # rad, rad, rad/s
+MIDDLE = 0.9  # rad
+SWING = 0.6  # rad
+RATE = 1.5  # rad/s
+INERTIA = 0.08  # kg m²
 
 
-def swing(count=2001, cycles=1.0, rate=RATE):
-    """θ = 0.9 - 0.6 cos(rate t), in closed form."""
-    time = np.linspace(0.0, cycles * 2.0 * np.pi / rate, count)
-    turn = rate * time
+def swing(count=2001, cycles=1.0):
+    """Return θ = 0.9 - 0.6 cos(rate t), in closed form."""
+    time = np.linspace(0.0, cycles * 2.0 * np.pi / RATE, count)
+    turn = RATE * time
     angle = MIDDLE - SWING * np.cos(turn)
-    derivatives = SWING * np.array(
-        [rate * np.sin(turn), rate**2 * np.cos(turn), -(rate**3) * np.sin(turn)]
-    )
+    speed = RATE * np.sin(turn)
+    acceleration = RATE**2 * np.cos(turn)
+    jerk = -(RATE**3) * np.sin(turn)
+    derivatives = SWING * np.array([speed, acceleration, jerk])
     return Trajectory(time, angle, derivatives, 0.0)
 
 
-def moved(trajectory, inertia=0.08, **changes):
+def moved(trajectory, inertia=INERTIA, **changes):
+    """Return the baseline with changes that moves along a trajectory."""
     made = design(baseline(**changes))
     return replace(made, trajectory=trajectory, arm=replace(made.arm, inertia=inertia))
 
 
-def along_states(made):
-    trajectory = made.trajectory
-    return evaluate(made, trajectory.angle[np.newaxis], trajectory.flexion[np.newaxis])
+def samples(trajectory):
+    """Return angles and directions of a trajectory, each (1, samples)."""
+    return trajectory.angle[np.newaxis], trajectory.flexion[np.newaxis]
+
+
+def states_of(made):
+    """Return the states of a design along its trajectory."""
+    return evaluate(made, *samples(made.trajectory))
+
+
+def results_of(made):
+    """Return the motor's results along the trajectory of a design as plain numbers by name."""
+    return {name: float(value) for name, value in along(made, made.trajectory).items()}
 
 
 def test_inertia_asks_for_torque_and_leaves_the_stiffness_as_it_is():
     trajectory = swing(301)
-    made, still = moved(trajectory, load_mass=2.0), design(baseline(load_mass=2.0))
-    angle, flexion = trajectory.angle[np.newaxis], trajectory.flexion[np.newaxis]
-    at, rest = (State.of(each, angle, flexion) for each in (made, still))
-    asked = (0.08 + 2.0 * 0.32**2) * trajectory.acceleration
-    np.testing.assert_allclose(
-        at.coupling.elbow_torque - rest.coupling.elbow_torque, asked[np.newaxis], atol=1e-12
-    )
-    np.testing.assert_array_equal(at.torque_slope, rest.torque_slope)
+    angle, flexion = samples(trajectory)
+    moving = State.of(moved(trajectory, load_mass=2.0), angle, flexion)
+    still = State.of(design(baseline(load_mass=2.0)), angle, flexion)
+    extra = moving.coupling.elbow_torque - still.coupling.elbow_torque
+    expected = (INERTIA + 2.0 * 0.32**2) * trajectory.acceleration
+    np.testing.assert_allclose(extra, expected[np.newaxis], atol=1e-12)
+    np.testing.assert_array_equal(moving.torque_slope, still.torque_slope)
 
 
 def test_each_sample_is_known_by_its_angle_though_the_joint_rests():
@@ -63,48 +80,50 @@ def test_each_sample_is_known_by_its_angle_though_the_joint_rests():
 
 
 def test_where_a_joint_drifts_and_where_it_is_set_it_stands_still():
-    made, still = moved(swing(), pretension=200.0), design(baseline(pretension=200.0))
-    first = float(made.trajectory.angle[0])
-    assert drift(made, first, 1.5) == drift(still, first, 1.5)
+    moving = moved(swing(), pretension=200.0)
+    still = design(baseline(pretension=200.0))
+    first = float(moving.trajectory.angle[0])
+    assert drift(moving, first, 1.5) == drift(still, first, 1.5)
 
 
 def test_slow_full_swings_come_to_what_a_cycle_does():
-    """Without inertia a swing there and back is both strokes: the same work, loss, travel and peaks."""
+    """Without inertia a full swing has the work, loss, travel and peaks of both strokes."""
     changes = {"forearm_mass": 4.0, "forearm_com": 0.25, "pretension": 200.0}
-    trajectory = swing(40_001)
-    found, low = along(moved(trajectory, inertia=0.0, **changes), trajectory), MIDDLE - SWING
-    angles = np.linspace(low, MIDDLE + SWING, 91)[np.newaxis]
-    strokes = cycle(design(baseline(**changes)), angles, np.array([[True], [False]]), 1.0)
+    results = results_of(moved(swing(40_001), inertia=0.0, **changes))
+    angles = np.linspace(MIDDLE - SWING, MIDDLE + SWING, 91)[np.newaxis]
+    strokes = cycle(design(baseline(**changes)), angles, BOTH_DIRECTIONS, 1.0)
     for name in ("motor_work_in", "friction_loss", "spool_travel", "efficiency"):
-        assert float(found[name]) == pytest.approx(float(strokes[name]), rel=2e-4), name
+        assert results[name] == pytest.approx(float(strokes[name]), rel=2e-4), name
 
 
 def test_work_in_less_braking_is_what_the_elbow_takes_stores_and_friction_loses():
-    """Along an open motion, with inertia: ∫τ_m dα = ∫τ_a dθ + ΔU + loss, all from the columns and states."""
+    """Along an open motion, with inertia, ∫τ_m dα = ∫τ_a dθ + ΔU + loss."""
     trajectory = swing(60_001, cycles=0.45)
     made = moved(trajectory, load_mass=3.0, pretension=250.0)
-    found, state = along(made, trajectory), along_states(made)
-    elbow = float(np.sum(state.elbow_torque[0] * trajectory.speed * trajectory.weights))
-    x, y = state.balance.flexor[0], state.balance.extensor[0]
+    results = results_of(made)
+    state = states_of(made)
+    elbow_work = float(np.sum(state.elbow_torque[0] * trajectory.speed * trajectory.weights))
+    x = state.balance.flexor[0]
+    y = state.balance.extensor[0]
     stored = 0.5 * (state.flexor.gives * x * x + state.extensor.gives * y * y)[0]
-    by_motor = float(found["motor_work_in"] - found["braking_work"])
-    assert by_motor == pytest.approx(
-        elbow + stored[-1] - stored[0] + float(found["friction_loss"]), rel=1e-6
-    )
+    motor_work = results["motor_work_in"] - results["braking_work"]
+    expected = elbow_work + stored[-1] - stored[0] + results["friction_loss"]
+    assert motor_work == pytest.approx(expected, rel=1e-6)
 
 
 def test_peaks_and_the_root_mean_square_are_those_of_the_states():
     trajectory = swing(5001)
     made = moved(trajectory, load_mass=3.0, pretension=250.0)
-    found, torque = along(made, trajectory), along_states(made).motor_torque[0]
-    turned = along_states(made).spool_angle[0]
-    speed = np.gradient(turned, trajectory.time)
-    assert float(found["rms_motor_torque"]) == pytest.approx(np.sqrt(np.mean(torque**2)), rel=1e-3)
-    one_way = trajectory.flexion[:-1] == trajectory.flexion[1:]
-    assert float(found["peak_motor_power"]) == pytest.approx(
-        (torque * speed)[:-1][one_way].max(), rel=1e-3
-    )
-    assert np.isnan(found["max_backlash"]).all()
+    results = results_of(made)
+    state = states_of(made)
+    torque = state.motor_torque[0]
+    root_mean_square = np.sqrt(np.mean(torque**2))
+    assert results["rms_motor_torque"] == pytest.approx(root_mean_square, rel=1e-3)
+    power = torque * np.gradient(state.spool_angle[0], trajectory.time)
+    keeps_direction = trajectory.flexion[:-1] == trajectory.flexion[1:]
+    peak = power[:-1][keeps_direction].max()
+    assert results["peak_motor_power"] == pytest.approx(peak, rel=1e-3)
+    assert np.isnan(results["max_backlash"])
 
 
 LIMITS = (
@@ -119,23 +138,28 @@ LIMITS = (
 @pytest.mark.parametrize("name", LIMITS)
 def test_windows_along_a_trajectory_are_where_its_columns_keep_the_limit(name):
     trajectory = swing(121)
-    at, flexion = trajectory.angle[np.newaxis], trajectory.flexion[np.newaxis]
-    made = moved(trajectory, load_mass=2.0, ratio=0.7)
-    wide = window(made, at, flexion, Bounds())
+    angle, flexion = samples(trajectory)
+    changes = {"load_mass": 2.0, "ratio": 0.7}
+    made = moved(trajectory, **changes)
+    wide = window(made, angle, flexion, Bounds())
 
     def value(pretension):
-        held = moved(trajectory, load_mass=2.0, ratio=0.7, pretension=pretension)
+        held = moved(trajectory, **changes, pretension=pretension)
         if name == "peak_motor_torque":
-            return float(np.abs(along_states(held).motor_torque).max())
-        return float(along(held, trajectory)[name.removeprefix("max_")])
+            return float(np.abs(states_of(held).motor_torque).max())
+        return results_of(held)[name.removeprefix("max_")]
 
-    bounds = Bounds(**{name: value(0.6 * float(wide.low) + 0.4 * float(wide.high))})
-    found = narrowed(window(made, at, flexion, bounds), made, at, flexion, bounds)
-    ends = [(float(found.low), float(wide.low), -1.0), (float(found.high), float(wide.high), 1.0)]
-    assert any(end != wider for end, wider, _ in ends)
-    for end, wider, outward in ends:
-        assert value(end) <= bounds[name] * (1.0 + 1e-9)
-        assert end == wider or value(end + 1e-3 * outward) > bounds[name]
+    limit = value(0.6 * float(wide.low) + 0.4 * float(wide.high))
+    bounds = Bounds(**{name: limit})
+    left = narrowed(window(made, angle, flexion, bounds), made, angle, flexion, bounds)
+    ends = [
+        (float(left.low), float(wide.low), -1.0),
+        (float(left.high), float(wide.high), 1.0),
+    ]
+    assert any(end != wide_end for end, wide_end, _ in ends)
+    for end, wide_end, outward in ends:
+        assert value(end) <= limit * (1.0 + 1e-9)
+        assert end == wide_end or value(end + 1e-3 * outward) > limit
 
 
 # --- The direction of friction --------------------------------------------------------------------
@@ -159,6 +183,7 @@ def test_noise_smaller_than_the_reversal_turns_nothing():
 @given(st.integers(0, 1000), st.floats(0.0, 0.3))
 def test_a_mirrored_motion_has_the_other_friction(seed, reversal):
     angle = np.cumsum(np.random.default_rng(seed).normal(0.0, 0.1, 60))
-    there, back = ways(angle, reversal), ways(-angle, reversal)
+    flexion = ways(angle, reversal)
+    mirrored = ways(-angle, reversal)
     if np.abs(angle - angle[0]).max() > reversal:
-        np.testing.assert_array_equal(there, ~back)
+        np.testing.assert_array_equal(flexion, ~mirrored)
