@@ -21,8 +21,8 @@ ROUTE = "x [mm],y [mm],z [mm]\n"
 for n in range(40):
     ROUTE += f"{100 - n},{n * n / 16},{n}\n"
 
+# Readings are made up: two directions in turn, unequal gains, a zero offset.
 READINGS = "cell_1,cell_2\n"
-"""Made up: two directions in turn, unequal gains, a zero offset."""
 for n in range(24):
     force = 0.8 + n / 20
     gain = 1.31 if n % 2 else 0.79
@@ -82,24 +82,27 @@ draws = 16
     "route.csv": ROUTE,
     "made.csv": READINGS,
 }
-STATE = """
-state rich.toml {form} --set load.mass='{load} kg' --set motion.elbow_angle='{angle} deg'
---set motion.direction={direction} --set sheath.friction=0.1 --set spring.stiffness='5 kN/m'
---set tendon.pretension='{force} N' --case {case}
-"""
-STATES = [
-    STATE.strip()
-    .replace("\n", " ")
-    .format(form=form, load=load, angle=angle, direction=direction, force=force, case=case)
-    for load, angle, direction, force, case in (
-        (0, 75, "flexion", 90, "short"),
-        (5, 75, "flexion", 90, "long"),
-        (10, 90, "extension", 140, "short"),
-        (0, 0, "extension", 60, "short"),
-        (3, 170, "flexion", 90, "long"),
+
+
+def state_command(form: str, load: int, angle: int, direction: str, force: int, case: str) -> str:
+    """Return a command that computes one state of the rich study."""
+    return (
+        f"state rich.toml {form} --set load.mass='{load} kg' "
+        f"--set motion.elbow_angle='{angle} deg' --set motion.direction={direction} "
+        "--set sheath.friction=0.1 --set spring.stiffness='5 kN/m' "
+        f"--set tendon.pretension='{force} N' --case {case}"
     )
-    for form in ("", "--json")
+
+
+POINTS = [
+    (0, 75, "flexion", 90, "short"),
+    (5, 75, "flexion", 90, "long"),
+    (10, 90, "extension", 140, "short"),
+    (0, 0, "extension", 60, "short"),
+    (3, 170, "flexion", 90, "long"),
 ]
+"""Load in kg, elbow angle in degrees, direction, pretension in N and case of a state."""
+STATES = [state_command(form, *point) for point in POINTS for form in ("", "--json")]
 FEWER = """--no-figures --set 'tendon.pretension={ from = "20 N", to = "260 N", num = 7 }'"""
 COMMANDS = [
     *STATES,
