@@ -1,4 +1,4 @@
-"""The lines by which other tools read tables, as docs/tables.md shows them, give what was written, with its units."""
+"""Other tools read tables and units as written, by the lines that docs/tables.md shows."""
 
 import importlib
 import json
@@ -21,29 +21,34 @@ name = "first"
 [[cases]]
 name = "second"
 """
-FOLDERS = {"DuckDB": "run/designs.parquet/*.parquet"}
-"""How a tool names a table of several parts, where not as one of a single file."""
+SINGLE_FILE = "run/designs.parquet"
+PATTERNS = {"DuckDB": "run/designs.parquet/*.parquet"}
+"""Names of a table of several parts, for tools that do not read it under the name of its folder."""
 TORTURE = [pytest.param(tool, marks=pytest.mark.torture) for tool in ("polars", "DuckDB")]
 
 
 def line_of(tool, column):
-    """The code in a row of the page's table."""
+    """Return the code in a row of the page's table."""
     row = re.search(rf"^\| {tool} \| `(.*?)` \| `(.*?)`.* \|$", PAGE, re.MULTILINE)
     return row[column]
 
 
-def evaluated(tool, code):
-    module = {"Arrow": "pyarrow.dataset"}.get(tool, tool.lower())
+def evaluate(tool, code):
+    """Return the value of an expression that uses a tool; skip the test if it is not installed."""
+    module = "pyarrow.dataset" if tool == "Arrow" else tool.lower()
     pytest.importorskip(module, reason=f"{module} is not installed")
-    names = {module.partition(".")[0]: importlib.import_module(module.partition(".")[0])}
-    return eval(code, {"tendon": tendon, "json": json} | names)  # noqa: S307 - our own page
+    package = module.partition(".")[0]
+    names = {"tendon": tendon, "json": json, package: importlib.import_module(package)}
+    return eval(code, names)  # noqa: S307 - our own page
 
 
-def numbers(tool, table, column):
-    """A column's values, one a design."""
+def values_of(tool, table, column):
+    """Return the values of a column, one per design."""
     if tool == "xarray":
         return table[column].to_numpy().ravel()
-    return np.asarray({"DuckDB": lambda: table.df()[column]}.get(tool, lambda: table[column])())
+    if tool == "DuckDB":
+        return np.asarray(table.df()[column])
+    return np.asarray(table[column])
 
 
 @pytest.mark.parametrize("parts", [1, 4])
@@ -52,14 +57,20 @@ def test_a_tool_reads_what_was_written_and_its_units(workplace, small_parts, too
     small_parts(182 * 8 // parts, 8 // parts)
     (workplace / "study.toml").write_text(STUDY, encoding="utf-8")
     run = tendon.sweep(tendon.load_study("study.toml"), out="run")
-    assert (workplace / "run/designs.parquet").is_dir() == (parts > 1)
+    assert (workplace / SINGLE_FILE).is_dir() == (parts > 1)
+
     code = line_of(tool, 1)
     if parts > 1:
-        code = code.replace("run/designs.parquet", FOLDERS.get(tool, "run/designs.parquet"))
-    table = evaluated(tool, code)
+        code = code.replace(SINGLE_FILE, PATTERNS.get(tool, SINGLE_FILE))
+    table = evaluate(tool, code)
     for column in ("margin", "max_tension", "required_pretension"):
-        np.testing.assert_array_equal(numbers(tool, table, column), run.designs[column].to_numpy())
-    units = line_of(tool, 2)
+        np.testing.assert_array_equal(
+            values_of(tool, table, column), run.designs[column].to_numpy()
+        )
+
     if parts == 1:
-        known = evaluated(tool, code + units if units.startswith(".") else units)
-        assert (known["pretension"] if isinstance(known, dict) else known) in ("N", b"N")
+        units = line_of(tool, 2)
+        is_method = units.startswith(".")
+        known = evaluate(tool, code + units if is_method else units)
+        unit = known["pretension"] if isinstance(known, dict) else known
+        assert unit in ("N", b"N")

@@ -11,11 +11,11 @@ ERRORS = (errno.ENOSPC, errno.EIO, errno.EDQUOT, errno.EROFS, errno.EACCES)
 
 
 class Killed(BaseException):
-    """As SIGKILL: whoever catches it cannot do anything more."""
+    """Stands in for SIGKILL: no later operation of the disk succeeds."""
 
 
 class File(io.FileIO):
-    """A file whose writes go by the disk; one that fails has written half of what was asked."""
+    """A file whose writes are recorded by the disk; one that fails has written half of its data."""
 
     def __init__(self, name, mode, disk):
         super().__init__(name, mode)
@@ -23,7 +23,7 @@ class File(io.FileIO):
 
     def write(self, data):
         try:
-            self.disk.meet("write", self.name)
+            self.disk.record("write", self.name)
         except OSError:
             if len(data) > 1:
                 super().write(memoryview(data)[: len(data) // 2])
@@ -32,62 +32,79 @@ class File(io.FileIO):
 
 
 class Disk:
-    """Every opening, write, flush, rename and making of a folder below a place goes by here, and one of them fails."""
+    """Records operations on files and folders below a place, and lets one of them fail.
+
+    It sees every opening, write, flush, rename and making of a folder.
+    """
 
     def __init__(self, patch, below):
         self.below = str(below)
-        self.begin()
-        fsync, path_open = os.fsync, Path.open
+        self.reset()
+        real_fsync = os.fsync
+        real_open = Path.open
 
-        def open_(path, mode="r", buffering=-1, **options):
-            if "b" not in mode or mode == "rb" or not str(path).startswith(self.below):
-                return path_open(path, mode, buffering, **options)
-            self.meet("open", path)
+        def open_recorded(path, mode="r", buffering=-1, **options):
+            writes_bytes = "b" in mode and mode != "rb"
+            if not writes_bytes or not str(path).startswith(self.below):
+                return real_open(path, mode, buffering, **options)
+            self.record("open", path)
             raw = File(path, mode.replace("b", ""), self)
             return io.BufferedWriter(raw, buffering if buffering > 0 else io.DEFAULT_BUFFER_SIZE)
 
-        def fsync_(handle):
-            self.meet(
-                "fsync folder" if stat.S_ISDIR(os.fstat(handle).st_mode) else "fsync file", handle
-            )
-            return fsync(handle)
+        def fsync_recorded(handle):
+            is_folder = stat.S_ISDIR(os.fstat(handle).st_mode)
+            self.record("fsync folder" if is_folder else "fsync file", handle)
+            return real_fsync(handle)
 
-        def by_here(real, meet):
-            def call(first, *rest, **options):
-                meet(first)
-                return real(first, *rest, **options)
+        def recorded(kind, real):
+            def call(path, *arguments, **options):
+                self.record(kind, path)
+                return real(path, *arguments, **options)
 
             return call
 
-        patch.setattr(Path, "open", open_)
-        patch.setattr(os, "fsync", fsync_)
-        patch.setattr(
-            Path, "replace", by_here(Path.replace, lambda path: self.meet("rename", path))
-        )
-        patch.setattr(Path, "mkdir", by_here(Path.mkdir, lambda path: self.meet("mkdir", path)))
-        patch.setattr(Path, "unlink", by_here(Path.unlink, lambda _path: self.go_on()))
-        patch.setattr(shutil, "rmtree", by_here(shutil.rmtree, lambda _path: self.go_on()))
+        def refused_after_kill(real):
+            def call(path, *arguments, **options):
+                self.check_alive()
+                return real(path, *arguments, **options)
 
-    def begin(self, fail_at=None, error=errno.ENOSPC, *, lasting=False):
-        """From now on the operation of this number fails, if it is lasting all later ones too; error None is a kill."""
-        self.seen, self.fail_at, self.error, self.lasting, self.dead = (
-            [],
-            fail_at,
-            error,
-            lasting,
-            False,
-        )
+            return call
 
-    def go_on(self):
-        if self.dead:
+        patch.setattr(Path, "open", open_recorded)
+        patch.setattr(os, "fsync", fsync_recorded)
+        patch.setattr(Path, "replace", recorded("rename", Path.replace))
+        patch.setattr(Path, "mkdir", recorded("mkdir", Path.mkdir))
+        patch.setattr(Path, "unlink", refused_after_kill(Path.unlink))
+        patch.setattr(shutil, "rmtree", refused_after_kill(shutil.rmtree))
+
+    def reset(self, fail_at=None, error=errno.ENOSPC, *, lasting=False):
+        """Forget all operations, and choose the one that fails from now on.
+
+        Args:
+            fail_at: Number of the operation, from 0; None if none fails.
+            error: Number of the error; None if the process is killed instead.
+            lasting: True if all later operations fail as well.
+        """
+        self.operations = []
+        self.fail_at = fail_at
+        self.error = error
+        self.lasting = lasting
+        self.is_killed = False
+
+    def check_alive(self):
+        """Raise Killed if the process was killed."""
+        if self.is_killed:
             raise Killed
 
-    def meet(self, kind, name):
-        self.go_on()
-        self.seen.append((kind, str(name)))
-        at = len(self.seen) - 1
-        if self.fail_at is None or at < self.fail_at or (at > self.fail_at and not self.lasting):
+    def record(self, kind, name):
+        """Record an operation before it happens; raise if it is to fail."""
+        self.check_alive()
+        number = len(self.operations)
+        self.operations.append((kind, str(name)))
+        if self.fail_at is None or number < self.fail_at:
             return
-        self.dead = self.error is None
-        self.go_on()
+        if number > self.fail_at and not self.lasting:
+            return
+        self.is_killed = self.error is None
+        self.check_alive()
         raise OSError(self.error, os.strerror(self.error))

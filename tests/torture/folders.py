@@ -1,4 +1,4 @@
-"""A run folder and all that may happen to it, each with what must be so afterwards."""
+"""A run folder and all that may happen to it, each with what must hold afterwards."""
 
 import errno
 import fcntl
@@ -41,16 +41,19 @@ elbow_angle = "50 deg"
 """
 """Four parts of one state each."""
 VERBS = {"sweep": (Sweep, STUDY, "run.json"), "design": (Choices, QUESTION, "design.json")}
-"""What carries it out, a study, its record."""
-WAYS = ("", "resume", "overwrite")
-PLACE, CHANCE = st.integers(0, 60), st.randoms(use_true_random=True)
+"""Task, study and name of the record, by command."""
+MODES = ("", "resume", "overwrite")
+NUMBER = st.integers(0, 60)
+"""Number of an operation, or of a file."""
+RNG = st.randoms(use_true_random=True)
 FIGURE = "figure.png"
-FAST = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None  # noqa: S108 - folders of random names
-"""Where a flush costs nothing."""
+MEMORY = "/dev/shm"  # noqa: S108 - folders of random names
+FAST = MEMORY if os.access(MEMORY, os.W_OK) else None
+"""Folder in which a flush costs nothing."""
 
 
 def draw(_study, _folder, place, _record):
-    """Stands in for figures, which are slow to draw."""
+    """Write a stand-in for figures, which are slow to draw."""
     (place / FIGURE).write_bytes(b"drawn")
     return [FIGURE], [], None
 
@@ -59,64 +62,67 @@ def outcome(record, _out, **more):
     return SimpleNamespace(record=record, **more)
 
 
+def journal_line(text):
+    """Return a line of a journal with its checksum."""
+    return b"%08x %s\n" % (zlib.crc32(text), text)
+
+
 # --- Harm -----------------------------------------------------------------------------------------
 
 
-def delete(file, _chance):
+def delete(file, _rng):
     file.unlink()
 
 
-def truncate(file, chance):
-    os.truncate(file, chance.randrange(file.stat().st_size or 1))
+def truncate(file, rng):
+    os.truncate(file, rng.randrange(file.stat().st_size or 1))
 
 
-def flip(file, chance):
+def flip(file, rng):
     content = bytearray(file.read_bytes() or b"\0")
-    content[chance.randrange(len(content))] ^= 1 << chance.randrange(8)
+    content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
     file.write_bytes(content)
 
 
-def lengthen(file, chance):
+def lengthen(file, rng):
     with file.open("ab") as end:
-        end.write(chance.randbytes(chance.randrange(1, 600)))
+        end.write(rng.randbytes(rng.randrange(1, 600)))
 
 
-def swap(file, _chance):
-    """A whole part, but that of another table."""
-    other = file.parents[1] / (
-        "designs.parquet" if file.parent.name == "states.parquet" else "states.parquet"
-    )
-    file.write_bytes((other / file.name).read_bytes() if (other / file.name).exists() else b"")
+def swap(file, _rng):
+    """Put the same part of another table in its place, or nothing if that table has none."""
+    other_table = "designs.parquet" if file.parent.name == "states.parquet" else "states.parquet"
+    other = file.parents[1] / other_table / file.name
+    file.write_bytes(other.read_bytes() if other.exists() else b"")
 
 
 HARMS = [delete, truncate, flip, lengthen, swap]
 
 
-def broken(journal, chance):
-    """A journal that is cut off, or has a flipped bit, a line twice, lines in another order, noise between or after."""
+def broken(journal, rng):
+    """Return a journal cut off, with a flipped bit, or with lines repeated, shuffled or added."""
     lines = journal.split(b"\n")[:-1]
-    match chance.randrange(6):
+    match rng.randrange(6):
         case 0:
-            return journal[: chance.randrange(len(journal) + 1)]
+            return journal[: rng.randrange(len(journal) + 1)]
         case 1 if journal:
             content = bytearray(journal)
-            content[chance.randrange(len(content))] ^= 1 << chance.randrange(8)
+            content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
             return bytes(content)
         case 2 if len(lines) > 1:
-            lines.insert(chance.randrange(1, len(lines) + 1), chance.choice(lines[1:]))
+            lines.insert(rng.randrange(1, len(lines) + 1), rng.choice(lines[1:]))
         case 3:
-            lines[1:] = chance.sample(lines[1:], len(lines[1:]))
+            lines[1:] = rng.sample(lines[1:], len(lines[1:]))
         case 4:
-            lines.insert(chance.randrange(len(lines) + 1), chance.randbytes(chance.randrange(100)))
+            lines.insert(rng.randrange(len(lines) + 1), rng.randbytes(rng.randrange(100)))
         case _:
-            return journal + bytes(
-                chance.randrange(4096)
-            )  # as a power cut leaves a file that had been made longer
+            # A power cut leaves zeros in a file that had been made longer.
+            return journal + bytes(rng.randrange(4096))
     return b"\n".join(lines) + b"\n"
 
 
 def entries(content):
-    """What the whole lines of a journal say."""
+    """Return the entries in the whole lines of a journal."""
     pairs = (line.split(b" ", 1) for line in content.split(b"\n")[:-1] if b" " in line)
     return [json.loads(text) for crc, text in pairs if crc == b"%08x" % zlib.crc32(text)]
 
@@ -125,7 +131,8 @@ def has_header(known):
     return any("tables" in entry for entry in known)
 
 
-# --- Why a run may be refused ---------------------------------------------------------------------
+# --- Reasons to refuse a run ----------------------------------------------------------------------
+# Each obstacle yields a piece of the hint that the refusal gives.
 
 
 @contextmanager
@@ -149,7 +156,7 @@ def _without_locks(number):
 
 @contextmanager
 def _journal_is_forbidden(folder, patch):
-    """The superuser may read everything, so it is injected."""
+    """Forbid to read the journal by a patch, since the superuser may read every file."""
     read = journal_module.read_file
 
     def forbidden(path, most):
@@ -180,34 +187,45 @@ class Folder(RuleBasedStateMachine):
 
     @classmethod
     def of(cls, name, *, is_first=False):
-        """The folder of a verb, to be called step by step; `is_first` where its files are not known yet."""
+        """Return the folder of a command, to be called step by step.
+
+        `is_first` says that the hashes of its files are not known yet.
+        """
         folder = cls()
         folder.begin(name, is_first=is_first)
         return folder
 
     @initialize(name=st.sampled_from(["sweep", "sweep", "design"]))
     def begin(self, name, *, is_first=False):
-        (self.task, text, record), self.name, self.patch = VERBS[name], name, pytest.MonkeyPatch()
+        self.name = name
+        self.task, text, record = VERBS[name]
+        self.patch = pytest.MonkeyPatch()
         for part in ("STATES_PER_PART", "STATES_PER_FILE", "DESIGNS_PER_PART"):
             self.patch.setattr(plan, part, 1)
         self.patch.setattr(choices, "CHOICES_PER_PART", 1)
+        # Files that a kill left open raise where nobody can catch it.
+        self.patch.setattr(sys, "unraisablehook", lambda _fault: None)
+
         self.home = Path(tempfile.mkdtemp(dir=FAST))
-        self.run, self.record = self.home / "run", self.home / "run" / record
-        self.journal, self.stranger = self.run / "journal.jsonl", self.home / "stranger"
+        self.run = self.home / "run"
+        self.record = self.run / record
+        self.journal = self.run / "journal.jsonl"
+        self.stranger = self.home / "stranger"
         self.stranger.mkdir()
-        (self.home / "study.toml").write_text(text, encoding="utf-8")
-        self.study = load_study(self.home / "study.toml")
+        study = self.home / "study.toml"
+        study.write_text(text, encoding="utf-8")
+        self.study = load_study(study)
         self.parts = self.task.of(self.study).parts
+
         self.forms = {} if is_first else forms_of(name)
         self.whole = {file: forms[-1] for file, forms in self.forms.items()}
-        self.harmed, self.strangers, self.seen = set(), {}, []
+        self.harmed = set()
+        self.strangers = {}
+        self.operations = []
         self.disk = Disk(self.patch, self.home)
-        self.patch.setattr(
-            sys, "unraisablehook", lambda _fault: None
-        )  # what files say that a kill left open
 
     def close(self):
-        self.disk.begin()
+        self.disk.reset()
         self.patch.undo()
         shutil.rmtree(self.home)
 
@@ -218,11 +236,16 @@ class Folder(RuleBasedStateMachine):
                     self.finish()
 
     @property
-    def finished(self):
+    def is_finished(self):
         return self.record.exists()
 
     @property
+    def has_figure(self):
+        return (self.run / FIGURE).exists()
+
+    @property
     def hashes(self):
+        """SHA-256 of every table file, by its name in the run folder."""
         return {
             str(file.relative_to(self.run)): file_sha256(file)
             for file in self.run.rglob("*.parquet")
@@ -231,40 +254,42 @@ class Folder(RuleBasedStateMachine):
 
     @property
     def damaged(self):
-        """Files that are not as the run wrote them."""
-        stand = {
+        """Names of files that are not as the run wrote them."""
+        is_finished = self.is_finished
+        hashes = {
             name: sha256
             for name, sha256 in self.hashes.items()
             if not (self.run / name).is_symlink()
         }
-        return sorted(
-            name
-            for name, forms in self.forms.items()
-            if stand.get(name) not in forms[-self.finished :]
-        )
+        damaged = []
+        for name, forms in self.forms.items():
+            permitted = forms[-1:] if is_finished else forms
+            if hashes.get(name) not in permitted:
+                damaged.append(name)
+        return sorted(damaged)
 
     @property
-    def kept(self):
+    def intact_parts(self):
         """Parts that need not be made anew."""
-        files, damaged, journal = self.task.of(self.study).files, {*self.damaged}, self.entries()
-        known = (
-            range(self.parts)
-            if self.finished
-            else {entry["part"] for entry in journal if "part" in entry}
-        )
+        files = self.task.of(self.study).files
+        damaged = {*self.damaged}
+        known = {entry["part"] for entry in self.entries() if "part" in entry}
+        if self.is_finished:
+            known = range(self.parts)
         return [index for index in known if damaged.isdisjoint(files(index).values())]
 
     def entries(self):
         return entries(self.journal.read_bytes()) if self.journal.exists() else []
 
-    def times(self, parts):
+    def modification_times(self, parts):
+        """Return the time at which each file of some parts was written, in ns."""
         task = self.task.of(self.study)
         files = [self.run / name for index in parts for name in task.files(index).values()]
         return {file: file.stat().st_mtime_ns for file in files}
 
     @contextmanager
     def untouched(self):
-        """Nothing is written, made or deleted meanwhile but the lock."""
+        """Check that nothing but the lock is written, made or deleted meanwhile."""
 
         def everything():
             files = (
@@ -278,63 +303,96 @@ class Folder(RuleBasedStateMachine):
 
     @invariant()
     def check(self):
-        """What is so at any moment: what looks finished is, what stands is of this run, a stranger's is untouched."""
+        """Check what holds at any moment.
+
+        A run that looks finished is finished, every table is of this run, and the files of the
+        stranger are untouched.
+        """
         hashes = self.hashes
-        assert [
+        foreign = [
             name
             for name in hashes
             if name not in self.harmed and hashes[name] not in self.forms[name]
-        ] == []
-        assert not self.finished or self.harmed or hashes == self.whole
+        ]
+        assert foreign == []
+        if self.is_finished and not self.harmed:
+            assert hashes == self.whole
         assert {item.name for item in self.home.iterdir()} <= {"study.toml", "run", "stranger"}
         assert {file: file.read_bytes() for file in self.stranger.iterdir()} == self.strangers
 
-    # --- What is done
+    # --- Runs
 
-    def carry_out(self, way="resume", *, lock=True, stop_after=None):
-        """The outcome; stopped after so many parts. Raises TendonError or Killed."""
+    def carry_out(self, mode="resume", *, lock=True, stop_after=None):
+        """Run the study and return the outcome.
+
+        Args:
+            mode: One of `MODES`.
+            lock: True if the run locks its folder.
+            stop_after: Number of parts after which the run is stopped.
+
+        Raises:
+            TendonError: The run failed or was refused.
+            Stopped: The run was stopped.
+            Killed: The process was killed.
+        """
         stop = threading.Event()
 
         def progress(done, _all):
             if stop_after is not None and done >= stop_after:
                 stop.set()
 
-        ways = {"resume": way == "resume", "overwrite": way == "overwrite"}
-        how = How(jobs=1, lock=lock, draw=draw, progress=progress, stop=stop, **ways)
+        how = How(
+            jobs=1,
+            lock=lock,
+            draw=draw,
+            progress=progress,
+            stop=stop,
+            resume=mode == "resume",
+            overwrite=mode == "overwrite",
+        )
         try:
             return run_task(self.task, outcome, self.study, self.run, how)
         finally:
-            self.seen = self.disk.seen
-            self.disk.begin()
+            self.operations = self.disk.operations
+            self.disk.reset()
 
-    def ended(self, *words, **options):
-        """The outcome, or the error."""
+    def attempt(self, *arguments, **options):
+        """Run the study as `carry_out` does, and return the outcome or the error."""
         try:
-            return self.carry_out(*words, **options)
+            return self.carry_out(*arguments, **options)
         except (TendonError, Stopped, Killed) as error:
             return error
 
     def assert_whole(self):
         self.harmed.clear()
-        assert (self.finished, self.hashes) == (True, self.whole)
+        assert self.is_finished
+        assert self.hashes == self.whole
         assert not temporary_files(self.run)
 
-    @rule(way=st.sampled_from(WAYS[1:]))
-    def finish(self, way="resume", *, lock=True):
-        """To the end: the same bytes, only what was not there is made; and once more: nothing at all is done."""
-        was_finished, damaged, kept = self.finished, self.damaged, self.kept
-        before = self.times(kept) if self.name == "sweep" or was_finished else {}
-        record = self.carry_out(way, lock=lock).record
+    @rule(mode=st.sampled_from(MODES[1:]))
+    def finish(self, mode="resume", *, lock=True):
+        """Run to the end: the bytes are the same, and only what was missing is made.
+
+        Once more, and nothing at all is done.
+        """
+        was_finished = self.is_finished
+        damaged = self.damaged
+        intact = self.intact_parts
+        before = {}
+        if self.name == "sweep" or was_finished:
+            before = self.modification_times(intact)
+        record = self.carry_out(mode, lock=lock).record
         self.assert_whole()
-        assert ((self.run / FIGURE).exists(), was_finished or not self.journal.exists()) == (
-            True,
-            True,
-        )
-        if way == "resume":
+        assert self.has_figure
+        assert was_finished or not self.journal.exists()
+        if mode == "resume":
             assert before == {file: file.stat().st_mtime_ns for file in before}
-            assert not (was_finished and damaged) or sorted(record["repaired"]) == damaged
-            assert was_finished or record["resumed_parts"] <= len(kept)
-            assert was_finished or self.name == "design" or record["resumed_parts"] == len(kept)
+            if was_finished and damaged:
+                assert sorted(record["repaired"]) == damaged
+            if not was_finished:
+                assert record["resumed_parts"] <= len(intact)
+            if not was_finished and self.name != "design":
+                assert record["resumed_parts"] == len(intact)
         with self.untouched():
             assert self.carry_out(lock=lock).up_to_date
 
@@ -345,158 +403,179 @@ class Folder(RuleBasedStateMachine):
 
     @rule()
     def ask_plainly(self):
-        """Neither to resume nor to overwrite: a whole run is up to date, whatever else stands is refused and stays."""
-        was_finished, damaged, drawn = self.finished, self.damaged, (self.run / FIGURE).exists()
+        """Run without resuming or overwriting.
+
+        A whole run is up to date; anything else that stands there is refused and stays.
+        """
+        was_finished = self.is_finished
+        damaged = self.damaged
+        had_figure = self.has_figure
         before = self.hashes
-        ended = self.ended("")
-        if isinstance(ended, TendonError):
-            assert (ended.exit, "--resume" in ended.hint, self.hashes) == (7, True, before)
+        result = self.attempt("")
+        if isinstance(result, TendonError):
+            assert result.exit == 7
+            assert "--resume" in result.hint
+            assert self.hashes == before
             assert damaged or not was_finished
         else:
             self.assert_whole()
             assert not (was_finished and damaged)
-            assert ended.up_to_date == was_finished or not drawn
+            assert result.up_to_date == was_finished or not had_figure
 
     @rule(parts=st.integers(0, 5))
     def stop(self, parts):
-        if isinstance(self.ended(stop_after=parts), Stopped):
+        result = self.attempt(stop_after=parts)
+        if isinstance(result, Stopped):
             assert temporary_files(self.run) == []
         else:
             self.assert_whole()
 
-    # --- What happens to it
+    # --- Accidents
 
     @rule(
-        at=PLACE,
+        at=NUMBER,
         error=st.sampled_from([None, None, *ERRORS]),
         lasting=st.booleans(),
-        way=st.sampled_from(WAYS[1:]),
+        mode=st.sampled_from(MODES[1:]),
     )
-    def fail(self, at, error, *, lasting, way="resume"):
-        """An operation of the disk fails: exit 5, or what is said to stand is whole; or the process is killed at it."""
-        was_finished = self.finished
-        self.disk.begin(at, error, lasting=lasting)
-        ended = self.ended(way)
-        if isinstance(ended, TendonError):
-            assert (ended.exit, os.strerror(error or 0) in ended.message) == (5, True), ended
+    def fail(self, at, error, *, lasting, mode="resume"):
+        """Let an operation of the disk fail, or kill the process at it.
+
+        A failure is exit 5, or the run is whole.
+        """
+        was_finished = self.is_finished
+        self.disk.reset(at, error, lasting=lasting)
+        result = self.attempt(mode)
+        if isinstance(result, TendonError):
+            assert result.exit == 5, result
+            assert os.strerror(error or 0) in result.message, result
             assert not temporary_files(self.run)
-            assert was_finished or not self.finished
-        elif not isinstance(ended, Killed):
+            assert was_finished or not self.is_finished
+        elif not isinstance(result, Killed):
             self.assert_whole()
 
     @rule(parts=st.sets(st.integers(0, 5), min_size=1, max_size=3))
     def lose(self, parts):
-        """Parts cannot be made: exit 6, all others are kept."""
-        fill, lost = self.task.fill, {*parts} & {*range(self.parts)} - {*self.kept}
+        """Let some parts fail: exit 6, and all others are kept."""
+        fill = self.task.fill
+        lost = {*parts} & {*range(self.parts)} - {*self.intact_parts}
+        is_design = self.name == "design"
 
-        def fails(task, tables, index):
+        def fail_for_some(task, tables, index):
             if index in parts:
                 raise FloatingPointError("something odd")
             return fill(task, tables, index)
 
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(self.task, "fill", fails)
-            ended = self.ended()
-        if isinstance(ended, TendonError):
-            assert (ended.exit, "--resume" in ended.hint) == (6, True)
-            assert any(f"part {part} (" in ended.message for part in parts)
-            assert (
-                self.name == "design"
-                or f"{len(lost)} of {self.parts} parts failed" in ended.message
-            )
-            assert (
-                self.finished or len(self.kept) == self.parts - len(lost) or self.name == "design"
-            )
+            patch.setattr(self.task, "fill", fail_for_some)
+            result = self.attempt()
+        if isinstance(result, TendonError):
+            assert result.exit == 6
+            assert "--resume" in result.hint
+            assert any(f"part {part} (" in result.message for part in parts)
+            if not is_design:
+                assert f"{len(lost)} of {self.parts} parts failed" in result.message
+            if not is_design and not self.is_finished:
+                assert len(self.intact_parts) == self.parts - len(lost)
         else:
-            assert not lost or self.name == "design"
+            assert not lost or is_design
             self.assert_whole()
 
-    @rule(at=PLACE, how=st.sampled_from(HARMS), chance=CHANCE)
-    def harm(self, at, how, chance):
-        """A file is not any more as it was written."""
+    @rule(at=NUMBER, how=st.sampled_from(HARMS), rng=RNG)
+    def harm(self, at, how, rng):
+        """Change a table file so that it is no longer as it was written."""
         files = sorted(self.run.glob("**/*.parquet"))
         files = [file for file in files if file.is_file() and not file.is_symlink()]
         if files and (not self.journal.exists() or has_header(self.entries())):
             file = files[at % len(files)]
             self.harmed.add(str(file.relative_to(self.run)))
-            how(file, chance)
+            how(file, rng)
 
-    @rule(at=PLACE)
+    @rule(at=NUMBER)
     def link(self, at):
-        """A part is moved to a stranger's folder, and a link put in its place."""
-        files = [
-            file for file in sorted(self.run.glob("*.parquet/*.parquet")) if not file.is_symlink()
-        ]
+        """Move a part to a stranger's folder, and put a link in its place."""
+        files = sorted(self.run.glob("*.parquet/*.parquet"))
+        files = [file for file in files if not file.is_symlink()]
         if files:
-            file, elsewhere = files[at % len(files)], self.stranger / str(len(self.strangers))
+            file = files[at % len(files)]
+            elsewhere = self.stranger / str(len(self.strangers))
             shutil.move(file, elsewhere)
             file.symlink_to(elsewhere)
             self.strangers[elsewhere] = elsewhere.read_bytes()
 
-    @rule(chance=CHANCE)
-    def break_journal(self, chance):
-        """It may lose its header only while all else says whose it is: otherwise the folder is a stranger's."""
+    @rule(rng=RNG)
+    def break_journal(self, rng):
+        """Damage the journal.
+
+        It may lose its header only while all else shows whose it is; otherwise the folder would be
+        a stranger's.
+        """
         before = self.journal.read_bytes() if self.journal.exists() else b""
-        content = broken(before, chance)
+        content = broken(before, rng)
         known = entries(content)
-        is_known = len(known) > 0 or (has_header(self.entries()) and before.startswith(content))
-        if (
-            before
-            and is_known
-            and (has_header(known) or not (self.harmed or (self.run / FIGURE).exists()))
-        ):
+        was_cut = has_header(self.entries()) and before.startswith(content)
+        is_known = len(known) > 0 or was_cut
+        may_lose_header = not self.harmed and not self.has_figure
+        if before and is_known and (has_header(known) or may_lose_header):
             self.journal.write_bytes(content)
 
-    @rule(chance=CHANCE)
-    def forge(self, chance):
-        """Somebody changes what a journal says: one message, or a run that stands; never a bug."""
+    @rule(rng=RNG)
+    def forge(self, rng):
+        """Change an entry of the journal: the run gives one message or the same bytes, no bug."""
         lines = self.entries()
-        if self.finished or not lines or self.name == "design":
+        if self.is_finished or not lines or self.name == "design":
             return  # notes of an answer's parts decide on its rows: forged ones give another answer
-        before, at = self.journal.read_bytes(), chance.randrange(len(lines))
-        whose = {key: lines[at].pop(key) for key in ("study", "study_hash") if key in lines[at]}
-        forged = regrown(lines[at], chance)
-        lines[at] = whose | forged if isinstance(forged, dict) else forged
-        texts = (json.dumps(line).encode() for line in lines)
-        self.journal.write_bytes(
-            b"".join(b"%08x %s\n" % (zlib.crc32(text), text) for text in texts)
-        )
-        ended = self.ended()
-        if isinstance(ended, TendonError):
-            assert ended.exit in (5, 7)
+        before = self.journal.read_bytes()
+        at = rng.randrange(len(lines))
+        owner = {key: lines[at].pop(key) for key in ("study", "study_hash") if key in lines[at]}
+        forged = regrown(lines[at], rng)
+        lines[at] = owner | forged if isinstance(forged, dict) else forged
+        texts = [json.dumps(line).encode() for line in lines]
+        self.journal.write_bytes(b"".join(map(journal_line, texts)))
+        result = self.attempt()
+        if isinstance(result, TendonError):
+            assert result.exit in (5, 7)
         else:
             assert self.hashes == self.whole
-        for file in (self.record, self.run / FIGURE) if self.finished else ():
-            file.unlink()
+        if self.is_finished:
+            self.record.unlink()
+            (self.run / FIGURE).unlink()
         self.journal.write_bytes(before)
 
-    @rule(why=st.sampled_from(sorted(OBSTACLES)), way=st.sampled_from(WAYS))
-    def refuse(self, why, way):
-        """Another run writes here, nothing can be locked, no journal can be read: exit 7, and nothing is touched."""
+    @rule(why=st.sampled_from(sorted(OBSTACLES)), mode=st.sampled_from(MODES))
+    def refuse(self, why, mode):
+        """Run while another run writes here, or no lock or journal can be used.
+
+        This is exit 7, and nothing is touched.
+        """
         self.run.mkdir(exist_ok=True)
         with (
             pytest.MonkeyPatch.context() as patch,
             OBSTACLES[why](self, patch) as hint,
             self.untouched(),
         ):
-            error = self.ended(way)
-            assert (error.exit, hint in error.hint, str(self.run) in error.where) == (7, True, True)
+            error = self.attempt(mode)
+            assert error.exit == 7
+            assert hint in error.hint
+            assert str(self.run) in error.where
 
 
 @functools.cache
 def forms_of(name):
-    """The hashes of every file that an undisturbed run puts in place, by name, in their order."""
-    folder, forms, replace = Folder.of(name, is_first=True), {}, Path.replace
+    """Return the hashes of every file that an undisturbed run puts in place, in their order."""
+    folder = Folder.of(name, is_first=True)
+    forms = {}
+    replace = Path.replace
 
-    def noted(source, target):
-        if Path(target).suffix == ".parquet":
-            forms.setdefault(str(Path(target).relative_to(folder.run)), []).append(
-                file_sha256(source)
-            )
+    def replace_and_note(source, target):
+        target = Path(target)
+        if target.suffix == ".parquet":
+            file = str(target.relative_to(folder.run))
+            forms.setdefault(file, []).append(file_sha256(source))
         return replace(source, target)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Path, "replace", noted)
+        patch.setattr(Path, "replace", replace_and_note)
         folder.carry_out()
     folder.close()
     return forms

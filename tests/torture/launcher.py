@@ -1,10 +1,15 @@
-"""The command in a process of its own, with parts so small that a short run has many, and stops where it is told to.
+"""The command in a process of its own, made to run in small parts and to wait at chosen points.
 
     python launcher.py SETTINGS WORDS...
 
-SETTINGS is a JSON object: `parts` is the length of parts; `hold` is a point at which the run makes the file `held` and
-waits for `seconds`, from the time on that it has passed it `skip` times; `go` is a file to wait for before anything
-begins, once `go-RUNNER` is made; `offline` lets nothing touch the network.
+SETTINGS is a JSON object:
+
+- `parts` is the length of parts, so that a short run has many;
+- `hold` is a point at which the run makes the file `held` and waits for `seconds`, once it has
+  passed the point `skip` times;
+- `go` names the runner: it makes the file `go-RUNNER`, then waits for the file `go` before anything
+  begins;
+- `offline` lets nothing touch the network.
 """
 
 import itertools
@@ -17,7 +22,8 @@ from pathlib import Path
 
 def hold(owner, name, settings):
     """Let a function wait, as a slow disk or a large part would."""
-    before, calls = getattr(owner, name), itertools.count()
+    function = getattr(owner, name)
+    calls = itertools.count()
 
     def slow(*arguments, **options):
         if next(calls) >= settings["skip"]:
@@ -27,7 +33,7 @@ def hold(owner, name, settings):
             until = time.monotonic() + settings["seconds"]
             while time.monotonic() < until:
                 time.sleep(0.01)
-        return before(*arguments, **options)
+        return function(*arguments, **options)
 
     setattr(owner, name, slow)
 
@@ -42,32 +48,40 @@ NETWORK = (
 
 
 def forbid_network(event, _arguments):
-    """Whatever reaches for the network ends the process with a code that nothing else has."""
+    """End the process with a code that nothing else has if it reaches for the network."""
     if event in NETWORK:
         sys.stderr.write(f"network: {event}\n")
         os._exit(99)
 
 
+def make_small(settings):
+    """Shorten the parts of a run, and hold it at a point if the settings say so."""
+    from tendon_cli.answers import choices
+    from tendon_cli.engine import folder, plan, sweep
+
+    plan.STATES_PER_FILE = settings["parts"]
+    plan.STATES_PER_PART = settings["parts"]
+    plan.DESIGNS_PER_PART = settings["parts"]
+    choices.CHOICES_PER_PART = 1
+    points = {
+        "part": [(sweep.Sweep, "fill"), (choices.Choices, "fill")],
+        "figures": [(folder.RunFolder, "place_figures")],
+        "record": [(folder.RunFolder, "finish")],
+    }
+    for owner, name in points.get(settings.get("hold"), ()):
+        hold(owner, name, settings)
+
+
 def main():
-    """Set the stage, then run the command."""
-    settings, words = json.loads(sys.argv[1]), sys.argv[2:]
+    """Apply the settings, then run the command."""
+    settings = json.loads(sys.argv[1])
+    words = sys.argv[2:]
     if settings.get("offline"):
         sys.addaudithook(forbid_network)
     from tendon_cli import cli
 
     if "parts" in settings:
-        from tendon_cli.answers import choices
-        from tendon_cli.engine import folder, plan, sweep
-
-        plan.STATES_PER_FILE = plan.STATES_PER_PART = plan.DESIGNS_PER_PART = settings["parts"]
-        choices.CHOICES_PER_PART = 1
-        points = {
-            "part": [(sweep.Sweep, "fill"), (choices.Choices, "fill")],
-            "figures": [(folder.RunFolder, "place_figures")],
-            "record": [(folder.RunFolder, "finish")],
-        }
-        for owner, name in points.get(settings.get("hold"), ()):
-            hold(owner, name, settings)
+        make_small(settings)
     if "go" in settings:
         Path(f"go-{settings['go']}").touch()
         while not Path("go").exists():

@@ -1,8 +1,7 @@
-"""Whatever happens to a run folder, in whatever order: what looks finished is finished, and has the same bytes."""
+"""A run folder that looks finished is finished and has the same bytes, whatever happened to it."""
 
 import functools
 import json
-import zlib
 from contextlib import closing
 
 import pytest
@@ -10,7 +9,7 @@ from hypothesis import HealthCheck, Phase, seed, settings
 from hypothesis.stateful import run_state_machine_as_test
 
 from .disk import ERRORS
-from .folders import FIGURE, VERBS, WAYS, Folder
+from .folders import FIGURE, MODES, VERBS, Folder, journal_line
 
 
 @pytest.mark.parametrize("parts", [10**10, -1, 0, True, None])
@@ -19,12 +18,13 @@ def test_a_journal_that_claims_absurd_parts_is_refused_at_once(parts):
         folder.stop(2)
         header = next(entry for entry in folder.entries() if "tables" in entry)
         text = json.dumps(header | {"parts": parts}).encode()
-        folder.journal.write_bytes(b"%08x %s\n" % (zlib.crc32(text), text))
+        folder.journal.write_bytes(journal_line(text))
         with folder.untouched():
-            assert [folder.ended(way).exit for way in WAYS] == [7, 7, 7]
+            assert [folder.attempt(mode).exit for mode in MODES] == [7, 7, 7]
 
 
-def histories(number, count, steps):
+def run_histories(number, count, steps):
+    """Run histories of a folder, drawn at random from a seed."""
     machine = seed(number)(type("Runs", (Folder,), {}))
     how = settings(
         max_examples=count,
@@ -39,13 +39,13 @@ def histories(number, count, steps):
 
 
 def test_whatever_happens_to_a_run_it_comes_to_the_same_bytes():
-    histories(0, 20, 8)
+    run_histories(0, 20, 8)
 
 
 @pytest.mark.torture
 @pytest.mark.parametrize("number", range(1, 9))
 def test_whatever_happens_for_long_it_comes_to_the_same_bytes(number):
-    histories(number, 60, 25)
+    run_histories(number, 60, 25)
 
 
 # --- Every place ----------------------------------------------------------------------------------
@@ -53,23 +53,17 @@ def test_whatever_happens_for_long_it_comes_to_the_same_bytes(number):
 
 @functools.cache
 def operations(verb):
-    """What a run does to the disk, one after the other."""
+    """Return the operations on the disk of a run that nobody disturbs."""
     with closing(Folder.of(verb)) as folder:
         folder.carry_out()
-        return folder.seen
+        return folder.operations
 
 
 @pytest.mark.parametrize("verb", VERBS)
-def test_every_kind_of_operation_goes_by_the_disk(verb):
-    """What all of this rests on."""
-    assert {kind for kind, _ in operations(verb)} == {
-        "open",
-        "write",
-        "fsync file",
-        "fsync folder",
-        "rename",
-        "mkdir",
-    }
+def test_the_disk_records_every_kind_of_operation(verb):
+    """The tests of failures rest on this."""
+    kinds = {"open", "write", "fsync file", "fsync folder", "rename", "mkdir"}
+    assert {kind for kind, _ in operations(verb)} == kinds
 
 
 EVERYWHERE = [
@@ -83,8 +77,10 @@ EVERYWHERE = [
 @pytest.mark.torture
 @pytest.mark.parametrize(("verb", "error"), EVERYWHERE)
 def test_a_failure_or_a_kill_at_every_operation_leaves_what_can_be_resumed(verb, error):
+    is_kill = error is None  # which lasts anyhow
+    durations = (True,) if is_kill else (True, False)
     for at in range(len(operations(verb))):
-        for lasting in (True, False) if error else (True,):
+        for lasting in durations:
             with closing(Folder.of(verb)) as folder:
                 folder.fail(at, error, lasting=lasting)
                 folder.check()

@@ -1,4 +1,7 @@
-"""Installed with and without a C compiler, from a copy of the source tree into an environment of its own."""
+"""The package installs with and without a C compiler.
+
+It is installed from a copy of the source tree into an environment of its own.
+"""
 
 import os
 import shutil
@@ -25,18 +28,19 @@ SWEEP = ("sweep", "study.toml", "--out", "run", "--no-figures", "--allow-no-equi
 
 
 def called(*words, **options):
+    """Run a program to its end."""
     return subprocess.run(
         list(map(str, words)), check=False, capture_output=True, text=True, timeout=300, **options
     )
 
 
 def installed(folder, compiler):
-    """Install by a compiler; returns the environment's folders of programs and of packages."""
-    venv.create(folder / "venv", with_pip=False)
-    places = {"base": str(folder / "venv"), "platbase": str(folder / "venv")}
-    programs, packages = (
-        Path(sysconfig.get_path(name, "venv", places)) for name in ("scripts", "platlib")
-    )
+    """Install with a compiler; return the environment's folders of programs and of packages."""
+    home = str(folder / "venv")
+    venv.create(home, with_pip=False)
+    places = {"base": home, "platbase": home}
+    programs = Path(sysconfig.get_path("scripts", "venv", places))
+    packages = Path(sysconfig.get_path("platlib", "venv", places))
     left_out = shutil.ignore_patterns("*.so", "*.pyd", "__pycache__")
     shutil.copytree(ROOT / "tendon_cli", folder / "source/tendon_cli", ignore=left_out)
     for name in ("pyproject.toml", "setup.py", "README.md", "LICENSE"):
@@ -44,7 +48,7 @@ def installed(folder, compiler):
     words = ("--python", programs / "python", "install", "--no-deps", folder / "source")
     pip = called(sys.executable, "-m", "pip", *words, env=os.environ | {"CC": compiler})
     if "No matching distribution found for setuptools" in pip.stderr:
-        pytest.skip("setuptools is not to be had here")
+        pytest.skip("setuptools cannot be installed here")
     assert pip.returncode == 0, pip.stderr
     (packages / "others.pth").write_text(sysconfig.get_path("purelib") + "\n", encoding="utf-8")
     return programs, packages
@@ -59,7 +63,8 @@ def test_it_installs_whatever_the_compiler_and_writes_the_same_bytes(
     if compiler is None:
         pytest.skip(f"there is no {name} here")
     programs, packages = installed(tmp_path / "install", compiler)
-    assert bool(list((packages / "tendon_cli/kernel").glob("_native.*"))) == (name == "cc")
+    kernels = list((packages / "tendon_cli/kernel").glob("_native.*"))
+    assert bool(kernels) == (name == "cc")
     study_in(workplace, STUDY)
     assert outside(*SWEEP).exit == 0
     place = study_in(tmp_path / "place", STUDY)

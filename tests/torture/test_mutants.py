@@ -1,4 +1,4 @@
-"""The maker of mutants: one fault at a time, each of its own kind, and nothing where nothing runs."""
+"""Mutants have one fault each, all of them different, and none where nothing runs."""
 
 import ast
 
@@ -31,12 +31,13 @@ FAULTS = (
 KEPT = ("Real = float | int", "-> 'bool | None'", "assert x > 0", '"""Text."""')
 
 
-def made(source=SOURCE):
+def mutants_of(source=SOURCE):
+    """Return the mutants of a module, one for each place."""
     return [mutant(source, place, seed=0) for place in mutants(source)]
 
 
 def test_every_place_gives_a_fault_of_its_own_and_types_and_assertions_stay():
-    sources = [one.source for one in made()]
+    sources = [made.source for made in mutants_of()]
     plain = ast.unparse(ast.parse(SOURCE)) + "\n"
     assert len({plain, *sources}) == 1 + len(sources)
     assert all(compile(source, "mutant", "exec") for source in sources)
@@ -46,6 +47,6 @@ def test_every_place_gives_a_fault_of_its_own_and_types_and_assertions_stay():
 
 def test_a_mutant_follows_from_its_seed_and_names_its_place():
     assert mutant(SOURCE, 3, 7) == mutant(SOURCE, 3, 7)
-    assert {one.line for one in made("a = 1\n\nb = a < 2\n")} == {1, 3}
-    (less,) = [one for one in made("b = a < 2\n") if one.after == "a <= 2"]
+    assert {made.line for made in mutants_of("a = 1\n\nb = a < 2\n")} == {1, 3}
+    (less,) = [made for made in mutants_of("b = a < 2\n") if made.after == "a <= 2"]
     assert less.before == "a < 2"

@@ -1,4 +1,4 @@
-"""What the tests of this folder share: studies of many small parts, and runs of them in processes of their own."""
+"""Studies of many small parts, and runs of them in processes of their own."""
 
 import json
 import os
@@ -26,7 +26,7 @@ mass = ["0 kg", "5 kg", "10 kg"]
 [motion]
 elbow_angle = { from = "10 deg", to = "90 deg", num = 5 }
 """
-"""60 parts of 3 designs and 30 states, where a part has 30 states."""
+"""Study of 60 parts of 3 designs and 30 states, where a part has 30 states."""
 QUESTION = """
 name = "torture"
 [spring]
@@ -41,32 +41,29 @@ elbow_angle = { from = "10 deg", to = "90 deg", num = 3 }
 maximise = ["tolerance"]
 """
 """Six parts of a choice; the best lies between two of them, so that a part is written once more."""
+STUDIES = {"sweep": STUDY, "design": QUESTION}
 READINGS = "cell 1,cell 2\n1.2,1\n2.4,2\n1,1.2\n2,2.4\n"
 SMALL = {"parts": STATES}
 QUIET = ("--out", "run", "--no-figures", "--jobs", "2")
 SWEEP = ("sweep", "study.toml", *QUIET)
 
 
-def some(sample, rest):
-    """Values of a test, of which the rest are left to `make torture`."""
-    rest = [value if isinstance(value, tuple) else (value,) for value in rest]
-    return [*sample, *(pytest.param(*values, marks=pytest.mark.torture) for values in rest)]
+def quick_and_torture(quick, torture):
+    """Return the values of a test, of which the second are left to `make torture`."""
+    rows = [value if isinstance(value, tuple) else (value,) for value in torture]
+    return [*quick, *(pytest.param(*values, marks=pytest.mark.torture) for values in rows)]
 
 
 def command(settings, *words):
-    """The words that start the launcher."""
+    """Return the words that start the launcher."""
     return [sys.executable, str(LAUNCHER), json.dumps(settings), *map(str, words)]
 
 
 @contextmanager
 def running(folder, settings, *words, **options):
-    """A run as the leader of a process group of its own, that is certainly over afterwards."""
-    options = {
-        "stdout": subprocess.PIPE,
-        "stderr": subprocess.PIPE,
-        "text": True,
-        "cwd": folder,
-    } | options
+    """Yield a run that leads a process group of its own; it is certainly over afterwards."""
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    options = pipes | {"cwd": folder} | options
     with subprocess.Popen(command(settings, *words), start_new_session=True, **options) as process:
         try:
             yield process
@@ -75,20 +72,20 @@ def running(folder, settings, *words, **options):
                 os.killpg(process.pid, signal.SIGKILL)
 
 
-def ended(process):
-    """Wait for a run: its exit code, stdout and stderr."""
+def wait_for_end(process):
+    """Wait for a run; return its exit code, stdout and stderr."""
     out, err = process.communicate(timeout=60)
     return process.returncode, out, err
 
 
 def launched(folder, settings, *words, **options):
-    """Run a command to its end."""
+    """Run a command to its end; return its exit code, stdout and stderr."""
     with running(folder, settings, *words, **options) as process:
-        return ended(process)
+        return wait_for_end(process)
 
 
 def wait_for(condition):
-    """Wait until something is so."""
+    """Wait until a condition is true."""
     until = time.monotonic() + 60
     while not condition():
         if time.monotonic() > until:
@@ -97,24 +94,27 @@ def wait_for(condition):
 
 
 def left_of(leader):
-    """Processes that are left of a process group, and what it left in shared memory."""
-    left = []
+    """Return processes that are left of a process group, and what it left in shared memory."""
+    processes = []
     for stat in Path("/proc").glob("[0-9]*/stat"):
         with suppress(OSError):
             fields = stat.read_text().rpartition(")")[2].split()
-            left += [stat] if int(fields[2]) == leader and fields[0] != "Z" else []
+            state = fields[0]
+            group = int(fields[2])
+            if group == leader and state != "Z":
+                processes.append(stat)
     shared = Path("/dev/shm")  # noqa: S108 - only looked at
     names = [item.name for item in shared.iterdir()] if shared.exists() else []
-    return left + [name for name in names if str(leader) in re.split("[^0-9A-Za-z]", name)]
+    return processes + [name for name in names if str(leader) in re.split("[^0-9A-Za-z]", name)]
 
 
 def study_in(folder, text=STUDY):
-    """Put the study into a folder."""
+    """Put a study into a folder; return the folder."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "study.toml").write_text(text, encoding="utf-8")
     return folder
 
 
 def temporary_files(run):
-    """Files of a run under the names that they bear until they are whole."""
+    """Return files of a run under the names that they bear until they are whole."""
     return [file for file in run.rglob(".*") if file.name.endswith(".tmp")]

@@ -1,4 +1,4 @@
-"""What is done with a hostile file: all that a command would do with it."""
+"""Attempts on a hostile file: all that a command would do with it."""
 
 import contextlib
 import hashlib
@@ -6,7 +6,7 @@ import json
 
 
 def try_study(file):
-    """What a command does with a study before it computes anything, and one state."""
+    """Do with a study all that a command does before it computes anything, and compute a state."""
     from tendon_cli.engine.plan import Plan
     from tendon_cli.state_page.page import state_page
     from tendon_cli.studies.load import load_study
@@ -15,11 +15,12 @@ def try_study(file):
     plan = Plan(study)
     json.dumps(study.record)
     _ = plan.designs, plan.states, plan.parts, study.hash, study.document()
-    json.dumps(state_page(study, study.cases[0].name if study.cases else None).record)
+    case = study.cases[0].name if study.cases else None
+    json.dumps(state_page(study, case).record)
 
 
 def try_fit(file):
-    """Fit, and say it in both ways; then with the second column as the motor's."""
+    """Fit and print in both ways; then fit with the second column as the motor's."""
     from tendon_cli import friction
     from tendon_cli.errors import TendonError
 
@@ -31,12 +32,12 @@ def try_fit(file):
 
 
 def angle_of(file):
-    """A bend angle for readings that have no column of it."""
+    """Return a bend angle for readings that have no column of it, else None."""
     return None if b"bend" in file.read_bytes()[:200] else "144 deg"
 
 
 def try_plot(file):
-    """What `plot` reads and lays out of a table, for both kinds of figures; one file in 32 is drawn."""
+    """Read a table and lay it out as `plot` does, in both kinds of figures; draw one file in 32."""
     from tendon_cli.cube.cube import cube_of
     from tendon_cli.figures.curve_data import curve_data
     from tendon_cli.figures.draw import plot
@@ -49,7 +50,8 @@ def try_plot(file):
     _ = table.facts, table.rows, table.schema
     table.read()
     cube = cube_of(table)
-    chosen, spec = cube.choose([]), figure_spec()
+    chosen = cube.choose([])
+    spec = figure_spec()
     if cube.kind == "designs" and len(long_axes(cube, chosen)) > 1:
         map_data(cube, plan_maps(cube, chosen), spec)
     if hashlib.sha256(file.read_bytes()).digest()[0] < 8:
@@ -58,4 +60,4 @@ def try_plot(file):
 
 
 ATTEMPTS = {"toml": try_study, "yaml": try_study, "csv": try_fit, "parquet": try_plot}
-"""For each ending."""
+"""Attempt for each ending."""

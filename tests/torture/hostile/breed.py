@@ -1,5 +1,8 @@
-"""One file made into another: any byte changed, as accidents would; another tree of a study; and tables as somebody
-would make them who knows how ours are made, with a right digest."""
+"""Make one file into another.
+
+Bytes are changed as accidents would, studies become other trees, and tables are made as somebody
+would make them who knows how ours are made, with a right digest.
+"""
 
 import hashlib
 import io
@@ -68,54 +71,61 @@ VALUES = [
 
 
 def breeder(kind, good, mutate=None):
-    """What makes one file of a kind into another by chance; `mutate` changes bytes in a way of its own."""
+    """Return a function that makes a file of a kind into another by chance.
 
-    def breed(content, chance):
+    Args:
+        kind: Ending of the files.
+        good: Contents of good files.
+        mutate: Function that changes bytes; they are edited by chance if it is None.
+    """
+
+    def breed(content, rng):
         def change(piece):
-            return mutate(piece) if mutate else edited(piece, chance, TOKENS[kind])
+            return edited(piece, rng, TOKENS[kind]) if mutate is None else mutate(piece)
 
         if kind == "parquet":
-            return forged(content, chance, change) if chance.random() < 0.9 else change(content)
-        if kind in ("toml", "yaml") and chance.random() < 0.3:
-            tree = regrown(tomllib.loads(PLAIN_TOML.decode()), chance, study_keys())
-            return (toml(tree) if kind == "toml" else json.dumps(tree)).encode("utf-8", "replace")
-        if chance.random() < 0.5:  # what is bred from faults alone is seldom taken
-            content = chance.choice(good)
-        return edited(content, chance, TOKENS[kind]) if chance.random() < 0.5 else change(content)
+            return forged(content, rng, change) if rng.random() < 0.9 else change(content)
+        if kind in ("toml", "yaml") and rng.random() < 0.3:
+            tree = regrown(tomllib.loads(PLAIN_TOML.decode()), rng, study_keys())
+            text = toml(tree) if kind == "toml" else json.dumps(tree)
+            return text.encode("utf-8", "replace")
+        if rng.random() < 0.5:  # what is bred from faults alone is seldom taken
+            content = rng.choice(good)
+        return edited(content, rng, TOKENS[kind]) if rng.random() < 0.5 else change(content)
 
     return breed
 
 
-def edited(content, chance, tokens):
-    """Flips, cuts, copies, and pieces of what such files are made of."""
+def edited(content, rng, tokens):
+    """Flip, cut and copy bytes, and put in pieces that such files are made of."""
     content = bytearray(content)
-    for _ in range(chance.choice((1, 1, 2, 4))):
-        at, length, token = (
-            chance.randrange(len(content) + 1),
-            chance.randrange(41),
-            chance.choice(tokens),
-        )
+    for _ in range(rng.choice((1, 1, 2, 4))):
+        start = rng.randrange(len(content) + 1)
+        length = rng.randrange(41)
+        token = rng.choice(tokens)
         lines = bytes(content).split(b"\n")
-        line = chance.randrange(len(lines))
-        match chance.randrange(8):
+        number = rng.randrange(len(lines))
+        line = lines[number]
+        match rng.randrange(8):
             case 0 if content:
-                content[at % len(content)] = chance.randrange(256)
+                content[start % len(content)] = rng.randrange(256)
             case 1:
-                del content[at : at + length]
+                del content[start : start + length]
             case 2:
-                content[at:at] = content[chance.randrange(len(content) + 1) :][:length]
+                source = rng.randrange(len(content) + 1)
+                content[start:start] = content[source : source + length]
             case 3:
-                content[at:at] = bytes([chance.randrange(256)]) * length
+                content[start:start] = bytes([rng.randrange(256)]) * length
             case 4:
-                content[at : at + length] = token
+                content[start : start + length] = token
             case 5:
-                content[at:at] = token
+                content[start:start] = token
             case 6:
-                key = lines[line].split(b"=")[0].split(b":")[0]
-                lines[line] = key + (b"= " if b"=" in lines[line] else b": ") + token
+                key = line.split(b"=")[0].split(b":")[0]
+                lines[number] = key + (b"= " if b"=" in line else b": ") + token
                 content = bytearray(b"\n".join(lines))
             case 7:
-                lines.insert(chance.randrange(len(lines) + 1), lines[line])
+                lines.insert(rng.randrange(len(lines) + 1), line)
                 content = bytearray(b"\n".join(lines))
     return bytes(content)
 
@@ -124,34 +134,37 @@ def edited(content, chance, tokens):
 
 
 def study_keys():
-    """Words that stand in studies as keys."""
+    """Return the words that stand in studies as keys."""
     from tendon_cli.studies.study import keys
 
-    return sorted(
-        {part for key in keys() for part in key.split(".")} | {"cases", "name", "from", "to", "num"}
-    )
+    parts = {part for key in keys() for part in key.split(".")}
+    return sorted(parts | {"cases", "name", "from", "to", "num"})
 
 
-def regrown(value, chance, keys=()):
-    """A tree in which one twig is another, or has one more."""
-    if not (isinstance(value, (dict, list)) and value and chance.random() < 0.85):
-        return chance.choice(VALUES)
+def regrown(value, rng, keys=()):
+    """Return a tree in which one twig is another, is missing, or has one more."""
+    is_branch = isinstance(value, (dict, list)) and len(value) > 0
+    if not is_branch or rng.random() >= 0.85:
+        return rng.choice(VALUES)
     grown = value.copy()
-    at = chance.choice(list(grown)) if isinstance(grown, dict) else chance.randrange(len(grown))
-    dice = chance.random()
+    is_table = isinstance(grown, dict)
+    place = rng.choice(list(grown)) if is_table else rng.randrange(len(grown))
+    dice = rng.random()
     if dice < 0.1:
-        del grown[at]
-    elif dice < 0.3 and isinstance(grown, dict):
-        grown[chance.choice([*grown, *keys])] = chance.choice([grown[at], *VALUES])
+        del grown[place]
+    elif dice < 0.3 and is_table:
+        twig = rng.choice([grown[place], *VALUES])
+        key = rng.choice([*grown, *keys])
+        grown[key] = twig
     elif dice < 0.2:
         grown = grown * 2
     else:
-        grown[at] = regrown(grown[at], chance, keys)
+        grown[place] = regrown(grown[place], rng, keys)
     return grown
 
 
 def toml(value, *, top=True):
-    """A tree as TOML, or as near to it as it can be said."""
+    """Return a tree as TOML, or as something near to it if TOML cannot express it."""
     if isinstance(value, dict):
         pairs = [f"{json.dumps(key)} = {toml(inner, top=False)}" for key, inner in value.items()]
         return "\n".join(pairs) if top else "{" + ", ".join(pairs) + "}"
@@ -164,119 +177,113 @@ def toml(value, *, top=True):
 
 
 def footer_start(content):
-    """Where the footer begins."""
+    """Return the place at which the footer of a table begins."""
     return len(content) - 8 - int.from_bytes(content[-8:-4], "little")
 
 
 def stamped(content):
-    """A file with the right digest; as it is where it has no place for one."""
+    """Return a file with the right digest, or as it is if it has no place for one."""
     from tendon_cli.tables.digest import _LONGEST_FOOTER, _digest_in
 
     start = max(0, footer_start(content)) if len(content) > 8 else 0
     place = _digest_in(content[start:]) if len(content) < _LONGEST_FOOTER else None
     if place is None:
         return content
-    at = start + place
-    blank = content[:at] + b"0" * 64 + content[at + 64 :]
-    return blank[:at] + hashlib.sha256(blank).hexdigest().encode() + blank[at + 64 :]
+    before = content[: start + place]
+    after = content[start + place + 64 :]
+    digest = hashlib.sha256(before + b"0" * 64 + after).hexdigest()
+    return before + digest.encode() + after
 
 
-def forged(content, chance, change):
-    """Another table with a right digest; of what is no table any more, other bytes."""
-    way = chance.choice((retold,) * 6 + (in_footer, in_place))
+def forged(content, rng, change):
+    """Return another table with a right digest; other bytes if the content is no table any more."""
+    forge = rng.choice((with_other_contents,) * 6 + (in_footer, in_place))
     try:
-        return stamped(way(content, chance, change))
+        return stamped(forge(content, rng, change))
     except Exception:  # noqa: BLE001 - whatever cannot be read any more is a case, too
         return stamped(change(content))
 
 
-def in_footer(content, chance, change):
-    """Other bytes in the footer, and a length that fits."""
+def in_footer(content, rng, change):
+    """Return a file with other bytes in the footer, and a length that fits."""
     start = footer_start(content)
     footer = content[start:-8]
-    at = chance.randrange(len(footer))
-    piece = footer[at : at + chance.choice((8, 64, 512))]
-    footer = footer[:at] + change(piece) + footer[at + len(piece) :]
+    place = rng.randrange(len(footer))
+    piece = footer[place : place + rng.choice((8, 64, 512))]
+    footer = footer[:place] + change(piece) + footer[place + len(piece) :]
     return content[:start] + footer + len(footer).to_bytes(4, "little") + b"PAR1"
 
 
-def in_place(content, chance, change):
-    """Other bytes where they stood: what a page, its header or a number of the footer may say."""
-    at = chance.randrange(len(content))
-    piece = content[at : at + chance.choice((1, 4, 16, 64))]
-    return content[:at] + (change(piece) + piece)[: len(piece)] + content[at + len(piece) :]
+def in_place(content, rng, change):
+    """Return a file of the same length with other bytes in a page, its header or the footer."""
+    place = rng.randrange(len(content))
+    piece = content[place : place + rng.choice((1, 4, 16, 64))]
+    changed = (change(piece) + piece)[: len(piece)]
+    return content[:place] + changed + content[place + len(piece) :]
 
 
-def retold(content, chance, change):
-    """A sound file that holds other things, or says other things of itself."""
+def with_other_contents(content, rng, change):
+    """Return a sound file with other facts, units, columns or rows."""
     table = pq.read_table(io.BytesIO(content))
-    way = chance.choice(
-        (with_facts, with_facts, with_facts, with_units, with_column, with_column, with_rows)
-    )
-    table = way(table, chance, change)
+    alter = rng.choice((with_facts,) * 3 + (with_units, with_column, with_column, with_rows))
+    table = alter(table, rng, change)
     blank = {**(table.schema.metadata or {}), b"tendon.digest": b"sha256:" + b"0" * 64}
     sink = io.BytesIO()
     pq.write_table(table.replace_schema_metadata(blank), sink, store_schema=True)
     return sink.getvalue()
 
 
-def with_facts(table, chance, change):
-    """Another tale of what the table is: its study, its axes, its part; or none of it."""
+def with_facts(table, rng, change):
+    """Change a fact about the table, such as its study, its axes or its part, or remove it."""
     metadata = dict(table.schema.metadata)
-    name = chance.choice(sorted(key for key in metadata if key != b"tendon.digest"))
-    dice = chance.random()
+    name = rng.choice(sorted(key for key in metadata if key != b"tendon.digest"))
+    dice = rng.random()
     if dice < 0.1:
         del metadata[name]
     elif dice < 0.3:
         metadata[name] = change(metadata[name])
     else:
-        metadata[name] = json.dumps(regrown(json.loads(metadata[name]), chance)).encode(
-            "utf-8", "replace"
-        )
+        tree = regrown(json.loads(metadata[name]), rng)
+        metadata[name] = json.dumps(tree).encode("utf-8", "replace")
     return table.replace_schema_metadata(metadata)
 
 
-def with_units(table, chance, change):
-    """Another unit or meaning of a column."""
-    at = chance.randrange(table.num_columns)
-    field = table.schema.field(at)
+def with_units(table, rng, change):
+    """Change the unit or the meaning of a column."""
+    index = rng.randrange(table.num_columns)
+    field = table.schema.field(index)
     known = dict(field.metadata or {b"unit": b"N"})
-    key = chance.choice(sorted(known))
-    known[key] = chance.choice([b"", b"N", b"kg", b"parsec", b"\xff", change(known[key])])
-    return table.cast(
-        pa.schema(table.schema.set(at, field.with_metadata(known)), metadata=table.schema.metadata)
-    )
+    key = rng.choice(sorted(known))
+    known[key] = rng.choice([b"", b"N", b"kg", b"parsec", b"\xff", change(known[key])])
+    fields = table.schema.set(index, field.with_metadata(known))
+    return table.cast(pa.schema(fields, metadata=table.schema.metadata))
 
 
-def with_column(table, chance, _change):
-    """A column of other values, of another type, twice or not at all."""
-    at, rows = chance.randrange(table.num_columns), table.num_rows
-    field, kinds = (
-        table.schema.field(at),
-        (pa.string(), pa.int32(), pa.float32(), pa.bool_(), pa.list_(pa.float64())),
-    )
-    match chance.randrange(5):
+def with_column(table, rng, _change):
+    """Give a column other values or another type, repeat it, or leave it out."""
+    index = rng.randrange(table.num_columns)
+    rows = table.num_rows
+    field = table.schema.field(index)
+    match rng.randrange(5):
         case 0 if table.num_columns > 1:
             return table.drop_columns([field.name])
         case 1:
-            return table.append_column(field, table.column(at))
+            return table.append_column(field, table.column(index))
         case 2:
-            return table.set_column(at, field.name, pa.nulls(rows, chance.choice(kinds)))
+            types = (pa.string(), pa.int32(), pa.float32(), pa.bool_(), pa.list_(pa.float64()))
+            return table.set_column(index, field.name, pa.nulls(rows, rng.choice(types)))
     if pa.types.is_dictionary(field.type):
-        values = pa.array(
-            [chance.choice(WORDS) for _ in range(rows)], pa.string()
-        ).dictionary_encode()
-        return table.set_column(at, field, values.cast(field.type))
-    other = (
-        [chance.choice(NUMBERS) for _ in range(rows)]
-        if pa.types.is_floating(field.type)
-        else [None] * rows
-    )
-    return table.set_column(at, field, pa.array(other, field.type))
+        words = [rng.choice(WORDS) for _ in range(rows)]
+        values = pa.array(words, pa.string()).dictionary_encode()
+        return table.set_column(index, field, values.cast(field.type))
+    numbers = [None] * rows
+    if pa.types.is_floating(field.type):
+        numbers = [rng.choice(NUMBERS) for _ in range(rows)]
+    return table.set_column(index, field, pa.array(numbers, field.type))
 
 
-def with_rows(table, chance, _change):
-    """Rows left out, or twice."""
-    return chance.choice(
-        [table.slice(0, chance.randrange(table.num_rows)), pa.concat_tables([table, table])]
-    )
+def with_rows(table, rng, _change):
+    """Leave rows out, or repeat them."""
+    fewer = table.slice(0, rng.randrange(table.num_rows))
+    twice = pa.concat_tables([table, table])
+    return rng.choice([fewer, twice])

@@ -1,13 +1,17 @@
 """Hostile files by the thousand, in a process of its own so that its memory can be measured.
 
-    python -W error -m hostile.fuzz KIND CASES FOLDER           bred by chance from good files
-    python -m hostile.fuzz KIND CASES FOLDER --guided [WORDS]   bred by what they reach: those that come to new branches
-                                                                of tendon have offspring (atheris, libFuzzer)
-    python -W error -m hostile.fuzz replay CORPUS FOLDER        files of a corpus, which once reached something new
+    python -W error -m hostile.fuzz KIND CASES FOLDER
+        Files bred by chance from good files.
+    python -m hostile.fuzz KIND CASES FOLDER --guided [WORDS]
+        Files bred by what they reach: those that come to new branches of tendon have offspring
+        (atheris, libFuzzer).
+    python -W error -m hostile.fuzz replay CORPUS FOLDER
+        Files of a corpus, which once reached something new.
 
-KIND is `toml`, `yaml`, `csv` or `parquet`. Leaves `tally.json` in FOLDER: how many cases were refused or taken, the
-slowest, the peak of memory, and each kind of fault that is not a refusal, with a file that brings it about; guided also
-`found`, files that reached something new. WORDS are for libFuzzer, for instance folders of a corpus.
+KIND is `toml`, `yaml`, `csv` or `parquet`. Leaves `tally.json` in FOLDER: how many cases were
+refused or taken, the slowest, the peak of memory, and each kind of fault that is not a refusal,
+with a file that brings it about; guided also `found`, files that reached something new. WORDS are
+for libFuzzer, for instance folders of a corpus.
 """
 
 import contextlib
@@ -28,55 +32,65 @@ MOST_BYTES = {"toml": 8192, "yaml": 4096, "csv": 8192, "parquet": 65536}
 
 
 def by_chance(kind, cases, folder):
-    """All cases, one after the other; what is bred is bred from what is good."""
-    good, chance = seeds(kind), random.Random(1)  # noqa: S311 - a repeatable sample
-    breed, tally = breeder(kind, good), Tally(folder, ATTEMPTS[kind])
+    """Try cases that are bred by chance, each from a good file."""
+    good = seeds(kind)
+    breed = breeder(kind, good)
+    rng = random.Random(1)  # noqa: S311 - a repeatable sample
+    tally = Tally(folder, ATTEMPTS[kind])
     for _ in range(cases):
-        tally.meet(f".{kind}", breed(chance.choice(good), chance)[: MOST_BYTES[kind]])
+        content = breed(rng.choice(good), rng)
+        tally.meet(f".{kind}", content[: MOST_BYTES[kind]])
     tally.save()
 
 
 def replay(corpus, folder):
-    """All kinds, one after the other, in one tally."""
-    tally = Tally(folder, None)
-    for kind, tally.attempt in ATTEMPTS.items():
+    """Try the files of all kinds in a corpus, in one tally."""
+    tally = Tally(folder, attempt=None)
+    for kind, attempt in ATTEMPTS.items():
+        tally.attempt = attempt
         for file in sorted((corpus / kind).iterdir()):
             tally.meet(file.suffix, file.read_bytes())
     tally.save()
 
 
 def guided(kind, cases, folder, words):
-    """All cases; ends the process after the last, with its tally written, or with a code of libFuzzer's."""
+    """Try cases that are bred by what they reach.
+
+    The process ends after the last with its tally written, or with a code of libFuzzer's.
+    """
     import atheris
 
-    attempt, good_files = ATTEMPTS[kind], folder / "seeds"
-    for name in ("seeds", "found"):
-        (folder / name).mkdir()
+    attempt = ATTEMPTS[kind]
+    good_files = folder / "seeds"
+    reached = folder / "found"
+    good_files.mkdir()
+    reached.mkdir()
     with atheris.instrument_imports(include=["tendon_cli", "tomllib", "ruamel.yaml"]):
         good = seeds(kind)
-        for number, content in enumerate(
-            good
-        ):  # good files come to all modules that are to be watched
+        # Good files come to all modules that are to be watched.
+        for number, content in enumerate(good):
             file = good_files / f"{number}.{kind}"
             file.write_bytes(content)
             with contextlib.suppress(Exception):  # a fault is a matter for the tally
                 attempt(file)
     tally = Tally(folder, attempt, longest=0)
 
-    def one(content):
+    def try_case(content):
         tally.meet(f".{kind}", content)
         if tally.cases >= cases:
             tally.save()
             os._exit(0)  # libFuzzer would print and leave with a code of its own
 
-    def custom(content, most, seed):
-        breed = breeder(
-            kind, good, lambda piece: atheris.Mutate(bytes(piece), min(most, len(piece) + 64))
-        )
+    def breed_case(content, most, seed):
+        def mutate(piece):
+            return atheris.Mutate(bytes(piece), min(most, len(piece) + 64))
+
+        breed = breeder(kind, good, mutate)
         bred = breed(content, random.Random(seed))  # noqa: S311 - a repeatable sample
         return bred if len(bred) <= most else content
 
-    resource.setrlimit(resource.RLIMIT_AS, (16 << 30, resource.getrlimit(resource.RLIMIT_AS)[1]))
+    _, hard_limit = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (16 << 30, hard_limit))
     options = [
         "-seed=1",
         f"-max_len={MOST_BYTES[kind]}",
@@ -86,16 +100,13 @@ def guided(kind, cases, folder, words):
         "-mutate_depth=2",
         f"-artifact_prefix={folder}/",
     ]
-    atheris.Setup(
-        [sys.argv[0], *options, str(folder / "found"), str(good_files), *words],
-        one,
-        custom_mutator=custom,
-    )
+    arguments = [sys.argv[0], *options, str(reached), str(good_files), *words]
+    atheris.Setup(arguments, try_case, custom_mutator=breed_case)
     atheris.Fuzz()
 
 
 def main(kind, cases, folder, *words):
-    """One of the above."""
+    """Breed by chance, guided, or replay a corpus."""
     signal.signal(signal.SIGALRM, too_slow)
     if kind == "replay":
         replay(Path(cases), Path(folder))

@@ -1,4 +1,4 @@
-"""The good files that hostile ones are bred from, and what such files are made of."""
+"""Good files that hostile ones are bred from, and pieces that such files are made of."""
 
 import tempfile
 from math import exp, pi, sin
@@ -182,53 +182,64 @@ sheath.flexor.friction = 0.2
 
 
 def seeds(kind):
-    """Files of a kind to start from."""
-    return {"csv": good_readings, "parquet": good_tables}.get(kind, lambda: good_studies(kind))()
+    """Return the contents of good files of a kind."""
+    if kind == "csv":
+        return good_readings()
+    if kind == "parquet":
+        return good_tables()
+    return good_studies(kind)
 
 
 def good_studies(kind):
-    """The starter as it is and with its examples, and a plain study, which is there twice."""
+    """Return the starter as it is and with its examples, and a plain study twice."""
     from tendon_cli.studies.starter import starter
 
-    text, plain = starter(Path(f"a.{kind}")).encode(), PLAIN_TOML if kind == "toml" else PLAIN_YAML
-    lines = [
-        line.removeprefix(b"# ") if b"=" in line or b": " in line else line
-        for line in text.split(b"\n")
-    ]
+    text = starter(Path(f"a.{kind}")).encode()
+    plain = PLAIN_TOML if kind == "toml" else PLAIN_YAML
+    lines = []
+    for line in text.split(b"\n"):
+        is_example = b"=" in line or b": " in line
+        lines.append(line.removeprefix(b"# ") if is_example else line)
     return [text, plain, plain, b"\n".join(lines)]
 
 
 def good_readings():
-    """A table of readings, one in UTF-16, a log, readings at several angles, and readings that name no case."""
+    """Return tables of readings.
+
+    They are readings by case, a log, readings at several angles, readings that name no case, and
+    the first once more in UTF-16.
+    """
     strokes = [("pull", 1.2), ("release", 0.8)]
     table = "case,cell 1,cell 2\n"
-    table += "".join(
-        f"{case},{force * ratio:.3f},{force}\n" for case, ratio in strokes for force in (20, 40, 60)
-    )
+    for case, ratio in strokes:
+        for force in (20, 40, 60):
+            table += f"{case},{force * ratio:.3f},{force}\n"
     angles = "bend_angle_deg;cell 1;cell 2\n"
-    for angle, sign in [(angle, sign) for angle in (45, 90, 180) for sign in (1, -1)]:
-        angles += f"{angle};{50 * exp(sign * 0.1 * angle * pi / 180):.3f};50,0\n".replace(".", ",")
+    for angle in (45, 90, 180):
+        for sign in (1, -1):
+            row = f"{angle};{50 * exp(sign * 0.1 * angle * pi / 180):.3f};50,0\n"
+            angles += row.replace(".", ",")
     log = "time,direction,cell 1,cell 2\n"
     for step in range(120):
-        force, (case, ratio) = 40 + 20 * sin(step / 6.4), strokes[step // 20 % 2]
+        force = 40 + 20 * sin(step / 6.4)
+        case, ratio = strokes[step // 20 % 2]
         log += f"{step / 10},{case},{force * ratio:.4f},{force:.4f}\n"
     plain = "cell 1\tcell 2\n1.2\t1\n2.4\t2\n1\t1.2\n2\t2.4\n"
-    return [text.encode() for text in (table, table, angles, plain, plain, log)] + [
-        table.encode("utf-16")
-    ]
+    texts = [table, table, angles, plain, plain, log]
+    return [*(text.encode() for text in texts), table.encode("utf-16")]
 
 
 def good_tables():
-    """The tables of two small runs."""
+    """Return the tables of two small runs."""
     from tendon_cli import sweep
 
     tables = []
     for text in (SWEPT, SWEPT_WITH_CASES):
         with tempfile.TemporaryDirectory() as place:
             study = Path(place, "study.toml")
+            run = Path(place, "run")
             study.write_text(text, "utf-8")
-            sweep(study, Path(place, "run"), 1)
-            tables += [
-                Path(place, f"run/{table}.parquet").read_bytes() for table in ("designs", "states")
-            ]
+            sweep(study, run, 1)
+            files = [run / "designs.parquet", run / "states.parquet"]
+            tables += [file.read_bytes() for file in files]
     return tables

@@ -1,9 +1,11 @@
-"""Hostile files tried one by one: each within its time, and whatever it ends in counted."""
+"""Hostile files tried one by one: each within its time, and every result counted."""
 
 import json
 import signal
 import time
 import traceback
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
 
 LONGEST = 10.0
@@ -11,32 +13,42 @@ MOST_MEGABYTES = 500
 
 
 class TooSlow(BaseException):
-    """Not an Exception, so that nothing that is fuzzed can take it for one of its own."""
+    """The time is over. Not an Exception, so that nothing that is fuzzed handles it as its own."""
 
 
 def too_slow(_number, _frame):
-    """The alarm."""
+    """Raise TooSlow at the alarm."""
     raise TooSlow(f"longer than {LONGEST} s")
 
 
-def peak():
-    """Most memory that was ever in use, in MB; of this process alone, where getrusage counts its parent's."""
-    status = dict(
-        line.split(":", 1) for line in Path("/proc/self/status").read_text("utf-8").splitlines()
-    )
-    return int(status["VmHWM"].split()[0]) / 1024
+def peak_memory():
+    """Return the peak of memory in MB, of this process alone; getrusage counts its parent's."""
+    status = Path("/proc/self/status").read_text("utf-8")
+    fields = dict(line.split(":", 1) for line in status.splitlines())
+    return int(fields["VmHWM"].split()[0]) / 1024
 
 
+@dataclass
 class Tally:
-    """What became of the cases; those that take longer than so many seconds are faults, but for 0 seconds."""
+    """Counts of the cases and of their results."""
 
-    def __init__(self, folder, attempt, longest=LONGEST):
-        self.folder, self.attempt, self.longest = folder, attempt, longest
-        self.cases, self.taken, self.refused, self.slowest = 0, 0, {}, 0.0
-        self.faults, self.peak = {}, peak()
+    folder: Path
+    attempt: Callable[[Path], object]
+    longest: float = LONGEST
+    """Time after which a case is a fault, s; 0 for no limit."""
+    cases: int = 0
+    taken: int = 0
+    refused: dict[str, int] = field(default_factory=dict)
+    """Number of refusals by kind of error."""
+    slowest: float = 0.0
+    """Longest time of a case, s."""
+    peak: float = field(default_factory=peak_memory)
+    """Peak of memory, MB."""
+    faults: dict[str, dict[str, str]] = field(default_factory=dict)
+    """First file and message of each kind of fault."""
 
     def meet(self, suffix, content):
-        """Try one file; whatever it ends in is counted."""
+        """Try a file and count its result."""
         from tendon_cli.errors import TendonError
 
         self.cases += 1
@@ -56,19 +68,16 @@ class Tally:
         finally:
             signal.setitimer(signal.ITIMER_REAL, 0)
         self.slowest = max(self.slowest, time.perf_counter() - began)
-        before, self.peak = self.peak, peak()
+        before = self.peak
+        self.peak = peak_memory()
         if before < MOST_MEGABYTES <= self.peak:
-            self.fault(
-                MemoryError(f"{self.peak:.0f} MB, {before:.0f} MB before it"), suffix, content
-            )
+            error = MemoryError(f"{self.peak:.0f} MB, {before:.0f} MB before it")
+            self.fault(error, suffix, content)
 
     def fault(self, error, suffix, content):
         """Keep the first file of each kind of fault."""
-        ours = [
-            frame
-            for frame in traceback.extract_tb(error.__traceback__)
-            if "tendon_cli" in frame.filename
-        ]
+        frames = traceback.extract_tb(error.__traceback__)
+        ours = [frame for frame in frames if "tendon_cli" in frame.filename]
         where = f"{Path(ours[-1].filename).name}:{ours[-1].name}" if ours else "?"
         name = f"{type(error).__name__} in {where}"
         if name not in self.faults:
@@ -77,8 +86,7 @@ class Tally:
             self.faults[name] = {"file": str(file), "says": str(error)[:300]}
 
     def save(self):
-        """Leave it in the folder."""
-        counts = ("cases", "taken", "refused", "slowest", "peak", "faults")
-        (self.folder / "tally.json").write_text(
-            json.dumps({name: getattr(self, name) for name in counts}), "utf-8"
-        )
+        """Write the counts into the folder."""
+        names = ("cases", "taken", "refused", "slowest", "peak", "faults")
+        counts = {name: getattr(self, name) for name in names}
+        (self.folder / "tally.json").write_text(json.dumps(counts), "utf-8")

@@ -55,51 +55,67 @@ class Mutant:
 
 
 def mutants(source: str) -> list[int]:
-    """The places where a module can be changed, as numbers for `mutant`."""
+    """Return the places where a module can be changed, as numbers for `mutant`."""
     return list(range(len(_places(ast.parse(source)))))
 
 
 def mutant(source: str, place: int, seed: int) -> Mutant:
-    """The module with the fault at one place; the seed decides where there are several."""
+    """Return the module with the fault at one place; the seed decides if there are several."""
     tree = ast.parse(source)
     node = _places(tree)[place]
-    before, line = ast.unparse(node), getattr(node, "lineno", 0)
-    vars(node).update(_fault(node, random.Random(seed)) or {})  # noqa: S311 - nothing is guarded
-    return Mutant(
-        line, before, ast.unparse(node), ast.unparse(ast.fix_missing_locations(tree)) + "\n"
-    )
+    before = ast.unparse(node)
+    line = getattr(node, "lineno", 0)
+    fault = _fault(node, random.Random(seed))  # noqa: S311 - nothing is guarded
+    vars(node).update(fault or {})
+    changed = ast.unparse(ast.fix_missing_locations(tree)) + "\n"
+    return Mutant(line, before, ast.unparse(node), changed)
 
 
 def _places(tree: ast.Module) -> list[ast.AST]:
-    """Every node that can be changed. Types, decorators and assertions are left out: no user gets them."""
-    found: list[ast.AST] = []
+    """Return every node that can be changed.
+
+    Types, decorators and assertions are left out: no user gets them.
+    """
+    places: list[ast.AST] = []
     for statement in tree.body:
-        is_alias = isinstance(statement, ast.Assign) and isinstance(statement.value, ast.BinOp)
-        if not (is_alias and isinstance(statement.value.op, ast.BitOr)):
-            _walk(statement, found)
-    return found
+        if not _is_alias(statement):
+            _collect(statement, places)
+    return places
 
 
-def _walk(node: ast.AST, found: list[ast.AST]) -> None:
+def _is_alias(statement: ast.stmt) -> bool:
+    """Return True for the union of types that a name stands for."""
+    return (
+        isinstance(statement, ast.Assign)
+        and isinstance(statement.value, ast.BinOp)
+        and isinstance(statement.value.op, ast.BitOr)
+    )
+
+
+def _collect(node: ast.AST, places: list[ast.AST]) -> None:
+    """Add a node and the nodes below it that can be changed."""
     if isinstance(node, ast.Assert | ast.Import | ast.ImportFrom):
         return
     if _fault(node, random.Random(0)):  # noqa: S311 - nothing is guarded
-        found.append(node)
+        places.append(node)
     for name, value in ast.iter_fields(node):
-        if name not in ("annotation", "returns", "decorator_list"):
-            for child in value if isinstance(value, list) else [value]:
-                if isinstance(child, ast.AST):
-                    _walk(child, found)
+        if name in ("annotation", "returns", "decorator_list"):
+            continue
+        children = value if isinstance(value, list) else [value]
+        for child in children:
+            if isinstance(child, ast.AST):
+                _collect(child, places)
 
 
-def _fault(node: ast.AST, chance: random.Random) -> dict[str, Any] | None:
-    """What has to be changed in a node for a fault, or None where it has none."""
+def _fault(node: ast.AST, rng: random.Random) -> dict[str, Any] | None:
+    """Return the fields of a node that make it faulty, or None if it has no fault."""
     match node:
         case ast.BinOp(op=op) | ast.BoolOp(op=op) if type(op) in OPERATORS:
             return {"op": OPERATORS[type(op)]()}
         case ast.Compare(ops=ops):
-            at = chance.randrange(len(ops))
-            return {"ops": [*ops[:at], OPERATORS[type(ops[at])](), *ops[at + 1 :]]}
+            place = rng.randrange(len(ops))
+            operator = OPERATORS[type(ops[place])]()
+            return {"ops": [*ops[:place], operator, *ops[place + 1 :]]}
         case ast.UnaryOp(op=ast.USub()):
             return {"op": ast.UAdd()}
         case ast.UnaryOp(op=ast.Not(), operand=operand):  # `not x` becomes `x`
@@ -107,11 +123,12 @@ def _fault(node: ast.AST, chance: random.Random) -> dict[str, Any] | None:
         case ast.Constant(value=bool(value)):
             return {"value": not value}
         case ast.Constant(value=int(value)):
-            return {"value": value + chance.choice((-1, 1))}
+            return {"value": value + rng.choice((-1, 1))}
         case ast.Constant(value=float(value)):
-            return {"value": chance.choice((1.1, 0.9)) * value or 1.0}
+            return {"value": rng.choice((1.1, 0.9)) * value or 1.0}
         case ast.If(test=test) | ast.IfExp(test=test) | ast.While(test=test):
-            is_place = isinstance(test, ast.Compare | ast.BoolOp | ast.UnaryOp)  # of its own
+            # These conditions are places of their own.
+            is_place = isinstance(test, ast.Compare | ast.BoolOp | ast.UnaryOp)
             return None if is_place else {"test": ast.UnaryOp(ast.Not(), test)}
         case ast.Attribute(attr=name) if name in NAMES:
             return {"attr": NAMES[name]}

@@ -1,6 +1,7 @@
-"""What users get: the output of many commands and the hash of every file they write, for one package against another.
+"""Print what users get: the output of many commands and the hash of every file they write.
 
-Run in an empty folder with the configs in it; prints one JSON object. Pictures count as being there or not.
+It serves to compare one package with another. Run in an empty folder with the configs in it; prints
+one JSON object. Pictures count as being there or not.
 """
 
 from __future__ import annotations
@@ -15,6 +16,17 @@ import sys
 from pathlib import Path
 
 from tendon_cli import cli
+
+ROUTE = "x [mm],y [mm],z [mm]\n"
+for n in range(40):
+    ROUTE += f"{100 - n},{n * n / 16},{n}\n"
+
+# Readings are made up: two directions in turn, unequal gains, a zero offset.
+READINGS = "cell_1,cell_2\n"
+for n in range(24):
+    force = 0.8 + n / 20
+    gain = 1.31 if n % 2 else 0.79
+    READINGS += f"{force * gain + 0.03:.4f},{force:.4f}\n"
 
 FILES = {
     "rich.toml": """
@@ -67,27 +79,30 @@ draws = 16
 """,
     "people.csv": "name,sex,weight (kg),stature (cm),biceps_circumference_mm,weighting\n"
     "Ada,female,62.5,168,281,1\nBo,male,90,181.5,,2\nCleo,female,,171,,1\n",
-    "route.csv": "x [mm],y [mm],z [mm]\n"
-    + "".join(f"{100 - n},{n * n / 16},{n}\n" for n in range(40)),
-    "made.csv": "cell_1,cell_2\n"  # made up: two directions in turn, unequal gains, a zero offset
-    + "".join(
-        f"{(0.8 + n / 20) * (1.31 if n % 2 else 0.79) + 0.03:.4f},{0.8 + n / 20:.4f}\n"
-        for n in range(24)
-    ),
+    "route.csv": ROUTE,
+    "made.csv": READINGS,
 }
-STATES = [
-    f"state rich.toml {form} --set load.mass='{load} kg' --set motion.elbow_angle='{angle} deg' "
-    f"--set motion.direction={way} --set sheath.friction=0.1 --set spring.stiffness='5 kN/m' "
-    f"--set tendon.pretension='{force} N' --case {case}"
-    for load, angle, way, force, case in (
-        (0, 75, "flexion", 90, "short"),
-        (5, 75, "flexion", 90, "long"),
-        (10, 90, "extension", 140, "short"),
-        (0, 0, "extension", 60, "short"),
-        (3, 170, "flexion", 90, "long"),
+
+
+def state_command(form: str, load: int, angle: int, direction: str, force: int, case: str) -> str:
+    """Return a command that computes one state of the rich study."""
+    return (
+        f"state rich.toml {form} --set load.mass='{load} kg' "
+        f"--set motion.elbow_angle='{angle} deg' --set motion.direction={direction} "
+        "--set sheath.friction=0.1 --set spring.stiffness='5 kN/m' "
+        f"--set tendon.pretension='{force} N' --case {case}"
     )
-    for form in ("", "--json")
+
+
+POINTS = [
+    (0, 75, "flexion", 90, "short"),
+    (5, 75, "flexion", 90, "long"),
+    (10, 90, "extension", 140, "short"),
+    (0, 0, "extension", 60, "short"),
+    (3, 170, "flexion", 90, "long"),
 ]
+"""Load in kg, elbow angle in degrees, direction, pretension in N and case of a state."""
+STATES = [state_command(form, *point) for point in POINTS for form in ("", "--json")]
 FEWER = """--no-figures --set 'tendon.pretension={ from = "20 N", to = "260 N", num = 7 }'"""
 COMMANDS = [
     *STATES,
@@ -128,34 +143,42 @@ schema
 """.strip().splitlines(),
 ]
 TIMES = re.compile(
-    r"\d+(\.\d+)? ?(ms|s|min|MB/s|GB|MB|kB)\b|\"seconds\": [\d.]+|\"checksum\": \"\w+\"|>seconds</td><td[^>]*>[\d.]+"
+    r"\d+(\.\d+)? ?(ms|s|min|MB/s|GB|MB|kB)\b"
+    r"|\"seconds\": [\d.]+"
+    r"|\"checksum\": \"\w+\""
+    r"|>seconds</td><td[^>]*>[\d.]+"
 )
 """Times and sizes, and the checksum of a record, in which its time counts."""
 
 
 def answers() -> dict[str, str]:
-    """What every command prints and leaves behind."""
+    """Return what every command prints, and the hash of every file that the commands leave."""
     for name, text in FILES.items():
         Path(name).write_text(text)
     given = {}
     for number, line in enumerate(COMMANDS):
-        out, err = io.StringIO(), io.StringIO()
-        try:
-            with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-                cli.main(shlex.split(line))
-        except SystemExit as end:
-            printed = f"{end.code}\n{out.getvalue()}\n{err.getvalue()}"
-        except BaseException as error:  # noqa: BLE001 - a mutant may do anything
-            printed = repr(error)
-        given[f"{number} {line}"] = TIMES.sub("TIME", printed)
-    for file in sorted(
-        path for path in Path().rglob("*") if path.is_file() and "configs" not in path.parts
-    ):
+        given[f"{number} {line}"] = TIMES.sub("TIME", printed_by(line))
+    files = [path for path in Path().rglob("*") if path.is_file() and "configs" not in path.parts]
+    for file in sorted(files):
         content = b"" if file.suffix == ".png" else file.read_bytes()
         if file.suffix in (".json", ".html") and file.name != "ledger.json":
             content = TIMES.sub("TIME", content.decode()).encode()
         given[str(file)] = hashlib.sha256(content).hexdigest()
     return given
+
+
+def printed_by(line: str) -> str:
+    """Return exit code, stdout and stderr of a command; an error that it does not catch instead."""
+    out = io.StringIO()
+    err = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            cli.main(shlex.split(line))
+    except SystemExit as end:
+        return f"{end.code}\n{out.getvalue()}\n{err.getvalue()}"
+    except BaseException as error:  # noqa: BLE001 - a mutant may do anything
+        return repr(error)
+    return f"no exit\n{out.getvalue()}\n{err.getvalue()}"
 
 
 if __name__ == "__main__":
