@@ -18,10 +18,10 @@ def readings(configs):
     return configs / "friction/table_a1.csv"
 
 
-def test_a_study_takes_the_fitted_coefficient_and_runs(tendon, readings, workplace):
+def test_a_study_takes_the_fitted_coefficient_and_runs(tendon, readings, workplace, write_study):
     fit = ("fit-friction", readings, "--bend-angle", "144 deg")
     fitted = tendon(*fit, "--out", "friction.toml", "--plot", "fit.png", "--json")
-    (workplace / "study.toml").write_text('[sheath]\nfriction_from = "friction.toml"\n')
+    write_study('[sheath]\nfriction_from = "friction.toml"\n')
     assert tendon("sweep", "study.toml", "--out", "run", "--no-figures").exit == 0
     assert pd.read_parquet("run/designs.parquet").friction.tolist() == [fitted.json["friction"]]
     assert (workplace / "fit.png").read_bytes().startswith(b"\x89PNG")

@@ -67,18 +67,15 @@ sheath = { extensor = { path = "short.csv" } }
 """
 
 
-def test_sheaths_of_either_side_and_of_a_case_are_drawn(tendon, workplace):
+def test_sheaths_of_either_side_and_of_a_case_are_drawn(tendon, workplace, write_study):
     for name, last in (("front", 0.2), ("back", 0.3), ("short", 0.1)):
         (workplace / f"{name}.csv").write_text(
             f"x,y,z\n0,0,0\n0.1,0,0\n0.2,0.1,0\n0.2,{last},0.1\n0.3,{last},0.1\n"
         )
-    (workplace / "study.toml").write_text(SIDES)
+    write_study(SIDES)
     command = ("plot", "--arm", "study.toml", "--json", "--out", "arm.svg")
-    assert figures(tendon(*command)) == [
-        "arm.svg",
-        "arm-route-flexor.svg",
-        "arm-route-extensor.svg",
-    ]
+    drawn = figures(tendon(*command))
+    assert drawn == ["arm.svg", "arm-route-flexor.svg", "arm-route-extensor.svg"]
     front = (workplace / "arm-route-flexor.svg").read_text()
     back = (workplace / "arm-route-extensor.svg").read_text()
     assert "Route of the flexor sheath: front.csv" in front
@@ -91,10 +88,12 @@ def test_sheaths_of_either_side_and_of_a_case_are_drawn(tendon, workplace):
     assert "short.csv" in (workplace / "arm-route-extensor.svg").read_text()
 
 
-def test_a_route_is_drawn_with_the_angle_of_the_model_or_that_of_a_setting(tendon, workplace):
+def test_a_route_is_drawn_with_the_angle_of_the_model_or_that_of_a_setting(
+    tendon, workplace, write_study
+):
     for name, end in (("route", 0.2), ("other", 0.4)):
         (workplace / f"{name}.csv").write_text(f"x,y,z\n0,0,0\n0.1,0,0\n0.2,0.1,0\n0.2,{end},0.1\n")
-    (workplace / "study.toml").write_text('[sheath]\npath = "route.csv"\n')
+    write_study('[sheath]\npath = "route.csv"\n')
     command = ("plot", "--arm", "study.toml", "--json", "--out", "arm.svg")
     assert figures(tendon(*command)) == ["arm.svg", "arm-route.svg"]
     angle = tendon_library.load_study("study.toml").sheath.bend_angle.single
