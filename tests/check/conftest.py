@@ -12,9 +12,9 @@ STUDY = {
 }
 
 
-def swept(folder, **parts):
-    """A run of the study with some of its tables replaced."""
-    tendon.sweep(tendon.study(STUDY | parts), folder)
+def swept(folder, **tables):
+    """Sweep the study with some of its tables replaced into a folder, and return the folder."""
+    tendon.sweep(tendon.study(STUDY | tables), folder)
     return folder
 
 
@@ -34,6 +34,5 @@ def limited(tmp_path_factory):
         "max_spring_extension": "60 mm",
         "max_contact_pressure": "20 kPa",
     }
-    return swept(
-        tmp_path_factory.mktemp("check") / "limited", limits=limits, arm={"contact_width": "50 mm"}
-    )
+    folder = tmp_path_factory.mktemp("check") / "limited"
+    return swept(folder, limits=limits, arm={"contact_width": "50 mm"})

@@ -1,4 +1,4 @@
-"""A comparison finds every change, nothing else, and matches designs by the values of their axes."""
+"""A comparison finds every change and nothing else; axis values say which designs are the same."""
 
 import re
 
@@ -17,13 +17,12 @@ def rougher(tmp_path_factory):
 
 
 def test_a_run_is_as_it_is(plain):
-    found = compare(plain, plain, tolerance=0.0)
-    assert found.holds
-    assert "nothing changed" in found.text
-    assert re.search(
-        r"compared: \d+ columns of 18 designs and \d+ columns of 684 states", found.text
-    )
-    assert found.record["within"] is None
+    result = compare(plain, plain, tolerance=0.0)
+    assert result.holds
+    assert "nothing changed" in result.text
+    compared = r"compared: \d+ columns of 18 designs and \d+ columns of 684 states"
+    assert re.search(compared, result.text)
+    assert result.record["within"] is None
 
 
 def test_another_study_is_refused_unless_the_key_is_named(plain, rougher):
@@ -35,73 +34,75 @@ def test_another_study_is_refused_unless_the_key_is_named(plain, rougher):
 @pytest.mark.parametrize(
     ("key", "near"), [("sheat.friction", "sheath.friction"), ("limit", "limits")]
 )
-def test_a_key_that_no_study_has_is_told(plain, rougher, key, near):
+def test_a_key_that_no_study_has_is_refused_with_the_nearest(plain, rougher, key, near):
     with pytest.raises(UsageError) as refused:
         compare(rougher, plain, tolerance=1e-9, apart=[key])
     assert refused.value.hint == f'did you mean "{near}"?'
 
 
-def test_each_column_is_told_by_its_own_largest_difference(plain, rougher):
-    before, now = tendon.open_run(plain), tendon.open_run(rougher)
-    found = compare(rougher, plain, tolerance=0.0, apart=["sheath.friction"]).record["changes"]
-    told = {(change["table"], change["column"]): change for change in found}
+def test_each_column_is_named_with_its_largest_difference(plain, rougher):
+    before = tendon.open_run(plain)
+    now = tendon.open_run(rougher)
+    record = compare(rougher, plain, tolerance=0.0, apart=["sheath.friction"]).record
+    changes = {(change["table"], change["column"]): change for change in record["changes"]}
     for table in ("designs", "states"):
-        first, second = getattr(now, table), getattr(before, table)
+        values_now = getattr(now, table)
+        values_before = getattr(before, table)
         for column in ("max_tension", "margin", "motor_torque", "spool_angle"):
-            if column in first:
-                difference = (first[column] - second[column]).abs().max()
-                scale = max(first[column].abs().max(), second[column].abs().max())
-                assert told[table, column]["difference"] == pytest.approx(difference, rel=1e-12)
-                assert told[table, column]["share"] == pytest.approx(difference / scale, rel=1e-12)
+            if column not in values_now:
+                continue
+            largest = (values_now[column] - values_before[column]).abs().max()
+            scale = max(values_now[column].abs().max(), values_before[column].abs().max())
+            change = changes[table, column]
+            assert change["difference"] == pytest.approx(largest, rel=1e-12)
+            assert change["share"] == pytest.approx(largest / scale, rel=1e-12)
 
 
 def test_a_tolerance_just_holds_and_just_fails(plain, rougher):
-    found = compare(rougher, plain, tolerance=0.0, apart=["sheath.friction"]).record["changes"]
-    worst = max(change["share"] for change in found if change["difference"] is not None)
-    exact = {change["column"] for change in found if change["difference"] is None}
-    held = compare(rougher, plain, tolerance=worst * (1 + 1e-9), apart=["sheath.friction"])
-    wide = held.record["changes"]
-    assert {change["column"] for change in wide} == exact
-    assert held.record["within"] == max(
-        (change for change in found if change["difference"] is not None),
-        key=lambda change: change["share"],
-    )
-    assert "within the tolerance, the largest difference: " in held.text
-    tight = compare(rougher, plain, tolerance=worst * (1 - 1e-9), apart=["sheath.friction"]).record[
-        "changes"
-    ]
-    assert len(tight) == len(wide) + 1
+    def compare_within(tolerance):
+        return compare(rougher, plain, tolerance=tolerance, apart=["sheath.friction"])
+
+    changes = compare_within(0.0).record["changes"]
+    of_numbers = [change for change in changes if change["difference"] is not None]
+    flags = {change["column"] for change in changes if change["difference"] is None}
+    worst = max(of_numbers, key=lambda change: change["share"])
+    wide = compare_within(worst["share"] * (1 + 1e-9))
+    assert {change["column"] for change in wide.record["changes"]} == flags
+    assert wide.record["within"] == worst
+    assert "within the tolerance, the largest difference: " in wide.text
+    tight = compare_within(worst["share"] * (1 - 1e-9))
+    assert len(tight.record["changes"]) == len(wide.record["changes"]) + 1
 
 
 def test_feasibility_that_flipped_is_named_design_by_design(plain, tmp_path):
     stiffer = swept(tmp_path / "stiffer", spring={"stiffness": "3.4 kN/m"})
-    before, now = (tendon.open_run(folder).designs for folder in (plain, stiffer))
-    found = compare(stiffer, plain, tolerance=1e9, apart=["spring.stiffness"], worst=1000).record
-    assert {"feasible", "status"} <= {
-        change["column"] for change in found["changes"]
-    }  # flags have no tolerance
-    differs = now[now["feasible"] != before["feasible"]]
-    assert found["flipped"] == len(differs) > 0
-    told = {
-        (flip["where"]["pretension"], flip["where"]["load_mass"]): flip["now"]
-        for flip in found["flips"]
-    }
-    assert told == {(row.pretension, row.load_mass): row.feasible for row in differs.itertuples()}
+    before = tendon.open_run(plain).designs
+    now = tendon.open_run(stiffer).designs
+    result = compare(stiffer, plain, tolerance=1e9, apart=["spring.stiffness"], worst=1000)
+    record = result.record
+    changed = {change["column"] for change in record["changes"]}
+    assert {"feasible", "status"} <= changed  # flags have no tolerance
+    flipped = now[now["feasible"] != before["feasible"]]
+    assert record["flipped"] == len(flipped) > 0
+    flips = {}
+    for flip in record["flips"]:
+        place = flip["where"]
+        flips[place["pretension"], place["load_mass"]] = flip["now"]
+    expected = {(row.pretension, row.load_mass): row.feasible for row in flipped.itertuples()}
+    assert flips == expected
 
 
 def test_runs_of_other_axes_compare_on_what_they_share(plain, tmp_path):
-    fewer = swept(
-        tmp_path / "fewer", tendon={"pretension": ["160 N", "100 N"]}, load={"mass": "5 kg"}
-    )
-    for one, other in ((fewer, plain), (plain, fewer)):
-        found = compare(one, other, tolerance=0.0)
-        assert not found.holds
-        assert (found.record["designs"], found.record["changes"]) == (2, [])
-        assert {text.partition(":")[0] for text in found.record["missing"]} == {
-            "load.mass",
-            "tendon.pretension",
-        }
-        excepted = compare(one, other, tolerance=0.0, apart=["tendon", "load.mass"])
+    pretensions = {"pretension": ["160 N", "100 N"]}
+    fewer = swept(tmp_path / "fewer", tendon=pretensions, load={"mass": "5 kg"})
+    for run, baseline in ((fewer, plain), (plain, fewer)):
+        result = compare(run, baseline, tolerance=0.0)
+        assert not result.holds
+        assert result.record["designs"] == 2
+        assert result.record["changes"] == []
+        missing = {text.partition(":")[0] for text in result.record["missing"]}
+        assert missing == {"load.mass", "tendon.pretension"}
+        excepted = compare(run, baseline, tolerance=0.0, apart=["tendon", "load.mass"])
         assert excepted.holds
         assert "load.mass: 1 value in " in excepted.text
 
@@ -117,10 +118,11 @@ def test_runs_of_other_axes_compare_on_what_they_share(plain, tmp_path):
     ],
 )
 def test_what_only_one_run_keeps_is_a_change(plain, tmp_path, output, missing):
-    found = compare(swept(tmp_path / "less", output=output), plain, tolerance=0.0)
-    assert not found.holds
-    assert missing in found.record["missing"]
-    assert f"not compared: {missing}" in found.text
+    less = swept(tmp_path / "less", output=output)
+    result = compare(less, plain, tolerance=0.0)
+    assert not result.holds
+    assert missing in result.record["missing"]
+    assert f"not compared: {missing}" in result.text
 
 
 def test_runs_with_nothing_in_common_are_refused(plain, tmp_path):
@@ -133,5 +135,6 @@ def test_runs_with_nothing_in_common_are_refused(plain, tmp_path):
 
 
 def test_a_null_against_a_number_is_a_change():
-    first, second = np.array([1.0, np.nan, np.nan, 1.0]), np.array([np.nan, 1.0, np.nan, 1.0])
-    assert difference(first, second, is_flag=False).tolist() == [np.inf, np.inf, 0.0, 0.0]
+    now = np.array([1.0, np.nan, np.nan, 1.0])
+    before = np.array([np.nan, 1.0, np.nan, 1.0])
+    assert difference(now, before, is_flag=False).tolist() == [np.inf, np.inf, 0.0, 0.0]

@@ -10,87 +10,95 @@ import pytest
 from ruamel.yaml import YAML
 
 PIPELINES = Path(__file__).parents[2] / "configs" / "pipelines"
+PROGRAMS = Path(sys.executable).parent
 
 
 @pytest.fixture
-def place(tmp_path):
+def folder(tmp_path):
+    """Return a copy of the folder of pipelines."""
     return Path(shutil.copytree(PIPELINES, tmp_path / "pipelines"))
 
 
-def run(command, place, **more):
-    environment = os.environ | {
-        "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
-        **more,
-    }
-    kept = {"capture_output": True, "text": True, "timeout": 120}
-    return subprocess.run(command, check=False, cwd=place, env=environment, **kept)
+def run(command, folder, **variables):
+    """Run a command in a folder, with `tendon` on its path and variables of the environment."""
+    path = f"{PROGRAMS}{os.pathsep}{os.environ['PATH']}"
+    return subprocess.run(
+        command,
+        check=False,
+        cwd=folder,
+        env=os.environ | {"PATH": path} | variables,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
 
 
-def make_rough(place):
-    """A sheath so rough that a tendon is beyond its limit."""
-    study = place / "suit.toml"
+def make_rough(folder):
+    """Make the sheath so rough that a tendon is beyond its limit."""
+    study = folder / "suit.toml"
     study.write_text(study.read_text() + "\n[sheath]\nfriction = 0.3\n")
 
 
-def test_plain_shell_passes_and_fails_on_purpose(place):
-    done = run(["sh", "check.sh"], place)
-    assert (done.returncode, done.stdout.splitlines()[-1]) == (0, "within limits")
-    make_rough(place)
-    done = run(["sh", "check.sh"], place)
+def test_plain_shell_passes_and_fails_on_purpose(folder):
+    done = run(["sh", "check.sh"], folder)
+    assert done.returncode == 0
+    assert done.stdout.splitlines()[-1] == "within limits"
+    make_rough(folder)
+    done = run(["sh", "check.sh"], folder)
     assert done.returncode == 4
     assert "design 3 (load_mass 10 kg): has max_tension" in done.stdout
 
 
-def test_the_makefile_gates_and_keeps_a_baseline(place):
-    assert run(["make", "check"], place).returncode == 0
-    assert run(["make", "accept"], place).returncode == 0
-    done = run(["make", "check"], place)
+def test_the_makefile_gates_and_keeps_a_baseline(folder):
+    assert run(["make", "check"], folder).returncode == 0
+    assert run(["make", "accept"], folder).returncode == 0
+    done = run(["make", "check"], folder)
     assert "nothing changed" in done.stdout
-    make_rough(place)
-    assert run(["make", "check"], place).returncode != 0
+    make_rough(folder)
+    assert run(["make", "check"], folder).returncode != 0
 
 
 @pytest.mark.parametrize("task", [1, 2, 3])
-def test_a_task_of_the_slurm_array_sweeps_its_case(place, task):
-    done = run(["bash", "slurm.sh", "suit.toml", "cases.txt"], place, SLURM_ARRAY_TASK_ID=str(task))
+def test_a_task_of_the_slurm_array_sweeps_its_case(folder, task):
+    command = ["bash", "slurm.sh", "suit.toml", "cases.txt"]
+    done = run(command, folder, SLURM_ARRAY_TASK_ID=str(task))
     assert done.returncode == 0, done.stderr
-    assert (place / "results" / f"task-{task}" / "run.json").exists()
+    assert (folder / "results" / f"task-{task}" / "run.json").exists()
 
 
-def test_one_sweep_on_the_nodes_of_a_slurm_job(place, tmp_path):
-    """A stand-in for srun starts the worker here; scheduler, worker and sweep are real, and leave only the run."""
+def test_one_sweep_on_the_nodes_of_a_slurm_job(folder, tmp_path):
+    """A sweep of the job script leaves only its run.
+
+    A stand-in for srun starts the worker here; scheduler, worker and sweep are real.
+    """
     programs = tmp_path / "programs"
     programs.mkdir()
     srun = programs / "srun"
     srun.write_text('#!/bin/sh\nexec "$@"\n')
     srun.chmod(0o755)
-    path = os.pathsep.join([str(programs), str(Path(sys.executable).parent), os.environ["PATH"]])
-    done = run(
-        ["bash", "dask_slurm.sh", "suit.toml", "results/suit"],
-        place,
-        PATH=path,
-        SLURM_CPUS_PER_TASK="1",
-    )
+    path = os.pathsep.join([str(programs), str(PROGRAMS), os.environ["PATH"]])
+    command = ["bash", "dask_slurm.sh", "suit.toml", "results/suit"]
+    done = run(command, folder, PATH=path, SLURM_CPUS_PER_TASK="1")
     assert done.returncode == 0, done.stderr
-    plain = run(
-        ["tendon", "sweep", "suit.toml", "--out", "results/plain", "--no-figures", "--quiet"], place
-    )
+    sweep = ["tendon", "sweep", "suit.toml", "--out", "results/plain", "--no-figures", "--quiet"]
+    plain = run(sweep, folder)
     assert plain.returncode == 0, plain.stderr
-    first, second = (place / "results" / name / "designs.parquet" for name in ("suit", "plain"))
-    assert first.read_bytes() == second.read_bytes()
-    assert not list(place.glob("dask-*"))
+    on_nodes = folder / "results/suit/designs.parquet"
+    expected = folder / "results/plain/designs.parquet"
+    assert on_nodes.read_bytes() == expected.read_bytes()
+    assert not list(folder.glob("dask-*"))
 
 
-@pytest.mark.parametrize("friction", ["0.06", "0.3"])
-def test_the_steps_of_the_job_run_and_the_gate_closes(place, friction):
-    job = YAML(typ="safe").load(place / "ci.yml")["jobs"]["check"]
+@pytest.mark.parametrize(("friction", "is_broken"), [("0.06", False), ("0.3", True)])
+def test_the_steps_of_the_job_run_and_the_gate_closes(folder, friction, is_broken):
+    job = YAML(typ="safe").load(folder / "ci.yml")["jobs"]["check"]
     codes = {}
     for step in job["steps"]:
         if "run" in step and step["name"] != "install":
-            command = step["run"].replace("${{ matrix.friction }}", friction)
-            codes[step["name"]] = run(
-                ["bash", "-c", command], place, GITHUB_STEP_SUMMARY="summary.md"
-            ).returncode
-    assert codes == {"sweep": 0, "gate": 0 if friction == "0.06" else 4}
-    summary = (place / "summary.md").read_text()
-    assert ("max_tension" in summary) is (friction == "0.3")
+            script = step["run"].replace("${{ matrix.friction }}", friction)
+            done = run(["bash", "-c", script], folder, GITHUB_STEP_SUMMARY="summary.md")
+            codes[step["name"]] = done.returncode
+    gate = 4 if is_broken else 0
+    assert codes == {"sweep": 0, "gate": gate}
+    summary = (folder / "summary.md").read_text()
+    assert ("max_tension" in summary) is is_broken

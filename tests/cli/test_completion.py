@@ -1,4 +1,4 @@
-"""Completion: what is offered is what there is, asked as a shell asks, and typed into real shells."""
+"""Completion offers what exists: to a question as shells ask it, and typed into real shells."""
 
 import os
 import pty
@@ -22,19 +22,34 @@ from tendon_cli.studies.study import keys
 
 APP = typer.main.get_command(cli.app)
 PROGRAMS = Path(sys.executable).parent
+PEOPLE = """\
+name,weight (kg),stature (cm)
+Ada Lovelace,62.5,168
+Bo,90,181.5
+Eve\x1b[2J,70,170
+"""
+OWN_STUDY = """\
+[people]
+file = "people.csv"
+[[cases]]
+name = "Bo's arm"
+[[cases]]
+name = "$(touch executed)"
+"""
 FILES = {
     "study.toml": "",
-    "people.csv": "name,weight (kg),stature (cm)\nAda Lovelace,62.5,168\nBo,90,181.5\nEve\x1b[2J,70,170\n",
-    "own.toml": '[people]\nfile = "people.csv"\n[[cases]]\nname = "Bo\'s arm"\n[[cases]]\nname = "$(touch executed)"\n',
+    "people.csv": PEOPLE,
+    "own.toml": OWN_STUDY,
     "torn.parquet": "PAR1 and no more PAR1",
     "bad.csv": "\0",
 }
 CASES = ["Bo's arm", "$(touch executed)"]
+TIMEOUT = 20  # s, of a shell on a terminal
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    """A folder with a study of people and cases, a run, an answer, and what is no table."""
+def folder(tmp_path_factory):
+    """Return a folder with a study of people and cases, a run, an answer, and files of no table."""
     folder = tmp_path_factory.mktemp("made")
     for name, content in FILES.items():
         (folder / name).write_text(content, encoding="utf-8")
@@ -46,24 +61,22 @@ def made(tmp_path_factory):
 
 
 @pytest.fixture(autouse=True)
-def there(made, monkeypatch):
-    monkeypatch.chdir(made)
+def inside_folder(folder, monkeypatch):
+    monkeypatch.chdir(folder)
 
 
 def offered(line):
+    """Return the words that are offered at the end of a line after `tendon`."""
     words, begun, _ = split_line(f"tendon {line}")
     return [word for word, _ in candidates(APP, words, begun)]
 
 
 @pytest.mark.parametrize("name", APP.commands)
 def test_every_command_and_every_option_is_offered(name):
-    options = {
-        opt
-        for parameter in APP.commands[name].params
-        for opt in parameter.opts
-        if opt.startswith("--")
-    }
-    assert set(offered(f"{name} --")) >= options | {"--help"}
+    options = {"--help"}
+    for parameter in APP.commands[name].params:
+        options |= {option for option in parameter.opts if option.startswith("--")}
+    assert set(offered(f"{name} --")) >= options
     assert name in offered("")
 
 
@@ -72,11 +85,12 @@ def test_a_value_that_is_offered_is_taken(tmp_path):
     excursion.write_text(
         "angle (deg),flexor (mm),extensor (mm)\n-30,-10,-10\n0,0,0\n60,20,20\n150,50,50\n"
     )
+    booleans = {"true": True, "false": False}
     checked = 0
     for key, (_, values) in key_words().items():
         *tables, name = key.split(".")
         for value in values:
-            content = {name: {"true": True, "false": False}.get(value, value)}
+            content = {name: booleans.get(value, value)}
             for table in reversed(tables):
                 content = {table: content}
             if key == "design.by":
@@ -88,6 +102,10 @@ def test_a_value_that_is_offered_is_taken(tmp_path):
     assert checked > 10
 
 
+SLACK = ["model.slack=", "model.slack=unilateral", "model.slack=bilateral"]
+PERSONS = ["mean-man", "mean-woman", "Ada Lovelace", "Bo", "Eve?[2J"]  # no raw escape
+
+
 @pytest.mark.parametrize(
     ("line", "expected"),
     [
@@ -95,10 +113,7 @@ def test_a_value_that_is_offered_is_taken(tmp_path):
         ("--ver", ["--version"]),
         ("--debug sw", ["sweep"]),
         ("sweep --dry", ["--dry-run"]),
-        (
-            "sweep a.toml --set model.slack=",
-            ["model.slack=", "model.slack=unilateral", "model.slack=bilateral"],
-        ),
+        ("sweep a.toml --set model.slack=", SLACK),
         ("sweep --set 'model.slack=u", ["model.slack=unilateral"]),
         ("plot r --format s", ["svg"]),
         ("completion f", ["fish"]),
@@ -110,19 +125,21 @@ def test_a_value_that_is_offered_is_taken(tmp_path):
         ("export answer --columns from_by,serv", ["from_by,served", "from_by,served_at"]),
         ("export answer --table ", ["choices", "conditions"]),
         ("show people.csv --columns ", ["name", "weight", "stature"]),
-        *(
-            (f"show {source} --columns marg", ["margin"])
-            for source in ("pipe", "torn.parquet", "bad.csv", "empty.parquet", ".", "missing")
-        ),
+        ("show pipe --columns marg", ["margin"]),
+        ("show torn.parquet --columns marg", ["margin"]),
+        ("show bad.csv --columns marg", ["margin"]),
+        ("show empty.parquet --columns marg", ["margin"]),
+        ("show . --columns marg", ["margin"]),
+        ("show missing --columns marg", ["margin"]),
         ("state own.toml --case ", CASES),
         ("plot --arm own.toml --case B", CASES[:1]),
         ("state pipe --case ", []),
-        (
-            "state own.toml --person ",
-            ["mean-man", "mean-woman", "Ada Lovelace", "Bo", "Eve?[2J"],
-        ),  # harmless
+        ("state own.toml --person ", PERSONS),
         ("state missing.toml --person ", ["mean-man", "mean-woman"]),
-        *((line, []) for line in ("sweep ", "sweep --out ", "swep --", "sweep \"a'b")),
+        ("sweep ", []),
+        ("sweep --out ", []),
+        ("swep --", []),
+        ("sweep \"a'b", []),
     ],
 )
 def test_what_is_offered(line, expected):
@@ -138,32 +155,41 @@ def test_without_a_table_every_column_is_offered(option):
 
 
 @pytest.mark.parametrize("quote", ["", "'", '"'])
-def test_bash_runs_nothing_of_a_name(outside, made, quote):
-    names = outside(
-        "completion", "bash", "--line", f"tendon state own.toml --case {quote}", cwd=made
-    ).out
+def test_bash_runs_nothing_of_a_name(outside, folder, quote):
+    line = f"tendon state own.toml --case {quote}"
+    names = outside("completion", "bash", "--line", line, cwd=folder).out
     script = "\n".join(f"printf '%s\\n' {quote}{name}{quote}" for name in names.splitlines())
     echoed = subprocess.run(["bash", "-c", script], check=True, capture_output=True, text=True)
     assert echoed.stdout.splitlines() == CASES
-    assert not (made / "executed").exists()
+    assert not (folder / "executed").exists()
     assert not Path("executed").exists()
 
 
-def typed(shell, setup, line, wanted):
-    """What a shell on a terminal of its own shows after a line and a tab, until it shows what is wanted or 20 s."""
+def type_into(shell, setup, line, expected):
+    """Return the text that a shell on its own terminal shows after a line and a tab.
+
+    Reading ends as soon as the expected text is shown, at the latest after `TIMEOUT`.
+    """
     process, terminal = pty.fork()
     if process == 0:
         os.environ |= {"PATH": f"{PROGRAMS}:{os.environ['PATH']}", "PS1": "> ", "TERM": "dumb"}
         os.execvp(shell[0], shell)  # noqa: S606 - it is the shell that is tried
-    shown, end = "", time.monotonic() + 20
+    shown = ""
+    is_sent = False
+    deadline = time.monotonic() + TIMEOUT
     try:
         os.write(terminal, f"{setup}; echo rea''dy\n".encode())
-        sent = False
-        while time.monotonic() < end and not (sent and wanted in shown):
-            if select.select([terminal], [], [], 0.1)[0]:
-                shown += os.read(terminal, 65536).decode(errors="replace").replace("\a", "")
-            if not sent and "ready" in shown.replace("rea''dy", ""):
-                shown, sent = "", True
+        while time.monotonic() < deadline:
+            if is_sent and expected in shown:
+                break
+            readable, _, _ = select.select([terminal], [], [], 0.1)
+            if readable:
+                output = os.read(terminal, 65536).decode(errors="replace")
+                shown += output.replace("\a", "")
+            is_ready = "ready" in shown.replace("rea''dy", "")
+            if is_ready and not is_sent:
+                shown = ""
+                is_sent = True
                 os.write(terminal, line.encode() + b"\t")
     finally:
         os.close(terminal)
@@ -172,18 +198,16 @@ def typed(shell, setup, line, wanted):
     return shown
 
 
+ZSH_SETUP = 'autoload -U compinit; compinit -u -D; eval "$(tendon completion zsh)"'
 SHELLS = {
     "bash": (["bash", "--norc", "--noprofile", "-i"], 'eval "$(tendon completion bash)"'),
-    "zsh": (
-        ["zsh", "-f", "-i"],
-        'autoload -U compinit; compinit -u -D; eval "$(tendon completion zsh)"',
-    ),
+    "zsh": (["zsh", "-f", "-i"], ZSH_SETUP),
 }
 
 
 @pytest.mark.parametrize("name", SHELLS)
 @pytest.mark.parametrize(
-    ("line", "wanted"),
+    ("line", "expected"),
     [
         ("tendon swe", "tendon sweep "),
         ("tendon sweep --set model.sl", "model.slack="),
@@ -195,29 +219,30 @@ SHELLS = {
         ("tendon show people.csv --sort sta", "stature"),
     ],
 )
-def test_a_real_shell_completes(name, line, wanted):
+def test_a_real_shell_completes(name, line, expected):
     if shutil.which(name) is None:
         pytest.skip(f"there is no {name} here")
     command, setup = SHELLS[name]
-    assert wanted in typed(command, setup, line, wanted)
+    assert expected in type_into(command, setup, line, expected)
+
+
+FISH_COMPLETES = {
+    "tendon swe": "sweep",
+    "tendon sweep --set model.slack=b": "model.slack=bilateral",
+    "tendon show r --sort required_p": "required_pretension",
+    "tendon sweep stu": "study.toml",
+    'tendon state own.toml --person "Ad': "Ada Lovelace",
+}
 
 
 def test_fish_completes():
     if shutil.which("fish") is None:
         pytest.skip("there is no fish here")
-    lines = (
-        "tendon swe",
-        "tendon sweep --set model.slack=b",
-        "tendon show r --sort required_p",
-        "tendon sweep stu",
-    )
-    lines += ('tendon state own.toml --person "Ad',)
-    asked = "; ".join(
-        ["tendon completion fish | source", *(f"complete -C '{line}'" for line in lines)]
-    )
+    commands = ["tendon completion fish | source"]
+    commands += [f"complete -C '{line}'" for line in FISH_COMPLETES]
     environment = os.environ | {"PATH": f"{PROGRAMS}:{os.environ['PATH']}", "HOME": str(Path.cwd())}
     ran = subprocess.run(
-        ["fish", "-c", asked],
+        ["fish", "-c", "; ".join(commands)],
         check=True,
         capture_output=True,
         text=True,
@@ -225,10 +250,4 @@ def test_fish_completes():
         timeout=60,
     )
     completed = [entry.partition("\t")[0] for entry in ran.stdout.splitlines()]
-    assert completed == [
-        "sweep",
-        "model.slack=bilateral",
-        "required_pretension",
-        "study.toml",
-        "Ada Lovelace",
-    ]
+    assert completed == list(FISH_COMPLETES.values())

@@ -18,19 +18,10 @@ def readings(configs):
     return configs / "friction/table_a1.csv"
 
 
-def test_a_study_takes_the_fitted_coefficient_and_runs(tendon, readings, workplace):
-    fitted = tendon(
-        "fit-friction",
-        readings,
-        "--bend-angle",
-        "144 deg",
-        "--out",
-        "friction.toml",
-        "--plot",
-        "fit.png",
-        "--json",
-    )
-    (workplace / "study.toml").write_text('[sheath]\nfriction_from = "friction.toml"\n')
+def test_a_study_takes_the_fitted_coefficient_and_runs(tendon, readings, workplace, write_study):
+    fit = ("fit-friction", readings, "--bend-angle", "144 deg")
+    fitted = tendon(*fit, "--out", "friction.toml", "--plot", "fit.png", "--json")
+    write_study('[sheath]\nfriction_from = "friction.toml"\n')
     assert tendon("sweep", "study.toml", "--out", "run", "--no-figures").exit == 0
     assert pd.read_parquet("run/designs.parquet").friction.tolist() == [fitted.json["friction"]]
     assert (workplace / "fit.png").read_bytes().startswith(b"\x89PNG")
@@ -39,29 +30,26 @@ def test_a_study_takes_the_fitted_coefficient_and_runs(tendon, readings, workpla
 def test_a_fit_writes_over_its_own_files_and_nobody_elses(tendon, readings, workplace):
     (workplace / "readings.csv").write_bytes(readings.read_bytes())
     fit = ("fit-friction", "readings.csv", "--bend-angle", "144 deg")
-    for ending in (
-        "png",
-        "svg",
-        "pdf",
-        "png",
-        "svg",
-        "pdf",
-    ):  # its own files are known again, in every format
-        assert tendon(*fit, "--out", "friction.toml", "--plot", f"fit.{ending}").exit == 0
+    for _ in range(2):  # the second time it recognises its own files, in every format
+        for ending in ("png", "svg", "pdf"):
+            figure = f"fit.{ending}"
+            assert tendon(*fit, "--out", "friction.toml", "--plot", figure).exit == 0
     (workplace / "mine.png").write_bytes(b"a picture")
     (workplace / "mine.toml").write_text("[friction]\ncoefficient = 0.1\n")
     (workplace / "link.toml").symlink_to("mine.toml")
-    for option, name in (
+    protected = [
         ("--plot", "mine.png"),
         ("--out", "mine.toml"),
         ("--out", "link.toml"),
         ("--out", "readings.csv"),
         ("--out", "fit.png"),
         ("--plot", "friction.toml"),
-    ):
+    ]
+    for option, name in protected:
         before = (workplace / name).read_bytes()
         ran = tendon(*fit, option, name)
-        assert (ran.exit, option in ran.err) == (2, True)
+        assert ran.exit == 2
+        assert option in ran.err
         assert (workplace / name).read_bytes() == before
     assert tendon(*fit, "--out", "same.svg", "--plot", "same.svg").exit == 2
     assert not (workplace / "same.svg").exists()
@@ -70,25 +58,21 @@ def test_a_fit_writes_over_its_own_files_and_nobody_elses(tendon, readings, work
 def test_the_paper_is_reproduced_into_a_folder_and_a_finding_that_fails_is_exit_4(
     tendon, workplace, monkeypatch
 ):
-    made, asked = [], []
+    reproduce = reproduction.reproduce
+    results = []
+    folders = []
 
-    def once(out, **_):
-        asked.append(out)
-        made.extend(
-            []
-            if made
-            else [reproduce(out, jobs=None, progress=lambda *_: None, stop=threading.Event())]
-        )
-        return made[0]
+    def reproduce_once(out, **_):
+        folders.append(str(out))
+        if not results:
+            stop = threading.Event()
+            results.append(reproduce(out, jobs=None, progress=lambda *_: None, stop=stop))
+        return results[0]
 
-    reproduce, no_locks = (
-        reproduction.reproduce,
-        mock.Mock(side_effect=OSError(errno.ENOLCK, "no locks")),
-    )
-    monkeypatch.setattr(reproduction, "reproduce", once)
-    with (
-        monkeypatch.context() as patch
-    ):  # its runs stand in a temporary folder that nobody else has
+    no_locks = mock.Mock(side_effect=OSError(errno.ENOLCK, "no locks"))
+    monkeypatch.setattr(reproduction, "reproduce", reproduce_once)
+    with monkeypatch.context() as patch:
+        # Locks are not needed: the runs are written into a temporary folder of their own.
         patch.setattr(fcntl, "flock", no_locks)
         ran = tendon("paper", "--json")
     assert ran.exit == 0
@@ -96,7 +80,7 @@ def test_the_paper_is_reproduced_into_a_folder_and_a_finding_that_fails_is_exit_
     assert {file.name for file in (workplace / "results/paper").iterdir()} == set(ran.json["files"])
     monkeypatch.setattr(reproduction.Reproduction, "holds", False)
     assert tendon("paper", "--out", "paper", "--quiet").exit == 4
-    assert [str(out) for out in asked] == ["results/paper", "paper"]
+    assert folders == ["results/paper", "paper"]
 
 
 def test_a_fit_takes_the_bend_angle_of_a_measured_route_with_its_error(tendon, readings, workplace):
@@ -104,10 +88,10 @@ def test_a_fit_takes_the_bend_angle_of_a_measured_route_with_its_error(tendon, r
     points = 100.0 * np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
     points += np.random.default_rng(4).standard_normal(points.shape)
     np.savetxt("route.csv", points, delimiter=",", header="x_mm,y_mm,z_mm", comments="")
-    by_angle = tendon("fit-friction", readings, "--bend-angle", "180 deg", "--json").json
-    by_route = tendon(
-        "fit-friction", readings, "--route", "route.csv", "--out", "friction.toml", "--json"
-    ).json
+    fit = ("fit-friction", readings, "--json")
+    along_route = (*fit, "--route", "route.csv")
+    by_angle = tendon(*fit, "--bend-angle", "180 deg").json
+    by_route = tendon(*along_route, "--out", "friction.toml").json
     assert by_route["bend_angle"] == pytest.approx(math.pi, rel=0.1)
     ratio = by_angle["bend_angle"] / by_route["bend_angle"]
     assert by_route["friction"] == pytest.approx(by_angle["friction"] * ratio, rel=1e-9)
@@ -116,7 +100,5 @@ def test_a_fit_takes_the_bend_angle_of_a_measured_route_with_its_error(tendon, r
     assert "deg of route.csv" in (workplace / "friction.toml").read_text()
     # A noise that is stated counts if it is larger than that of the points.
     for noise, counts in (("1 mm", False), ("4 mm", True)):
-        record = tendon(
-            "fit-friction", readings, "--route", "route.csv", "--path-smoothing", noise, "--json"
-        ).json
+        record = tendon(*along_route, "--path-smoothing", noise).json
         assert any("path_smoothing" in text for text in record["warnings"]) is counts

@@ -1,4 +1,4 @@
-"""Names that no file can have, several writers of one name, and signals at any moment: one answer in every command."""
+"""Commands answer alike to names that no file can have, other writers, and signals."""
 
 import signal
 import subprocess
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-import tendon_cli as tendon_of_python
+import tendon_cli as tendon_library
 from tendon_cli.errors import TendonError
 from tendon_cli.files import path_of, result_path, whole_file, write_whole
 
@@ -37,9 +37,8 @@ PLACES = [
 
 
 @pytest.fixture
-def study(workplace):
-    (workplace / "study.toml").write_text(STUDY, encoding="utf-8")
-    return workplace / "study.toml"
+def study(write_study):
+    return write_study(STUDY)
 
 
 # --- Names ----------------------------------------------------------------------------------------
@@ -59,29 +58,34 @@ def test_a_name_that_no_file_can_have_is_refused_alike_in_every_command(
     tendon, study, words, name, problem
 ):
     before = sorted(study.parent.rglob("*"))
-    rest = ["x.csv"] if words == ("export",) else []
-    ran = tendon(*words, name, *rest)
-    assert (ran.exit, problem in ran.err) == (2, True), ran.err
+    line = [*words, name]
+    if words == ("export",):
+        line.append("x.csv")
+    ran = tendon(*line)
+    assert ran.exit == 2, ran.err
+    assert problem in ran.err
     assert sorted(study.parent.rglob("*")) == before
 
 
-@pytest.mark.parametrize(
-    "words", [words for words in PLACES if words[-1] in ("--out", "--plot", "check", "report")]
-)
+NAMES_LAST = [words for words in PLACES if words[-1] in ("--out", "--plot", "check", "report")]
+
+
+@pytest.mark.parametrize("words", NAMES_LAST)
 def test_a_name_that_is_not_utf_8_is_refused_alike(outside, study, words):
     ran = outside(*words, b"a\xff".decode(errors="surrogateescape"))
-    assert (ran.exit, "the name is not UTF-8" in ran.err) == (2, True), ran.err
+    assert ran.exit == 2, ran.err
+    assert "the name is not UTF-8" in ran.err
 
 
 @pytest.mark.parametrize(
-    "given", [None, 3, b"x", [], "", " ", "a\0b", "x" * 300, "\ud800", "y/" * 3000], ids=ascii
+    "name", [None, 3, b"x", [], "", " ", "a\0b", "x" * 300, "\ud800", "y/" * 3000], ids=ascii
 )
 @pytest.mark.parametrize(
-    "take", [path_of, result_path, tendon_of_python.open_run, tendon_of_python.load_study]
+    "function", [path_of, result_path, tendon_library.open_run, tendon_library.load_study]
 )
-def test_from_python_it_is_a_tendon_error_too(workplace, given, take):
+def test_from_python_it_is_a_tendon_error_too(workplace, name, function):
     with pytest.raises(TendonError) as fault:
-        take(given)
+        function(name)
     assert fault.value.exit == 2
 
 
@@ -94,7 +98,8 @@ def test_a_file_that_is_called_as_a_temporary_one_is_not_touched(tendon, study):
         Path(name).write_text("mine", encoding="utf-8")
     for line in ("export run designs.csv", "plot run --out f.png -y max_tension", "report run"):
         assert tendon(*line.split()).exit == 0
-    assert [path.read_text(encoding="utf-8") for path in Path().rglob(".*.tmp")] == ["mine"] * 3
+    texts = [path.read_text(encoding="utf-8") for path in Path().rglob(".*.tmp")]
+    assert texts == ["mine", "mine", "mine"]
 
 
 def test_of_two_writers_of_one_file_each_writes_it_whole(tmp_path):
@@ -112,7 +117,8 @@ def test_a_table_is_not_exported_over_itself(tendon, workplace):
     people.write_text("name,weight (kg)\nAda,62.5\n", encoding="utf-8")
     for name in ("people.csv", "./people.csv"):
         ran = tendon("export", "people.csv", name)
-        assert (ran.exit, "would be overwritten" in ran.err) == (2, True)
+        assert ran.exit == 2
+        assert "would be overwritten" in ran.err
     assert people.read_text(encoding="utf-8").startswith("name,weight")
 
 
@@ -122,12 +128,15 @@ HELD = """
 import sys, time
 from pathlib import Path
 from tendon_cli import files
+
 write = files._write
-def slowly(temporary, content):
+
+def write_slowly(temporary, content):
     write(temporary, content)
     Path("held").touch()
     time.sleep(30)
-files._write = slowly
+
+files._write = write_slowly
 from tendon_cli.__main__ import main
 main()
 """
@@ -140,13 +149,13 @@ SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 )
 def test_a_signal_while_a_file_is_written_leaves_none(tendon, study, words, number):
     assert tendon("sweep", study, "--out", "run", "--no-figures").exit == 0
-    before = {*study.parent.rglob("*"), Path("held").absolute()}
-    with subprocess.Popen(
-        [sys.executable, "-c", HELD, *words], stderr=subprocess.PIPE, text=True
-    ) as process:
-        while not Path("held").exists() and process.poll() is None:
+    held = Path("held").absolute()
+    before = {*study.parent.rglob("*"), held}
+    command = [sys.executable, "-c", HELD, *words]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        while not held.exists() and process.poll() is None:
             time.sleep(0.01)
         process.send_signal(number)
-        _, said = process.communicate(timeout=60)
-    assert (process.returncode, said) == (128 + number, "")
+        _, messages = process.communicate(timeout=60)
+    assert (process.returncode, messages) == (128 + number, "")
     assert set(study.parent.rglob("*")) == before

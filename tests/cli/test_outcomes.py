@@ -1,4 +1,4 @@
-"""Exit codes, each reached for real; JSON, one object whatever happens; errors that are one message."""
+"""Exit codes are reached for real, JSON is one object whatever happens, an error one message."""
 
 import errno
 import gc
@@ -11,6 +11,7 @@ import pytest
 
 from tendon_cli.engine import sweep as sweep_module
 from tendon_cli.studies import load
+from tests.cli.conftest import set_options
 
 STUDY = '[load]\nmass = ["0 kg", "3 kg"]\n[motion]\nelbow_angle = ["10 deg", "80 deg"]\n'
 RECORD_KEYS = {
@@ -31,22 +32,14 @@ RECORD_KEYS = {
 
 
 @pytest.fixture
-def study(workplace):
-    """A study file of four states."""
-    file = workplace / "study.toml"
-    file.write_text(STUDY, encoding="utf-8")
-    return file
+def study(write_study):
+    """Return the file of a study of four states."""
+    return write_study(STUDY)
 
 
 def test_states_without_equilibrium_are_exit_4_unless_allowed(tendon, study):
-    words = (
-        "sweep",
-        study,
-        "--no-figures",
-        "--json",
-        "--set",
-        'motion.elbow_angle=["10 deg", "170 deg"]',
-    )
+    words = ["sweep", study, "--no-figures", "--json"]
+    words += set_options('motion.elbow_angle=["10 deg", "170 deg"]')
     first = tendon(*words, "--out", "a")
     assert (first.exit, first.json["no_equilibrium"]) == (4, 4)
     assert any("no equilibrium" in warning for warning in first.json["warnings"])
@@ -65,7 +58,7 @@ def test_a_part_that_fails_is_exit_6_and_named_by_case_and_axes(
     study.write_text(STUDY + '[[cases]]\nname = "tall"\n', encoding="utf-8")
     monkeypatch.setattr(sweep_module, "state_rows", fails)
     ran = tendon("sweep", study, "--no-figures", "--json")
-    gc.collect()  # here, where what finalizers say is not heard
+    gc.collect()  # while `muttered` still collects the messages of finalizers
     assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")
     assert "tall" in ran.json["error"]["message"]
     assert "load.mass=" in ran.json["error"]["message"]
@@ -84,64 +77,81 @@ def test_a_bug_is_exit_1_and_says_so(tendon, study, monkeypatch):
 # --- Output that cannot be written ----------------------------------------------------------------
 
 
-def one_line(said):
-    assert said.startswith("tendon: error: "), said
-    assert len(said.strip().splitlines()) <= 2, said  # the message, and perhaps a hint
-    assert "Traceback" not in said
-    return True
+def assert_one_error(text):
+    """Assert that a text is one error message of one line, and perhaps a hint on a second."""
+    assert text.startswith("tendon: error: "), text
+    assert len(text.strip().splitlines()) <= 2, text
+    assert "Traceback" not in text
 
 
-SILENT = [
-    *(
-        ("full", line)
-        for line in ("schema", "state study.toml", "sweep study.toml --dry-run", "init new.toml")
-    ),
-    *(("full", f"sweep study.toml --no-figures{json}") for json in ("", " --json")),
-    *(
-        ("closed", line)
-        for line in ("--version", "state study.toml", "sweep study.toml --no-figures", "--help")
-    ),
-    *(("left", line) for line in ("schema", "--help", "sweep --help", "")),
-    *(("full", line) for line in ("--version", "--help", "sweep --help", "unbuffered --help")),
+UNWRITABLE = [
+    ("full", "schema"),
+    ("full", "state study.toml"),
+    ("full", "sweep study.toml --dry-run"),
+    ("full", "init new.toml"),
+    ("full", "sweep study.toml --no-figures"),
+    ("full", "sweep study.toml --no-figures --json"),
+    ("full", "--version"),
+    ("full", "--help"),
+    ("full", "sweep --help"),
+    ("full", "unbuffered --help"),
+    ("closed", "--version"),
+    ("closed", "state study.toml"),
+    ("closed", "sweep study.toml --no-figures"),
+    ("closed", "--help"),
+    ("left", "schema"),
+    ("left", "--help"),
+    ("left", "sweep --help"),
+    ("left", ""),
 ]
-"""Standard output as a full device, closed, or a pipe whose reader has left, and what is printed there."""
+"""Standard output as a full device, closed, or a pipe whose reader has left; a command line."""
 
 
-@pytest.mark.parametrize(("how", "line"), SILENT)
-def test_a_stdout_that_takes_nothing_is_exit_5_and_one_line(outside, study, how, line):
-    if how == "full" and not Path("/dev/full").exists():
+@pytest.mark.parametrize(("stdout", "line"), UNWRITABLE)
+def test_a_stdout_that_takes_nothing_is_exit_5_and_one_line(outside, study, stdout, line):
+    if stdout == "full" and not Path("/dev/full").exists():
         pytest.skip("the system has no /dev/full")
-    words = [word for word in line.split() if word != "unbuffered"]
-    options = {"capture_output": False, "stderr": subprocess.PIPE}
-    options["env"] = os.environ | {"PYTHONUNBUFFERED": "1" if "unbuffered" in line else ""}
-    if how == "left":
-        reading, options["stdout"] = os.pipe()
+    words = line.split()
+    is_unbuffered = "unbuffered" in words
+    unbuffered = ""
+    if is_unbuffered:
+        words.remove("unbuffered")
+        unbuffered = "1"
+    environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
+    options = {"capture_output": False, "stderr": subprocess.PIPE, "env": environment}
+    if stdout == "left":
+        reading, writing = os.pipe()
         os.close(reading)
-    elif how == "full":
+        options["stdout"] = writing
+    elif stdout == "full":
         options["stdout"] = os.open("/dev/full", os.O_WRONLY)
     else:
-        options |= {"stdout": subprocess.PIPE, "preexec_fn": lambda: os.close(1)}
+        options["stdout"] = subprocess.PIPE
+        options["preexec_fn"] = lambda: os.close(1)
     ran = outside(*words, **options)
-    if how != "closed":
+    if stdout != "closed":
         os.close(options["stdout"])
     assert ran.exit == 5
     is_help = "--help" in line or not line
-    assert ran.err == "" if how == "left" and is_help else one_line(ran.err)
-    assert how != "full" or "unbuffered" in line or "standard output cannot be written" in ran.err
+    if stdout == "left" and is_help:
+        assert ran.err == ""
+    else:
+        assert_one_error(ran.err)
+    if stdout == "full" and not is_unbuffered:
+        assert "standard output cannot be written" in ran.err
 
 
 @pytest.mark.parametrize("named", [True, False])
 def test_any_oserror_is_one_message_and_one_object(tendon, study, monkeypatch, named):
+    file = "some/file" if named else None
+
     def failing(*_args, **_options):
-        raise OSError(errno.EIO, os.strerror(errno.EIO), *(["some/file"] if named else []))
+        raise OSError(errno.EIO, os.strerror(errno.EIO), file)
 
     monkeypatch.setattr(load, "read_document", failing)
     ran = tendon("sweep", study, "--json")
-    assert (ran.exit, ran.err, ran.json["error"]["where"]) == (
-        5,
-        "",
-        "some/file" if named else None,
-    )
+    assert (ran.exit, ran.err) == (5, "")
+    assert ran.json["error"]["where"] == file
     assert os.strerror(errno.EIO) in ran.json["error"]["message"]
     assert tendon("sweep", study).err.count("tendon: error: ") == 1
     assert tendon("--version").exit == 0, "stdout was given up"
@@ -159,7 +169,7 @@ def test_a_folder_without_permission_is_exit_5(tendon, study):
     assert tendon("sweep", study, "--no-figures", "--out", "closed/run").exit == 5
 
 
-# --- What is said ---------------------------------------------------------------------------------
+# --- Printed text ---------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("words", [(), ("--quiet",), ("--dry-run",)])
@@ -176,9 +186,9 @@ def test_json_of_a_sweep_is_run_json(tendon, study):
 
 
 def test_quiet_says_nothing_but_errors(tendon, study):
-    assert tendon("sweep", study, "--no-figures", "--quiet") == tendon(
-        "sweep", study, "--no-figures", "-q"
-    )
+    long = tendon("sweep", study, "--no-figures", "--quiet")
+    short = tendon("sweep", study, "--no-figures", "-q")
+    assert long == short
     ran = tendon("sweep", study, "--no-figures", "--quiet", "--out", "other")
     assert (ran.exit, ran.out, ran.err) == (0, "", "")
     ran = tendon("sweep", "none.toml", "--quiet")
@@ -191,11 +201,9 @@ def test_the_summary_is_short_and_has_the_warnings(tendon, study):
         "model.slack=bilateral",
         "load.mass=[0, 10]",
         'motion.elbow_angle=["0 deg", "10 deg", "80 deg", "170 deg"]',
+        "tendon.pretension=200 N",
     ]
-    words = [
-        word for setting in (*settings, "tendon.pretension=200 N") for word in ("--set", setting)
-    ]
-    ran = tendon("sweep", study, "--no-figures", "--jobs", "1", *words)
+    ran = tendon("sweep", study, "--no-figures", "--jobs", "1", *set_options(*settings))
     assert (ran.exit, ran.err) == (4, "")
     assert len(ran.out.splitlines()) < 12
     for word in ("no equilibrium", "bilateral", "unstable", "results/study"):
@@ -204,9 +212,8 @@ def test_the_summary_is_short_and_has_the_warnings(tendon, study):
 
 def test_progress_off_a_terminal_is_a_plain_line_per_tenth_on_stderr(tendon, study, small_parts):
     small_parts(4)
-    ran = tendon(
-        "sweep", study, "--no-figures", "--set", "load.mass={ from = 0, to = 9, num = 100 }"
-    )
+    masses = "load.mass={ from = 0, to = 9, num = 100 }"
+    ran = tendon("sweep", study, "--no-figures", "--set", masses)
     lines = ran.err.splitlines()
     assert [line.split()[1] for line in lines] == [str(tenth) for tenth in range(10, 101, 10)]
     assert "\x1b" not in ran.err + ran.out

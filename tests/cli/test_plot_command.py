@@ -30,6 +30,7 @@ def run_folder(tendon, workplace):
 
 
 def figures(ran):
+    """Return the figures that a command wrote, having ended well."""
     assert (ran.exit, ran.err) == (0, "")
     return ran.json["figures"]
 
@@ -43,10 +44,8 @@ def test_a_run_folder_gives_its_states_unless_told_otherwise(tendon, run_folder,
 @pytest.mark.parametrize(
     ("words", "drawn"),
     [
-        (
-            "run --table designs --out map.png",
-            "map.png",
-        ),  # an axis that a case overrides on one side is still one
+        # An axis that a case overrides on one side is still one.
+        ("run --table designs --out map.png", "map.png"),
         ("run --quantity required_pretension --x case --out lines.pdf", "lines.pdf"),
         ("--arm persons.toml --angle 30deg --angle 1rad", "persons-arm.png"),
     ],
@@ -68,34 +67,36 @@ sheath = { extensor = { path = "short.csv" } }
 """
 
 
-def test_sheaths_of_either_side_and_of_a_case_are_drawn(tendon, workplace):
+def test_sheaths_of_either_side_and_of_a_case_are_drawn(tendon, workplace, write_study):
     for name, last in (("front", 0.2), ("back", 0.3), ("short", 0.1)):
         (workplace / f"{name}.csv").write_text(
             f"x,y,z\n0,0,0\n0.1,0,0\n0.2,0.1,0\n0.2,{last},0.1\n0.3,{last},0.1\n"
         )
-    (workplace / "study.toml").write_text(SIDES)
-    asked = ("plot", "--arm", "study.toml", "--json", "--out", "arm.svg")
-    assert figures(tendon(*asked)) == ["arm.svg", "arm-route-flexor.svg", "arm-route-extensor.svg"]
-    front, back = (
-        (workplace / f"arm-route-{side}.svg").read_text() for side in ("flexor", "extensor")
-    )
+    write_study(SIDES)
+    command = ("plot", "--arm", "study.toml", "--json", "--out", "arm.svg")
+    drawn = figures(tendon(*command))
+    assert drawn == ["arm.svg", "arm-route-flexor.svg", "arm-route-extensor.svg"]
+    front = (workplace / "arm-route-flexor.svg").read_text()
+    back = (workplace / "arm-route-extensor.svg").read_text()
     assert "Route of the flexor sheath: front.csv" in front
     assert "smoothed for a noise of 1 mm" in front
     assert "back.csv" in back
     assert "smoothed" not in back
     assert "b₁ = 150 mm" in (workplace / "arm.svg").read_text()
-    figures(tendon(*asked, "--case", "small"))
+    figures(tendon(*command, "--case", "small"))
     assert "b₁ = 140 mm" in (workplace / "arm.svg").read_text()
     assert "short.csv" in (workplace / "arm-route-extensor.svg").read_text()
 
 
-def test_a_route_is_drawn_with_the_angle_of_the_model_or_that_of_a_setting(tendon, workplace):
+def test_a_route_is_drawn_with_the_angle_of_the_model_or_that_of_a_setting(
+    tendon, workplace, write_study
+):
     for name, end in (("route", 0.2), ("other", 0.4)):
         (workplace / f"{name}.csv").write_text(f"x,y,z\n0,0,0\n0.1,0,0\n0.2,0.1,0\n0.2,{end},0.1\n")
-    (workplace / "study.toml").write_text('[sheath]\npath = "route.csv"\n')
-    asked = ("plot", "--arm", "study.toml", "--json", "--out", "arm.svg")
-    assert figures(tendon(*asked)) == ["arm.svg", "arm-route.svg"]
+    write_study('[sheath]\npath = "route.csv"\n')
+    command = ("plot", "--arm", "study.toml", "--json", "--out", "arm.svg")
+    assert figures(tendon(*command)) == ["arm.svg", "arm-route.svg"]
     angle = tendon_library.load_study("study.toml").sheath.bend_angle.single
     assert f"φ = {math.degrees(angle):.4g} deg" in (workplace / "arm-route.svg").read_text()
-    figures(tendon(*asked, "--set", "sheath.path=other.csv"))
+    figures(tendon(*command, "--set", "sheath.path=other.csv"))
     assert "other.csv" in (workplace / "arm-route.svg").read_text()

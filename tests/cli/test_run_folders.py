@@ -1,4 +1,7 @@
-"""What stands in a run folder is never lost, never mixed, and always resumable; what never was a run is not touched."""
+"""A run folder never loses or mixes what it holds, and can always be resumed.
+
+A folder that never was a run is not touched.
+"""
 
 import hashlib
 import json
@@ -21,37 +24,53 @@ mass = ["0 kg", "5 kg"]
 [motion]
 elbow_angle = ["10 deg", "50 deg", "80 deg"]
 """
-SEVERAL, ONE = 12, 2**19
-ANYHOW = pytest.mark.parametrize("words", [(), ("--resume",), ("--overwrite",)], ids=" ".join)
+SEVERAL = 12  # states of a part, so that the study has ten parts
+ONE = 2**19  # states of a part, so that the study has one part
+WITH_EVERY_OPTION = pytest.mark.parametrize(
+    "words", [(), ("--resume",), ("--overwrite",)], ids=" ".join
+)
 
 
 @pytest.fixture
-def sweep(tendon, workplace, small_parts):
-    """Sweep a study of ten parts into the folder `run`, with figures."""
-    (workplace / "study.toml").write_text(STUDY, encoding="utf-8")
+def sweep(tendon, write_study, small_parts):
+    """Return a function that sweeps a study of ten parts into the folder `run`, with figures."""
+    write_study(STUDY)
     small_parts(SEVERAL)
-    return lambda *words: tendon("sweep", "study.toml", "--out", "run", *words)
+
+    def call(*words):
+        return tendon("sweep", "study.toml", "--out", "run", *words)
+
+    return call
 
 
 @pytest.fixture
 def run(sweep):
-    """The same without figures."""
-    return lambda *words: sweep("--no-figures", *words)
+    """Return a function that sweeps the same study without figures."""
+
+    def call(*words):
+        return sweep("--no-figures", *words)
+
+    return call
 
 
-def everything(folder="run"):
-    paths = (path for path in Path(folder).rglob("*") if path.name != ".lock")
-    return {path: path.read_bytes() if path.is_file() else None for path in paths}
+def contents():
+    """Return the bytes of every file of the run by path, None for a folder."""
+    content = {}
+    for path in Path("run").rglob("*"):
+        if path.name != ".lock":
+            content[path] = path.read_bytes() if path.is_file() else None
+    return content
 
 
 def signed(record):
-    """A record with the right checksum, as anybody can write one."""
+    """Return the text of a record with the right checksum, as anybody can write one."""
     content = {key: value for key, value in record.items() if key != "checksum"}
     text = json.dumps(content, sort_keys=True).encode()
     return json.dumps({**content, "checksum": hashlib.sha256(text).hexdigest()})
 
 
-def refused(ran):
+def is_refused(ran):
+    """Return True if a command with `--json` refused a folder."""
     return (ran.exit, ran.json["error"]["kind"]) == (7, "folder")
 
 
@@ -66,32 +85,36 @@ def interrupted(*_):
 @pytest.mark.parametrize("unfinished", [False, True])
 def test_another_study_is_refused_and_what_differs_is_named(run, monkeypatch, unfinished, resume):
     with monkeypatch.context() as patch:
+        expected = 0
         if unfinished:
             patch.setattr(RunFolder, "finish", interrupted)
-        assert run().exit == (130 if unfinished else 0)
-    before = everything()
-    for setting in (
+            expected = 130
+        assert run().exit == expected
+    before = contents()
+    settings = [
         "tendon.length=3 m",
         "load.mass=5 kg",
         "model.slack=bilateral",
         'output.tables=["designs"]',
-    ):
+    ]
+    for setting in settings:
         ran = run("--set", setting, "--json", *resume)
-        assert refused(ran)
+        assert is_refused(ran)
         assert setting.partition("=")[0] in ran.json["error"]["message"]
-    assert everything() == before
+    assert contents() == before
 
 
-def test_another_order_of_axes_or_other_results_are_refused(run, workplace, monkeypatch):
+def test_another_order_of_axes_or_other_results_are_refused(run, write_study, monkeypatch):
     run()
     with monkeypatch.context() as patch:
         patch.setattr(record_module, "RESULTS_VERSION", 99)
         assert "results version" in run("--json").json["error"]["message"]
-    first, load = STUDY.split("[load]")
-    load, motion = load.split("[motion]")
-    (workplace / "study.toml").write_text(f"[load]{load}{first}[motion]{motion}", encoding="utf-8")
+    tendon_table, _, rest = STUDY.partition("[load]")
+    load, _, motion = rest.partition("[motion]")
+    write_study(f"[load]{load}{tendon_table}[motion]{motion}")
     ran = run("--json")
-    assert (ran.exit, "order of the axes" in ran.json["error"]["message"]) == (7, True)
+    assert ran.exit == 7
+    assert "order of the axes" in ran.json["error"]["message"]
 
 
 # --- Overwriting ----------------------------------------------------------------------------------
@@ -107,19 +130,17 @@ def test_overwrite_replaces_a_run_through_a_linked_folder_and_leaves_what_is_ano
     assert Path("run", sweep("--json").json["figures"][0]).exists()
     Path("run/notes.txt").write_text("mine", encoding="utf-8")
     small_parts(after)
-    ran = sweep("--overwrite", "--no-figures", "--set", "tendon.length=3 m", "--json")
-    assert (ran.exit, (workplace / "run").is_symlink()) == (0, True)
-    assert hashes_in(workplace / "elsewhere") == {
-        entry["path"]: entry["sha256"] for entry in ran.json["files"]
-    }
-    assert sorted(
+    longer = ("--no-figures", "--set", "tendon.length=3 m")
+    ran = sweep("--overwrite", *longer, "--json")
+    assert ran.exit == 0
+    assert (workplace / "run").is_symlink()
+    hashes = {entry["path"]: entry["sha256"] for entry in ran.json["files"]}
+    assert hashes_in(workplace / "elsewhere") == hashes
+    other_files = [
         path.name for path in Path("run").iterdir() if path.is_file() and path.suffix != ".parquet"
-    ) == [
-        ".lock",
-        "notes.txt",
-        "run.json",
     ]
-    assert sweep("--no-figures", "--set", "tendon.length=3 m").exit == 0
+    assert sorted(other_files) == [".lock", "notes.txt", "run.json"]
+    assert sweep(*longer).exit == 0
 
 
 @pytest.mark.parametrize("name", [".DS_Store", "notes.txt", "part-mine.parquet"])
@@ -128,16 +149,19 @@ def test_overwrite_with_a_strangers_file_among_the_parts_works_or_refuses(
     run, workplace, small_parts, name, after
 ):
     assert run().exit == 0
-    (workplace / "run/states.parquet" / name).write_bytes(b"his")
-    before = everything()
+    (workplace / "run/states.parquet" / name).write_bytes(b"foreign")
+    before = contents()
     small_parts(after)
     ran = run("--overwrite", "--set", "tendon.length=3 m")
-    assert (workplace / "run/states.parquet" / name).read_bytes() == b"his"
+    assert (workplace / "run/states.parquet" / name).read_bytes() == b"foreign"
     if ran.exit == 0:
-        assert (after, name != "part-mine.parquet") == (SEVERAL, True)
+        assert after == SEVERAL
+        assert name != "part-mine.parquet"
         assert run("--set", "tendon.length=3 m").exit == 0
     else:
-        assert (ran.exit, name in ran.err, everything() == before) == (7, True, True)
+        assert ran.exit == 7
+        assert name in ran.err
+        assert contents() == before
 
 
 @pytest.mark.parametrize("table", ["states", "designs"])
@@ -145,10 +169,12 @@ def test_a_strangers_table_is_not_replaced_by_one_that_the_run_had_not(run, smal
     small_parts(ONE)
     other = "designs" if table == "states" else "states"
     assert run("--set", f'output.tables=["{other}"]').exit == 0
-    Path(f"run/{table}.parquet").write_bytes(b"his")
-    before = everything()
+    Path(f"run/{table}.parquet").write_bytes(b"foreign")
+    before = contents()
     ran = run("--overwrite")
-    assert (ran.exit, f"{table}.parquet" in ran.err, everything() == before) == (7, True, True)
+    assert ran.exit == 7
+    assert f"{table}.parquet" in ran.err
+    assert contents() == before
 
 
 @pytest.mark.parametrize(
@@ -158,9 +184,8 @@ def test_overwrite_never_reaches_outside_its_folder(run, workplace, path):
     run()
     (workplace / "precious.txt").write_text("mine", encoding="utf-8")
     record = json.loads(Path("run/run.json").read_text("utf-8"))
-    record["files"].append(
-        {"path": path.format(folder=workplace), "rows": 0, "size": 4, "sha256": ""}
-    )
+    file = {"path": path.format(folder=workplace), "rows": 0, "size": 4, "sha256": ""}
+    record["files"].append(file)
     for content in (json.dumps(record), signed(record)):
         Path("run/run.json").write_text(content, encoding="utf-8")
         assert run("--overwrite").exit == 7  # a record that was changed is no record of ours
@@ -182,7 +207,7 @@ FOREIGN = {
 }
 
 
-@ANYHOW
+@WITH_EVERY_OPTION
 @pytest.mark.parametrize("kind", FOREIGN)
 def test_a_foreign_folder_is_refused_and_left_as_it_was(sweep, kind, words):
     Path("run").mkdir()
@@ -190,13 +215,13 @@ def test_a_foreign_folder_is_refused_and_left_as_it_was(sweep, kind, words):
         Path("run", name).write_bytes(b"years of work")
     name, content = FOREIGN[kind]
     Path("run", name).write_text(content, encoding="utf-8")
-    before = everything()
-    assert refused(sweep(*words, "--json"))
-    assert everything() == before
+    before = contents()
+    assert is_refused(sweep(*words, "--json"))
+    assert contents() == before
     assert not Path("run/.lock").exists()
 
 
-@ANYHOW
+@WITH_EVERY_OPTION
 def test_a_strangers_journal_alone_is_his(run, words):
     Path("run").mkdir()
     Path("run/journal.jsonl").write_bytes(b"dear diary\n")
@@ -231,10 +256,10 @@ def test_a_record_that_is_odd_is_no_record_whatever_its_checksum(run, small_part
     record = json.loads(file.read_text("utf-8"))
     for key, value in ODD:
         file.write_text(signed({**record, key: value}), encoding="utf-8")
-        before = everything()
-        assert refused(run("--json"))
-        assert refused(run("--json", "--overwrite"))
-        assert everything() == before
+        before = contents()
+        assert is_refused(run("--json"))
+        assert is_refused(run("--json", "--overwrite"))
+        assert contents() == before
 
 
 @pytest.mark.parametrize("name", ["run.json", "journal.jsonl"])
@@ -256,10 +281,11 @@ def test_the_root_is_no_run_folder(tendon, run):
     assert sorted(Path("/").iterdir()) == root
 
 
-def test_a_working_directory_that_is_gone_is_told(outside, run, workplace, tmp_path_factory):
+def test_a_working_directory_that_is_gone_is_named(outside, run, workplace, tmp_path_factory):
     gone = tmp_path_factory.mktemp("gone")
     ran = outside("sweep", workplace / "study.toml", "--json", cwd=gone, preexec_fn=gone.rmdir)
-    assert (ran.exit, "working directory" in ran.json["error"]["message"]) == (2, True)
+    assert ran.exit == 2
+    assert "working directory" in ran.json["error"]["message"]
 
 
 def test_a_study_whose_name_is_not_utf_8_is_swept(outside, workplace):
@@ -272,7 +298,7 @@ def test_a_study_whose_name_is_not_utf_8_is_swept(outside, workplace):
 
 
 def test_a_late_part_of_an_older_run_does_not_stay(run, monkeypatch):
-    """A worker thought dead puts its part in place while another run is being written."""
+    """A worker thought dead may put its part in place while another run is being written."""
     add = journal_module.Journal.add
 
     def late(self, result):
@@ -302,11 +328,12 @@ def test_no_figure_of_an_older_run_stays_after_a_kill_between_picture_and_record
 
 def test_a_strangers_picture_is_not_drawn_over_and_a_deleted_figure_is_drawn_again(sweep, run):
     assert run().exit == 0
-    Path("run/slack_map.png").write_bytes(b"his")
+    Path("run/slack_map.png").write_bytes(b"foreign")
     ran = sweep("--json")
-    assert (ran.exit, ran.json["figures"]) == (0, [])
+    assert ran.exit == 0
+    assert ran.json["figures"] == []
     assert any("slack_map.png" in warning for warning in ran.json["warnings"])
-    assert Path("run/slack_map.png").read_bytes() == b"his"
+    assert Path("run/slack_map.png").read_bytes() == b"foreign"
     shutil.rmtree("run")
     assert sweep().exit == 0
     drawn = Path("run/slack_map.png").read_bytes()
@@ -327,7 +354,8 @@ def test_a_figure_never_costs_a_run(sweep, monkeypatch, error):
     with monkeypatch.context() as patch:
         patch.setattr(draw, "_slack_maps", broken)
         ran = sweep("--json")
-    assert (ran.exit, ran.json["figures"]) == (0, [])
+    assert ran.exit == 0
+    assert ran.json["figures"] == []
     assert any("slack map" in warning for warning in ran.json["warnings"])
     assert Path("run/run.json").exists()
     assert sweep("--json").json["figures"] == ["slack_map.png"]
@@ -336,9 +364,12 @@ def test_a_figure_never_costs_a_run(sweep, monkeypatch, error):
 # --- Signals --------------------------------------------------------------------------------------
 
 
+def handlers():
+    """Return the handlers of the signals that a sweep handles."""
+    return [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)]
+
+
 def test_the_handlers_of_before_are_back_after_a_sweep(run):
-    before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)]
+    before = handlers()
     run()
-    assert [
-        signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    ] == before
+    assert handlers() == before

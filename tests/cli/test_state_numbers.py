@@ -1,9 +1,11 @@
-"""Every number on the page of `tendon state`, worked out again here from the study's own, line by line."""
+"""The page of `tendon state` has the numbers that are worked out again here, line by line."""
 
 import math
 
 import numpy as np
 import pytest
+
+from tests.cli.conftest import set_options
 
 STUDY = """
 [arm]
@@ -70,63 +72,139 @@ CASES = {
     },
     "extensor slack, bilateral": {"mass": 10, "slack": "bilateral"},
 }
-PER_SIDE = {
-    "friction": (0.07, 0.09),
-    "bend": (170, 200),
-    "length": (2, 1.8),
-    "diameter": (1.5e-3, 1.2e-3),
-    "modulus": (145e9, 130e9),
-    "spring": (1 / 3e3, 1 / 4e3),
-}
-ARM = {"a1": 0.038, "b1": 0.145, "a2": 0.022, "b2": 0.155, "radius": 0.043}
-SPOOL, ETA = 0.028, 0.8
+ARM = {"a1": 0.038, "b1": 0.145, "a2": 0.022, "b2": 0.155, "radius": 0.043}  # m
+SPOOL_RADIUS = 0.028  # m
+RATIO = 0.8
+GRAVITY = 9.81  # m/s²
+# Of the flexor and the extensor:
+FRICTION = np.array([0.07, 0.09])
+BEND_ANGLE = np.radians([170.0, 200.0])
+LENGTH = np.array([2.0, 1.8])  # m
+DIAMETER = np.array([1.5e-3, 1.2e-3])  # m
+YOUNGS_MODULUS = np.array([145e9, 130e9])  # Pa
+SPRING_COMPLIANCE = 1.0 / np.array([3e3, 4e3])  # m/N
 
 
 def path(angle):
-    """Distance of the flexor's anchors, and its moment arm by differences."""
-    turned = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-    return float(np.linalg.norm(turned @ (ARM["a2"], -ARM["b2"]) - (ARM["a1"], ARM["b1"])))
+    """Return the distance of the flexor's anchors, m."""
+    rotation = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    distal = rotation @ (ARM["a2"], -ARM["b2"])
+    proximal = np.array([ARM["a1"], ARM["b1"]])
+    return float(np.linalg.norm(distal - proximal))
 
 
-def slope(function, at, step=1e-4):
-    return (
-        8 * (function(at + step) - function(at - step))
-        - (function(at + 2 * step) - function(at - 2 * step))
-    ) / (12 * step)
+def slope(function, place, step=1e-4):
+    """Return the derivative of a function by central differences of the fourth order."""
+    near = function(place + step) - function(place - step)
+    far = function(place + 2 * step) - function(place - 2 * step)
+    return (8 * near - far) / (12 * step)
 
 
 def arm_of(angle):
+    """Return the moment arm of the flexor, m."""
     return -slope(path, angle)
 
 
 def sheath_lines(given):
-    """Lines of the section on sheaths, and per side the sign of friction, the compliance and e^(σμφ)."""
-    signs = (-1, 1) if given["direction"] == "flexion" else (1, -1)
-    bends = [
-        mu * math.radians(bend)
-        for mu, bend in zip(PER_SIDE["friction"], PER_SIDE["bend"], strict=True)
-    ]
-    capstan = [math.exp(sign * bend) for sign, bend in zip(signs, bends, strict=True)]
-    tendon = [
-        length / (math.pi * d**2 / 4 * modulus) * (1 - 1 / c) / (sign * bend)
-        for length, d, modulus, c, sign, bend in zip(
-            *(PER_SIDE[key] for key in ("length", "diameter", "modulus")),
-            capstan,
-            signs,
-            bends,
-            strict=True,
-        )
-    ]
-    stiff = [one + other for one, other in zip(tendon, PER_SIDE["spring"], strict=True)]
-    pretension = given["pretension"], given["extensor_pretension"]
+    """Return the lines of the section on sheaths by symbol, each of the flexor and the extensor."""
+    signs = np.array([-1, 1])
+    if given["direction"] == "extension":
+        signs = -signs
+    exponents = FRICTION * BEND_ANGLE
+    capstan = np.exp(signs * exponents)
+    area = np.pi * DIAMETER**2 / 4
+    share = (1 - 1 / capstan) / (signs * exponents)  # of the stretch without friction
+    tendon = LENGTH / (area * YOUNGS_MODULUS) * share
     return {
-        "μφ": bends,
+        "μφ": exponents,
         "e^(σμφ)": capstan,
         "c_Ten": tendon,
-        "1/K_SE": PER_SIDE["spring"],
-        "c_f, c_e": stiff,
-        "F0": pretension,
+        "1/K_SE": SPRING_COMPLIANCE,
+        "c_f, c_e": tendon + SPRING_COMPLIANCE,
+        "F0": np.array([given["pretension"], given["extensor_pretension"]]),
     }
+
+
+def state_lines(given):
+    """Return the lines of one state by symbol."""
+    angle = math.radians(given["angle"])
+    inclination = math.radians(given["inclination"])
+    reference = ARM["b1"] + ARM["b2"]
+    if given["reference"] == "initial":
+        reference = path(0)
+    is_bilateral = given["slack"] == "bilateral"
+    sheaths = sheath_lines(given)
+    compliance_f, compliance_e = sheaths["c_f, c_e"]
+    pretension_f, pretension_e = sheaths["F0"]
+
+    radius = ARM["radius"]
+    moment_arm = arm_of(angle)
+    travel_f = reference - path(angle)
+    travel_e = radius * angle
+    moment = 1.6 * 0.17 + given["mass"] * 0.31
+    torque = GRAVITY * moment * math.sin(angle + inclination)
+    mismatch = travel_e - RATIO * travel_f
+    preload = mismatch + RATIO * compliance_f * pretension_f + compliance_e * pretension_e
+
+    # Tensions with both tendons taut, then with a tendon that cannot push.
+    matrix = np.array([[moment_arm, -radius], [RATIO * compliance_f, compliance_e]])
+    both_f, both_e = np.linalg.solve(matrix, [torque, preload])
+    tension_f = both_f
+    tension_e = both_e
+    if not is_bilateral:
+        tension_e = max(both_e, 0.0, -torque / radius)
+        tension_f = (torque + radius * tension_e) / moment_arm
+    tensions = np.array([tension_f, tension_e])
+    proximal = tensions / sheaths["e^(σμφ)"]
+    loose = RATIO * compliance_f * tension_f + compliance_e * tension_e - preload
+    is_flexor_slack = tension_f < 1e-9 < tension_e
+
+    if is_flexor_slack:
+        wound = travel_e - compliance_e * (tension_e - pretension_e)
+    else:
+        wound = RATIO * (travel_f + compliance_f * (tension_f - pretension_f))
+    stiffness = GRAVITY * moment * math.cos(angle + inclination)
+    stiffness -= tension_f * slope(arm_of, angle, 1e-2)
+    if not is_flexor_slack:
+        stiffness += moment_arm**2 / compliance_f
+    if tension_e > 1e-9 or is_bilateral:
+        stiffness += radius**2 / compliance_e
+
+    lines = {
+        "a1, b1": (ARM["a1"], ARM["b1"]),
+        "a2, b2": (ARM["a2"], ARM["b2"]),
+        "θ": (angle,),
+        "L_c": (path(angle),),
+        "H_f": (travel_f,),
+        "H_e": (travel_e,),
+        "J": (moment_arm,),
+        "R_elb": (radius,),
+        **sheaths,
+        "M": (moment,),
+        "θ + ψ": (angle + inclination,),
+        "τ_a": (torque,),
+        "η": (RATIO,),
+        "h": (mismatch,),
+        "D": (preload,),
+        "Δ": (np.linalg.det(matrix),),
+        "x_b": (both_f,),
+        "y_b": (both_e,),
+        "y": (tension_e,),
+        "x": (tension_f,),
+        "σ": (loose,),
+        "F_o": tensions,
+        "F_I": proximal,
+        "ΔL_Ten": sheaths["c_Ten"] * (tensions - sheaths["F0"]),
+        "ΔL_SE": SPRING_COMPLIANCE * (tensions - sheaths["F0"]),
+        "τ_m": ((proximal[0] - RATIO * proximal[1]) * SPOOL_RADIUS,),
+        "α": (wound / RATIO / SPOOL_RADIUS,),
+        "k": (stiffness,),
+    }
+    if not is_bilateral:
+        lines["s"] = (0.0, loose)
+        if is_flexor_slack:
+            lines["s"] = (loose / RATIO, 0.0)
+    return lines
 
 
 STRAIGHT = {
@@ -138,112 +216,72 @@ STRAIGHT = {
 }
 
 
-def page(given):
-    """Every line by its symbol: the state, and the same suit where its pretension is set."""
-    there = state_lines(given | STRAIGHT)
-    c_f, c_e = there["c_f, c_e"]
+def page_lines(given):
+    """Return the lines of a page: those of its state, and of the straight arm that is pretensioned.
+
+    The keys of the result are symbols.
+    """
+    straight = state_lines(given | STRAIGHT)
+    compliance_f, compliance_e = straight["c_f, c_e"]
+    per_length = (1 + RATIO) / (RATIO * compliance_f + compliance_e)  # N/m
     setting = {
-        "F_o,set": there["F_o"],
-        "F_I,set": there["F_I"],
-        "dF0/dl": ((1 + ETA) / (ETA * c_f + c_e),),
+        "F_o,set": straight["F_o"],
+        "F_I,set": straight["F_I"],
+        "dF0/dl": (per_length,),
     }
     return state_lines(given) | setting
 
 
-def state_lines(given):
-    """Every line of one state by its symbol."""
-    angle, psi = math.radians(given["angle"]), math.radians(given["inclination"])
-    reference = path(0) if given["reference"] == "initial" else ARM["b1"] + ARM["b2"]
-    sheaths = sheath_lines(given)
-    (c_f, c_e), (f_f, f_e), (w_f, w_e) = sheaths["c_f, c_e"], sheaths["F0"], sheaths["e^(σμφ)"]
-    moment_arm, travel, drawn = arm_of(angle), reference - path(angle), ARM["radius"] * angle
-    moment = 1.6 * 0.17 + given["mass"] * 0.31
-    torque = 9.81 * moment * math.sin(angle + psi)
-    miss = drawn - ETA * travel
-    preload = miss + ETA * c_f * f_f + c_e * f_e
-    matrix = np.array([[moment_arm, -ARM["radius"]], [ETA * c_f, c_e]])
-    x_both, y_both = np.linalg.solve(matrix, [torque, preload])
-    x, y = x_both, y_both
-    if given["slack"] == "unilateral":
-        y = max(y_both, 0.0, -torque / ARM["radius"])
-        x = (torque + ARM["radius"] * y) / moment_arm
-    loose = ETA * c_f * x + c_e * y - preload
-    on_flexor = x < 1e-9 < y
-    wound = drawn - c_e * (y - f_e) if on_flexor else ETA * (travel + c_f * (x - f_f))
-    stiffness = 9.81 * moment * math.cos(angle + psi) - x * slope(arm_of, angle, 1e-2)
-    stiffness += 0 if on_flexor else moment_arm**2 / c_f
-    stiffness += ARM["radius"] ** 2 / c_e if y > 1e-9 or given["slack"] == "bilateral" else 0
-    lines = {
-        "a1, b1": (ARM["a1"], ARM["b1"]),
-        "a2, b2": (ARM["a2"], ARM["b2"]),
-        "θ": (angle,),
-        "L_c": (path(angle),),
-        "H_f": (travel,),
-        "H_e": (drawn,),
-        "J": (moment_arm,),
-        "R_elb": (ARM["radius"],),
-        **sheaths,
-        "M": (moment,),
-        "θ + ψ": (angle + psi,),
-        "τ_a": (torque,),
-        "η": (ETA,),
-        "h": (miss,),
-        "D": (preload,),
-        "Δ": (np.linalg.det(matrix),),
-        "x_b": (x_both,),
-        "y_b": (y_both,),
-        "y": (y,),
-        "x": (x,),
-        "σ": (loose,),
-        "F_o": (x, y),
-        "F_I": (x / w_f, y / w_e),
-        "ΔL_Ten": tuple(
-            c * (t - f) for c, t, f in zip(sheaths["c_Ten"], (x, y), sheaths["F0"], strict=True)
-        ),
-        "ΔL_SE": tuple(
-            c * (t - f) for c, t, f in zip(PER_SIDE["spring"], (x, y), sheaths["F0"], strict=True)
-        ),
-        "τ_m": ((x / w_f - ETA * y / w_e) * SPOOL,),
-        "α": (wound / ETA / SPOOL,),
-        "k": (stiffness,),
-    }
-    if given["slack"] == "unilateral":
-        lines["s"] = (loose / ETA, 0.0) if on_flexor else (0.0, loose)
-    return lines
-
-
 @pytest.mark.parametrize("case", CASES)
-def test_every_number_on_the_page_of_a_state_and_its_print(tendon, workplace, case):
+def test_every_number_on_the_page_of_a_state_and_its_print(tendon, write_study, case):
     given = BASE | CASES[case]
-    (workplace / "study.toml").write_text(STUDY.format(**given))
-    record, text = tendon("state", "study.toml", "--json").json, tendon("state", "study.toml").out
-    expected = page(given)
+    write_study(STUDY.format(**given))
+    record = tendon("state", "study.toml", "--json").json
+    text = tendon("state", "study.toml").out
+    expected = page_lines(given)
     assert {line["symbol"] for line in record["lines"]} == set(expected)
-    printed = {
-        line[2:].split("  ")[0].strip(): line for line in text.splitlines() if line.startswith("  ")
-    }
+    printed = {}
+    for line in text.splitlines():
+        if line.startswith("  "):
+            label = line[2:].split("  ")[0].strip()
+            printed[label] = line
     for line in record["lines"]:
         symbol = line["symbol"]
         assert line["values"] == pytest.approx(list(expected[symbol]), rel=1e-6, abs=1e-12), symbol
-        shown = printed[
-            next(key for key in printed if key == symbol or key.startswith(symbol + " "))
-        ]
+        label = next(key for key in printed if key == symbol or key.startswith(symbol + " "))
+        shown = printed[label]
         assert all(f"{value:.7g}" in shown for value in line["values"]), symbol
         assert line["unit"] in shown
     assert record["status"] == case.partition(",")[0]
     assert text.rstrip().endswith(f"Status: {record['status']}")
 
 
-def test_notes_say_what_chooses_and_fit_a_terminal(tendon, workplace):
-    (workplace / "study.toml").write_text(
-        "[sheath]\nfriction = { mean = 0.07, std = 0.004 }\n[uncertainty]\ndraws = 16\n"
-        '[spring]\nstiffness = ["3 kN/m", "5 kN/m"]\n[people]\ncount = 3\n'
-    )
-    shown = tendon("state", "study.toml")
-    assert max(map(len, shown.out.partition("\n\n")[0].splitlines())) <= 80
+SEVERAL_VALUES = """
+[sheath]
+friction = { mean = 0.07, std = 0.004 }
+[uncertainty]
+draws = 16
+[spring]
+stiffness = ["3 kN/m", "5 kN/m"]
+[people]
+count = 3
+"""
+
+
+def notes_about(key, notes):
+    """Return the notes that name a key."""
+    return [note for note in notes if key in note]
+
+
+def test_notes_say_what_chooses_and_fit_a_terminal(tendon, write_study):
+    write_study(SEVERAL_VALUES)
+    shown = tendon("state", "study.toml").out
+    head = shown.partition("\n\n")[0]
+    assert max(map(len, head.splitlines())) <= 80
     notes = tendon("state", "study.toml", "--json").json["notes"]
-    assert [note for note in notes if "sheath.friction" in note]
-    assert [note for note in notes if "spring.stiffness" in note]
-    chosen = ("--set", "sheath.friction=0.07", "--set", "spring.stiffness=5 kN/m")
+    assert notes_about("sheath.friction", notes)
+    assert notes_about("spring.stiffness", notes)
+    chosen = set_options("sheath.friction=0.07", "spring.stiffness=5 kN/m")
     notes = tendon("state", "study.toml", "--json", *chosen).json["notes"]
-    assert not [note for note in notes if "sheath.friction" in note or "spring.stiffness" in note]
+    assert not notes_about("sheath.friction", notes)
+    assert not notes_about("spring.stiffness", notes)

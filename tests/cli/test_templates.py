@@ -11,6 +11,7 @@ from tendon_cli.studies.json_schema import schema_text
 from tendon_cli.studies.load import load_study
 from tendon_cli.studies.starter import TEMPLATES, starter
 from tendon_cli.studies.study_file import read_yaml
+from tests.cli.conftest import set_options
 
 STUDY = b'[load]\nmass = ["0 kg", "5 kg"]\n'
 SMALLER = {
@@ -40,15 +41,17 @@ def test_a_template_is_a_valid_study_that_names_its_schema(tendon, workplace, te
 @pytest.mark.parametrize("template", TEMPLATES)
 def test_a_template_in_yaml_is_the_same_study(template):
     text = starter(Path("mine.yaml"), template)
-    in_yaml, in_toml = read_yaml(text).content, tomllib.loads(starter(Path("mine.toml"), template))
-    assert (in_yaml, list(in_yaml)) == (in_toml, list(in_toml))
+    in_yaml = read_yaml(text).content
+    in_toml = tomllib.loads(starter(Path("mine.toml"), template))
+    assert in_yaml == in_toml
+    assert list(in_yaml) == list(in_toml)
     assert "# yaml-language-server: $schema=./tendon.schema.json" in text.splitlines()
 
 
 @pytest.mark.parametrize("template", [name for name in TEMPLATES if name != "sweep"])
 def test_a_template_has_an_answer(tendon, template):
     tendon("init", "mine.toml", "--template", template)
-    smaller = [word for setting in SMALLER.get(template, []) for word in ("--set", setting)]
+    smaller = set_options(*SMALLER.get(template, []))
     ran = tendon("design", "mine.toml", "--no-figures", "--json", *smaller)
     assert (ran.exit, ran.err) == (0, "")
     assert ran.json["name"] == "mine"
@@ -57,57 +60,69 @@ def test_a_template_has_an_answer(tendon, template):
 @pytest.mark.parametrize("command", ["sweep", "design"])
 def test_a_study_from_standard_input_is_the_study_of_the_file(outside, workplace, command):
     (workplace / "study.toml").write_bytes(STUDY)
-    words = (
-        "--no-figures",
-        "--json",
-        "--set",
-        "spring.stiffness=5 kN/m",
-        "--set",
-        "spool.ratio=0.6",
-    )
-    piped = outside(command, "-", "--out", "one", *words, input=STUDY.decode())
-    filed = outside(command, "study.toml", "--out", "other", *words)
-    assert (piped.exit, piped.err, piped.json["name"]) == (0, "", "study")
-    assert piped.json["study_hash"] == filed.json["study_hash"]
+    words = ["--no-figures", "--json", *set_options("spring.stiffness=5 kN/m", "spool.ratio=0.6")]
+    from_input = outside(command, "-", "--out", "one", *words, input=STUDY.decode())
+    from_file = outside(command, "study.toml", "--out", "other", *words)
+    assert (from_input.exit, from_input.err) == (0, "")
+    assert from_input.json["name"] == "study"
+    assert from_input.json["study_hash"] == from_file.json["study_hash"]
+
+
+ROUTE = """\
+x_mm,y_mm,z_mm
+0,0,0
+100,0,0
+200,50,0
+200,150,0
+"""
+IN_TOML = """
+[load]
+mass = [0, 5]
+[sheath]
+path = "route.csv"
+"""
+IN_YAML = """\
+load:
+  mass: [0 kg, 5 kg]
+sheath:
+  path: route.csv
+"""
 
 
 @pytest.mark.parametrize("before", ["", "# a comment\n\n", "---\n"])
 def test_yaml_from_standard_input_is_read_as_such_with_files_of_the_working_directory(
-    outside, workplace, before
+    outside, workplace, write_study, before
 ):
-    (workplace / "route.csv").write_text(
-        "x_mm,y_mm,z_mm\n0,0,0\n100,0,0\n200,50,0\n200,150,0\n", encoding="utf-8"
-    )
-    (workplace / "study.toml").write_text(
-        '[load]\nmass = [0, 5]\n[sheath]\npath = "route.csv"\n', encoding="utf-8"
-    )
-    piped = outside(
-        "state",
-        "-",
-        "--json",
-        input=f"{before}load:\n  mass: [0 kg, 5 kg]\nsheath:\n  path: route.csv\n",
-    )
-    assert (piped.exit, piped.err) == (0, "")
-    assert piped.json == outside("state", "study.toml", "--json").json
+    (workplace / "route.csv").write_text(ROUTE, encoding="utf-8")
+    write_study(IN_TOML)
+    from_input = outside("state", "-", "--json", input=before + IN_YAML)
+    from_file = outside("state", "study.toml", "--json")
+    assert (from_input.exit, from_input.err) == (0, "")
+    assert from_input.json == from_file.json
 
 
-@pytest.mark.parametrize("name", ["design/universal.toml", "universal", "table_a1.csv", "fig07"])
-def test_a_file_of_the_documentation_is_copied_by_its_name(tendon, configs, name):
+@pytest.mark.parametrize(
+    ("name", "verb"),
+    [
+        ("design/universal.toml", "design"),
+        ("universal", "design"),
+        ("table_a1.csv", "fit-friction"),
+        ("fig07", "sweep"),
+    ],
+)
+def test_a_file_of_the_documentation_is_copied_by_its_name(tendon, configs, name, verb):
     ran = tendon("init", "--from", name)
     assert ran.exit == 0, ran.err
     (copied,) = Path().iterdir()
-    assert copied.read_bytes() == next(configs.rglob(copied.name)).read_bytes()
-    verb = {".csv": "fit-friction"}.get(copied.suffix, "design" if "uni" in name else "sweep")
+    original = next(configs.rglob(copied.name))
+    assert copied.read_bytes() == original.read_bytes()
     assert f"tendon {verb} {copied}" in ran.out
-    assert tendon("init", "--from", name).exit == 2, "what stands there is not written over"
+    assert tendon("init", "--from", name).exit == 2, "an existing file is not written over"
 
 
 def test_questions_and_what_can_be_copied_are_listed(tendon, workplace, configs):
-    listed = {
-        word for line in tendon("init", "--list").out.splitlines() for word in line.split()[:1]
-    }
-    assert {
-        *TEMPLATES,
-        *(file.relative_to(configs).as_posix() for file in configs.rglob("*.toml")),
-    } <= listed
+    lines = tendon("init", "--list").out.splitlines()
+    listed = {line.split()[0] for line in lines if line.strip()}
+    studies = {file.relative_to(configs).as_posix() for file in configs.rglob("*.toml")}
+    assert {*TEMPLATES, *studies} <= listed
     assert list(workplace.iterdir()) == []

@@ -1,4 +1,4 @@
-"""A headless browser where there is one, and pages to open in it."""
+"""A headless browser, if one is installed, and pages to open in it."""
 
 import shutil
 from contextlib import contextmanager
@@ -11,13 +11,22 @@ from tendon_cli.reports.report import write_report
 BROWSER = (
     shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 )
-FLAGS = "--no-sandbox --disable-gpu --no-first-run --disable-background-networking --disable-component-update"
+FLAGS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+]
 MOTION = {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 19}}
 TITLE = "<script>document.title = 'run'</script> & \"springs\""
 
 
 def until(page, expression, arg=None):
-    """Wait for an expression to be true, asked from outside: the page's own policy lets nothing be evaluated in it."""
+    """Wait for an expression to be true.
+
+    It is asked from outside, since the page's own policy lets nothing be evaluated in it.
+    """
     for _ in range(300):
         if page.evaluate(expression, arg):
             return
@@ -27,7 +36,7 @@ def until(page, expression, arg=None):
 
 @pytest.fixture(scope="session")
 def swept(tmp_path_factory):
-    """A run of 9 x 7 x 2 designs, its title hostile."""
+    """Return the folder of a run of 9 x 7 x 2 designs with a hostile title."""
     folder = tmp_path_factory.mktemp("report") / "run"
     study = {
         "title": TITLE,
@@ -51,32 +60,39 @@ def browser():
         pytest.skip("no chromium is installed here")
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     with playwright.sync_playwright() as engine:
-        chromium = engine.chromium.launch(executable_path=BROWSER, args=FLAGS.split())
+        chromium = engine.chromium.launch(executable_path=BROWSER, args=FLAGS)
         yield chromium
         chromium.close()
 
 
 @pytest.fixture
 def opened(browser):
-    """Opens a file as a page that is ready; whatever it says on the console or asks of the network is a failure."""
+    """Return a context in which a file is open as a page that is ready.
+
+    A warning or an error on the console, and any request to the network, is a failure.
+    """
 
     @contextmanager
     def opening(path, width=1280, scheme="light"):
         page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
+        # A figure on its way into a file is a blob: it never leaves the page.
+        allowed = (path.as_uri(), "blob:null/")
         faults = []
-        page.on(
-            "console",
-            lambda said: faults.append(said.text) if said.type in ("error", "warning") else None,
-        )
-        page.on("pageerror", lambda error: faults.append(str(error)))
-        here = (
-            path.as_uri(),
-            "blob:null/",
-        )  # a figure on its way into a file never leaves the page
-        page.on(
-            "request",
-            lambda request: None if request.url.startswith(here) else faults.append(request.url),
-        )
+
+        def note_message(message):
+            if message.type in ("error", "warning"):
+                faults.append(message.text)
+
+        def note_error(error):
+            faults.append(str(error))
+
+        def note_request(request):
+            if not request.url.startswith(allowed):
+                faults.append(request.url)
+
+        page.on("console", note_message)
+        page.on("pageerror", note_error)
+        page.on("request", note_request)
         page.goto(path.as_uri())
         page.wait_for_selector("html[data-ready=yes]", timeout=60_000, state="attached")
         yield page
@@ -88,16 +104,16 @@ def opened(browser):
 
 @pytest.fixture(scope="session")
 def answered(tmp_path_factory):
-    """The answer to a question of 4 x 3 choices under two loads, with a front."""
+    """Return the folder of an answer on 4 x 3 choices under two loads, with a front."""
     folder = tmp_path_factory.mktemp("answer") / "suit-design"
-    choices = {
+    study = {
         "spring": {"stiffness": {"from": "2 kN/m", "to": "8 kN/m", "num": 4}},
         "spool": {"ratio": [0.5, 0.6, 1]},
+        "load": {"mass": ["0 kg", "5 kg"]},
+        "motion": MOTION,
+        "design": {"minimise": ["max_tension"], "maximise": ["tolerance"]},
     }
-    goals = {"minimise": ["max_tension"], "maximise": ["tolerance"]}
-    tendon.design(
-        {**choices, "load": {"mass": ["0 kg", "5 kg"]}, "motion": MOTION, "design": goals}, folder
-    )
+    tendon.design(study, folder)
     return folder
 
 
@@ -108,15 +124,15 @@ def answer_page(answered):
 
 @pytest.fixture(scope="session")
 def answered_for_people(tmp_path_factory):
-    """The answer to a question of two choices and sixty persons."""
+    """Return the folder of an answer on two choices and sixty persons."""
     folder = tmp_path_factory.mktemp("people") / "suit-design"
-    asked = {
+    study = {
         "people": {"count": 60},
         "spring": {"stiffness": "5 kN/m"},
         "spool": {"ratio": [0.6, 0.7]},
+        "load": {"mass": ["0 kg", "10 kg"]},
+        "motion": MOTION,
+        "design": {"serve": 0.5},
     }
-    tendon.design(
-        {**asked, "load": {"mass": ["0 kg", "10 kg"]}, "motion": MOTION, "design": {"serve": 0.5}},
-        folder,
-    )
+    tendon.design(study, folder)
     return folder

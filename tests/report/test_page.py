@@ -1,4 +1,4 @@
-"""The page of a run: whole in one file, safe, and true to the tables."""
+"""The page of a run is whole in one file, safe, and true to the tables."""
 
 import base64
 import hashlib
@@ -22,19 +22,25 @@ from tendon_cli.reports.report import write_report
 
 
 def data_of(path):
+    """Return the data in a page."""
     text = path.read_text(encoding="utf-8")
-    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
-    return json.loads(found[1])
+    script = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
+    return json.loads(script[1])
 
 
 def unpacked(array):
+    """Return the numbers that `packed` has packed for a page."""
     kinds = {"f4": "<f4", "u2": "<u2", "u1": "u1"}
-    values = np.frombuffer(
-        zlib.decompress(base64.b64decode(array["data"])), kinds[array["type"]]
-    ).astype(float)
+    content = zlib.decompress(base64.b64decode(array["data"]))
+    values = np.frombuffer(content, kinds[array["type"]]).astype(float)
     if array["type"] == "u2":
         return np.where(values == 65535, np.nan, array["low"] + array["step"] * values)
     return values
+
+
+def item_with(items, key, value):
+    """Return the first item with this value of a key."""
+    return next(item for item in items if item[key] == value)
 
 
 @pytest.mark.parametrize("count", [FEW, FEW + 1])
@@ -52,17 +58,18 @@ def test_packed_numbers_are_the_numbers(count):
 )
 def test_thinning_keeps_both_ends_and_the_bound(lengths, most):
     kept = thinned(lengths, most)
-    assert np.prod([len(each) for each in kept]) <= most
+    assert np.prod([len(positions) for positions in kept]) <= most
     for positions, length in zip(kept, lengths, strict=True):
         assert positions[0] == 0
-        assert len(positions) == 1 or positions[-1] == length - 1
+        if len(positions) > 1:
+            assert positions[-1] == length - 1
 
 
 def test_the_maps_are_the_designs_of_the_run(swept, page_file):
     designs = tendon.open_run(swept).designs
     data = data_of(page_file)
     assert [len(axis["values"]) for axis in data["axes"]] == [9, 7, 2]
-    margin = next(quantity for quantity in data["quantities"] if quantity["name"] == "margin")
+    margin = item_with(data["quantities"], "name", "margin")
     assert unpacked(margin["array"]) == pytest.approx(designs["margin"].to_numpy(), rel=1e-6)
     outcome = unpacked(data["quantities"][0]["array"])
     assert ((outcome == 0) == designs["feasible"].to_numpy()).all()
@@ -96,21 +103,19 @@ def test_a_page_shows_the_states_of_its_run(tmp_path, name):
     motion = {"motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}}
     run = tendon.sweep(tendon.study(STUDIES[name] | motion), tmp_path / "run")
     data = data_of(write_report(tmp_path / "run"))
-    for group in data["states"]["groups"]:
-        if group["label"] == "tension at the motor":
-            shown = [unpacked(line["array"]) for line in group["lines"]]
-    for side, values in zip(("flexor", "extensor"), shown, strict=True):
-        assert values == pytest.approx(
-            run.states[f"{side}_tension_proximal"].to_numpy(), rel=1e-6, abs=1e-6
-        )
-    straight = run.states["flexor_travel"].to_numpy()[run.states["elbow_angle"].to_numpy() == 0.0][
-        ::2
-    ]
+    (group,) = (
+        group for group in data["states"]["groups"] if group["label"] == "tension at the motor"
+    )
+    for side, line in zip(("flexor", "extensor"), group["lines"], strict=True):
+        tensions = run.states[f"{side}_tension_proximal"].to_numpy()
+        assert unpacked(line["array"]) == pytest.approx(tensions, rel=1e-6, abs=1e-6)
+    is_straight = run.states["elbow_angle"].to_numpy() == 0.0
+    travels = run.states["flexor_travel"].to_numpy()[is_straight]
+    one_direction = travels[::2]  # of two, with the same travel
     arm = {name: np.array(values) for name, values in data["arms"][0].items()}
     along = arm["b1"] + arm["b2"]
-    assert along - np.hypot(along, arm["a1"] - arm["a2"]) == pytest.approx(
-        straight, abs=1e-6
-    )  # H_f(0)
+    straight_travel = along - np.hypot(along, arm["a1"] - arm["a2"])  # H_f(0)
+    assert straight_travel == pytest.approx(one_direction, abs=1e-6)
 
 
 def test_the_page_is_one_small_file_that_evaluates_nothing_and_a_title_with_a_script_is_a_title(
@@ -159,14 +164,10 @@ def test_the_paper_has_a_page_with_every_finding(tmp_path):
 
 
 def test_the_library_of_figures_is_the_one_that_was_published():
-    """The file of that name in version 4.1.1 of the npm package plotly.js-cartesian-dist-min, MIT."""
-    content = (
-        files("tendon_cli.reports") / "plotly" / "plotly-cartesian-4.1.1.min.js"
-    ).read_bytes()
-    assert (
-        hashlib.sha256(content).hexdigest()
-        == "79542150855a52c567260e3137095dbe2b744e6d702a5cabe67da246942fba7a"
-    )
+    """The file is that of version 4.1.1 of the npm package plotly.js-cartesian-dist-min, MIT."""
+    library = files("tendon_cli.reports") / "plotly" / "plotly-cartesian-4.1.1.min.js"
+    published = "79542150855a52c567260e3137095dbe2b744e6d702a5cabe67da246942fba7a"
+    assert hashlib.sha256(library.read_bytes()).hexdigest() == published
 
 
 def test_the_choices_of_an_answer_are_those_of_its_table(answered, answer_page):
@@ -175,8 +176,9 @@ def test_the_choices_of_an_answer_are_those_of_its_table(answered, answer_page):
     assert [len(axis["values"]) for axis in data["axes"]] == [4, 3]
     low = unpacked(data["design"]["columns"]["pretension_from"]["array"])
     assert low == pytest.approx(choices["pretension_from"].to_numpy(), rel=1e-6, nan_ok=True)
-    conflict = next(quantity for quantity in data["quantities"] if quantity["name"] == "conflict")
-    assert ((unpacked(conflict["array"]) == 0) == choices["feasible"].to_numpy()[:12]).all()
+    conflict = item_with(data["quantities"], "name", "conflict")
+    has_no_conflict = unpacked(conflict["array"]) == 0
+    assert (has_no_conflict == choices["feasible"].to_numpy()[:12]).all()
 
 
 def test_the_states_of_a_choice_are_those_of_a_sweep_at_its_pretension(answered, answer_page):
@@ -189,13 +191,12 @@ def test_the_states_of_a_choice_are_those_of_a_sweep_at_its_pretension(answered,
         "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 19}},
     }
     states = tendon.sweep(tendon.study(study)).states
-    group = next(
-        group
-        for group in data_of(answer_page)["states"]["groups"]
-        if group["label"] == "torque, load mass 5 kg"
-    )
-    motor = unpacked(group["lines"][1]["array"]).reshape(12, 2, 19)[10]
-    assert motor == pytest.approx(states["motor_torque"].to_numpy().reshape(2, 19), rel=1e-6)
+    groups = data_of(answer_page)["states"]["groups"]
+    group = item_with(groups, "label", "torque, load mass 5 kg")
+    # (choices, directions, angles), N m
+    shown = unpacked(group["lines"][1]["array"]).reshape(12, 2, 19)
+    expected = states["motor_torque"].to_numpy().reshape(2, 19)
+    assert shown[10] == pytest.approx(expected, rel=1e-6)
 
 
 def test_the_persons_of_an_answer_are_served_as_it_says(answered_for_people):
@@ -220,7 +221,8 @@ def test_a_choice_between_the_points_of_the_grid_has_its_persons_too(tmp_path):
     }
     record = tendon.design(study, tmp_path / "answer").record
     assert record["population"]["choice"] == 3  # the first row after those of the grid
-    served = unpacked(data_of(write_report(tmp_path / "answer"))["people"]["served"]["array"])
+    people = data_of(write_report(tmp_path / "answer"))["people"]
+    served = unpacked(people["served"]["array"])
     assert served.mean() == pytest.approx(record["population"]["served"])
 
 

@@ -8,21 +8,19 @@ STUDY = '[tendon]\npretension = ["90 N", "130 N"]\n[spool]\nratio = [1.0, 0.6]\n
 @pytest.mark.parametrize("command", ["sweep", "design"])
 def test_a_page_of_earlier_results_is_named(tendon, workplace, command):
     (workplace / "study.toml").write_text(STUDY, encoding="utf-8")
+    message = "report.html is of earlier results; `tendon report run` writes it anew"
     words = (command, "study.toml", "--out", "run")
     assert tendon(*words, "--no-figures").exit == 0
     page = workplace / "run/report.html"
-    other = (*words, "--no-figures", "--set", "sheath.friction=0.08", "--overwrite")
+    with_friction = (*words, "--no-figures", "--set", "sheath.friction=0.08", "--overwrite")
     page.write_text("<html>mine</html>", encoding="utf-8")
-    assert "report.html" not in tendon(*other).err  # of somebody else
+    assert "report.html" not in tendon(*with_friction).err  # of somebody else
     page.unlink()
     assert tendon(*words, "--no-figures", "--overwrite").exit == 0
     assert tendon("report", "run").exit == 0
     assert "report.html" not in tendon(*words).err  # figures are drawn, the results are the same
     assert "report.html" not in tendon(*words, "--overwrite").err
-    assert (
-        "report.html is of earlier results; `tendon report run` writes it anew"
-        in tendon(*other).err
-    )
-    assert "report.html" not in tendon(*other, "--quiet").err
+    assert message in tendon(*with_friction).err
+    assert "report.html" not in tendon(*with_friction, "--quiet").err
     assert tendon("report", "run").exit == 0
-    assert "report.html" not in tendon(*other).err
+    assert "report.html" not in tendon(*with_friction).err
