@@ -19,7 +19,7 @@ RANGES = (
 )
 
 
-def asked(text, folder):
+def problem_of(text, folder):
     """Return the problem of a study given as text."""
     file = folder / "study.toml"
     file.write_text(text, encoding="utf-8")

@@ -12,7 +12,7 @@ from tendon_cli.answers.question import goals_of
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.answers.solve import of_columns, of_rows
 
-from .studies import CATALOGUE, LOADS, RANGES, asked
+from .studies import CATALOGUE, LOADS, RANGES, problem_of
 
 PAPER = {"load": {"mass": ["0 kg", "3 kg", "5 kg", "10 kg"]}}
 SPRINGS = {"spring": {"stiffness": {"from": "1 kN/m", "to": "6 kN/m", "num": 6}}}
@@ -30,9 +30,9 @@ def scored(rows, goals):
 
 def answered(text, folder):
     """Return the answer, its goals, and the scores of a grid of four times its density."""
-    fine = asked(text.replace("num = 8", "num = 29").replace("num = 6", "num = 21"), folder)
+    fine = problem_of(text.replace("num = 8", "num = 29").replace("num = 6", "num = 21"), folder)
     goals = goals_of(fine.study)
-    answer = tendon.design(asked(text, folder).study)
+    answer = tendon.design(problem_of(text, folder).study)
     rivals = of_rows(fine, np.arange(len(fine.choices)))
     return answer, goals, rivals.scores(goals)
 
@@ -123,7 +123,7 @@ def test_every_fix_as_printed_opens_a_window_that_holds_the_printed_pretension(c
 def test_scanning_the_whole_range_finds_no_fix_that_the_answer_does_not(paper, tmp_path):
     idle = [fix for fix in paper.fixes if fix["after"] is None]
     assert {"spring.stiffness", "sheath.friction"} <= {fix["parameter"] for fix in idle}
-    problem = asked(LOADS, tmp_path)
+    problem = problem_of(LOADS, tmp_path)
     for fix in idle:
         low, high = fix["plausible"]
         key = fix["parameter"]
@@ -252,7 +252,7 @@ def test_sensitivities_are_the_slopes_of_the_ends(tmp_path):
         '[limits]\nmax_tension = "380 N"\n[spring]\nstiffness = "5 kN/m"\n[spool]\nratio = 0.6\n'
         '[load]\nmass = ["1 kg", "8 kg"]\n'
     )
-    problem = asked(text, tmp_path)
+    problem = problem_of(text, tmp_path)
     rows = sensitivities(problem, of_columns(problem, {}, 1))
     assert {row["end"] for row in rows} == {"from", "to"}
     assert len(rows) > 30
@@ -277,7 +277,7 @@ def test_sensitivities_are_the_slopes_of_the_ends(tmp_path):
 
 @pytest.mark.parametrize("text", [CATALOGUE, LOADS])
 def test_a_screen_of_80_columns_holds_the_answer(text, tmp_path):
-    lines = tendon.design(asked(text, tmp_path).study).text.splitlines()
+    lines = tendon.design(problem_of(text, tmp_path).study).text.splitlines()
     assert max(map(len, lines)) <= 80
     assert len(lines) <= 48
 

@@ -144,10 +144,10 @@ def tightest_points(rng, box, count):
     low, high, *_ = ends_of_states(states, Bounds(**box.limits))
     for is_upper, ends in ((False, low), (True, -high)):
         # (points, directions * angles), the more the tighter
-        asked = np.broadcast_to(ends, (count, 2, SAMPLES)).reshape(count, -1)
-        most = asked.max(axis=1)
+        pretensions = np.broadcast_to(ends, (count, 2, SAMPLES)).reshape(count, -1)
+        most = pretensions.max(axis=1)
         for row in (*np.argsort(-most)[:3], rng.integers(count)):
-            direction, angle = divmod(int(asked[row].argmax()), SAMPLES)
+            direction, angle = divmod(int(pretensions[row].argmax()), SAMPLES)
             numbers = flat({key: float(values[row]) for key, values in points.items()})
             yield Point(
                 is_upper=is_upper,

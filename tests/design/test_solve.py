@@ -12,7 +12,7 @@ from tendon_cli.answers import solve as solve_module
 from tendon_cli.model import actuator
 from tendon_cli.model.limits import LIMIT_NAMES
 
-from .studies import CATALOGUE, LOADS, RANGES, asked, solved
+from .studies import CATALOGUE, LOADS, RANGES, problem_of, solved
 
 PAPER = 3  # row of CATALOGUE with the paper's spring and spool, 3 kN/m and 1
 LAST = 8  # row with 5 kN/m and 0.6
@@ -21,7 +21,7 @@ LAST = 8  # row with 5 kN/m and 0.6
 @pytest.fixture(scope="module")
 def catalogue(tmp_path_factory):
     """Return the problem of the catalogue and its solutions."""
-    problem = asked(CATALOGUE, tmp_path_factory.mktemp("catalogue"))
+    problem = problem_of(CATALOGUE, tmp_path_factory.mktemp("catalogue"))
     return problem, solved(problem)
 
 
@@ -69,7 +69,7 @@ def test_the_worst_values_at_a_pretension_are_those_of_the_states(catalogue):
 
 
 def test_at_the_least_pretension_the_binding_state_is_just_taut(tmp_path):
-    problem = asked('[design]\npretension = "least"\n' + CATALOGUE, tmp_path)
+    problem = problem_of('[design]\npretension = "least"\n' + CATALOGUE, tmp_path)
     solutions = solved(problem)
     assert solutions["pretension"][LAST] == solutions["pretension_from"][LAST]
     state = state_at(problem, LAST, solutions["pretension"][LAST])
@@ -87,15 +87,15 @@ def test_at_the_least_pretension_the_binding_state_is_just_taut(tmp_path):
     ids=["states", "windows"],
 )
 def test_blocks_of_choices_and_conditions_do_not_matter(tmp_path, monkeypatch, module, name, few):
-    whole = solved(asked(RANGES, tmp_path))
+    whole = solved(problem_of(RANGES, tmp_path))
     monkeypatch.setattr(module, name, few)
-    cut = solved(asked(RANGES, tmp_path))
+    cut = solved(problem_of(RANGES, tmp_path))
     for column, values in whole.results.items():
         np.testing.assert_array_equal(cut[column], values, err_msg=column)
 
 
 def test_enough_may_be_less_than_all(tmp_path):
-    problem = asked("[design]\nserve = 0.75\n" + CATALOGUE, tmp_path)
+    problem = problem_of("[design]\nserve = 0.75\n" + CATALOGUE, tmp_path)
     solutions = solved(problem)
     rows = np.arange(9)
     windows = problem.windows(problem.choices.numbers(rows), 9)
@@ -115,13 +115,13 @@ def test_cases_are_conditions_with_every_number_they_set(tmp_path):
         '[[cases]]\nname = "rough"\nsheath = { extensor = { friction = 0.2 } }\n'
         '[[cases]]\nname = "initial"\nmodel = { reference = "initial" }\n'
     )
-    together = asked(LOADS + cases, tmp_path).windows({}, 1)
+    together = problem_of(LOADS + cases, tmp_path).windows({}, 1)
     changes = (
         '[arm]\nb1 = "140 mm"\n',
         "[sheath.extensor]\nfriction = 0.2\n",
         '[model]\nreference = "initial"\n',
     )
-    alone = [asked(change + LOADS, tmp_path).windows({}, 1) for change in changes]
+    alone = [problem_of(change + LOADS, tmp_path).windows({}, 1) for change in changes]
     for end in ("low", "high"):
         expected = np.hstack([getattr(windows, end) for windows in alone])
         np.testing.assert_array_equal(getattr(together, end), expected)
@@ -129,15 +129,15 @@ def test_cases_are_conditions_with_every_number_they_set(tmp_path):
 
 def test_the_pretension_of_a_study_is_left_out_with_a_note(tmp_path):
     pretensions = '[tendon]\npretension = ["90 N", "200 N"]\n[tendon.flexor]\npretension = "80 N"\n'
-    problem = asked(pretensions + LOADS, tmp_path)
+    problem = problem_of(pretensions + LOADS, tmp_path)
     assert len(problem.choices) == 1
     assert len(problem.notes) == 2
-    without = solved(asked(LOADS, tmp_path))
+    without = solved(problem_of(LOADS, tmp_path))
     np.testing.assert_array_equal(solved(problem)["pretension_to"], without["pretension_to"])
 
 
 def test_limits_that_no_pretension_keeps_are_the_reason(tmp_path):
-    solutions = solved(asked("[limits]\nmin_spool_to_tendon = 30\n" + CATALOGUE, tmp_path))
+    solutions = solved(problem_of("[limits]\nmin_spool_to_tendon = 30\n" + CATALOGUE, tmp_path))
     thin = np.tile([False, True, True], 3)
     np.testing.assert_array_equal(np.isnan(solutions["pretension_from"]), thin)
     assert {LIMIT_NAMES[code] for code in solutions["from_by"][thin]} == {"min_spool_to_tendon"}

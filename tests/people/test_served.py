@@ -53,7 +53,9 @@ def test_the_share_that_one_pretension_serves_of_men_and_women_for_0_to_10_kg(
 
 def test_the_served_share_is_that_of_windows_counted_one_by_one(tmp_path):
     rows = ["name,weight (kg),stature (cm),weighting"]
-    rows += [f"p{at},{55 + 2 * at},{155 + 1.5 * at},{at % 4}" for at in range(20)]
+    rows += [
+        f"p{person},{55 + 2 * person},{155 + 1.5 * person},{person % 4}" for person in range(20)
+    ]
     (tmp_path / "people.csv").write_text("\n".join(rows), encoding="utf-8")
     ratios = (0.6, 0.65)
     problem, solutions = solved(
