@@ -7,24 +7,26 @@ from tendon_cli.answers.solve import solve
 from tendon_cli.studies.load import load_study
 
 LOADS = '[load]\nmass = ["0 kg", "3 kg", "5 kg", "10 kg"]\n'
+
+# Springs and spools of the paper's arm, and one of each beyond them.
 CATALOGUE = (
     '[spring]\nstiffness = ["1 kN/m", "3 kN/m", "5 kN/m"]\n[spool]\nratio = [1.0, 0.7, 0.6]\n'
     + LOADS
-)  # springs and spools of the paper's arm, and one of each beyond them
+)
 RANGES = (
     '[spring]\nstiffness = { from = "1 kN/m", to = "8 kN/m", num = 8 }\n'
     "[spool]\nratio = { from = 0.5, to = 1.0, num = 6 }\n" + LOADS
 )
 
 
-def asked(text, folder):
-    """The problem of a study given as text."""
+def problem_of(text, folder):
+    """Return the problem of a study given as text."""
     file = folder / "study.toml"
     file.write_text(text, encoding="utf-8")
     return question(load_study(file))
 
 
 def solved(problem):
-    """Every choice of a problem, solved."""
+    """Solve every choice of a problem."""
     rows = np.arange(len(problem.choices))
     return solve(problem, problem.choices.numbers(rows), len(rows))

@@ -1,4 +1,4 @@
-"""Answers: best, refined, front, fixes, conflicts, sensitivities, and that they hold when applied."""
+"""Answers: best, refined, front, fixes, conflicts and sensitivities, which hold when applied."""
 
 import json
 
@@ -12,7 +12,7 @@ from tendon_cli.answers.question import goals_of
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.answers.solve import of_columns, of_rows
 
-from .studies import CATALOGUE, LOADS, RANGES, asked
+from .studies import CATALOGUE, LOADS, RANGES, problem_of
 
 PAPER = {"load": {"mass": ["0 kg", "3 kg", "5 kg", "10 kg"]}}
 SPRINGS = {"spring": {"stiffness": {"from": "1 kN/m", "to": "6 kN/m", "num": 6}}}
@@ -20,26 +20,37 @@ SPOOLS = {"spool": {"ratio": {"from": 0.55, "to": 1.0, "num": 4}}}
 
 
 def scored(rows, goals):
-    """The scores of rows of an answer."""
-    return np.column_stack(
-        [goal.score(np.array([row[goal.column] for row in rows], float)) for goal in goals]
-    )
+    """Return the scores of rows of an answer, (rows, goals)."""
+    scores = []
+    for goal in goals:
+        values = np.array([row[goal.column] for row in rows], float)
+        scores.append(goal.score(values))
+    return np.column_stack(scores)
 
 
 def answered(text, folder):
-    """The answer, its goals, and the scores of a grid of four times its density."""
-    fine = asked(text.replace("num = 8", "num = 29").replace("num = 6", "num = 21"), folder)
-    goals, study = goals_of(fine.study), asked(text, folder).study
-    return tendon.design(study), goals, of_rows(fine, np.arange(len(fine.choices))).scores(goals)
+    """Return the answer, its goals, and the scores of a grid of four times its density."""
+    fine = problem_of(text.replace("num = 8", "num = 29").replace("num = 6", "num = 21"), folder)
+    goals = goals_of(fine.study)
+    answer = tendon.design(problem_of(text, folder).study)
+    rivals = of_rows(fine, np.arange(len(fine.choices)))
+    return answer, goals, rivals.scores(goals)
 
 
 def solved_alone(content):
-    """A study's one choice, solved."""
+    """Solve the one choice of a study."""
     return of_columns(question(tendon.study(content)), {}, 1)
+
+
+def with_value(content, key, value):
+    """Return the content of a study with one number, such as "spool.ratio", replaced."""
+    table, name = key.split(".")
+    return {**content, table: {**content.get(table, {}), name: value}}
 
 
 @pytest.fixture(scope="module")
 def paper():
+    """Return the answer for the paper's arm."""
     return tendon.design(PAPER)
 
 
@@ -55,7 +66,7 @@ def test_no_pretension_suits_the_papers_arm(paper):
     assert paper.choices["served"].item() == 0.75
 
 
-def test_a_stiffer_spring_with_a_smaller_spool_does():
+def test_a_pretension_suits_a_stiffer_spring_with_a_smaller_spool():
     answer = tendon.design(
         tendon.study({**PAPER, "spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}})
     )
@@ -66,24 +77,23 @@ def test_a_stiffer_spring_with_a_smaller_spool_does():
 
 
 def test_each_fix_opens_a_window_and_a_step_less_does_not(paper):
-    helps = [fix for fix in paper.fixes if fix["after"] is not None]
-    assert {fix["parameter"] for fix in helps} >= {"spool.ratio", "arm.elbow_radius"}
-    for fix in helps:
-        for share, feasible in ((1.0, True), (0.999, False)):
-            table, name = fix["parameter"].split(".")
-            value = fix["before"] + share * (fix["after"] - fix["before"])
-            again = solved_alone({**PAPER, table: {name: value}})
-            assert again["feasible"][0] == feasible, fix["parameter"]
-            if feasible:
-                assert (
-                    again["pretension_to"][0] - again["pretension_from"][0]
-                    <= 1e-9 * again["pretension_to"][0]
-                )
-                assert again["max_tension"][0] == pytest.approx(fix["max_tension"], rel=1e-9)
+    fixes = [fix for fix in paper.fixes if fix["after"] is not None]
+    assert {fix["parameter"] for fix in fixes} >= {"spool.ratio", "arm.elbow_radius"}
+    for fix in fixes:
+        key = fix["parameter"]
+        step = fix["after"] - fix["before"]
+        less = solved_alone(with_value(PAPER, key, fix["before"] + 0.999 * step))
+        assert not less["feasible"][0], key
+        fixed = solved_alone(with_value(PAPER, key, fix["before"] + step))
+        assert fixed["feasible"][0], key
+        low = fixed["pretension_from"][0]
+        high = fixed["pretension_to"][0]
+        assert high - low <= 1e-9 * high
+        assert fixed["max_tension"][0] == pytest.approx(fix["max_tension"], rel=1e-9)
 
 
 @pytest.mark.parametrize(
-    "asked",
+    "changes",
     [
         {},
         {"limits": {"max_tension": "380 N"}},
@@ -92,40 +102,35 @@ def test_each_fix_opens_a_window_and_a_step_less_does_not(paper):
     ],
     ids=["paper", "limited", "two loads", "people"],
 )
-def test_every_fix_as_printed_opens_a_window_that_holds_the_printed_pretension(asked):
+def test_every_fix_as_printed_opens_a_window_that_holds_the_printed_pretension(changes):
     content = {
         **PAPER,
-        **asked,
+        **changes,
         "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
     }
     answer = tendon.design(content)
-    helps = [fix for fix in answer.fixes if fix["after"] is not None]
-    assert helps
-    for fix in helps:
+    fixes = [fix for fix in answer.fixes if fix["after"] is not None]
+    assert fixes
+    for fix in fixes:
         assert f" to {fix['printed']}  " in answer.text
-        table, name = fix["parameter"].split(".")
-        typed = {
-            **content,
-            table: {**content.get(table, {}), name: fix["printed"].replace(",", "")},
-        }
-        again = solved_alone(typed)
-        assert again["feasible"][0], fix
-        assert (
-            again["pretension_from"][0]
-            <= float(fix["printed_pretension"])
-            <= again["pretension_to"][0]
-        )
+        printed_value = fix["printed"].replace(",", "")
+        fixed = solved_alone(with_value(content, fix["parameter"], printed_value))
+        assert fixed["feasible"][0], fix
+        pretension = float(fix["printed_pretension"])
+        assert fixed["pretension_from"][0] <= pretension <= fixed["pretension_to"][0]
 
 
-def test_where_no_fix_is_found_scanning_the_whole_range_finds_none(paper, tmp_path):
+def test_scanning_the_whole_range_finds_no_fix_that_the_answer_does_not(paper, tmp_path):
     idle = [fix for fix in paper.fixes if fix["after"] is None]
     assert {"spring.stiffness", "sheath.friction"} <= {fix["parameter"] for fix in idle}
-    problem = asked(LOADS, tmp_path)
+    problem = problem_of(LOADS, tmp_path)
     for fix in idle:
-        (low, high), key = fix["plausible"], fix["parameter"]
+        low, high = fix["plausible"]
+        key = fix["parameter"]
         values = np.geomspace(low, high, 1500)
-        found = problem.windows({key: values}, len(values))
-        assert not (found.low.max(axis=1) <= found.high.min(axis=1)).any(), key
+        windows = problem.windows({key: values}, len(values))
+        has_window = windows.low.max(axis=1) <= windows.high.min(axis=1)
+        assert not has_window.any(), key
 
 
 RELAXED = {
@@ -138,6 +143,15 @@ RELAXED = {
 }
 
 
+def relaxed(content, key, value):
+    """Answer a study with one requirement changed; those of several values change together."""
+    if key == "load.mass":
+        value = [0.0, value]
+    elif key == "arm.upper_arm_angle":
+        value = [f"{-value} rad", f"{value} rad"]
+    return tendon.design(with_value(content, key, value))
+
+
 @pytest.mark.parametrize(
     ("content", "keys"),
     [
@@ -146,37 +160,33 @@ RELAXED = {
     ],
     ids=["paper", "several choices"],
 )
-def test_the_least_change_of_what_is_asked_for_gives_a_window_and_less_gives_none(content, keys):
+def test_the_least_change_of_a_requirement_gives_a_window_and_less_gives_none(content, keys):
     answer = tendon.design(content)
     assert answer.feasible == 0
-    helps = {each["key"]: each for each in answer.record["would_take"] if each["after"] is not None}
-    assert set(helps) >= keys
-    for key, each in helps.items():
-        table, name = key.split(".")
-        for value, some in (
-            (each["after"], True),
-            (each["after"] + 0.01 * (each["before"] - each["after"]), False),
-        ):
-            # Several values are drawn together.
-            given = {
-                "load.mass": [0.0, value],
-                "arm.upper_arm_angle": [f"{-value} rad", f"{value} rad"],
-            }.get(key, value)
-            found = tendon.design({**content, table: {**content.get(table, {}), name: given}})
-            assert (found.feasible > 0) == some, each
-            if some:
-                rows = found.choices
-                for column, of in each["values"].items():
-                    rows = rows[np.isclose(rows[column], of)] if column in rows else rows
-                assert (rows["feasible"] & (rows["pretension_from"] <= each["pretension"])).any()
+    changes = {
+        change["key"]: change
+        for change in answer.record["would_take"]
+        if change["after"] is not None
+    }
+    assert set(changes) >= keys
+    for key, change in changes.items():
+        enough = relaxed(content, key, change["after"])
+        assert enough.feasible > 0, change
+        rows = enough.choices
+        for column, value in change["values"].items():
+            if column in rows:
+                rows = rows[np.isclose(rows[column], value)]
+        assert (rows["feasible"] & (rows["pretension_from"] <= change["pretension"])).any()
+        less = change["after"] + 0.01 * (change["before"] - change["after"])
+        assert relaxed(content, key, less).feasible == 0, change
     text = " ".join(answer.text.split())
     if content is RELAXED:
         assert "max_contact_pressure = 99 kPa instead of 52.9 kPa: K 5 kN/m, η 0.6" in text
         assert "loads of at most 4.42 kg instead of 9 kg" in text
         assert (
-            "not enough alone: tissue and cuffs of 100 kN/m behind each anchor, an upper arm tilted by at"
-            in text
-        )
+            "not enough alone: tissue and cuffs of 100 kN/m behind each anchor, "
+            "an upper arm tilted by at"
+        ) in text
 
 
 # --- Best -----------------------------------------------------------------------------------------
@@ -191,12 +201,14 @@ def test_no_grid_of_four_times_the_density_beats_the_refined_best(column, tmp_pa
 
 
 def test_no_finer_grid_dominates_the_front(tmp_path):
-    goals = '[design]\nminimise = ["max_tension"]\nmaximise = ["tolerance"]\n'
-    answer, goals, rivals = answered(goals + RANGES, tmp_path)
+    text = '[design]\nminimise = ["max_tension"]\nmaximise = ["tolerance"]\n' + RANGES
+    answer, goals, rivals = answered(text, tmp_path)
     assert len(answer.front) > 4
     for row in scored(answer.front, goals):
         margin = 2e-3 * np.abs(row)
-        assert not ((rivals >= row).all(axis=1) & (rivals > row + margin).any(axis=1)).any()
+        is_as_good = (rivals >= row).all(axis=1)
+        is_better = (rivals > row + margin).any(axis=1)
+        assert not (is_as_good & is_better).any()
 
 
 def test_parts_jobs_and_the_order_of_axes_do_not_matter(monkeypatch):
@@ -207,31 +219,27 @@ def test_parts_jobs_and_the_order_of_axes_do_not_matter(monkeypatch):
     for jobs in (1, 3):
         cut = tendon.design({**content, **goals}, jobs=jobs)
         assert whole.choices.equals(cut.choices)
-        assert cut.record == whole.record | {
-            name: cut.record[name] for name in ("seconds", "parts")
-        }
+        differences = {name: cut.record[name] for name in ("seconds", "parts")}
+        assert cut.record == whole.record | differences
     assert whole.choices["on_front"].sum() == len(whole.front) > 1
     goal = {"design": {"minimise": ["max_tension"]}}
-    one, other = (
-        tendon.design({**each, **goal})
-        for each in ({**PAPER, **SPRINGS, **SPOOLS}, {**SPOOLS, **SPRINGS, **PAPER})
-    )
+    springs_first = tendon.design({**PAPER, **SPRINGS, **SPOOLS, **goal})
+    spools_first = tendon.design({**SPOOLS, **SPRINGS, **PAPER, **goal})
     for name in ("pretension", "max_tension", "peak_motor_torque", "spring_stiffness"):
-        assert other.best[name] == pytest.approx(one.best[name], rel=1e-5)
+        assert spools_first.best[name] == pytest.approx(springs_first.best[name], rel=1e-5)
 
 
-def test_rows_named_best_stand_in_the_table_and_an_edge_is_said_to_be_one(tmp_path):
+def test_the_best_rows_are_those_of_the_table_and_the_text_names_an_end_of_a_range(tmp_path):
     answer = tendon.design({**PAPER, **SPRINGS, **SPOOLS}, tmp_path / "out")
-    for row in answer.record["best_by"].values():
-        stands = answer.choices.iloc[row["choice"]]
-        assert [stands[name] for name in ("spring_stiffness", "refined", "pretension")] == [
-            row[name] for name in ("spring_stiffness", "refined", "pretension")
-        ]
-    record = json.loads(
-        (tmp_path / "out" / "design.json").read_text(encoding="utf-8"), parse_constant=pytest.fail
-    )
+    for best in answer.record["best_by"].values():
+        row = answer.choices.iloc[best["choice"]]
+        for name in ("spring_stiffness", "refined", "pretension"):
+            assert row[name] == best[name]
+    written = (tmp_path / "out" / "design.json").read_text(encoding="utf-8")
+    record = json.loads(written, parse_constant=pytest.fail)
     assert record == answer.record
-    assert record["feasible"] == int(answer.choices["feasible"][~answer.choices["refined"]].sum())
+    of_grid = answer.choices[~answer.choices["refined"]]
+    assert record["feasible"] == int(of_grid["feasible"].sum())
     assert record["choices"] == 24
     assert "K is at its upper end, K 6 kN/m: widen the range" in answer.text
 
@@ -240,35 +248,36 @@ def test_rows_named_best_stand_in_the_table_and_an_edge_is_said_to_be_one(tmp_pa
 
 
 def test_sensitivities_are_the_slopes_of_the_ends(tmp_path):
-    design = (
+    text = (
         '[limits]\nmax_tension = "380 N"\n[spring]\nstiffness = "5 kN/m"\n[spool]\nratio = 0.6\n'
+        '[load]\nmass = ["1 kg", "8 kg"]\n'
     )
-    problem = asked(design + '[load]\nmass = ["1 kg", "8 kg"]\n', tmp_path)
-    choice = of_columns(problem, {}, 1)
-    found = sensitivities(problem, choice)
-    assert {each["end"] for each in found} == {"from", "to"}
-    assert len(found) > 30
-    for each in found:
-        if each["key"].startswith("limits.") or each["key"] == "load.mass" or not each["value"]:
+    problem = problem_of(text, tmp_path)
+    rows = sensitivities(problem, of_columns(problem, {}, 1))
+    assert {row["end"] for row in rows} == {"from", "to"}
+    assert len(rows) > 30
+
+    def end_at(row, factor):
+        moved = problem.saying({row["key"]: np.full(2, row["value"] * factor)})
+        return of_columns(moved, {}, 1)[f"pretension_{row['end']}"][0]
+
+    step = 1e-4
+    for row in rows:
+        is_number = not row["key"].startswith("limits.") and row["key"] != "load.mass"
+        if not is_number or not row["value"]:
             continue
-
-        def end(factor, each=each):
-            moved = problem.saying({each["key"]: np.full(2, each["value"] * factor)})
-            return of_columns(moved, {}, 1)[f"pretension_{each['end']}"][0]
-
-        step = 1e-4
-        slope = (8 * (end(1 + step) - end(1 - step)) - end(1 + 2 * step) + end(1 - 2 * step)) / (
-            12 * step
-        )
-        assert each["per_percent"] * 100 == pytest.approx(slope, rel=1e-6, abs=1e-6), each["key"]
+        near = end_at(row, 1 + step) - end_at(row, 1 - step)
+        far = end_at(row, 1 + 2 * step) - end_at(row, 1 - 2 * step)
+        slope = (8 * near - far) / (12 * step)
+        assert row["per_percent"] * 100 == pytest.approx(slope, rel=1e-6, abs=1e-6), row["key"]
 
 
-# --- What cannot be asked, and what is told -------------------------------------------------------
+# --- Text and notes -------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("text", [CATALOGUE, LOADS])
 def test_a_screen_of_80_columns_holds_the_answer(text, tmp_path):
-    lines = tendon.design(asked(text, tmp_path).study).text.splitlines()
+    lines = tendon.design(problem_of(text, tmp_path).study).text.splitlines()
     assert max(map(len, lines)) <= 80
     assert len(lines) <= 48
 

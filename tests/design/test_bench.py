@@ -1,4 +1,7 @@
-"""What to set on the bench, how far the arm drifts, and remarks: against the model and the published numbers."""
+"""Tensions to set on the bench, drift of the arm, and remarks.
+
+They are checked against the model and the published numbers.
+"""
 
 import numpy as np
 import pytest
@@ -16,28 +19,31 @@ SUIT = {
 
 
 def answered(**content):
+    """Answer the question about the suit with some tables replaced."""
     return tendon.design(tendon.study({**SUIT, **content}))
 
 
 @pytest.fixture(scope="module")
 def answer():
+    """Return the answer for the suit."""
     return answered()
 
 
-def test_what_to_set_is_what_the_state_of_the_setting_says(answer):
+def test_the_tensions_to_set_are_those_of_the_state_in_which_it_is_set(answer):
     row = answer.choices.iloc[0]
     assert row.tolerance_length == pytest.approx(5.391e-3, abs=5e-7)
-    asked = {**SUIT, "load": {"mass": 0.0}, "tendon": {"pretension": row.pretension}}
-    state = tendon.sweep(
-        {**asked, "motion": {"direction": "extension", "elbow_angle": 0.0}}
-    ).states.iloc[0]
+    setting = {
+        **SUIT,
+        "load": {"mass": 0.0},
+        "tendon": {"pretension": row.pretension},
+        "motion": {"direction": "extension", "elbow_angle": 0.0},
+    }
+    state = tendon.sweep(setting).states.iloc[0]
     for side in ("flexor", "extensor"):
-        assert row[f"set_{side}_tension"] == pytest.approx(
-            state[f"{side}_tension_distal"], rel=1e-12
-        )
-        assert row[f"set_{side}_tension_motor"] == pytest.approx(
-            state[f"{side}_tension_proximal"], rel=1e-12
-        )
+        at_joint = state[f"{side}_tension_distal"]
+        at_motor = state[f"{side}_tension_proximal"]
+        assert row[f"set_{side}_tension"] == pytest.approx(at_joint, rel=1e-12)
+        assert row[f"set_{side}_tension_motor"] == pytest.approx(at_motor, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -47,34 +53,35 @@ def test_a_millimetre_of_both_tendons_adds_its_pretension(stiffness, ratio, per_
     problem = question(
         tendon.study({"spring": {"stiffness": stiffness}, "spool": {"ratio": ratio}})
     )
-    assert per_length(study_arm(problem, {}, np.array([100.0]))) * 1e-3 == pytest.approx(
-        per_mm, abs=0.05
-    )
+    design = study_arm(problem, {}, np.array([100.0]))
+    assert per_length(design) * 1e-3 == pytest.approx(per_mm, abs=0.05)
 
 
 @pytest.mark.parametrize(
     "whom", [{"people": {"count": 3}}, {"uncertainty": {"draws": 4}}], ids=["people", "draws"]
 )
-def test_what_to_set_is_of_the_study_arm(whom):
-    given = {"sheath": {"friction": {"value": 0.07, "tolerance": "20 %"}}}
-    problem, plain = (question(tendon.study({**SUIT, **given, **more})) for more in (whom, {}))
-    one, other = (settings(study_arm(each, {}, np.array([140.0])), 1) for each in (problem, plain))
-    for name, values in other.items():
-        np.testing.assert_allclose(one[name], values, rtol=1e-12, err_msg=name)
+def test_the_tensions_to_set_are_those_of_the_study_arm(whom):
+    content = {**SUIT, "sheath": {"friction": {"value": 0.07, "tolerance": "20 %"}}}
+
+    def settings_of(content):
+        problem = question(tendon.study(content))
+        return settings(study_arm(problem, {}, np.array([140.0])), 1)
+
+    of_many = settings_of({**content, **whom})
+    for name, values in settings_of(content).items():
+        np.testing.assert_allclose(of_many[name], values, rtol=1e-12, err_msg=name)
 
 
 def test_a_window_without_an_end_has_no_length():
     problem = question(tendon.study(SUIT))
-    low, high, at = (
-        np.array([100.0, 120.0, 100.0]),
-        np.array([np.inf, 110.0, 120.0]),
-        np.full(3, 110.0),
-    )
-    length = setting_columns(problem, {}, low, high, at)["tolerance_length"]
+    low = np.array([100.0, 120.0, 100.0])
+    high = np.array([np.inf, 110.0, 120.0])
+    pretension = np.full(3, 110.0)
+    length = setting_columns(problem, {}, low, high, pretension)["tolerance_length"]
     np.testing.assert_array_equal(np.isnan(length), [True, True, False])
 
 
-def test_the_text_says_what_to_set_and_how_far_the_arm_drifts(answer):
+def test_the_text_says_which_tensions_to_set_and_how_far_the_arm_drifts(answer):
     text = " ".join(answer.text.split())
     assert "188.9 N in the flexor and 125.6 N in the extensor at the joint" in text
     assert "1 mm taken from both tendons adds 4.8 N, so the window is ± 5.4 mm" in text
@@ -105,11 +112,13 @@ LIGHT = {
     ],
     ids=["heavy", "long spring", "limited", "light"],
 )
-def test_what_exceeds_what_is_known_and_has_no_limit_is_remarked_with_its_source(content, about):
+def test_a_remark_with_its_source_is_made_on_values_beyond_the_known_that_have_no_limit(
+    content, about
+):
     answer = answered(**content)
-    remarks = {each["about"]: each for each in answer.record["remarks"]}
+    remarks = {remark["about"]: remark for remark in answer.record["remarks"]}
     assert set(remarks) == about
-    assert all(each["source"] for each in remarks.values())
+    assert all(remark["source"] for remark in remarks.values())
     assert ("Before you build it" in answer.text) == bool(about)
     if not content:
         assert "111 kPa if it is 40 mm wide; pain begins at 52.9 kPa" in remarks["strap"]["text"]

@@ -1,5 +1,9 @@
-"""Windows proved for boxes of numbers: no point of a box refutes one; what cannot be proved is said."""
+"""Windows proved for boxes of numbers.
 
+No point of a box refutes its window, and an answer says what it cannot prove.
+"""
+
+from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
@@ -39,119 +43,164 @@ LIMITS = [
     {"max_tension": 900.0},
 ]
 COMMON = [key for key in RANGES if key.count(".") == 1]
+SAMPLES = 121  # angles at which points are sought
+
+
+@dataclass(frozen=True)
+class Box:
+    """A design whose numbers may be intervals, arrays of two ends, under 0 kg and a load."""
+
+    numbers: dict
+    load: float  # kg
+    limits: dict
+    last: float  # largest elbow angle, deg
+
+    def study(self):
+        """Return the study of this box."""
+        content = {
+            "load": {"mass": [0.0, self.load]},
+            "limits": self.limits,
+            "motion": {"elbow_angle": {"from": "0 deg", "to": f"{self.last} deg", "num": 5}},
+        }
+        for key, value in self.numbers.items():
+            *tables, name = key.split(".")
+            inner = content
+            for table in tables:
+                inner = inner.setdefault(table, {})
+            inner[name] = as_written(name, value)
+        return tendon.study(content)
+
+
+def as_written(name, value):
+    """Return a number or an interval as a study has it."""
+    values = np.atleast_1d(value).tolist()
+    if name == "bend_angle":
+        values = [f"{angle!r} rad" for angle in values]
+    if len(values) == 2:
+        low, high = values
+        return {"from": low, "to": high}
+    return values[0]
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of a box at an angle in a direction, and an end of its window there."""
+
+    is_upper: bool
+    end: float  # N
+    numbers: dict  # as `designs.baseline` has them
+    angle: float  # rad
+    flexion: bool
 
 
 def flat(numbers):
-    """Numbers by key as `designs.baseline` has them; those of a side over those of both."""
-    p = baseline()
+    """Return numbers by key as `designs.baseline` has them; a side's replace those of both."""
+    result = baseline()
     for key in sorted(numbers, key=lambda key: key.count(".")):
         table, *side, name = key.split(".")
-        name = {"spring.stiffness": "spring_stiffness"}.get(f"{table}.{name}", name)
-        for which in side or ("flexor", "extensor"):
-            p[f"{which}_{name}" if f"flexor_{name}" in p else name] = numbers[key]
-    return p
-
-
-def study_of(numbers, load, limits, last):
-    content = {
-        "load": {"mass": [0.0, load]},
-        "limits": limits,
-        "motion": {"elbow_angle": {"from": "0 deg", "to": f"{last} deg", "num": 5}},
-    }
-    for key, value in numbers.items():
-        *tables, name = key.split(".")
-        inner = content
-        for table in tables:
-            inner = inner.setdefault(table, {})
-        radians = name == "bend_angle"
-        ends = [f"{each!r} rad" if radians else each for each in np.atleast_1d(value).tolist()]
-        inner[name] = dict(zip(("from", "to"), ends, strict=True)) if len(ends) == 2 else ends[0]
-    return tendon.study(content)
+        if (table, name) == ("spring", "stiffness"):
+            name = "spring_stiffness"
+        if f"flexor_{name}" not in result:
+            result[name] = numbers[key]
+            continue
+        for selected in side or ("flexor", "extensor"):
+            result[f"{selected}_{name}"] = numbers[key]
+    return result
 
 
 def random_box(rng, number):
-    """Numbers of a design, one to three of them within an interval; its load, limits and last angle."""
+    """Return a random design with one to three of its numbers within an interval."""
     numbers = {key: float(rng.uniform(*RANGES[key])) for key in COMMON}
     keys = [str(key) for key in rng.choice(list(RANGES), size=1 + number % 3, replace=False)]
-    keys[0] = (
-        "arm.elbow_radius" if number % 4 == 0 else keys[0]
-    )  # the one whose inside asks for most at times
+    if number % 4 == 0:
+        keys[0] = "arm.elbow_radius"  # the number that at times asks for most inside its interval
     for key in keys:
-        middle, share = rng.uniform(*RANGES[key]), 10.0 ** rng.uniform(-2.5, -0.7)
+        middle = rng.uniform(*RANGES[key])
+        share = 10.0 ** rng.uniform(-2.5, -0.7)
         numbers[key] = np.array([middle * (1.0 - share), middle * (1.0 + share)])
-    return (
-        numbers,
-        float(rng.uniform(1.0, 8.0)),
-        LIMITS[number % len(LIMITS)],
-        float(rng.uniform(60.0, 130.0)),
-    )
+    load = float(rng.uniform(1.0, 8.0))
+    last = float(rng.uniform(60.0, 130.0))
+    return Box(numbers, load, LIMITS[number % len(LIMITS)], last)
 
 
-def tightest_points(rng, numbers, load, limits, last, count):
-    """Points of a box, many at its edges, each at an angle in a direction: those that ask for most, and others."""
-    shares = np.clip(rng.uniform(-1.4, 1.4, (count, len(numbers))), -1.0, 1.0)
-    points = {
-        key: np.interp(share, (-1.0, 1.0), np.atleast_1d(value)[[0, -1]])
-        for (key, value), share in zip(numbers.items(), shares.T, strict=True)
-    }
-    loads = rng.choice([0.0, load, 0.4 * load], count)
-    made = design(
-        {
-            name: np.broadcast_to(np.reshape(value, (-1, 1, 1)), (count, 1, 1))
-            if np.ndim(value)
-            else value
-            for name, value in (flat(points) | {"load_mass": loads}).items()
-        }
-    )
-    angles, ways = np.radians(np.linspace(0.0, last, 121)), np.array([[True], [False]])
-    low, high = ends_of_states(State.of(made, angles[np.newaxis], ways), Bounds(**limits))[:2]
-    asked = [np.broadcast_to(end, (count, 2, 121)).reshape(count, -1) for end in (low, -high)]
-    for end, values in enumerate(asked):
-        each = values.max(axis=1)
-        for at in (*np.argsort(-each)[:3], rng.integers(count)):
-            way, angle = divmod(int(values[at].argmax()), 121)
-            point = flat({key: float(value[at]) for key, value in points.items()}) | {
-                "load_mass": float(loads[at])
-            }
-            yield end, float(each[at]), point, float(angles[angle]), bool(ways[way, 0])
+def tightest_points(rng, box, count):
+    """Yield points of a box, some of those that ask for most and others.
+
+    They are selected from `count` random points, many of them at its edges.
+    """
+    shares = np.clip(rng.uniform(-1.4, 1.4, (count, len(box.numbers))), -1.0, 1.0)
+    points = {}
+    for (key, value), share in zip(box.numbers.items(), shares.T, strict=True):
+        ends = np.atleast_1d(value)[[0, -1]]
+        points[key] = np.interp(share, (-1.0, 1.0), ends)
+    loads = rng.choice([0.0, box.load, 0.4 * box.load], count)
+    columns = flat(points) | {"load_mass": loads}
+    for name, value in columns.items():
+        if np.ndim(value):
+            columns[name] = np.broadcast_to(np.reshape(value, (-1, 1, 1)), (count, 1, 1))
+    angles = np.radians(np.linspace(0.0, box.last, SAMPLES))
+    directions = np.array([[True], [False]])
+    states = State.of(design(columns), angles[np.newaxis], directions)
+    low, high, *_ = ends_of_states(states, Bounds(**box.limits))
+    for is_upper, ends in ((False, low), (True, -high)):
+        # (points, directions * angles), the more the tighter
+        pretensions = np.broadcast_to(ends, (count, 2, SAMPLES)).reshape(count, -1)
+        most = pretensions.max(axis=1)
+        for row in (*np.argsort(-most)[:3], rng.integers(count)):
+            direction, angle = divmod(int(pretensions[row].argmax()), SAMPLES)
+            numbers = flat({key: float(values[row]) for key, values in points.items()})
+            yield Point(
+                is_upper=is_upper,
+                end=float(-most[row] if is_upper else most[row]),
+                numbers=numbers | {"load_mass": float(loads[row])},
+                angle=float(angles[angle]),
+                flexion=bool(directions[direction, 0]),
+            )
 
 
-def refuted(p, angle, flexion, pretension, limits):
-    """Whether some limit is surely not kept, in exact arithmetic."""
-    at = rationals.state(p, angle, flexion, Fraction(pretension))
-    kept = [at["x"], at["y"], at["stiffness"]]
-    ends = [at["x"], at["x_proximal"], at["y"], at["y_proximal"]]
-    kept += [limits["max_tension"] - end for end in ends if "max_tension" in limits]
-    kept += [
-        end - limits["min_flexor_tension"] for end in ends[:2] if "min_flexor_tension" in limits
-    ]
-    motor = limits.get("peak_motor_torque")
-    kept += [] if motor is None else [motor - at["motor"], motor + at["motor"]]
-    return any(each.high < 0 for each in kept)
+def refuted(point, pretension, limits):
+    """Return true if a limit is surely not kept at a point, in exact arithmetic."""
+    state = rationals.state(point.numbers, point.angle, point.flexion, Fraction(pretension))
+    margins = [state["x"], state["y"], state["stiffness"]]
+    if "max_tension" in limits:
+        ends = ("x", "x_proximal", "y", "y_proximal")
+        margins += [limits["max_tension"] - state[name] for name in ends]
+    if "min_flexor_tension" in limits:
+        ends = ("x", "x_proximal")
+        margins += [state[name] - limits["min_flexor_tension"] for name in ends]
+    if "peak_motor_torque" in limits:
+        margins.append(limits["peak_motor_torque"] - state["motor"])
+        margins.append(limits["peak_motor_torque"] + state["motor"])
+    return any(margin.high < 0 for margin in margins)
 
 
 def check_boxes(seed, count):
-    """Random boxes; returns how many have a window, and how many of these are proved."""
-    rng, windows, proved = np.random.default_rng(seed), 0, 0
+    """Check random boxes; return how many have a window, and how many of these are proved."""
+    rng = np.random.default_rng(seed)
+    windows = 0
+    proved = 0
     for number in range(count):
-        numbers, load, limits, last = random_box(rng, number)
-        answer = tendon.design(study_of(numbers, load, limits, last))
+        box = random_box(rng, number)
+        answer = tendon.design(box.study())
         known = answer.record["between_samples"]
-        points = list(tightest_points(rng, numbers, load, limits, last, 300))
+        points = list(tightest_points(rng, box, 300))
         if known is None:
             continue
-        windows, proved = windows + 1, proved + (known["status"] == "proven")
+        windows += 1
         assert known["status"] in ("proven", "open")
         if known["status"] == "open":
             continue
+        proved += 1
         best = answer.record["best"]
-        low, high = best["pretension_from"] + known["margin"], best["pretension_to"]
-        for end, asked, p, angle, flexion in points:
-            if end == 1 and high is None:
-                continue
-            at = low if end == 0 else high - known["margin"]
-            assert (asked <= at) if end == 0 else (-asked >= at), (number, end, asked, at)
-            assert not refuted(p, angle, flexion, at, limits), (number, end, at)
+        low = best["pretension_from"] + known["margin"]
+        for point in points:
+            if not point.is_upper:
+                assert point.end <= low, (number, point, low)
+                assert not refuted(point, low, box.limits), (number, point, low)
+            elif best["pretension_to"] is not None:
+                high = best["pretension_to"] - known["margin"]
+                assert point.end >= high, (number, point, high)
+                assert not refuted(point, high, box.limits), (number, point, high)
     return windows, proved
 
 
@@ -170,51 +219,53 @@ INSIDE = {
     "spool.ratio": 0.42091,
     "spool.flexor_radius": 0.0288,
 }
-RADIUS, LIMIT = np.array([0.028, 0.042]), {"max_tension": 600.0}
+RADII = np.array([0.028, 0.042])
+LIMIT = {"max_tension": 600.0}
+
+
+def box_of_radii(radii):
+    """Return the box whose elbow radius is a number or within an interval, m."""
+    return Box(INSIDE | {"arm.elbow_radius": radii}, load=6.0, limits=LIMIT, last=90.0)
 
 
 def test_an_end_within_a_box_is_found_and_proved():
-    answer = tendon.design(study_of(INSIDE | {"arm.elbow_radius": RADIUS}, 6.0, LIMIT, 90.0))
-    best, known = answer.record["best"], answer.record["between_samples"]
+    answer = tendon.design(box_of_radii(RADII).study())
+    best = answer.record["best"]
+    known = answer.record["between_samples"]
     assert known["status"] == "proven"
     assert (
         "arm.elbow_radius: the window holds for the whole interval; the worst values are"
         in answer.record["notes"][0]
     )
     assert "every radius from 28 to 42 mm" in known["scope"].replace("elbow radius", "radius")
-    each = [
-        tendon.design(
-            study_of(INSIDE | {"arm.elbow_radius": float(radius)}, 6.0, LIMIT, 90.0)
-        ).record["best"]
-        for radius in np.linspace(*RADIUS, 8)
+    rows = [
+        tendon.design(box_of_radii(float(radius)).study()).record["best"]
+        for radius in np.linspace(*RADII, 8)
     ]
-    highs = np.array([row["pretension_to"] for row in each])
-    at = int(highs.argmin())
-    top = highs[at] - (highs[at + 1] - highs[at - 1]) ** 2 / 8.0 / (
-        highs[at - 1] - 2.0 * highs[at] + highs[at + 1]
-    )
+    lows = np.array([row["pretension_from"] for row in rows])
+    highs = np.array([row["pretension_to"] for row in rows])
+    tightest = int(highs.argmin())
+    before, middle, after = highs[tightest - 1 : tightest + 2]
+    top = middle - (after - before) ** 2 / 8.0 / (before - 2.0 * middle + after)
     assert min(highs[[0, -1]]) - best["pretension_to"] > 3.0
     assert best["pretension_to"] == pytest.approx(top, abs=0.1)
-    assert best["pretension_from"] == pytest.approx(
-        max(row["pretension_from"] for row in each), abs=1e-6
-    )
+    assert best["pretension_from"] == pytest.approx(lows.max(), abs=1e-6)
 
 
 def test_points_refute_a_proof_that_looks_at_the_middle_of_a_box_alone(monkeypatch):
-    still = classmethod(lambda of, middle, *_: of([(middle, 0.0), None, None, None, None]))
-    monkeypatch.setattr(Series, "number", still)
+    def middle_alone(series, middle, *_):
+        return series([(middle, 0.0), None, None, None, None])
+
+    monkeypatch.setattr(Series, "number", classmethod(middle_alone))
     monkeypatch.setattr(proofs, "_CLIMBS", 0)
-    numbers = INSIDE | {"arm.elbow_radius": RADIUS * 0.95}  # so that the middle is not the worst
-    best = tendon.design(study_of(numbers, 6.0, LIMIT, 90.0)).record["best"]
-    points = tightest_points(np.random.default_rng(1), numbers, 6.0, LIMIT, 90.0, 300)
-    assert any(
-        end and refuted(p, angle, flexion, best["pretension_to"], LIMIT)
-        for end, _, p, angle, flexion in points
-    )
+    box = box_of_radii(RADII * 0.95)  # so that the middle is not the worst
+    best = tendon.design(box.study()).record["best"]
+    points = tightest_points(np.random.default_rng(1), box, 300)
+    assert any(point.is_upper and refuted(point, best["pretension_to"], LIMIT) for point in points)
 
 
-def test_what_has_no_proof_over_a_box_is_named():
-    study = study_of(INSIDE | {"arm.elbow_radius": RADIUS}, 6.0, LIMIT, 90.0)
+def test_a_number_without_a_proof_over_its_interval_is_named():
+    study = box_of_radii(RADII).study()
     answer = tendon.design(study.vary(**{"setting.read": "flexor at joint"}))
     assert answer.record["between_samples"]["status"] == "sampled"
     assert any(
@@ -224,18 +275,18 @@ def test_what_has_no_proof_over_a_box_is_named():
 
 def test_a_box_whose_cells_do_not_suffice_is_open(monkeypatch):
     monkeypatch.setattr("tendon_cli.model.proof.MOST_CELLS", 8 * 70)
-    answer = tendon.design(study_of(INSIDE | {"arm.elbow_radius": RADIUS}, 6.0, LIMIT, 90.0))
+    answer = tendon.design(box_of_radii(RADII).study())
     assert answer.record["between_samples"]["status"] == "open"
 
 
-def test_no_point_refutes_what_is_proved_for_a_box():
+def test_no_point_refutes_the_window_proved_for_a_box():
     windows, proved = check_boxes(1, 8)
     assert windows > 3
     assert proved == windows
 
 
 @pytest.mark.torture
-def test_no_point_refutes_what_is_proved_for_a_thousand_boxes():
+def test_no_point_refutes_the_windows_proved_for_a_thousand_boxes():
     windows, proved = check_boxes(2, 1000)
     assert windows > 500
     assert proved > 0.95 * windows

@@ -1,4 +1,4 @@
-"""`tendon design` from the command line: exit codes, what is printed and where, folders whole or not at all."""
+"""`tendon design` from the command line: exit codes, output, and folders whole or not at all."""
 
 import signal
 import threading
@@ -18,6 +18,8 @@ from .studies import CATALOGUE, LOADS, RANGES
 
 @pytest.fixture
 def study(workplace):
+    """Return a function that writes a study and returns the name of its file."""
+
     def write(text):
         (workplace / "suit.toml").write_text(text, encoding="utf-8")
         return "suit.toml"
@@ -25,49 +27,60 @@ def study(workplace):
     return write
 
 
-def test_an_answer_stands_in_its_folder_and_exits_with_0_or_4(tendon, study, workplace):
+def test_an_answer_is_written_to_its_folder_and_exits_with_0_or_4(tendon, study, workplace):
     done = tendon("design", study(CATALOGUE), "--no-figures")
-    assert (done.exit, "K 5 kN/m, η 0.6" in done.out) == (0, True)
+    assert done.exit == 0
+    assert "K 5 kN/m, η 0.6" in done.out
     folder = workplace / "results" / "suit-design"
     files = {".lock", "choices.parquet", "conditions.parquet", "design.json"}
     assert {file.name for file in folder.iterdir()} == files
     assert [item.name for item in folder.parent.iterdir()] == ["suit-design"]
     done = tendon("design", study(LOADS), "--no-figures", "--json", "--overwrite")
-    assert (done.exit, done.json["best"], bool(done.json["fixes"])) == (4, None, True)
+    assert done.exit == 4
+    assert done.json["best"] is None
+    assert done.json["fixes"]
     assert done.json["conflicts"][0]["limits"] == ["extensor slack", "min_elbow_stiffness"]
 
 
-def test_what_is_stopped_while_it_refines_ends_before_the_next_windows(
+def test_an_answer_stopped_while_it_refines_ends_before_the_next_windows(
     study, workplace, monkeypatch
 ):
-    stop, after, refined = threading.Event(), [], candidates.refined
+    stop = threading.Event()
+    windows_after_stop = []
+    refined = candidates.refined
 
-    def refining(*words):
+    def stop_and_refine(*arguments):
         stop.set()
-        monkeypatch.setattr(kernel, "fold_window", lambda *some: after.append(some))
-        return refined(*words)
+        monkeypatch.setattr(
+            kernel, "fold_window", lambda *arguments: windows_after_stop.append(arguments)
+        )
+        return refined(*arguments)
 
-    monkeypatch.setattr(candidates, "refined", refining)
+    monkeypatch.setattr(candidates, "refined", stop_and_refine)
     with pytest.raises(Stopped):
         tendon_cli.design(tendon_cli.load_study(study(RANGES)), workplace / "out", stop=stop)
-    assert (stop.is_set(), after) == (True, [])
+    assert stop.is_set()
+    assert windows_after_stop == []
     assert not (workplace / "out/design.json").exists()
 
 
 def test_a_signal_while_an_answer_is_worked_out_ends_with_its_code(
     tendon, study, workplace, monkeypatch
 ):
+    def interrupt(_):
+        signal.raise_signal(signal.SIGINT)
+        return 0
+
     file = study(RANGES + '[design]\nmaximise = ["tolerance", "served"]\n')
     with monkeypatch.context() as patch:
-        patch.setattr(candidates, "compromise", lambda _: signal.raise_signal(signal.SIGINT) or 0)
+        patch.setattr(candidates, "compromise", interrupt)
         patch.setattr(record_module, "sensitivities", lambda *_: pytest.fail("it went on"))
         done = tendon("design", file, "--no-figures", "--json")
-    assert (done.exit, done.json["error"]["exit"], done.json["error"]["kind"]) == (
-        130,
-        130,
-        "stopped",
-    )
-    assert "--resume" in done.json["error"]["hint"]
+    error = done.json["error"]
+    assert done.exit == 130
+    assert error["exit"] == 130
+    assert error["kind"] == "stopped"
+    assert "--resume" in error["hint"]
     assert not (workplace / "results/suit-design/design.json").exists()
     assert tendon("design", file, "--no-figures", "--resume", "--json").json["resumed_parts"] == 1
 
@@ -84,7 +97,7 @@ TO_REPAIR = [
 
 
 @pytest.mark.parametrize(
-    ("text", "name"), TO_REPAIR, ids=lambda each: each if len(each) < 50 else ""
+    ("text", "name"), TO_REPAIR, ids=lambda value: value if len(value) < 50 else ""
 )
 def test_a_damaged_answer_is_repaired_to_the_same_bytes(
     tendon, study, workplace, monkeypatch, hashes_in, text, name
@@ -101,21 +114,21 @@ def test_a_damaged_answer_is_repaired_to_the_same_bytes(
     assert "up to date" in tendon(*words).out
 
 
+RECORDS = {"sweep": "run.json", "design": "design.json"}
+
+
 def test_an_answer_and_a_run_do_not_take_each_others_folder(tendon, study, workplace):
     file = study(CATALOGUE)
     for first, second in (("sweep", "design"), ("design", "sweep")):
         assert tendon(first, file, "--no-figures", "--out", first).exit in (0, 4)
         done = tendon(second, file, "--no-figures", "--out", first)
-        assert (done.exit, f"of `tendon {first}`" in done.err) == (7, True)
+        assert done.exit == 7
+        assert f"of `tendon {first}`" in done.err
         assert tendon(second, file, "--no-figures", "--out", first, "--overwrite").exit == 0
-        assert not (
-            workplace / first / {"sweep": "run.json", "design": "design.json"}[first]
-        ).exists()
+        assert not (workplace / first / RECORDS[first]).exists()
 
 
-def test_figures_that_are_missing_are_drawn_and_nothing_is_solved(
-    tendon, study, workplace, monkeypatch
-):
+def test_missing_figures_are_drawn_and_nothing_is_solved(tendon, study, workplace, monkeypatch):
     file = study(CATALOGUE)
     before = tendon("design", file, "--no-figures", "--out", "out", "--json").json
     monkeypatch.setattr(Choices, "fill", lambda *_: pytest.fail("it is solved again"))
@@ -129,11 +142,8 @@ def test_figures_that_are_missing_are_drawn_and_nothing_is_solved(
     assert tendon("report", "out", "--out", "page.html").exit == 0
     assert "The states of one choice" in (workplace / "page.html").read_text()
     assert tendon("design", file, "--dry-run").exit == 0
-    assert {name for name in drawn if drawn[name] != before.get(name)} <= {
-        "figures",
-        "figure_seconds",
-        "checksum",
-    }
+    changed = {name for name in drawn if drawn[name] != before.get(name)}
+    assert changed <= {"figures", "figure_seconds", "checksum"}
 
 
 def test_a_dry_run_shows_the_question_and_writes_nothing(tendon, study, workplace):

@@ -1,4 +1,4 @@
-"""The share served by one pretension against a dense scan of pretensions; fronts against the definition."""
+"""The share that one pretension serves, against a dense scan; fronts, against their definition."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,11 @@ from tendon_cli.answers.question import Goal
 
 
 def sets_of_windows(seed, count=50):
-    """Random windows on a coarse grid, so that many touch: some empty, some without an end, some that no one has."""
+    """Yield the ends of random windows and their weights.
+
+    They lie on a coarse grid, so that many touch. Some are empty, some have no upper end, and
+    some (NaN) belong to people whom no pretension suits.
+    """
     rng = np.random.default_rng(seed)
     for _ in range(count):
         groups = int(rng.integers(1, 9))
@@ -22,45 +26,55 @@ def sets_of_windows(seed, count=50):
 
 
 def scanned(low, high, weighting):
-    """Shares at every quarter of the grid on which windows begin and end: in every gap, and at every end."""
-    at = np.arange(0.0, 40.0, 0.25)
-    return at, np.array([weighting[(low <= f) & (f <= high)].sum() for f in at]) / weighting.sum()
+    """Return pretensions in every gap and at every end of windows, and the share each serves."""
+    pretensions = np.arange(0.0, 40.0, 0.25)
+    served = [
+        weighting[(low <= pretension) & (pretension <= high)].sum() for pretension in pretensions
+    ]
+    return pretensions, np.array(served) / weighting.sum()
+
+
+def runs_of(is_true):
+    """Return the first index of every run of true values and the one after its last, (runs, 2)."""
+    padded = np.concatenate([[False], is_true, [False]])
+    return np.flatnonzero(np.diff(padded.astype(int))).reshape(-1, 2)
 
 
 @pytest.mark.parametrize("enough", [1.0, 0.8, 0.5])
 def test_the_share_served_is_that_of_a_dense_scan(enough):
     touching = 0
     for low, high, weighting in sets_of_windows(seed=3, count=200):
-        at, share = scanned(low, high, weighting)
-        found = share_served(low[np.newaxis], high[np.newaxis], weighting, enough=enough)
-        assert found.served[0] == pytest.approx(share.max(), abs=1e-12)
-        serves = share >= enough - 1e-9
-        runs = np.flatnonzero(np.diff(np.concatenate([[False], serves, [False]]).astype(int)))
-        assert found.windows[0] == len(runs) // 2
-        if not serves.any():
-            assert np.isnan(found.low[0])
-            assert np.isnan(found.high[0])
+        pretensions, share = scanned(low, high, weighting)
+        coverage = share_served(low[np.newaxis], high[np.newaxis], weighting, enough=enough)
+        assert coverage.served[0] == pytest.approx(share.max(), abs=1e-12)
+        runs = runs_of(share >= enough - 1e-9)
+        assert coverage.windows[0] == len(runs)
+        if not len(runs):
+            assert np.isnan(coverage.low[0])
+            assert np.isnan(coverage.high[0])
             continue
-        spans = [(at[a], np.inf if b == len(at) else at[b - 1]) for a, b in runs.reshape(-1, 2)]
+        spans = []
+        for first, after in runs:
+            end = np.inf if after == len(pretensions) else pretensions[after - 1]
+            spans.append((pretensions[first], end))
         widest = max(end - start for start, end in spans)
-        assert found.high[0] - found.low[0] == widest or (
-            np.isinf(found.high[0]) and np.isinf(widest)
-        )
-        assert (found.low[0], found.high[0]) in spans
+        assert coverage.high[0] - coverage.low[0] == widest
+        assert (coverage.low[0], coverage.high[0]) in spans
         touching += widest == 0.0
     assert touching > 3
 
 
-def test_the_best_pretensions_serve_most_and_none_beside_them_does():
+def test_the_best_pretensions_serve_most():
     for low, high, weighting in sets_of_windows(seed=8):
-        found = share_served(low[np.newaxis], high[np.newaxis], weighting)
-        if found.served[0] == 0.0:
-            assert np.isnan(found.best_low[0])
+        coverage = share_served(low[np.newaxis], high[np.newaxis], weighting)
+        if coverage.served[0] == 0.0:
+            assert np.isnan(coverage.best_low[0])
             continue
-        inside = min(found.best_high[0], found.best_low[0] + 50.0)
-        for at in (found.best_low[0], 0.5 * (found.best_low[0] + inside), inside):
-            held = share_at(at, low, high, weighting)
-            assert held == pytest.approx(found.served[0], abs=1e-12)
+        first = coverage.best_low[0]
+        last = min(coverage.best_high[0], first + 50.0)
+        for pretension in (first, 0.5 * (first + last), last):
+            share = share_at(pretension, low, high, weighting)
+            assert share == pytest.approx(coverage.served[0], abs=1e-12)
 
 
 def test_many_choices_at_once_are_the_same_as_one_by_one():
@@ -79,30 +93,36 @@ def test_a_person_counts_only_where_every_load_is_held():
     low = np.array([[1.0, 5.0, 2.0, np.nan, 0.0]])
     high = np.array([[9.0, 7.0, 1.0, np.nan, np.inf]])
     person = np.array([0, 0, 1, 2, 3])
-    by_person = grouped(low, high, person)
-    np.testing.assert_array_equal(by_person[0][0], [5.0, 2.0, np.nan, 0.0])
-    np.testing.assert_array_equal(by_person[1][0], [7.0, 1.0, np.nan, np.inf])
-    found = share_served(*by_person, np.ones(4))
-    assert found.served[0] == 0.5
-    assert (found.best_low[0], found.best_high[0]) == (5.0, 7.0)
+    person_low, person_high = grouped(low, high, person)
+    np.testing.assert_array_equal(person_low[0], [5.0, 2.0, np.nan, 0.0])
+    np.testing.assert_array_equal(person_high[0], [7.0, 1.0, np.nan, np.inf])
+    coverage = share_served(person_low, person_high, np.ones(4))
+    assert coverage.served[0] == 0.5
+    assert (coverage.best_low[0], coverage.best_high[0]) == (5.0, 7.0)
 
 
 # --- Fronts ---------------------------------------------------------------------------------------
 
 
+def beats(first, second):
+    """Return true if a row of scores is as good as another in all and better in some."""
+    return (first >= second).all() and (first > second).any()
+
+
 @pytest.mark.parametrize("goals", [1, 2, 3, 4])
-def test_the_front_is_what_no_row_beats(goals):
+def test_no_row_beats_the_front_and_it_has_every_such_row_once(goals):
     rng = np.random.default_rng(goals)
     scores = rng.integers(0, 9, (300, goals)).astype(float)
-    found = front(scores)
-    beaten = [
-        any((other >= row).all() and (other > row).any() for other in scores) for row in scores
-    ]
-    firsts = [not any((scores[j] == scores[i]).all() for j in range(i)) for i in range(len(scores))]
-    np.testing.assert_array_equal(found, [i for i in range(300) if not beaten[i] and firsts[i]])
+    expected = []
+    for row, own in enumerate(scores):
+        is_beaten = any(beats(rival, own) for rival in scores)
+        is_repeated = any((rival == own).all() for rival in scores[:row])
+        if not is_beaten and not is_repeated:
+            expected.append(row)
+    np.testing.assert_array_equal(front(scores), expected)
 
 
-def test_the_compromise_gives_up_least_of_what_it_gives_up_most():
+def test_the_largest_loss_of_the_compromise_is_the_smallest():
     scores = np.array([[1.0, 0.0], [0.8, 0.7], [0.5, 0.8], [0.0, 1.0]])
     assert compromise(scores) == 1
     np.testing.assert_allclose(losses(scores)[1], [0.2, 0.3])

@@ -1,4 +1,4 @@
-"""The figures of an answer: what they show is what the table says, and nothing makes them fail."""
+"""The figures of an answer show what its table says, and nothing makes them fail."""
 
 import numpy as np
 import pytest
@@ -25,10 +25,10 @@ GOALS = {"design": {"minimise": ["max_tension"], "maximise": ["tolerance"]}}
 
 
 def drawn(content, folder):
+    """Return an answer with figures and their names."""
     answer = tendon.design(tendon.study({**LOADS, **content}), folder / "out", figures=True)
-    assert not [note for note in answer.record["notes"] if "cannot be drawn" in note], (
-        answer.record["notes"]
-    )
+    notes = answer.record["notes"]
+    assert not [note for note in notes if "cannot be drawn" in note], notes
     return answer, {name.removesuffix(".png") for name in answer.record["figures"]}
 
 
@@ -45,29 +45,29 @@ def drawn(content, folder):
     ],
 )
 def test_every_answer_has_the_figures_that_its_axes_allow(content, figures, tmp_path):
-    answer, found = drawn(content, tmp_path)
-    assert found == figures
-    assert {file.stem for file in (tmp_path / "out").glob("*.png")} == figures
+    answer, names = drawn(content, tmp_path)
+    assert names == figures
+    out = tmp_path / "out"
+    assert {file.stem for file in out.glob("*.png")} == figures
     again = tmp_path / "again"
     again.mkdir()
-    (again / "choices.parquet").write_bytes((tmp_path / "out" / "choices.parquet").read_bytes())
+    (again / "choices.parquet").write_bytes((out / "choices.parquet").read_bytes())
     draw_answer(again, answer.record, again)
-    for name in found:
-        assert (again / f"{name}.png").read_bytes() == (
-            tmp_path / "out" / f"{name}.png"
-        ).read_bytes()
+    for name in names:
+        assert (again / f"{name}.png").read_bytes() == (out / f"{name}.png").read_bytes()
 
 
 def test_a_slice_has_every_choice_at_its_place(tmp_path):
     answer, _ = drawn({**SPRINGS, **SPOOLS}, tmp_path)
     cube = choices_of(open_table(tmp_path / "out" / "choices.parquet"))
-    found = Slice.of(cube, cube.axes, answer.choices.iloc[0].to_dict())
-    np.testing.assert_array_equal(found.scales[0].places, [3.0, 5.0, 8.0])
-    np.testing.assert_array_equal(found.scales[1].places, [0.6, 1.0])
+    plane = Slice.of(cube, cube.axes, answer.choices.iloc[0].to_dict())
+    springs, spools = plane.scales
+    np.testing.assert_array_equal(springs.places, [3.0, 5.0, 8.0])
+    np.testing.assert_array_equal(spools.places, [0.6, 1.0])
     for row in answer.choices.itertuples():
-        column = int(np.flatnonzero(found.scales[0].places == row.spring_stiffness / 1e3)[0])
-        line = int(np.flatnonzero(found.scales[1].places == row.spool_ratio)[0])
-        assert found.low[line, column] == row.pretension_from
-        assert found.columns["served"][line, column] == row.served
-        assert (found.conflicts[line, column] == "") == row.feasible
-    assert set(found.conflicts.ravel()) == {"", "slack and stability exclude each other"}
+        column = int(np.flatnonzero(springs.places == row.spring_stiffness / 1e3)[0])
+        line = int(np.flatnonzero(spools.places == row.spool_ratio)[0])
+        assert plane.low[line, column] == row.pretension_from
+        assert plane.columns["served"][line, column] == row.served
+        assert (plane.conflicts[line, column] == "") == row.feasible
+    assert set(plane.conflicts.ravel()) == {"", "slack and stability exclude each other"}

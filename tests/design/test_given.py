@@ -1,4 +1,7 @@
-"""A given pretension is used as it is: whom it serves, by what margins, and what would make it do."""
+"""A given pretension is used as it is.
+
+The answer has whom it serves, by what margins, and what would help one that does not do.
+"""
 
 import numpy as np
 import pytest
@@ -15,27 +18,27 @@ SUIT = {
 
 
 def answered(pretension, **content):
-    return tendon.design(
-        tendon.study(
-            {**SUIT, **content, "design": {"pretension": pretension, **content.get("design", {})}}
-        )
-    )
+    """Answer the question about the suit at a given pretension."""
+    design = {"pretension": pretension, **content.get("design", {})}
+    return tendon.design(tendon.study({**SUIT, **content, "design": design}))
 
 
 @pytest.mark.parametrize(
     ("given", "enough"), [(100.0, 1.0), (140.0, 1.0), (140.0, 0.6), (200.0, 1.0)]
 )
-def test_it_serves_what_a_sweep_at_it_finds_and_a_share_may_be_enough(given, enough):
+def test_it_serves_the_share_that_a_sweep_finds_and_less_than_all_may_be_enough(given, enough):
     choices = answered(f"{given} N", design={"serve": enough}).choices
     swept = tendon.sweep(tendon.study({**SUIT, "tendon": {"pretension": given}})).designs
     by_choice = swept.groupby(["spring_stiffness", "spool_ratio"], sort=False)["feasible"]
-    np.testing.assert_allclose(choices["served_at"], by_choice.mean().to_numpy(), atol=1e-12)
-    np.testing.assert_array_equal(choices["feasible"], by_choice.mean().to_numpy() >= enough)
+    served = by_choice.mean().to_numpy()
+    np.testing.assert_allclose(choices["served_at"], served, atol=1e-12)
+    np.testing.assert_array_equal(choices["feasible"], served >= enough)
     assert (choices["pretension"] == given).all()
 
 
 def test_the_window_stays_as_it_is_solved():
-    given, middle = answered("140 N").choices, answered("middle").choices
+    given = answered("140 N").choices
+    middle = answered("middle").choices
     for name in ("pretension_from", "pretension_to", "tolerance", "served"):
         np.testing.assert_array_equal(given[name], middle[name])
 
@@ -45,13 +48,16 @@ def test_the_window_stays_as_it_is_solved():
     [
         (
             "150 N",
-            "that is 27.9 N above the lower end and 23.9 N below the upper end of the window, 122.1 to 173.9 N",
+            (
+                "that is 27.9 N above the lower end and 23.9 N below the upper end of the "
+                "window, 122.1 to 173.9 N"
+            ),
         ),
         ("100 N", "it is 22.1 N less than the window, 122.1 to 173.9 N"),
         ("180 N", "it is 6.07 N more than the window, 122.1 to 173.9 N"),
     ],
 )
-def test_the_text_has_its_margins_and_what_would_help_one_that_does_not_do(given, words):
+def test_the_text_has_its_margins_and_the_answer_has_fixes_for_one_that_does_not_do(given, words):
     answer = answered(given, spring={"stiffness": "5 kN/m"}, spool={"ratio": 0.6})
     assert words in " ".join(answer.text.split())
     assert (answer.feasible == 1) == (given == "150 N")
@@ -59,6 +65,6 @@ def test_the_text_has_its_margins_and_what_would_help_one_that_does_not_do(given
 
 
 @pytest.mark.parametrize("value", ["midle", "3 mm", "-4 N", ["3 N", "4 N"]])
-def test_what_is_no_pretension_is_refused(value):
+def test_a_value_that_is_no_pretension_is_refused(value):
     with pytest.raises(StudyError, match=r"design\.pretension"):
         answered(value)

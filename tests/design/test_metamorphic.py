@@ -1,4 +1,4 @@
-"""What must hold of any question: more to keep never widens a window, less to serve never narrows it."""
+"""Truths of any question: a tighter limit never widens a window, a lower share never narrows it."""
 
 from itertools import pairwise
 
@@ -21,50 +21,55 @@ LIMITS = {
 
 
 def solved(**content):
+    """Solve the twelve choices of a study with some tables replaced."""
     base = {
         "spring": {"stiffness": [3e3, 5e3, 8e3]},
         "spool": {"ratio": [1.0, 0.7, 0.6, 0.5]},
         "motion": COARSE,
+        "load": {"mass": [0.0, 5.0, 10.0]},
     }
-    problem = question(study_from({**base, "load": {"mass": [0.0, 5.0, 10.0]}, **content}))
+    problem = question(study_from({**base, **content}))
     return solve(problem, problem.choices.numbers(np.arange(12)), 12)
 
 
-def width(solutions):
-    """How wide each window is, N; below 0 if there is none."""
+def widths(solutions):
+    """Return the width of each window, N; below 0 if there is none."""
     return np.where(
         solutions["feasible"], solutions["pretension_to"] - solutions["pretension_from"], -1.0
     )
 
 
-def never_widens(looser, tighter):
-    one, other = width(looser), width(tighter)
-    assert (other <= one + 1e-9).all()
-    return one, other
+def check_never_widens(looser, tighter):
+    """Check that no window is wider in the tighter solutions; return true if any differs."""
+    before = widths(looser)
+    after = widths(tighter)
+    assert (after <= before + 1e-9).all()
+    return (after != before).any()
 
 
 @pytest.mark.parametrize("serve", [1.0, 0.6])
 @pytest.mark.parametrize("limit", LIMITS)
 def test_a_tighter_limit_never_widens_a_window(limit, serve):
-    given = [solved(limits={limit: value}, design={"serve": serve}) for value in LIMITS[limit]]
-    pairs = [never_widens(looser, tighter) for looser, tighter in pairwise(given)]
-    assert any((one != other).any() for one, other in pairs)
+    solutions = [solved(limits={limit: value}, design={"serve": serve}) for value in LIMITS[limit]]
+    differ = [check_never_widens(looser, tighter) for looser, tighter in pairwise(solutions)]
+    assert any(differ)
 
 
 MASSES = [5.0, 0.0, 10.0, 3.0, 12.0]
 
 
 @pytest.mark.parametrize(
-    "given",
+    "contents",
     [
         [{"load": {"mass": MASSES[: 1 + count]}} for count in range(len(MASSES))],
         [{"people": {"count": count}, "design": {"serve": 1.0}} for count in (1, 2, 5, 20, 80)],
     ],
     ids=["conditions", "persons"],
 )
-def test_one_more_never_widens_a_window_of_all(given):
-    for fewer, more in pairwise([solved(**each) for each in given]):
-        never_widens(fewer, more)
+def test_one_more_never_widens_a_window_of_all(contents):
+    solutions = [solved(**content) for content in contents]
+    for fewer, more in pairwise(solutions):
+        check_never_widens(fewer, more)
 
 
 @pytest.mark.parametrize(
@@ -79,12 +84,12 @@ def test_one_more_never_widens_a_window_of_all(given):
 )
 def test_a_lower_share_never_narrows_a_window_and_is_served_in_all_of_it(whom):
     shares = (1.0, 0.99, 0.95, 0.9, 0.75, 0.5, 0.3)
-    given = [solved(**whom, design={"serve": share}) for share in shares]
-    for more, less in pairwise(given):
-        assert (width(less) >= width(more) - 1e-9).all()
+    solutions = [solved(**whom, design={"serve": share}) for share in shares]
+    for more, less in pairwise(solutions):
+        assert (widths(less) >= widths(more) - 1e-9).all()
         np.testing.assert_allclose(less["served"], more["served"], atol=1e-12)
-    for share, each in zip(shares, given, strict=True):
-        served = each["served_at"][each["feasible"]]
-        assert (served >= share - 1e-9).all()
-        assert (each["served_at"] <= each["served"] + 1e-12).all()
-        assert (each["feasible"] == (each["served"] >= share - 1e-9)).all()
+    for share, solution in zip(shares, solutions, strict=True):
+        served_inside = solution["served_at"][solution["feasible"]]
+        assert (served_inside >= share - 1e-9).all()
+        assert (solution["served_at"] <= solution["served"] + 1e-12).all()
+        assert (solution["feasible"] == (solution["served"] >= share - 1e-9)).all()

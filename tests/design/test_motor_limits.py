@@ -1,4 +1,7 @@
-"""Limits on the motor in `tendon design`: windows end where the cycle reaches them, and conflicts name them."""
+"""Limits on the motor in `tendon design`.
+
+Windows end where the cycle reaches them, and conflicts name them.
+"""
 
 import numpy as np
 import pytest
@@ -11,7 +14,7 @@ from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.model.motor import cycle
 from tendon_cli.studies.load import study_from
 
-ASKED = {
+SUIT = {
     "load": {"mass": ["0 kg", "3 kg"]},
     "spool": {"ratio": [0.6, 0.7]},
     "spring": {"stiffness": "5 kN/m"},
@@ -20,7 +23,8 @@ ASKED = {
 
 
 def solved(**limits):
-    problem = question(study_from({**ASKED, "limits": limits}))
+    """Return the problem of the suit under limits, and its solutions."""
+    problem = question(study_from({**SUIT, "limits": limits}))
     return problem, solve(problem, problem.choices.numbers(np.arange(2)), 2)
 
 
@@ -34,24 +38,27 @@ def solved(**limits):
     ],
 )
 def test_a_window_ends_where_the_cycle_reaches_the_limit(name, most, column, end):
-    problem, found = solved(**{name: most})
-    _, free = solved()
-    ends, condition = found[f"pretension_{end}"], found[f"{end}_condition"]
-    binds = [LIMIT_NAMES[code] == name for code in found[f"{end}_by"]] & ~np.isnan(ends)
+    problem, solutions = solved(**{name: most})
+    _, unlimited = solved()
+    ends = solutions[f"pretension_{end}"]
+    conditions = solutions[f"{end}_condition"]
+    is_set_by_limit = [LIMIT_NAMES[code] == name for code in solutions[f"{end}_by"]]
+    binds = is_set_by_limit & ~np.isnan(ends)
     assert binds.any()
     for row in np.flatnonzero(binds):
-        assert ends[row] != free[f"pretension_{end}"][row]
-        design = problem.design(problem.choices.numbers(np.array([row])), pretension=ends[[row]])
-        value = cycle(design, problem.angles, problem.flexion, np.radians(60.0))[column]
-        assert value.ravel()[condition[row]] == pytest.approx(problem.bounds[name], rel=1e-6)
+        assert ends[row] != unlimited[f"pretension_{end}"][row]
+        numbers = problem.choices.numbers(np.array([row]))
+        suit = problem.design(numbers, pretension=ends[[row]])
+        values = cycle(suit, problem.angles, problem.flexion, np.radians(60.0))[column].ravel()
+        assert values[conditions[row]] == pytest.approx(problem.bounds[name], rel=1e-6)
 
 
 def test_limits_of_the_motor_are_in_words_as_others_are():
-    asked = {**ASKED, "spool": {"ratio": 0.6}}
-    broken = design({**asked, "limits": {"max_friction_loss": "1 J"}})
+    content = {**SUIT, "spool": {"ratio": 0.6}}
+    broken = design({**content, "limits": {"max_friction_loss": "1 J"}})
     assert not broken.feasible
     assert "friction takes more than 1 J per cycle" in broken.text
-    kept = design({**asked, "limits": {"max_friction_loss": "40 J"}})
+    kept = design({**content, "limits": {"max_friction_loss": "40 J"}})
     assert kept.feasible
     assert any("max_friction_loss" in note for note in kept.record["notes"])
 
@@ -70,30 +77,31 @@ SET_BY_THE_MOTOR = [
 
 @pytest.mark.parametrize(("limit", "value", "end"), SET_BY_THE_MOTOR)
 def test_ends_that_a_limit_on_the_motor_sets_have_their_slopes(limit, value, end):
-    problem = question(study_from({**ASKED, "spool": {"ratio": 0.6}, "limits": {limit: value}}))
+    problem = question(study_from({**SUIT, "spool": {"ratio": 0.6}, "limits": {limit: value}}))
     choice = of_columns(problem, {}, 1)
     assert LIMIT_NAMES[choice[f"{end}_by"][0]] == limit
-    found = {each["key"]: each for each in sensitivities(problem, choice) if each["end"] == end}
-    assert {"motion.speed", f"limits.{limit}", "spring.stiffness", "load.mass"} <= set(found)
-    mass = problem.condition_numbers["load.mass"]
-    bound = choice[f"{end}_condition"][0]
+    rows = {row["key"]: row for row in sensitivities(problem, choice) if row["end"] == end}
+    assert {"motion.speed", f"limits.{limit}", "spring.stiffness", "load.mass"} <= set(rows)
+    masses = problem.condition_numbers["load.mass"]
+    binding = choice[f"{end}_condition"][0]
 
-    def moved(key, number):
+    def end_at(key, number):
         if key == "motion.speed":
             changed = problem.bounded("speed", number)
         elif key.startswith("limits."):
             changed = problem.bounded(limit, number)
         elif key == "load.mass":
-            changed = problem.saying({key: np.where(np.arange(2) == bound, number, mass)})
+            changed = problem.saying({key: np.where(np.arange(2) == binding, number, masses)})
         else:
             changed = problem.saying({key: np.full(2, number)})
         return of_columns(changed, {}, 1)[f"pretension_{end}"][0]
 
-    for key, each in found.items():
-        step = 2e-5 * each["value"]
-        if step:
-            ends = [moved(key, each["value"] + times * step) for times in (-2, -1, 1, 2)]
-            slope = (8 * (ends[2] - ends[1]) - ends[3] + ends[0]) / (12 * step)
-            assert each["slope"] * each["value"] == pytest.approx(
-                slope * each["value"], rel=1e-5, abs=1e-4
-            ), key
+    for key, row in rows.items():
+        number = row["value"]
+        step = 2e-5 * number
+        if not step:
+            continue
+        near = end_at(key, number + step) - end_at(key, number - step)
+        far = end_at(key, number + 2 * step) - end_at(key, number - 2 * step)
+        slope = (8 * near - far) / (12 * step)
+        assert row["slope"] * number == pytest.approx(slope * number, rel=1e-5, abs=1e-4), key

@@ -1,4 +1,7 @@
-"""Choices over conditions: the check values of the paper's arm, what binds, and what one pretension serves."""
+"""Choices over conditions.
+
+The check values of the paper's arm, the limits that bind, and the share one pretension serves.
+"""
 
 import numpy as np
 import pytest
@@ -9,93 +12,101 @@ from tendon_cli.answers import solve as solve_module
 from tendon_cli.model import actuator
 from tendon_cli.model.limits import LIMIT_NAMES
 
-from .studies import CATALOGUE, LOADS, RANGES, asked, solved
+from .studies import CATALOGUE, LOADS, RANGES, problem_of, solved
+
+PAPER = 3  # row of CATALOGUE with the paper's spring and spool, 3 kN/m and 1
+LAST = 8  # row with 5 kN/m and 0.6
 
 
 @pytest.fixture(scope="module")
 def catalogue(tmp_path_factory):
-    made = asked(CATALOGUE, tmp_path_factory.mktemp("catalogue"))
-    return made, solved(made)
+    """Return the problem of the catalogue and its solutions."""
+    problem = problem_of(CATALOGUE, tmp_path_factory.mktemp("catalogue"))
+    return problem, solved(problem)
 
 
-def test_the_windows_of_the_papers_arm_over_its_loads_and_what_binds(catalogue):
-    problem, found = catalogue
-    columns = problem.choices.columns(np.arange(9)) | found.results
+def test_the_windows_of_the_papers_arm_over_its_loads_and_the_limits_that_bind(catalogue):
+    problem, solutions = catalogue
+    columns = problem.choices.columns(np.arange(9)) | solutions.results
     names = ("spring_stiffness", "spool_ratio", "pretension_from", "pretension_to")
-    windows = np.column_stack([columns[name] for name in names])[found["feasible"]].round(1)
+    windows = np.column_stack([columns[name] for name in names])[solutions["feasible"]].round(1)
     assert windows.tolist() == [
         [3e3, 0.6, 113.5, 116.9],
         [5e3, 0.7, 167.4, 176.5],
         [5e3, 0.6, 122.1, 173.9],
     ]
-    at = 8  # 5 kN/m and 0.6
-    assert [LIMIT_NAMES[found[f"{end}_by"][at]] for end in ("from", "to")] == [
-        "extensor slack",
-        "min_elbow_stiffness",
-    ]
-    assert (found["from_condition"][at], found["to_condition"][at]) == (3, 0)
-    assert found["tolerance"][at] == pytest.approx(
-        (173.934 - 122.121) / (173.934 + 122.121), abs=1e-5
-    )
-    at = 3  # empty, the paper's: 96.8 to 122.8, 133.9 and more, 158.6 to 296.6, 220.3 and more
-    assert (found["pretension_from"][at], found["pretension_to"][at]) == pytest.approx(
-        (220.32, 122.8), abs=0.05
-    )
-    assert (np.isnan(found["tolerance"][at]), found["served"][at]) == (True, 0.75)
+    assert LIMIT_NAMES[solutions["from_by"][LAST]] == "extensor slack"
+    assert LIMIT_NAMES[solutions["to_by"][LAST]] == "min_elbow_stiffness"
+    assert solutions["from_condition"][LAST] == 3
+    assert solutions["to_condition"][LAST] == 0
+    tolerance = (173.934 - 122.121) / (173.934 + 122.121)
+    assert solutions["tolerance"][LAST] == pytest.approx(tolerance, abs=1e-5)
+    # The paper's window is empty: 96.8 to 122.8, 133.9 and more, 158.6 to 296.6, 220.3 and more.
+    assert solutions["pretension_from"][PAPER] == pytest.approx(220.32, abs=0.05)
+    assert solutions["pretension_to"][PAPER] == pytest.approx(122.8, abs=0.05)
+    assert np.isnan(solutions["tolerance"][PAPER])
+    assert solutions["served"][PAPER] == 0.75
 
 
-def test_the_worst_at_a_pretension_is_that_of_the_states(catalogue):
-    problem, found = catalogue
-    at = np.array([8])
-    design = problem.design(problem.choices.numbers(at), pretension=found["pretension"][at])
-    state = actuator.evaluate(design, problem.angles, problem.flexion)
-    tensions, torque = (state.balance.flexor, state.balance.extensor), state.motor_torque.ravel()
+def state_at(problem, row, pretension):
+    """Return the states of a choice at a pretension, N."""
+    numbers = problem.choices.numbers(np.array([row]))
+    design = problem.design(numbers, pretension=np.array([pretension]))
+    return actuator.evaluate(design, problem.angles, problem.flexion)
+
+
+def test_the_worst_values_at_a_pretension_are_those_of_the_states(catalogue):
+    problem, solutions = catalogue
+    state = state_at(problem, LAST, solutions["pretension"][LAST])
+    tensions = (state.balance.flexor, state.balance.extensor)
     proximal = (state.flexor_tension_proximal, state.extensor_tension_proximal)
-    assert found["max_tension"][8] == np.max([*tensions, *proximal])
-    assert found["min_elbow_stiffness"][8] == state.elbow_stiffness.min() > 0.0
-    assert found["peak_motor_torque"][8] == torque[np.argmax(np.abs(torque))]
-    assert found["max_spring_extension"][8] * 5e3 == pytest.approx(np.max(tensions))
-    assert np.isnan(found["max_contact_pressure"][8])
+    torque = state.motor_torque.ravel()
+    assert solutions["max_tension"][LAST] == np.max([*tensions, *proximal])
+    assert solutions["min_elbow_stiffness"][LAST] == state.elbow_stiffness.min() > 0.0
+    assert solutions["peak_motor_torque"][LAST] == torque[np.argmax(np.abs(torque))]
+    assert solutions["max_spring_extension"][LAST] * 5e3 == pytest.approx(np.max(tensions))
+    assert np.isnan(solutions["max_contact_pressure"][LAST])
 
 
-def test_at_least_pretension_the_binding_state_is_just_taut(tmp_path):
-    problem = asked('[design]\npretension = "least"\n' + CATALOGUE, tmp_path)
-    found = solved(problem)
-    assert found["pretension"][8] == found["pretension_from"][8]
-    design = problem.design(
-        problem.choices.numbers(np.array([8])), pretension=found["pretension"][[8]]
-    )
-    state = actuator.evaluate(design, problem.angles, problem.flexion)
-    extensor = state.balance.extensor[0, found["from_condition"][8]].ravel()
-    assert np.argmin(extensor) == found["from_state"][8]
+def test_at_the_least_pretension_the_binding_state_is_just_taut(tmp_path):
+    problem = problem_of('[design]\npretension = "least"\n' + CATALOGUE, tmp_path)
+    solutions = solved(problem)
+    assert solutions["pretension"][LAST] == solutions["pretension_from"][LAST]
+    state = state_at(problem, LAST, solutions["pretension"][LAST])
+    extensor = state.balance.extensor[0, solutions["from_condition"][LAST]].ravel()
+    assert np.argmin(extensor) == solutions["from_state"][LAST]
     assert extensor.min() == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize(
     ("module", "name", "few"),
     [
-        (problem_module, "_STATES_AT_ONCE", 500),
-        (solve_module, "_WINDOWS_AT_ONCE", 30),
-    ],  # 2 conditions; 7 choices
+        (problem_module, "_STATES_AT_ONCE", 500),  # 2 conditions at once
+        (solve_module, "_WINDOWS_AT_ONCE", 30),  # 7 choices at once
+    ],
     ids=["states", "windows"],
 )
 def test_blocks_of_choices_and_conditions_do_not_matter(tmp_path, monkeypatch, module, name, few):
-    whole = solved(asked(RANGES, tmp_path))
+    whole = solved(problem_of(RANGES, tmp_path))
     monkeypatch.setattr(module, name, few)
-    cut = solved(asked(RANGES, tmp_path))
+    cut = solved(problem_of(RANGES, tmp_path))
     for column, values in whole.results.items():
         np.testing.assert_array_equal(cut[column], values, err_msg=column)
 
 
 def test_enough_may_be_less_than_all(tmp_path):
-    problem = asked("[design]\nserve = 0.75\n" + CATALOGUE, tmp_path)
-    found, rows = solved(problem), np.arange(9)
-    each = problem.windows(problem.choices.numbers(rows), 9)
-    middle = found["pretension"][:, np.newaxis]
-    assert found["feasible"].all()
-    assert (((each.low <= middle) & (middle <= each.high)).mean(axis=1) >= 0.75).all()
-    np.testing.assert_array_equal(each.low[rows, found["from_condition"]], found["pretension_from"])
-    np.testing.assert_array_equal(each.high[rows, found["to_condition"]], found["pretension_to"])
+    problem = problem_of("[design]\nserve = 0.75\n" + CATALOGUE, tmp_path)
+    solutions = solved(problem)
+    rows = np.arange(9)
+    windows = problem.windows(problem.choices.numbers(rows), 9)
+    pretension = solutions["pretension"][:, np.newaxis]
+    serves = (windows.low <= pretension) & (pretension <= windows.high)
+    assert solutions["feasible"].all()
+    assert (serves.mean(axis=1) >= 0.75).all()
+    binding_low = windows.low[rows, solutions["from_condition"]]
+    binding_high = windows.high[rows, solutions["to_condition"]]
+    np.testing.assert_array_equal(binding_low, solutions["pretension_from"])
+    np.testing.assert_array_equal(binding_high, solutions["pretension_to"])
 
 
 def test_cases_are_conditions_with_every_number_they_set(tmp_path):
@@ -104,40 +115,35 @@ def test_cases_are_conditions_with_every_number_they_set(tmp_path):
         '[[cases]]\nname = "rough"\nsheath = { extensor = { friction = 0.2 } }\n'
         '[[cases]]\nname = "initial"\nmodel = { reference = "initial" }\n'
     )
-    found = asked(LOADS + cases, tmp_path).windows({}, 1)
+    together = problem_of(LOADS + cases, tmp_path).windows({}, 1)
     changes = (
         '[arm]\nb1 = "140 mm"\n',
         "[sheath.extensor]\nfriction = 0.2\n",
         '[model]\nreference = "initial"\n',
     )
-    alone = [asked(change + LOADS, tmp_path).windows({}, 1) for change in changes]
+    alone = [problem_of(change + LOADS, tmp_path).windows({}, 1) for change in changes]
     for end in ("low", "high"):
-        np.testing.assert_array_equal(
-            getattr(found, end), np.hstack([getattr(each, end) for each in alone])
-        )
+        expected = np.hstack([getattr(windows, end) for windows in alone])
+        np.testing.assert_array_equal(getattr(together, end), expected)
 
 
-def test_what_the_study_says_of_pretension_is_left_out_and_said(tmp_path):
-    problem = asked(
-        '[tendon]\npretension = ["90 N", "200 N"]\n[tendon.flexor]\npretension = "80 N"\n' + LOADS,
-        tmp_path,
-    )
+def test_the_pretension_of_a_study_is_left_out_with_a_note(tmp_path):
+    pretensions = '[tendon]\npretension = ["90 N", "200 N"]\n[tendon.flexor]\npretension = "80 N"\n'
+    problem = problem_of(pretensions + LOADS, tmp_path)
     assert len(problem.choices) == 1
     assert len(problem.notes) == 2
-    np.testing.assert_array_equal(
-        solved(problem)["pretension_to"], solved(asked(LOADS, tmp_path))["pretension_to"]
-    )
+    without = solved(problem_of(LOADS, tmp_path))
+    np.testing.assert_array_equal(solved(problem)["pretension_to"], without["pretension_to"])
 
 
 def test_limits_that_no_pretension_keeps_are_the_reason(tmp_path):
-    found = solved(asked("[limits]\nmin_spool_to_tendon = 30\n" + CATALOGUE, tmp_path))
+    solutions = solved(problem_of("[limits]\nmin_spool_to_tendon = 30\n" + CATALOGUE, tmp_path))
     thin = np.tile([False, True, True], 3)
-    np.testing.assert_array_equal(np.isnan(found["pretension_from"]), thin)
-    assert {LIMIT_NAMES[code] for code in found["from_by"][thin]} == {"min_spool_to_tendon"}
-    assert (found["served"][thin] == 0.0).all()
-    assert np.isnan(found["pretension"][thin]).all()
+    np.testing.assert_array_equal(np.isnan(solutions["pretension_from"]), thin)
+    assert {LIMIT_NAMES[code] for code in solutions["from_by"][thin]} == {"min_spool_to_tendon"}
+    assert (solutions["served"][thin] == 0.0).all()
+    assert np.isnan(solutions["pretension"][thin]).all()
     answer = tendon.design({"limits": {"min_spool_to_tendon": 60}})
     assert answer.conflicts[0]["limits"] == ["min_spool_to_tendon"]
-    assert "at any pretension a spool is less than 60 tendon diameters wide" in " ".join(
-        answer.text.split()
-    )
+    text = " ".join(answer.text.split())
+    assert "at any pretension a spool is less than 60 tendon diameters wide" in text

@@ -1,4 +1,4 @@
-"""Draws of uncertain numbers: their distributions, their pairing with people, and a sweep over them."""
+"""Draws of uncertain numbers: distributions, pairing with people, and a sweep over them."""
 
 import numpy as np
 import pytest
@@ -19,33 +19,41 @@ def test_draws_have_the_distribution_that_the_study_says():
     study = study_from(STIFF | ROUGH | {"uncertainty": {"draws": 4096}})
     (axis,) = space_of(study).axes
     assert study.axes == ("draw",)
-    stiffness, friction = axis.numbers["spring.stiffness"], axis.numbers["sheath.friction"]
-    assert stats.kstest(stiffness, stats.uniform(2700.0, 600.0).cdf).statistic < 0.002
-    assert stats.kstest(friction, stats.truncnorm(-3.7, np.inf, 0.074, 0.02).cdf).statistic < 0.002
+    stiffness = axis.numbers["spring.stiffness"]
+    friction = axis.numbers["sheath.friction"]
+    uniform = stats.uniform(2700.0, 600.0)
+    normal = stats.truncnorm(-3.7, np.inf, 0.074, 0.02)
+    assert stats.kstest(stiffness, uniform.cdf).statistic < 0.002
+    assert stats.kstest(friction, normal.cdf).statistic < 0.002
     assert abs(np.corrcoef(stiffness, friction)[0, 1]) < 0.005
 
 
-def test_what_cannot_be_negative_is_cut_off_and_not_moved():
-    known = study_from(WIDE | {"uncertainty": {}}).uncertain["sheath.friction"]
-    values = quantile(known, (np.arange(10_000) + 0.5) / 10_000)
+def test_the_distribution_of_a_number_that_cannot_be_negative_is_cut_off_and_not_moved():
+    uncertain = study_from(WIDE | {"uncertainty": {}}).uncertain["sheath.friction"]
+    values = quantile(uncertain, (np.arange(10_000) + 0.5) / 10_000)
     assert values.min() > 0.0
     true = stats.truncnorm((0.0 - 0.05) / 0.1, (10.0 - 0.05) / 0.1, 0.05, 0.1)
     assert values.mean() == pytest.approx(true.mean(), rel=1e-3)
     assert np.median(values) == pytest.approx(true.median(), rel=1e-3)
 
 
-def test_a_seed_gives_the_same_draws_and_another_others():
+def test_a_seed_gives_the_same_draws_and_another_seed_other_draws():
     uncertain = study_from(STIFF | ROUGH).uncertain
-    first, again, other = (drawn(uncertain, 64, seed)["spring.stiffness"] for seed in (1, 1, 2))
-    np.testing.assert_array_equal(first, again)
-    assert not np.any(first == other)
-    np.testing.assert_array_equal(drawn(uncertain, 50, 1)["spring.stiffness"], first[:50])
+
+    def stiffness(draws, seed):
+        return drawn(uncertain, draws, seed)["spring.stiffness"]
+
+    first = stiffness(64, seed=1)
+    np.testing.assert_array_equal(first, stiffness(64, seed=1))
+    assert not np.any(first == stiffness(64, seed=2))
+    np.testing.assert_array_equal(stiffness(50, seed=1), first[:50])
 
 
 def test_without_uncertainty_numbers_stand_at_their_middle():
     study = study_from(STIFF)
     space = space_of(study)
-    assert (study.axes, space.axes) == ((), ())
+    assert study.axes == ()
+    assert space.axes == ()
     assert space.number("spring.stiffness", "flexor").within(()) == 3000.0
 
 
@@ -59,41 +67,53 @@ def test_without_uncertainty_numbers_stand_at_their_middle():
     ],
 )
 def test_fewer_persons_than_draws_meet_every_draw_unless_stated(persons, cross, axes):
-    stated = {"draws": 8} if cross is None else {"draws": 8, "cross": cross}
-    study = study_from(STIFF | {"people": {"count": persons}, "uncertainty": stated})
+    uncertainty = {"draws": 8}
+    if cross is not None:
+        uncertainty["cross"] = cross
+    study = study_from(STIFF | {"people": {"count": persons}, "uncertainty": uncertainty})
     assert study.axes == axes
-    assert Plan(study).designs == persons * (8 if "draw" in axes else 1)
-    assert len(set(space_of(study).axes[-1].numbers["spring.stiffness"])) == (
-        8 if "draw" in axes else persons
-    )
+    designs = Plan(study).designs
+    stiffnesses = set(space_of(study).axes[-1].numbers["spring.stiffness"])
+    if "draw" in axes:
+        assert designs == persons * 8
+        assert len(stiffnesses) == 8
+    else:
+        assert designs == persons
+        assert len(stiffnesses) == persons
     assert study_from(study.document()).hash == study.hash
 
 
-def test_a_sweep_over_draws_is_the_model_of_each():
-    arm = {"arm": {"b1": {"value": "150 mm", "tolerance": "5 mm"}}}
-    study = study_from(
-        STIFF | arm | {"uncertainty": {"draws": 4, "cross": True}, "people": {"count": 3}}
-    )
-    plan = Plan(study)
+def test_a_sweep_over_draws_is_the_model_at_each_draw():
+    content = {
+        **STIFF,
+        "arm": {"b1": {"value": "150 mm", "tolerance": "5 mm"}},
+        "uncertainty": {"draws": 4, "cross": True},
+        "people": {"count": 3},
+    }
+    plan = Plan(study_from(content))
     (block,) = plan.blocks(range(plan.designs))
-    found = plan.state(block)
+    together = plan.state(block)
     _, draws = plan.axes
     for draw in range(4):
-        numbers = {"spring": {"stiffness": draws.numbers["spring.stiffness"][draw]}}
-        numbers["arm"] = {"b1": draws.numbers["arm.b1"][draw]}
+        numbers = {
+            "spring": {"stiffness": draws.numbers["spring.stiffness"][draw]},
+            "arm": {"b1": draws.numbers["arm.b1"][draw]},
+        }
         alone = Plan(study_from(numbers | {"people": {"count": 3}}))
         state = alone.state(*alone.blocks(range(3)))
-        np.testing.assert_allclose(found.balance.flexor[:, draw], state.balance.flexor, rtol=1e-12)
+        np.testing.assert_allclose(
+            together.balance.flexor[:, draw], state.balance.flexor, rtol=1e-12
+        )
 
 
-def test_one_side_of_an_uncertain_number_is_its_own():
+def test_one_side_of_an_uncertain_number_may_have_its_own_value():
     sheath = {"friction": {"mean": 0.07, "std": 0.01}, "extensor": {"friction": 0.1}}
     space = space_of(study_from({"sheath": sheath, "uncertainty": {}}))
     assert space.number("sheath.friction", "extensor").within(space.whole) == 0.1
     assert space.number("sheath.friction", "flexor").within(space.whole).shape == (256, 1, 1)
 
 
-def test_a_case_cannot_set_what_is_drawn():
+def test_a_case_cannot_set_a_number_that_is_drawn():
     case = {"name": "a", "spring": {"stiffness": "2 kN/m"}}
     with pytest.raises(StudyError, match=r"cases\.0\.spring\.stiffness: is uncertain"):
         study_from(STIFF | {"cases": [case], "uncertainty": {}})

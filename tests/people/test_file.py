@@ -1,4 +1,4 @@
-"""Files of real persons: read as they come, completed by regression, refused where they cannot be."""
+"""Files of real persons are read as they come, completed by regression, or refused."""
 
 import re
 
@@ -15,22 +15,31 @@ HEADERS = [f"{name} ({'kg' if name == 'weight' else 'mm'})" for name in DIMENSIO
 
 
 def read(text, sex="male", **options):
+    """Return the population of a file given as text or bytes."""
     content = text if isinstance(text, bytes) else text.encode()
     return read_population(content, "people.csv", SURVEY, sex, **options)
 
 
-def written(population, places=17):
-    scale = np.array([1.0 if name == "weight" else 1e3 for name in DIMENSIONS])
-    rows = [",".join(f"{value:.{places}g}" for value in row) for row in population.values * scale]
-    return "\n".join([",".join(HEADERS), *rows])
+def written(population):
+    """Return a file with every dimension of a population."""
+    per_si_unit = np.array([1.0 if name == "weight" else 1e3 for name in DIMENSIONS])
+    rows = (population.values * per_si_unit).tolist()
+    lines = [",".join(f"{value:.17g}" for value in row) for row in rows]
+    return "\n".join([",".join(HEADERS), *lines])
 
 
-def test_what_was_written_is_read():
+def test_a_written_population_is_read_back():
     people = draw(SURVEY, "both", 50, seed=2)
-    found = read(written(people))
-    np.testing.assert_allclose(found.values, people.values, rtol=1e-15)
-    assert found.names[:2] == ("person 1", "person 2")
-    assert not any("expected of" in note for note in found.notes)
+    again = read(written(people))
+    np.testing.assert_allclose(again.values, people.values, rtol=1e-15)
+    assert again.names[:2] == ("person 1", "person 2")
+    assert not any("expected of" in note for note in again.notes)
+
+
+IN_POUNDS_AND_INCHES = """\
+weight (lb),shoe,stature (in),name
+137.788914,39,66.14173228,Ada
+198.416036,43,71.45669291,Bo"""
 
 
 @pytest.mark.parametrize(
@@ -40,88 +49,90 @@ def test_what_was_written_is_read():
         "Name;Weight_kg;STATURE [m]\r\nAda;62,5;1,68\r\nBo;90;1,815\r\n\r\n",
         '\ufeffname\tweight kg\tstature_mm\n"Ada"\t62.5\t1680\n Bo \t90\t1815',
         "name,weight (kg),stature (cm)\nAda,62.5,168\nBo,90,181.5\n".encode("utf-16"),
-        "weight (lb),shoe,stature (in),name\n137.788914,39,66.14173228,Ada\n198.416036,43,71.45669291,Bo",
+        IN_POUNDS_AND_INCHES,
     ],
 )
-def test_files_as_they_come_say_the_same(text):
+def test_files_in_many_forms_are_read_alike(text):
     people = read(text)
     assert people.names == ("Ada", "Bo")
     np.testing.assert_allclose(people.body.weight, [62.5, 90.0], rtol=1e-8)
     np.testing.assert_allclose(people.body.stature, [1.68, 1.815], rtol=1e-8)
 
 
-def test_what_is_missing_is_what_a_regression_over_many_drawn_bodies_gives():
+def test_missing_dimensions_are_those_of_a_regression_over_many_drawn_bodies():
     crowd = draw(SURVEY, "female", 200_000, seed=4).values
-    weight, stature = DIMENSIONS.index("weight"), DIMENSIONS.index("stature")
-    known = np.column_stack([np.ones(len(crowd)), crowd[:, weight], crowd[:, stature]])
-    fitted, *_ = np.linalg.lstsq(known, crowd, rcond=None)
+    weight = crowd[:, DIMENSIONS.index("weight")]
+    stature = crowd[:, DIMENSIONS.index("stature")]
+    known = np.column_stack([np.ones(len(crowd)), weight, stature])
+    coefficients, *_ = np.linalg.lstsq(known, crowd, rcond=None)
     people = read("weight (kg),stature (cm)\n55,160\n80,172", sex="female")
-    np.testing.assert_allclose(
-        people.values, np.array([[1, 55, 1.60], [1, 80, 1.72]]) @ fitted, rtol=1e-3
-    )
+    expected = np.array([[1, 55, 1.60], [1, 80, 1.72]]) @ coefficients
+    np.testing.assert_allclose(people.values, expected, rtol=1e-3)
     note = next(note for note in people.notes if "expected of women" in note)
     assert "biceps_circumference of 2" in note
     assert "weight of" not in note
 
 
-def test_cells_may_be_missing_one_by_one_and_a_column_may_say_the_sex():
+def test_single_cells_may_be_missing_and_a_column_may_say_the_sex():
     people = read("sex,weight (kg),stature (cm)\nm,,180\nfemale,60,NA\nf,60,160", sex="both")
-    man, woman, short = people.body.weight
+    man, woman, short_woman = people.body.weight
     assert man > 85.52  # taller than the mean man, so heavier than he
-    assert (woman, short) == (60.0, 60.0)
+    assert woman == 60.0
+    assert short_woman == 60.0
     assert people.body.stature[1] < SURVEY.female.mean[0]  # lighter than the mean woman, so shorter
 
 
 def test_people_of_unknown_sex_are_completed_as_men_and_women_mixed():
-    between = read("stature (cm)\n169", sex="both").body.weight[0]
-    as_man, as_woman = (
-        read("stature (cm)\n169", sex=sex).body.weight[0] for sex in ("male", "female")
-    )
-    assert as_woman < between < as_man
-    mostly_men = read("stature (cm)\n169", sex="both", women=0.05).body.weight[0]
-    assert between < mostly_men
+    def weight(sex, **options):
+        return read("stature (cm)\n169", sex=sex, **options).body.weight[0]
+
+    mixed = weight("both")
+    assert weight("female") < mixed < weight("male")
+    assert mixed < weight("both", women=0.05)
 
 
-def test_completions_scatter_as_bodies_do_of_whom_the_same_is_known():
-    statistics, known = SURVEY.female, [DIMENSIONS.index(name) for name in ("weight", "stature")]
+def test_completions_scatter_as_bodies_of_whom_the_same_is_known():
     people = read(
         "name,weight (kg),stature (cm)\nAda,55,160\nBea,80,172",
         sex="female",
         completions=4096,
         seed=3,
     )
-    assert (people.persons, people.completions, len(people)) == (("Ada", "Bea"), 4096, 8192)
+    assert people.persons == ("Ada", "Bea")
+    assert people.completions == 4096
+    assert len(people) == 8192
     assert people.names[4095:4097] == ("Ada, body 4096", "Bea, body 1")
     assert set(people.sexes) == {"female"}
     expected = read("weight (kg),stature (cm)\n55,160\n80,172", sex="female").values
-    rest = [at for at in range(len(DIMENSIONS)) if at not in known]
-    sigma = np.linalg.inv(
-        np.linalg.inv(statistics.covariance)[np.ix_(rest, rest)]
-    )  # Schur complement, another way
+    known = [DIMENSIONS.index(name) for name in ("weight", "stature")]
+    rest = [index for index in range(len(DIMENSIONS)) if index not in known]
+    covariance = SURVEY.female.covariance
+    # The conditional covariance, by the inverse of a block instead of the Schur complement.
+    sigma = np.linalg.inv(np.linalg.inv(covariance)[np.ix_(rest, rest)])
+    error = np.sqrt(np.diag(sigma) / 4096)
+    least = SURVEY.female.mean - 3.0 * np.sqrt(np.diag(covariance)) - 1e-15
     for bodies, middle in zip(people.values.reshape(2, 4096, -1), expected, strict=True):
         assert np.all(bodies[:, known] == middle[known])
-        assert np.all(
-            np.abs(bodies.mean(axis=0) - middle)[rest] < 4.5 * np.sqrt(np.diag(sigma) / 4096)
-        )
-        np.testing.assert_allclose(
-            np.cov(bodies[:, rest].T), sigma, atol=0.1 * np.max(sigma), rtol=0.1
-        )
-        assert np.all(
-            bodies >= statistics.mean - 3.0 * np.sqrt(np.diag(statistics.covariance)) - 1e-15
-        )
+        difference = np.abs(bodies.mean(axis=0) - middle)
+        assert np.all(difference[rest] < 4.5 * error)
+        scatter = np.cov(bodies[:, rest].T)
+        np.testing.assert_allclose(scatter, sigma, atol=0.1 * np.max(sigma), rtol=0.1)
+        assert np.all(bodies >= least)
 
 
-def test_completions_are_the_same_for_a_seed_and_do_nothing_to_what_is_measured():
+def test_completions_are_the_same_for_a_seed_and_leave_measured_dimensions_alone():
     text = "name,weight (kg),weighting\nAda,40,3\nBea,120,1"
-    few, same, other = (read(text, completions=8, seed=seed) for seed in (1, 1, 2))
-    np.testing.assert_array_equal(few.values, same.values)
-    assert np.any(few.values != other.values)
-    np.testing.assert_allclose(few.weighting, np.repeat([3 / 8, 1 / 8], 8))
-    np.testing.assert_array_equal(read(text + "\nCy,80,1", completions=8).values[:16], few.values)
+    first = read(text, completions=8, seed=1)
+    same = read(text, completions=8, seed=1)
+    other = read(text, completions=8, seed=2)
+    np.testing.assert_array_equal(first.values, same.values)
+    assert np.any(first.values != other.values)
+    np.testing.assert_allclose(first.weighting, np.repeat([3 / 8, 1 / 8], 8))
+    with_third = read(text + "\nCy,80,1", completions=8)
+    np.testing.assert_array_equal(with_third.values[:16], first.values)
     whole = draw(SURVEY, "male", 5, seed=2)
-    np.testing.assert_allclose(
-        read(written(whole), completions=3).values, np.repeat(whole.values, 3, axis=0)
-    )
+    completed = read(written(whole), completions=3)
+    np.testing.assert_allclose(completed.values, np.repeat(whole.values, 3, axis=0))
     for sex in SEXES:
         assert np.all(draw(SURVEY, sex, 20_000, seed=1).values >= SURVEY.of(sex).least)
 
@@ -149,7 +160,7 @@ def test_weighting_counts_as_given_and_one_person_is_enough():
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("stature (m)\n1.7\n3", r"line 3.*stature is 3000 mm, expected 800 to 2500 mm"),
         ("stature (m)\n1.7\n175", r"line 3.*175 cm would be possible: are units mixed"),
@@ -178,11 +189,12 @@ def test_weighting_counts_as_given_and_one_person_is_enough():
         (b"weight (kg)\n\x00\x01", "a zero byte"),
     ],
 )
-def test_files_that_cannot_be_are_refused_with_line_and_reason(text, said):
+def test_faulty_files_are_refused_with_line_and_reason(text, message):
     with pytest.raises(InputError) as error:
         read(text)
-    whole = " ".join(filter(None, (error.value.where, error.value.message, error.value.hint)))
-    assert re.search(said, whole), whole
+    parts = (error.value.where, error.value.message, error.value.hint)
+    whole = " ".join(filter(None, parts))
+    assert re.search(message, whole), whole
 
 
 def test_a_million_rows_are_read():

@@ -1,4 +1,4 @@
-"""Who is left out, and why: every person counted once, each with a reason that the model itself confirms."""
+"""People who are not served: each is counted once, with a reason that the model confirms."""
 
 import numpy as np
 import pytest
@@ -18,59 +18,70 @@ STUDY = {
 
 
 @pytest.fixture(scope="module")
-def found():
-    problem = question(study_from(STUDY))
-    return problem, GroupWindows.of(problem, {})
+def problem():
+    """Return the problem of one suit for 200 persons."""
+    return question(study_from(STUDY))
 
 
-def by_need(found):
-    """The reasons of those not served at 148 N, and their places among the persons, by what they need."""
-    problem, windows = found
-    reasons, persons = not_served(problem, windows, 148.0), problem.study.people.population.persons
-    places = [np.array([persons.index(name) for name in reason["first"]]) for reason in reasons]
-    assert [len(each) for each in places] == [reason["count"] for reason in reasons]
-    return {reason["needs"]: (reason, each) for reason, each in zip(reasons, places, strict=True)}
+@pytest.fixture(scope="module")
+def windows(problem):
+    """Return the window of every person."""
+    return GroupWindows.of(problem, {})
+
+
+@pytest.fixture
+def by_need(problem, windows):
+    """Return the reasons at 148 N, each with the indices of its persons, by what they need."""
+    persons = problem.study.people.population.persons
+    reasons = {}
+    for reason in not_served(problem, windows, 148.0):
+        members = np.array([persons.index(name) for name in reason["first"]])
+        assert len(members) == reason["count"]
+        reasons[reason["needs"]] = (reason, members)
+    return reasons
 
 
 @pytest.mark.parametrize("pretension", [100.0, 148.0, 260.0, np.nan])
-def test_everyone_is_served_or_left_out_once(found, pretension):
-    problem, windows = found
+def test_everyone_is_served_or_left_out_once(problem, windows, pretension):
     reasons = not_served(problem, windows, pretension)
-    served = (windows.low <= pretension) & (pretension <= windows.high)
-    assert sum(reason["count"] for reason in reasons) == (~served).sum()
+    is_served = (windows.low <= pretension) & (pretension <= windows.high)
+    assert sum(reason["count"] for reason in reasons) == (~is_served).sum()
     names = [name for reason in reasons for name in reason["first"]]
     assert len(set(names)) == len(names)
-    assert not set(names) & {
-        problem.study.people.population.persons[at] for at in np.flatnonzero(served)
-    }
+    persons = problem.study.people.population.persons
+    served = {persons[index] for index in np.flatnonzero(is_served)}
+    assert not set(names) & served
     shares = [reason["share"] for reason in reasons]
-    assert sum(shares) == pytest.approx((~served).mean())
+    assert sum(shares) == pytest.approx((~is_served).mean())
     assert shares == sorted(shares, reverse=True)
 
 
-def test_a_reason_says_what_is_needed_and_where_it_binds(found):
-    problem, windows = found
-    (more, low), (less, high), (neither, none) = (
-        by_need(found)[need] for need in (MORE, LESS, NEITHER)
-    )
+def test_a_reason_says_which_pretension_is_needed_and_where_it_binds(problem, windows, by_need):
+    more, low = by_need[MORE]
+    less, high = by_need[LESS]
+    neither, empty = by_need[NEITHER]
     assert np.all(windows.low[low] > 148.0)
-    assert np.all(np.diff(windows.low[low]) <= 0.0)  # who misses most stands first
+    assert np.all(np.diff(windows.low[low]) <= 0.0)  # the person who misses most comes first
     assert np.all(windows.high[high] < 148.0)
-    assert np.all(windows.low[none] > windows.high[none])
-    assert (more["limits"], less["limits"]) == (["extensor slack"], ["min_elbow_stiffness"])
+    assert np.all(windows.low[empty] > windows.high[empty])
+    assert more["limits"] == ["extensor slack"]
+    assert less["limits"] == ["min_elbow_stiffness"]
     assert neither["limits"] == ["extensor slack", "min_elbow_stiffness"]
     masses = problem.condition_numbers["load.mass"]
-    assert [masses[reason["conditions"][0]] for reason in (more, less)] == [10.0, 0.0]
+    assert masses[more["conditions"][0]] == 10.0
+    assert masses[less["conditions"][0]] == 0.0
 
 
-def test_bodies_left_out_differ_as_their_means_say(found):
-    body = found[0].study.people.population.body
-    for reason, members in by_need(found).values():
-        (first, each), *_ = reason["bodies"].items()
-        of_all = getattr(body, first)
+def test_bodies_left_out_differ_as_their_means_say(problem, by_need):
+    body = problem.study.people.population.body
+    for reason, members in by_need.values():
+        bodies = reason["bodies"]
+        dimension = next(iter(bodies))
+        largest = bodies[dimension]
+        of_all = getattr(body, dimension)
         theirs = of_all[members]
-        assert (each["theirs"], each["of_all"]) == pytest.approx((theirs.mean(), of_all.mean()))
-        assert each["deviations"] == pytest.approx((theirs.mean() - of_all.mean()) / of_all.std())
-        assert abs(each["deviations"]) == max(
-            abs(one["deviations"]) for one in reason["bodies"].values()
-        )
+        deviations = (theirs.mean() - of_all.mean()) / of_all.std()
+        assert largest["theirs"] == pytest.approx(theirs.mean())
+        assert largest["of_all"] == pytest.approx(of_all.mean())
+        assert largest["deviations"] == pytest.approx(deviations)
+        assert abs(largest["deviations"]) == max(abs(row["deviations"]) for row in bodies.values())

@@ -27,9 +27,8 @@ def test_the_page_begins_with_the_body_and_its_arm_and_goes_on_with_its_state():
         "forearm_com": 0.682 * 0.24133,
         "load_distance": 0.31771,
     }
-    state = actuator.evaluate(
-        designs.design(designs.baseline(**arm)), 75 * 3.141592653589793 / 180, flexion=True
-    )
+    design = designs.design(designs.baseline(**arm))
+    state = actuator.evaluate(design, 75 * 3.141592653589793 / 180, flexion=True)
     assert page.columns["motor_torque"] == pytest.approx(float(state.motor_torque), rel=1e-9)
     from_body = {
         line.symbol: line.values[0] for line in page.lines if line.section == "From body to arm"
@@ -37,7 +36,7 @@ def test_the_page_begins_with_the_body_and_its_arm_and_goes_on_with_its_state():
     assert list(from_body.values()) == pytest.approx(list(arm.values()), rel=1e-9)
 
 
-def test_the_mean_man_has_the_anchors_of_the_study_and_what_it_states_stays():
+def test_the_mean_man_has_the_anchors_of_the_study_and_its_stated_numbers_stay():
     study = study_from(
         AT_75 | {"arm": {"forearm_mass": "1.2 kg", "a1": "50 mm", "b1": ["140 mm", "160 mm"]}}
     )
@@ -46,23 +45,27 @@ def test_the_mean_man_has_the_anchors_of_the_study_and_what_it_states_stays():
     assert worn.study.numbers["arm.b1"].array.tolist() == [0.14, 0.16]
     assert worn.study.axes == ("arm.b1",)
     (mass,) = [step for step in worn.arm if step.quantity == "forearm_mass"]
-    assert (mass.value, mass.formula) == (1.2, "as the study states it")
+    assert mass.value == 1.2
+    assert mass.formula == "as the study states it"
+
+
+def forearm_mass_on(page):
+    """Return the mass of the forearm on a page, kg."""
+    return next(line.values[0] for line in page.lines if line.symbol == "m_f")
 
 
 def test_a_study_of_people_shows_its_first_person_or_the_one_asked_for(tmp_path):
     (tmp_path / "people.csv").write_text("name,weight (kg)\nAda,62\nBo,90\n", encoding="utf-8")
     study = study_from({"people": {"file": "people.csv"}}, folder=tmp_path)
-    first, second = state_page(study), state_page(study, person="Bo")
+    first = state_page(study)
+    second = state_page(study, person="Bo")
     assert "Body: Ada" in first.text
-    masses = [
-        next(line.values[0] for line in page.lines if line.symbol == "m_f")
-        for page in (first, second)
-    ]
-    assert masses == pytest.approx([0.022 * 62, 0.022 * 90])
+    assert forearm_mass_on(first) == pytest.approx(0.022 * 62)
+    assert forearm_mass_on(second) == pytest.approx(0.022 * 90)
 
 
 @pytest.mark.parametrize("people", [{}, {"people": {"count": 3}}])
-def test_nobody_of_that_name(people):
+def test_an_unknown_name_is_refused(people):
     with pytest.raises(UsageError, match='no person "mean-mann"') as error:
         state_page(study_from(people), person="mean-mann")
     assert error.value.hint == 'did you mean "mean-man"?'
@@ -74,16 +77,14 @@ def test_nobody_of_that_name(people):
 def test_uncertain_numbers_are_nominal_or_those_of_a_draw_that_is_asked_for():
     content = AT_75 | {"people": {"count": 3}, "sheath": {"friction": {"mean": 0.07, "std": 0.01}}}
     study = study_from(content | {"uncertainty": {"draws": 4}})
-    shown = [state_page(study, person="man 2", draw=draw) for draw in (None, 3)]
+    middle = state_page(study, person="man 2")
+    third_draw = state_page(study, person="man 2", draw=3)
     nominal = state_page(study_from(content | {"sheath": {"friction": 0.07}}), person="man 2")
-    assert shown[0].columns == nominal.columns
+    assert middle.columns == nominal.columns
     plan = Plan(study)
-    (block,) = plan.blocks(
-        range(study.people.population.names.index("man 2") * 4 + 2, plan.designs)[:1]
-    )
-    state = plan.state(block)
-    assert shown[1].columns["motor_torque"] == pytest.approx(
-        float(state.motor_torque.item()), rel=1e-12
-    )
+    number = study.people.population.names.index("man 2") * 4 + 2
+    (block,) = plan.blocks(range(number, number + 1))
+    torque = float(plan.state(block).motor_torque.item())
+    assert third_draw.columns["motor_torque"] == pytest.approx(torque, rel=1e-12)
     with pytest.raises(UsageError, match="there is no draw 5"):
         state_page(study, draw=5)

@@ -1,4 +1,4 @@
-"""`tendon design` over people and draws: for whom, sizes, and how sure, in text, record and figures."""
+"""`tendon design` over people and draws: for whom, sizes, and how sure, in text and figures."""
 
 import re
 
@@ -24,32 +24,36 @@ PEOPLE = COARSE | SUITS | {"people": {"count": 100, "seed": 2}}
 
 @pytest.fixture(scope="module")
 def answer(tmp_path_factory):
+    """Return an answer for a hundred persons, with figures."""
     folder = tmp_path_factory.mktemp("answers") / "people"
     return tendon.design(tendon.study(PEOPLE), folder, figures=True)
 
 
-def test_the_choice_that_serves_most_stands_first_and_the_record_counts_whom_it_serves(answer):
-    found = answer.record["population"]
+def test_the_choice_that_serves_most_comes_first_and_the_record_counts_whom_it_serves(answer):
+    population = answer.record["population"]
     assert answer.best["served"] == answer.choices["served"].max()
-    assert (found["choice"], found["kind"]) == (answer.best["choice"], "persons")
-    assert (found["count"], found["effective_count"]) == (100, 100.0)
-    out = sum(reason["share"] for reason in found["not_served"])
-    assert found["served"] + out == pytest.approx(1.0)
-    assert found["served"] <= found["largest_share"] == answer.best["served"]
-    assert found["interval_95"][0] < found["served"] <= found["interval_95"][1]
+    assert population["choice"] == answer.best["choice"]
+    assert population["kind"] == "persons"
+    assert population["count"] == 100
+    assert population["effective_count"] == 100.0
+    left_out = sum(reason["share"] for reason in population["not_served"])
+    assert population["served"] + left_out == pytest.approx(1.0)
+    assert population["served"] <= population["largest_share"] == answer.best["served"]
+    low, high = population["interval_95"]
+    assert low < population["served"] <= high
 
 
 def test_sizes_along_an_axis_begin_with_the_best_single_suit(answer):
-    found = answer.record["population"]["sizes"]
-    best = answer.best
-    along = answer.choices[answer.choices["spool_ratio"] == best["spool_ratio"]]
-    (one, two, three) = found["spring_stiffness"]
-    assert one["served"] == pytest.approx(along["served"].max())
-    assert one["served"] <= two["served"] <= three["served"]
-    assert {suit["value"] for suit in two["choices"]} <= {3e3, 5e3, 8e3}
+    sizes = answer.record["population"]["sizes"]
+    ratio = answer.best["spool_ratio"]
+    of_ratio = answer.choices[answer.choices["spool_ratio"] == ratio]
+    one_size, two_sizes, three_sizes = sizes["spring_stiffness"]
+    assert one_size["served"] == pytest.approx(of_ratio["served"].max())
+    assert one_size["served"] <= two_sizes["served"] <= three_sizes["served"]
+    assert {suit["value"] for suit in two_sizes["choices"]} <= {3e3, 5e3, 8e3}
 
 
-def test_text_and_figures_say_it(answer):
+def test_text_and_figures_say_whom_the_choice_serves(answer):
     lines = answer.text.splitlines()
     assert max(map(len, lines)) <= 80
     assert "For whom" in lines
@@ -63,39 +67,45 @@ def test_text_and_figures_say_it(answer):
 NOBODY_ENOUGH = PEOPLE | {"spring": {"stiffness": 3e3}, "spool": {"ratio": [1.0, 0.7, 0.6]}}
 
 
-def test_where_no_choice_serves_enough_the_most_universal_is_told_and_what_would_fix_it():
-    found = tendon.design(tendon.study(NOBODY_ENOUGH))
-    assert found.feasible == 0
-    best = found.choices["served"].idxmax()
-    assert found.record["population"]["choice"] == best
-    assert 0.0 < found.record["population"]["served"] < 0.95
-    assert not any("what would help" in note for note in found.record["notes"])
-    helps = [fix for fix in found.fixes if fix["after"] is not None]
-    assert {"spool.ratio", "arm.elbow_radius"} <= {fix["parameter"] for fix in helps}
-    ratio = found.choices["spool_ratio"][best]
-    for fix in helps:
-        key, before, after = fix["parameter"], fix["before"], fix["after"]
+def is_feasible(content):
+    """Return true if the first choice of a study is feasible."""
+    problem = question(tendon.study(content))
+    return bool(solve(problem, problem.choices.numbers(np.arange(1)), 1)["feasible"][0])
+
+
+def test_if_no_choice_serves_enough_the_answer_has_the_most_universal_and_its_fixes():
+    answer = tendon.design(tendon.study(NOBODY_ENOUGH))
+    assert answer.feasible == 0
+    best = answer.choices["served"].idxmax()
+    population = answer.record["population"]
+    assert population["choice"] == best
+    assert 0.0 < population["served"] < 0.95
+    assert not any("what would help" in note for note in answer.record["notes"])
+    possible = [fix for fix in answer.fixes if fix["after"] is not None]
+    assert {"spool.ratio", "arm.elbow_radius"} <= {fix["parameter"] for fix in possible}
+    content = NOBODY_ENOUGH | {"spool": {"ratio": answer.choices["spool_ratio"][best]}}
+    for fix in possible:
+        key = fix["parameter"]
+        after = fix["after"]
+        less = after - 1e-6 * (after - fix["before"])
         table, name = key.split(".")
-        for value, enough in ((after, True), (after - 1e-6 * (after - before), False)):
-            content = NOBODY_ENOUGH | {"spool": {"ratio": ratio}}
-            content |= {table: {**content.get(table, {}), name: value}}
-            problem = question(tendon.study(content))
-            assert (
-                bool(solve(problem, problem.choices.numbers(np.arange(1)), 1)["feasible"][0])
-                == enough
-            ), key
+        keys = content.get(table, {})
+        assert is_feasible(content | {table: {**keys, name: after}}), key
+        assert not is_feasible(content | {table: {**keys, name: less}}), key
 
 
-def test_for_very_many_what_would_fix_it_is_worked_out_for_some_and_said(monkeypatch):
+def test_for_very_many_persons_fixes_are_worked_out_for_some_and_a_note_says_so(monkeypatch):
     study = tendon.study(NOBODY_ENOUGH)
     problem = question(study)
-    monkeypatch.setattr(
-        fixes, "_MOST", 20 * len(problem.conditions) * problem.states_per_design // 100
+    states_of_20 = 20 * len(problem.conditions) * problem.states_per_design // 100
+    monkeypatch.setattr(fixes, "_MOST", states_of_20)
+    answer = tendon.design(study)
+    note = (
+        "what would help is worked out for 20 of the 100 persons: "
+        "those that bind, and others at random"
     )
-    found = tendon.design(study)
-    note = "what would help is worked out for 20 of the 100 persons: those that bind, and others at random"
-    assert note in found.record["notes"]
-    assert any(fix["after"] is not None for fix in found.fixes)
+    assert note in answer.record["notes"]
+    assert any(fix["after"] is not None for fix in answer.fixes)
 
 
 DOUBT = {
@@ -109,28 +119,30 @@ DOUBT = {
 
 def test_the_probability_of_a_pretension_is_that_of_a_sweep_over_the_draws(monkeypatch):
     monkeypatch.setattr(sensitivity, "_STATES", 256 * 4 * 28)
-    study = study_from(COARSE | DOUBT)
-    found = tendon.design(study).record["population"]
-    assert (found["kind"], found["count"]) == ("draws", 256)
-    at = study_from(COARSE | DOUBT | {"tendon": {"pretension": found["pretension"]}})
-    run = tendon.sweep(at)
-    feasible = run.designs["feasible"].to_numpy().reshape(256, 2).all(axis=1)
-    assert found["served"] == pytest.approx(feasible.mean(), abs=1e-12)
-    ends = {each["end"]: each["inputs"] for each in found["sobol"]}
-    assert set(ends["pretension_from"]) == {"sheath.friction", "spring.stiffness"}
-    for inputs in ends.values():
-        assert sum(each["first"] for each in inputs.values()) == pytest.approx(1.0, abs=0.15)
+    content = COARSE | DOUBT
+    population = tendon.design(study_from(content)).record["population"]
+    assert population["kind"] == "draws"
+    assert population["count"] == 256
+    run = tendon.sweep(study_from(content | {"tendon": {"pretension": population["pretension"]}}))
+    feasible = run.designs["feasible"].to_numpy().reshape(256, 2)  # (draws, loads)
+    assert population["served"] == pytest.approx(feasible.all(axis=1).mean(), abs=1e-12)
+    inputs_of_end = {row["end"]: row["inputs"] for row in population["sobol"]}
+    assert set(inputs_of_end["pretension_from"]) == {"sheath.friction", "spring.stiffness"}
+    for inputs in inputs_of_end.values():
+        total = sum(index["first"] for index in inputs.values())
+        assert total == pytest.approx(1.0, abs=0.15)
 
 
-def test_sizes_of_many_persons_are_found_by_the_first(monkeypatch):
+def test_sizes_for_many_persons_are_found_with_the_first_of_them(monkeypatch):
     monkeypatch.setattr(people_module, "_MOST_PERSONS", 50)
-    found = tendon.design(tendon.study(PEOPLE)).record["population"]["sizes"]["spool_ratio"]
-    assert [each["persons"] for each in found] == [50, 50, 50]
-    assert np.all(np.diff([each["served"] for each in found]) >= 0.0)
+    population = tendon.design(tendon.study(PEOPLE)).record["population"]
+    sizes = population["sizes"]["spool_ratio"]
+    assert [size["persons"] for size in sizes] == [50, 50, 50]
+    assert np.all(np.diff([size["served"] for size in sizes]) >= 0.0)
 
 
 def test_the_pretension_that_would_serve_more_serves_as_many_in_a_sweep():
-    asked = {
+    content = {
         "people": {"count": 40},
         "spring": {"stiffness": "5 kN/m"},
         "spool": {"ratio": 0.6},
@@ -139,11 +151,12 @@ def test_the_pretension_that_would_serve_more_serves_as_many_in_a_sweep():
         "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 10}},
     }
     answer = tendon.design(
-        tendon.study(asked | {"design": {"serve": "50 %", "pretension": "least"}})
+        tendon.study(content | {"design": {"serve": "50 %", "pretension": "least"}})
     )
-    told = re.search(r"([0-9.]+)\s+N\s+would\s+serve\s+([0-9.]+)\s+%", answer.text)
-    assert told is not None
-    swept = tendon.sweep(tendon.study(asked | {"tendon": {"pretension": f"{told[1]} N"}})).designs
-    served = swept.groupby("person", observed=True)["feasible"].all()
-    assert say.percent(served.mean()) == f"{told[2]} %"
-    assert served.mean() > answer.record["population"]["served"]
+    sentence = re.search(r"([0-9.]+)\s+N\s+would\s+serve\s+([0-9.]+)\s+%", answer.text)
+    assert sentence is not None
+    pretension, percent = sentence.groups()
+    run = tendon.sweep(tendon.study(content | {"tendon": {"pretension": f"{pretension} N"}}))
+    served = run.designs.groupby("person", observed=True)["feasible"].all().mean()
+    assert say.percent(served) == f"{percent} %"
+    assert served > answer.record["population"]["served"]

@@ -7,38 +7,37 @@ from tendon_cli import say
 from tendon_cli.answers.coverage import curve, effective_count, share_at
 
 
-def some_windows(count, seed):
+def random_windows(count, seed):
+    """Return the ends of windows and their weights; the first has none, the second no upper end."""
     random = np.random.default_rng(seed)
     low = random.normal(100.0, 10.0, count)
     high = low + random.normal(12.0, 8.0, count)
-    low[0], high[1] = np.nan, np.inf
+    low[0] = np.nan
+    high[1] = np.inf
     return low, high, random.uniform(0.0, 2.0, count)
 
 
-def counted(pretension, low, high, weighting):
-    return weighting[(low <= pretension) & (pretension <= high)].sum() / weighting.sum()
-
-
 def test_a_share_is_that_of_windows_counted_one_by_one():
-    low, high, weighting = some_windows(200, 1)
-    for place in [0.0, *low[1:], *high[2:], 1e6]:
-        assert share_at(place, low, high, weighting) == pytest.approx(
-            counted(place, low, high, weighting), abs=1e-12
-        )
-    found = curve(low, high, weighting)
-    np.testing.assert_allclose(
-        found.share[::2], [counted(at, low, high, weighting) for at in found.pretension[::2]]
-    )
-    middles = (found.pretension[:-2:2] + found.pretension[2::2]) / 2
-    np.testing.assert_allclose(
-        found.share[1:-2:2], [counted(at, low, high, weighting) for at in middles]
-    )
-    assert np.all((found.low <= found.share) & (found.share <= found.high))
+    low, high, weighting = random_windows(200, 1)
+
+    def counted(pretension):
+        is_served = (low <= pretension) & (pretension <= high)
+        return weighting[is_served].sum() / weighting.sum()
+
+    for pretension in [0.0, *low[1:], *high[2:], 1e6]:
+        share = share_at(pretension, low, high, weighting)
+        assert share == pytest.approx(counted(pretension), abs=1e-12)
+    probability = curve(low, high, weighting)
+    ends = probability.pretension[::2]
+    np.testing.assert_allclose(probability.share[::2], [counted(pretension) for pretension in ends])
+    middles = (probability.pretension[:-2:2] + probability.pretension[2::2]) / 2
+    np.testing.assert_allclose(probability.share[1:-2:2], [counted(middle) for middle in middles])
+    assert np.all((probability.low <= probability.share) & (probability.share <= probability.high))
 
 
 def test_without_any_window_the_curve_is_empty():
-    found = curve(np.array([2.0, np.nan]), np.array([1.0, np.nan]), np.ones(2))
-    assert found.pretension.size == found.share.size == 0
+    empty = curve(np.array([2.0, np.nan]), np.array([1.0, np.nan]), np.ones(2))
+    assert empty.pretension.size == empty.share.size == 0
 
 
 @pytest.mark.parametrize("true", [0.02, 0.5, 0.93, 1.0])

@@ -1,4 +1,4 @@
-"""`[people]` in a study: whose arms, which keys, and a sweep over them against the model itself."""
+"""`[people]` in a study: whose arms, which keys, and a sweep over them against the model."""
 
 import json
 import re
@@ -9,7 +9,8 @@ import pytest
 
 from tendon_cli.engine.plan import Plan
 from tendon_cli.errors import StudyError
-from tendon_cli.model import actuator, body
+from tendon_cli.model import actuator
+from tendon_cli.model.body import Body
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.people.people_section import packed, unpacked
 from tendon_cli.studies.people.person import worn_by
@@ -20,16 +21,16 @@ from tests.model import designs
 
 FILE = "name,weight (kg),stature (cm),weighting\nAda,62.5,168,1\nBo,90,181.5,3\n"
 
-
-BOTH_WAYS = np.array([[True], [False]])
+BOTH_DIRECTIONS = np.array([[True], [False]])
 
 
 def from_file(tmp_path, text=FILE, **content):
+    """Return a study of the persons of a file given as text."""
     (tmp_path / "people.csv").write_text(text, encoding="utf-8")
     return study_from({"people": {"file": "people.csv"} | content}, folder=tmp_path)
 
 
-def test_persons_are_the_slowest_axis_but_for_cases():
+def test_persons_are_the_slowest_axis_after_cases():
     study = study_from(
         {"people": {"count": 5}, "arm": {"b1": [0.15, 0.16]}, "cases": [{"name": "a"}]}
     )
@@ -38,39 +39,44 @@ def test_persons_are_the_slowest_axis_but_for_cases():
     assert study.serve == 0.95
 
 
-def test_a_sweep_over_persons_is_the_model_of_each_ones_arm():
+def arm_on(body, reference, b1):
+    """Return the numbers of the paper's arm, with another b1, on a body."""
+    forearm = body.forearm_circumference / reference.forearm_circumference
+    return {
+        "a1": 0.040 * body.biceps_circumference / reference.biceps_circumference,
+        "b1": b1 * body.acromion_radiale_length / reference.acromion_radiale_length,
+        "a2": 0.020 * forearm,
+        "b2": 0.150 * body.radiale_stylion_length / reference.radiale_stylion_length,
+        "elbow_radius": 0.045 * forearm,
+        "forearm_mass": 0.022 * body.weight,
+        "forearm_com": 0.682 * body.radiale_stylion_length,
+        "load_distance": body.forearm_grip_length,
+    }
+
+
+def test_a_sweep_over_persons_is_the_model_of_the_arm_of_each():
     study = study_from(
         {"people": {"count": 6, "seed": 4}, "arm": {"b1": [0.15, 0.16]}, "load": {"mass": 5.0}}
     )
     plan = Plan(study)
     (block,) = plan.blocks(range(plan.designs))
-    found = plan.state(block)
+    swept = plan.state(block)
     people = draw(ansur2(), "both", 6, seed=4)
     for person in range(6):
-        one = body.Body(*people.values[person])
-        reference = people.reference
-        for at, b1 in enumerate((0.15, 0.16)):
-            p = designs.baseline(
-                a1=0.040 * one.biceps_circumference / reference.biceps_circumference,
-                b1=b1 * one.acromion_radiale_length / reference.acromion_radiale_length,
-                a2=0.020 * one.forearm_circumference / reference.forearm_circumference,
-                b2=0.150 * one.radiale_stylion_length / reference.radiale_stylion_length,
-                elbow_radius=0.045 * one.forearm_circumference / reference.forearm_circumference,
-                forearm_mass=0.022 * one.weight,
-                forearm_com=0.682 * one.radiale_stylion_length,
-                load_distance=one.forearm_grip_length,
-                load_mass=5.0,
-            )
-            state = actuator.evaluate(designs.design(p), plan.elbow_angles[np.newaxis], BOTH_WAYS)
+        body = Body(*people.values[person])
+        for index, b1 in enumerate((0.15, 0.16)):
+            arm = arm_on(body, people.reference, b1)
+            design = designs.design(designs.baseline(**arm, load_mass=5.0))
+            state = actuator.evaluate(design, plan.elbow_angles[np.newaxis], BOTH_DIRECTIONS)
             np.testing.assert_allclose(
-                found.balance.flexor[person, at], state.balance.flexor, rtol=1e-12
+                swept.balance.flexor[person, index], state.balance.flexor, rtol=1e-12
             )
             np.testing.assert_allclose(
-                found.motor_torque[person, at], state.motor_torque, rtol=1e-9
+                swept.motor_torque[person, index], state.motor_torque, rtol=1e-9
             )
 
 
-def test_what_the_study_states_of_the_forearm_is_not_taken_from_the_body():
+def test_numbers_of_the_forearm_that_the_study_states_are_not_taken_from_the_body():
     from_body = study_from({"people": {"count": 3}})
     stated = study_from({"people": {"count": 3}, "arm": {"forearm_mass": "1.6 kg"}})
     assert set(from_body.of_the_body) == {
@@ -79,9 +85,8 @@ def test_what_the_study_states_of_the_forearm_is_not_taken_from_the_body():
         "arm.load_distance",
     }
     assert set(stated.of_the_body) == {"arm.forearm_com", "arm.load_distance"}
-    assert set(from_body.of_the_body) - space_of(stated).axes[0].numbers.keys() == {
-        "arm.forearm_mass"
-    }
+    drawn = space_of(stated).axes[0].numbers.keys()
+    assert set(from_body.of_the_body) - drawn == {"arm.forearm_mass"}
     for study in (from_body, stated):
         again = study_from(study.document())
         assert again.hash == study.hash
@@ -93,31 +98,30 @@ def test_a_study_of_real_persons_carries_them_along(tmp_path):
     (tmp_path / "people.csv").unlink()
     again = study_from(json.loads(json.dumps(study.record))["study"])
     assert again.hash == study.hash
-    assert again.people.population.names == ("Ada", "Bo")
-    np.testing.assert_array_equal(again.people.population.values, study.people.population.values)
-    assert again.people.population.weighting.tolist() == [1.0, 3.0]
-    assert study.sources["people.file"]["persons"] == 2
-    assert any(
-        "expected of men and women" in warning
-        for warning in study.sources["people.file"]["warnings"]
-    )
+    people = again.people.population
+    assert people.names == ("Ada", "Bo")
+    np.testing.assert_array_equal(people.values, study.people.population.values)
+    assert people.weighting.tolist() == [1.0, 3.0]
+    source = study.sources["people.file"]
+    assert source["persons"] == 2
+    assert any("expected of men and women" in warning for warning in source["warnings"])
 
 
-def test_the_hash_knows_who_they_are(tmp_path):
-    hashes = {
-        study_from({"people": people}).hash
-        for people in ({}, {"seed": 2}, {"count": 999}, {"sex": "male"})
-    }
-    hashes |= {
-        study_from({}).hash,
-        from_file(tmp_path).hash,
-        from_file(tmp_path, FILE.replace("90", "91")).hash,
-    }
-    assert len(hashes) == 7
+def test_the_hash_of_a_study_changes_with_its_persons(tmp_path):
+    studies = [
+        study_from({"people": {}}),
+        study_from({"people": {"seed": 2}}),
+        study_from({"people": {"count": 999}}),
+        study_from({"people": {"sex": "male"}}),
+        study_from({}),
+        from_file(tmp_path),
+        from_file(tmp_path, FILE.replace("90", "91")),
+    ]
+    assert len({study.hash for study in studies}) == 7
 
 
 @pytest.mark.parametrize(
-    ("people", "said"),
+    ("people", "message"),
     [
         ({"count": 0}, "people.count: 0 is out of range, expected 1"),
         ({"count": True}, "people.count.*not a whole number"),
@@ -135,14 +139,14 @@ def test_the_hash_knows_who_they_are(tmp_path):
         ("everyone", "people.*is not a table"),
     ],
 )
-def test_people_that_cannot_be_are_refused(people, said, tmp_path):
+def test_faulty_people_are_refused(people, message, tmp_path):
     (tmp_path / "people.csv").write_text(FILE, encoding="utf-8")
     with pytest.raises(StudyError) as error:
         study_from({"people": people}, folder=tmp_path)
-    assert re.search(said, error.value.message), error.value.message
+    assert re.search(message, error.value.message), error.value.message
 
 
-def test_a_case_cannot_give_what_comes_from_the_body():
+def test_a_case_cannot_give_a_number_that_comes_from_the_body():
     case = {"name": "splint", "arm": {"forearm_mass": "3 kg", "b1": "160 mm"}}
     with pytest.raises(StudyError, match=r"cases\.0\.arm\.forearm_mass: comes from the body"):
         study_from({"people": {"count": 2}, "cases": [case]})
@@ -159,40 +163,43 @@ def test_packed_content_comes_back_and_bombs_are_refused():
 # --- Statistics of one's own ----------------------------------------------------------------------
 
 
+@pytest.fixture
 def ansur2_text():
-    return (resources.files("tendon_cli.studies.people") / "ansur2_arm.toml").read_text(
-        encoding="utf-8"
-    )
+    """Return the file of the survey that comes with the program."""
+    file = resources.files("tendon_cli.studies.people") / "ansur2_arm.toml"
+    return file.read_text(encoding="utf-8")
 
 
-def with_own(tmp_path, text, **people):
+def from_statistics(tmp_path, text, **people):
+    """Return a study of people with statistics given as text."""
     (tmp_path / "own.toml").write_text(text, encoding="utf-8")
     return study_from({"people": {"statistics": "own.toml", **people}}, folder=tmp_path)
 
 
-def test_persons_of_ones_own_statistics_are_drawn_and_carried_along(tmp_path):
-    same = with_own(tmp_path, ansur2_text(), count=20)
+def test_persons_of_ones_own_statistics_are_drawn_and_carried_along(tmp_path, ansur2_text):
+    same = from_statistics(tmp_path, ansur2_text, count=20)
     drawn = draw(ansur2(), "both", 20, seed=1)
     np.testing.assert_array_equal(same.people.population.values, drawn.values)
-    heavy = with_own(
-        tmp_path, ansur2_text().replace("85.52", "99.5").replace("4082", "100"), count=20
-    )
+    heavy_text = ansur2_text.replace("85.52", "99.5").replace("4082", "100")
+    heavy = from_statistics(tmp_path, heavy_text, count=20)
     (tmp_path / "own.toml").unlink()
     again = study_from(json.loads(json.dumps(heavy.record))["study"])
     assert again.hash == heavy.hash != same.hash
-    found = again.people.population
-    assert found.reference.weight == 99.5
-    assert sum(name.startswith("woman") for name in found.names) == round(20 * 1986 / 2086)
+    people = again.people.population
+    assert people.reference.weight == 99.5
+    women = sum(name.startswith("woman") for name in people.names)
+    assert women == round(20 * 1986 / 2086)
     assert heavy.sources["people.statistics"]["men"] == 100
     assert worn_by(again, "mean-man").body[1].value == 99.5
 
 
-def test_they_complete_a_file_of_persons_too(tmp_path):
+def test_ones_own_statistics_complete_a_file_of_persons_too(tmp_path, ansur2_text):
     (tmp_path / "people.csv").write_text("weight (kg)\n70\n", encoding="utf-8")
-    usual, own = (
-        with_own(
-            tmp_path, ansur2_text().replace(*change), file="people.csv", sex="male"
-        ).people.population
-        for change in (("", ""), ("1756.21", "1856.21"))
-    )
-    assert own.body.stature[0] - usual.body.stature[0] == pytest.approx(0.1, abs=1e-9)
+
+    def stature(text):
+        study = from_statistics(tmp_path, text, file="people.csv", sex="male")
+        return study.people.population.body.stature[0]
+
+    usual = stature(ansur2_text)
+    taller = stature(ansur2_text.replace("1756.21", "1856.21"))
+    assert taller - usual == pytest.approx(0.1, abs=1e-9)

@@ -13,10 +13,12 @@ MANY = 100_000
 
 
 def deviations(statistics):
+    """Return the standard deviation of every dimension, SI."""
     return np.sqrt(np.diag(statistics.covariance))
 
 
 def correlations(covariance):
+    """Return the matrix of correlations of a covariance."""
     scale = np.sqrt(np.diag(covariance))
     return covariance / np.outer(scale, scale)
 
@@ -25,34 +27,39 @@ def correlations(covariance):
 def test_means_deviations_and_all_correlations_are_within_sampling_error(sex):
     statistics = SURVEY.of(sex)
     bodies = draw(SURVEY, sex, MANY, seed=3).values
-    error = deviations(statistics) / np.sqrt(MANY)
+    true_deviations = deviations(statistics)
+    error = true_deviations / np.sqrt(MANY)
     assert np.all(np.abs(bodies.mean(axis=0) - statistics.mean) < 4.0 * error)
-    assert np.all(
-        np.abs(bodies.std(axis=0) / deviations(statistics) - 1.0) < 4.0 / np.sqrt(2 * MANY)
-    )
+    relative = bodies.std(axis=0) / true_deviations - 1.0
+    assert np.all(np.abs(relative) < 4.0 / np.sqrt(2 * MANY))
     true = correlations(statistics.covariance)
-    found = np.corrcoef(bodies.T)
-    assert np.all(np.abs(found - true) <= 4.5 * (1.0 - true**2) / np.sqrt(MANY) + 1e-12)
+    difference = np.abs(np.corrcoef(bodies.T) - true)
+    assert np.all(difference <= 4.5 * (1.0 - true**2) / np.sqrt(MANY) + 1e-12)
 
 
 def test_the_survey_is_in_si_and_of_thousands():
-    assert (SURVEY.male.persons, SURVEY.female.persons) == (4082, 1986)
+    assert SURVEY.male.persons == 4082
+    assert SURVEY.female.persons == 1986
     assert SURVEY.male.mean[DIMENSIONS.index("stature")] == pytest.approx(1.75621)
     assert SURVEY.female.mean[DIMENSIONS.index("weight")] == 67.76
     assert deviations(SURVEY.male)[DIMENSIONS.index("weight")] == pytest.approx(14.221)
 
 
-def test_men_and_women_stand_in_the_proportion_of_the_survey_unless_it_is_given():
-    names = draw(SURVEY, "both", 6068, seed=1).names
-    assert sum(name.startswith("woman") for name in names) == 1986
-    assert (
-        sum(name.startswith("woman") for name in draw(SURVEY, "both", 10, 1, women=0.5).names) == 5
-    )
-    assert len(set(names)) == 6068
+def count_women(population):
+    """Return how many women a drawn population has."""
+    return sum(name.startswith("woman") for name in population.names)
+
+
+def test_men_and_women_are_in_the_proportion_of_the_survey_unless_it_is_given():
+    people = draw(SURVEY, "both", 6068, seed=1)
+    assert count_women(people) == 1986
+    assert count_women(draw(SURVEY, "both", 10, 1, women=0.5)) == 5
+    assert len(set(people.names)) == 6068
 
 
 def test_a_seed_gives_the_same_bodies_and_a_larger_count_begins_with_those_of_a_smaller():
-    few, many = draw(SURVEY, "male", 10, seed=7), draw(SURVEY, "male", 1000, seed=7)
+    few = draw(SURVEY, "male", 10, seed=7)
+    many = draw(SURVEY, "male", 1000, seed=7)
     np.testing.assert_array_equal(few.values, many.values[:10])
     assert not np.any(few.values == draw(SURVEY, "male", 10, seed=8).values)
     both = draw(SURVEY, "both", 10, seed=7)
@@ -63,53 +70,60 @@ def test_a_seed_gives_the_same_bodies_and_a_larger_count_begins_with_those_of_a_
 def test_men_and_women_mixed_have_the_moments_of_a_mixed_crowd():
     crowd = draw(SURVEY, "both", MANY, seed=5, women=0.4).values
     mixed = SURVEY.both(0.4)
-    assert np.all(np.abs(crowd.mean(axis=0) - mixed.mean) < 4.0 * deviations(mixed) / np.sqrt(MANY))
+    error = deviations(mixed) / np.sqrt(MANY)
+    assert np.all(np.abs(crowd.mean(axis=0) - mixed.mean) < 4.0 * error)
     np.testing.assert_allclose(np.cov(crowd.T), mixed.covariance, rtol=0.03)
 
 
-def test_the_mean_man_is_the_one_that_the_anchors_stand_on():
+def test_the_mean_man_is_the_one_for_whom_the_anchors_are_given():
     man = named(SURVEY, "mean-man")
     assert man.body.weight == [85.52]
-    np.testing.assert_array_equal(
-        man.values[0], [getattr(man.reference, name) for name in DIMENSIONS]
-    )
+    reference = [getattr(man.reference, name) for name in DIMENSIONS]
+    np.testing.assert_array_equal(man.values[0], reference)
     assert named(SURVEY, "mean-woman").body.weight == [67.76]
 
 
-# --- Statistics that cannot be --------------------------------------------------------------------
+# --- Faulty statistics ----------------------------------------------------------------------------
 
 SIZE = len(DIMENSIONS)
 MEAN = [1000.0, 80.0, *[330.0] * (SIZE - 2)]
 
 
 def written(correlation=None, **male):
-    """A survey as text, of persons 1 m large, with some keys of its men replaced."""
-    table = {"persons": 10, "mean": MEAN, "standard_deviation": [1.0] * SIZE} | male
-    rows = np.eye(SIZE).tolist()
+    """Return a survey as text, of persons 1 m large, with some keys of its men replaced."""
+    uncorrelated = np.eye(SIZE).tolist()
+    men = {"persons": 10, "mean": MEAN, "standard_deviation": [1.0] * SIZE} | male
     lines = [
         f"dimensions = {list(DIMENSIONS)}",
         "[male]",
-        *(f"{key} = {value}" for key, value in table.items()),
+        *(f"{key} = {value}" for key, value in men.items()),
+        f"correlation = {correlation or uncorrelated}",
+        "[female]",
+        "persons = 5",
+        f"mean = {MEAN}",
+        f"standard_deviation = {[2.0] * SIZE}",
+        f"correlation = {uncorrelated}",
     ]
-    lines += [f"correlation = {correlation or rows}", "[female]", "persons = 5", f"mean = {MEAN}"]
-    return "\n".join([*lines, f"standard_deviation = {[2.0] * SIZE}", f"correlation = {rows}"])
+    return "\n".join(lines)
 
 
 def with_correlation(value, *places):
+    """Return a matrix of correlations that are zero but for some places and their mirrors."""
     matrix = np.eye(SIZE)
     for row, column in places:
-        matrix[row, column] = matrix[column, row] = value
+        matrix[row, column] = value
+        matrix[column, row] = value
     return matrix.tolist()
 
 
 def test_statistics_of_ones_own_are_read():
-    survey = read_survey(written().encode(), "mine.toml")
+    survey = read_survey(written().encode(), "own.toml")
     assert survey.male.mean[0] == 1.0
     assert survey.share_of_women == pytest.approx(1 / 3)
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         (written(with_correlation(-0.9, (0, 1), (0, 2), (1, 2))), "not positive definite"),
         (written(with_correlation(1.0, (3, 4))), "forearm_grip_length follows from the others"),
@@ -129,9 +143,9 @@ def test_statistics_of_ones_own_are_read():
         ("dimensions = 5", "not statistics"),
     ],
 )
-def test_statistics_that_cannot_be_are_refused(text, said):
-    with pytest.raises(InputError, match=said):
-        read_survey(text.encode(), "mine.toml")
+def test_faulty_statistics_are_refused(text, message):
+    with pytest.raises(InputError, match=message):
+        read_survey(text.encode(), "own.toml")
 
 
 def test_the_factor_of_a_matrix_gives_it_back():
