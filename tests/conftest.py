@@ -17,7 +17,7 @@ from tendon_cli import cli
 from tendon_cli.engine import plan as plan_module
 from tendon_cli.engine.folder import RunFolder
 from tendon_cli.engine.plan import STATES_PER_BLOCK, Plan
-from tendon_cli.engine.run import How, compute_parts
+from tendon_cli.engine.run import RunOptions, compute_parts
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.engine.threads import in_threads
 from tendon_cli.files import locked
@@ -88,7 +88,7 @@ def sweep_text(text, folder, *, jobs=1, block_states=STATES_PER_BLOCK, out="run"
     plan = Plan(load_study(file), block_states=block_states)
     target = RunFolder(folder / out, Sweep(plan))
     with locked(target.path):
-        record, _ = compute_parts(target, How(), in_threads(jobs))
+        record, _ = compute_parts(target, RunOptions(), in_threads(jobs))
         target.finish(record)
     return Swept(target.path, plan, record)
 

@@ -9,7 +9,7 @@ import pytest
 
 from tendon_cli.answers.choices import Choices
 from tendon_cli.engine.cluster import worker as task
-from tendon_cli.engine.cluster.worker import Assignment, Refusal, halt, make_part, unlike
+from tendon_cli.engine.cluster.worker import Assignment, Refusal, halt, make_part, check_versions
 from tendon_cli.engine.folder import RunFolder
 from tendon_cli.engine.journal import Journal
 from tendon_cli.engine.plan import Plan
@@ -95,7 +95,7 @@ def test_two_workers_on_one_part_do_not_meet(assignment, monkeypatch, local):
 
 
 def test_a_part_that_is_halted_leaves_nothing(assignment):
-    assert task.ready(assignment) is None
+    assert task.prepare_worker(assignment) is None
     halt(assignment.run)
     refusal = make_part(assignment, 1)
     assert isinstance(refusal, Refusal)
@@ -105,7 +105,7 @@ def test_a_part_that_is_halted_leaves_nothing(assignment):
 
 def test_another_plan_is_refused(assignment):
     """As other versions and a folder that is not seen are, by workers of a cluster."""
-    assert unlike(assignment.versions) is None
+    assert check_versions(assignment.versions) is None
     refusal = make_part(replace(assignment, parts=5), 0)
     assert isinstance(refusal, Refusal)
     assert (refusal.kind, "understands the study otherwise" in refusal.reason) == ("unfit", True)

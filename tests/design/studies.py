@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tendon_cli.answers.problem import question
+from tendon_cli.answers.problem import question_of
 from tendon_cli.answers.solve import solve
 from tendon_cli.studies.load import load_study
 
@@ -23,7 +23,7 @@ def problem_of(text, folder):
     """Return the problem of a study given as text."""
     file = folder / "study.toml"
     file.write_text(text, encoding="utf-8")
-    return question(load_study(file))
+    return question_of(load_study(file))
 
 
 def solved(problem):

@@ -7,10 +7,10 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.answers import choices as choices_module
-from tendon_cli.answers.problem import question
+from tendon_cli.answers.problem import question_of
 from tendon_cli.answers.question import goals_of
 from tendon_cli.answers.sensitivity import sensitivities
-from tendon_cli.answers.solve import of_columns, of_rows
+from tendon_cli.answers.solve import solve_columns, solve_rows
 
 from .studies import CATALOGUE, LOADS, RANGES, problem_of
 
@@ -33,13 +33,13 @@ def answered(text, folder):
     fine = problem_of(text.replace("num = 8", "num = 29").replace("num = 6", "num = 21"), folder)
     goals = goals_of(fine.study)
     answer = tendon.design(problem_of(text, folder).study)
-    rivals = of_rows(fine, np.arange(len(fine.choices)))
+    rivals = solve_rows(fine, np.arange(len(fine.choices)))
     return answer, goals, rivals.scores(goals)
 
 
 def solved_alone(content):
     """Solve the one choice of a study."""
-    return of_columns(question(tendon.study(content)), {}, 1)
+    return solve_columns(question_of(tendon.study(content)), {}, 1)
 
 
 def with_value(content, key, value):
@@ -253,13 +253,13 @@ def test_sensitivities_are_the_slopes_of_the_ends(tmp_path):
         '[load]\nmass = ["1 kg", "8 kg"]\n'
     )
     problem = problem_of(text, tmp_path)
-    rows = sensitivities(problem, of_columns(problem, {}, 1))
+    rows = sensitivities(problem, solve_columns(problem, {}, 1))
     assert {row["end"] for row in rows} == {"from", "to"}
     assert len(rows) > 30
 
     def end_at(row, factor):
         moved = problem.saying({row["key"]: np.full(2, row["value"] * factor)})
-        return of_columns(moved, {}, 1)[f"pretension_{row['end']}"][0]
+        return solve_columns(moved, {}, 1)[f"pretension_{row['end']}"][0]
 
     step = 1e-4
     for row in rows:
@@ -297,5 +297,5 @@ DRAWN = {"uncertainty": {"draws": 4}}
     ids=["neither", "uncertain", "drawn", "both"],
 )
 def test_uncertain_numbers_without_draws_and_draws_without_these_are_noted(content, noted):
-    notes = " ".join(question(tendon.study({"spring": {"stiffness": "5 kN/m"}, **content})).notes)
+    notes = " ".join(question_of(tendon.study({"spring": {"stiffness": "5 kN/m"}, **content})).notes)
     assert [text for text in ("stand at their middle", "draws nothing") if text in notes] == noted

@@ -10,14 +10,14 @@ from scipy.optimize import brentq
 
 import tendon_cli as tendon
 from tendon_cli.answers import problem as problem_module
-from tendon_cli.answers.between_samples import estimated
-from tendon_cli.answers.problem import question
+from tendon_cli.answers.between_samples import estimate_error
+from tendon_cli.answers.problem import question_of
 from tendon_cli.answers.solve import solve
 from tendon_cli.model import proof
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.limits import LIMITS
-from tendon_cli.model.motor_window import Motor, narrowed
+from tendon_cli.model.motor_window import Motor, narrow
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.model.window import Window, ends_of_states, window
 
@@ -217,7 +217,7 @@ def under_both(problem, **numbers):
 
 def evaluate_all(study, pretension):
     """Return the states at very many angles under both conditions, at a pretension."""
-    problem = question(study)
+    problem = question_of(study)
     angles = np.linspace(problem.angles.min(), problem.angles.max(), 20001)
     designs = under_both(problem, **{"tendon.pretension": np.array([pretension])})
     return State.of(designs, angles[np.newaxis], problem.flexion)
@@ -236,7 +236,7 @@ def test_of_two_nearly_equal_peaks_the_higher_one_ends_the_window(apart):
     common = {**suit.content, "load": {"mass": suit.load}, "motion": suit.motion(5)}
 
     def beyond(torque):
-        problem = question(tendon.study({**common, "limits": {"peak_motor_torque": torque}}))
+        problem = question_of(tendon.study({**common, "limits": {"peak_motor_torque": torque}}))
         _, high = searched(problem)
         return high - suit.high - apart
 
@@ -307,7 +307,7 @@ def test_the_window_of_an_interval_of_postures_is_proved_and_that_of_very_many(w
     assert known["status"] == "proven"
     assert f"every upper arm angle from {low} to {high} deg" in known["scope"]
     postures = [f"{angle} deg" for angle in np.linspace(low, high, 301)]
-    many = question(tendon.study({**content, "arm": {"upper_arm_angle": postures}})).ends({}, 1)
+    many = question_of(tendon.study({**content, "arm": {"upper_arm_angle": postures}})).ends({}, 1)
     assert answer.choices.pretension_from[0] == pytest.approx(many.low.max(), abs=2e-6)
     assert answer.choices.pretension_to[0] == pytest.approx(many.high.min(), abs=2e-6)
 
@@ -332,7 +332,7 @@ def test_the_worst_power_at_a_load_between_two_is_found():
     many = answered(content, load={"mass": np.linspace(0.0, 12.7, 21).tolist()})
     assert few.between_samples == "sampled"
     assert few.pretension_to == pytest.approx(many.pretension_to, rel=1e-4)
-    heaviest = question(tendon.study({**content, "load": {"mass": 12.7}}))
+    heaviest = question_of(tendon.study({**content, "load": {"mass": 12.7}}))
     assert few.pretension_to < heaviest.windows({}, 1).high[0, 0] - 1.0
 
 
@@ -360,7 +360,7 @@ def check_estimates(cases):
     for problem, (low, high), dense_window in cases:
         if not low <= high:
             continue
-        estimate = estimated(problem, {}, solve(problem, {}, 1), problem.ends_over_angles({}, 1))
+        estimate = estimate_error(problem, {}, solve(problem, {}, 1), problem.ends_over_angles({}, 1))
         if estimate is None:
             continue
         dense_low, dense_high = dense_window()
@@ -381,7 +381,7 @@ def within_limits_of_the_motor(seed, count):
         content = random_study(rng, number)
         content["limits"] = {name: "1e5 rad" if is_angle else 1e6}
         content["motion"]["speed"] = "60 deg/s"
-        problem = question(tendon.study(content))
+        problem = question_of(tendon.study(content))
         of_states = replace(problem, bounds=Bounds()).windows({}, 1)
         highest = min(of_states.high.min(), 1e3)
         problem = limited(rng, problem, name, of_states.low.max(), highest)
@@ -393,7 +393,7 @@ def within_limits_of_the_motor(seed, count):
 def ends_at_many_angles(problem, of_states):
     """Narrow the windows of the states by the motor's limits at eight thousand angles."""
     angles = np.linspace(problem.angles.min(), problem.angles.max(), 8001)
-    windows = narrowed(
+    windows = narrow(
         Window(**{name: values[0] for name, values in vars(of_states).items()}),
         under_both(problem),
         angles[np.newaxis],
@@ -478,7 +478,7 @@ def ends_along(problem, trajectory):
     angles = trajectory.angle[np.newaxis]
     flexion = trajectory.flexion[np.newaxis]
     of_states = window(designs, angles, flexion, problem.bounds)
-    windows = narrowed(of_states, designs, angles, flexion, problem.bounds, problem.loads)
+    windows = narrow(of_states, designs, angles, flexion, problem.bounds, problem.loads)
     return windows.low.max(), min(windows.high.min(), 1e3)
 
 
@@ -505,7 +505,7 @@ def along_trajectories(seed, count):
             name = CYCLE_LIMITS[number // 2 % len(CYCLE_LIMITS)]
             limits = {name: "1e5 rad" if "travel" in name else 1e5}
         content["limits"] = {"min_elbow_stiffness": -200.0} | limits
-        problem = question(tendon.study(content))
+        problem = question_of(tendon.study(content))
         trajectory = problem.study.trajectory
         ends = ends_along(problem, trajectory)
         if name is not None:
@@ -594,7 +594,7 @@ def check_random_windows(seed, count):
     for number in range(count):
         study = tendon.study(random_study(rng, number))
         choice = tendon.design(study).choices.iloc[0]
-        low, high = searched(question(study))
+        low, high = searched(question_of(study))
         if np.isnan(choice.pretension_from) or np.isnan(low):
             assert np.isnan(low)
             continue

@@ -47,7 +47,7 @@ def test_an_answer_stopped_while_it_refines_ends_before_the_next_windows(
 ):
     stop = threading.Event()
     windows_after_stop = []
-    refined = candidates.refined
+    refined = candidates.refine_choice
 
     def stop_and_refine(*arguments):
         stop.set()
@@ -56,7 +56,7 @@ def test_an_answer_stopped_while_it_refines_ends_before_the_next_windows(
         )
         return refined(*arguments)
 
-    monkeypatch.setattr(candidates, "refined", stop_and_refine)
+    monkeypatch.setattr(candidates, "refine_choice", stop_and_refine)
     with pytest.raises(Stopped):
         tendon_cli.design(tendon_cli.load_study(study(RANGES)), workplace / "out", stop=stop)
     assert stop.is_set()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tendon_cli.answers.candidates import compromise, front, losses
-from tendon_cli.answers.coverage import grouped, share_at, share_served
+from tendon_cli.answers.coverage import group_windows, share_at, share_served
 from tendon_cli.answers.question import Goal
 
 
@@ -93,7 +93,7 @@ def test_a_person_counts_only_where_every_load_is_held():
     low = np.array([[1.0, 5.0, 2.0, np.nan, 0.0]])
     high = np.array([[9.0, 7.0, 1.0, np.nan, np.inf]])
     person = np.array([0, 0, 1, 2, 3])
-    person_low, person_high = grouped(low, high, person)
+    person_low, person_high = group_windows(low, high, person)
     np.testing.assert_array_equal(person_low[0], [5.0, 2.0, np.nan, 0.0])
     np.testing.assert_array_equal(person_high[0], [7.0, 1.0, np.nan, np.inf])
     coverage = share_served(person_low, person_high, np.ones(4))

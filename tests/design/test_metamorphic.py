@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tendon_cli.answers.problem import question
+from tendon_cli.answers.problem import question_of
 from tendon_cli.answers.solve import solve
 from tendon_cli.studies.load import study_from
 
@@ -28,7 +28,7 @@ def solved(**content):
         "motion": COARSE,
         "load": {"mass": [0.0, 5.0, 10.0]},
     }
-    problem = question(study_from({**base, **content}))
+    problem = question_of(study_from({**base, **content}))
     return solve(problem, problem.choices.numbers(np.arange(12)), 12)
 
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from tendon_cli import design
-from tendon_cli.answers.problem import question
+from tendon_cli.answers.problem import question_of
 from tendon_cli.answers.sensitivity import sensitivities
-from tendon_cli.answers.solve import of_columns, solve
+from tendon_cli.answers.solve import solve_columns, solve
 from tendon_cli.model.limits import LIMIT_NAMES
-from tendon_cli.model.motor import cycle
+from tendon_cli.model.motor import cycle_columns
 from tendon_cli.studies.load import study_from
 
 SUIT = {
@@ -24,7 +24,7 @@ SUIT = {
 
 def solved(**limits):
     """Return the problem of the suit under limits, and its solutions."""
-    problem = question(study_from({**SUIT, "limits": limits}))
+    problem = question_of(study_from({**SUIT, "limits": limits}))
     return problem, solve(problem, problem.choices.numbers(np.arange(2)), 2)
 
 
@@ -49,7 +49,7 @@ def test_a_window_ends_where_the_cycle_reaches_the_limit(name, most, column, end
         assert ends[row] != unlimited[f"pretension_{end}"][row]
         numbers = problem.choices.numbers(np.array([row]))
         suit = problem.design(numbers, pretension=ends[[row]])
-        values = cycle(suit, problem.angles, problem.flexion, np.radians(60.0))[column].ravel()
+        values = cycle_columns(suit, problem.angles, problem.flexion, np.radians(60.0))[column].ravel()
         assert values[conditions[row]] == pytest.approx(problem.bounds[name], rel=1e-6)
 
 
@@ -77,8 +77,8 @@ SET_BY_THE_MOTOR = [
 
 @pytest.mark.parametrize(("limit", "value", "end"), SET_BY_THE_MOTOR)
 def test_ends_that_a_limit_on_the_motor_sets_have_their_slopes(limit, value, end):
-    problem = question(study_from({**SUIT, "spool": {"ratio": 0.6}, "limits": {limit: value}}))
-    choice = of_columns(problem, {}, 1)
+    problem = question_of(study_from({**SUIT, "spool": {"ratio": 0.6}, "limits": {limit: value}}))
+    choice = solve_columns(problem, {}, 1)
     assert LIMIT_NAMES[choice[f"{end}_by"][0]] == limit
     rows = {row["key"]: row for row in sensitivities(problem, choice) if row["end"] == end}
     assert {"motion.speed", f"limits.{limit}", "spring.stiffness", "load.mass"} <= set(rows)
@@ -94,7 +94,7 @@ def test_ends_that_a_limit_on_the_motor_sets_have_their_slopes(limit, value, end
             changed = problem.saying({key: np.where(np.arange(2) == binding, number, masses)})
         else:
             changed = problem.saying({key: np.full(2, number)})
-        return of_columns(changed, {}, 1)[f"pretension_{end}"][0]
+        return solve_columns(changed, {}, 1)[f"pretension_{end}"][0]
 
     for key, row in rows.items():
         number = row["value"]

@@ -9,7 +9,7 @@ from matplotlib.text import Text
 
 from tendon_cli.engine.folder import RunFolder
 from tendon_cli.engine.plan import Plan
-from tendon_cli.engine.run import How, compute_parts
+from tendon_cli.engine.run import RunOptions, compute_parts
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.engine.threads import in_threads
 from tendon_cli.figures.draw import pages_of
@@ -45,7 +45,7 @@ def sweep(folder: Path, content: dict[str, Any]) -> Path:
     """Run a study into a folder; axes vary in the order of `content`."""
     target = RunFolder(folder, Sweep(Plan(study_of(content))))
     with locked(target.path):
-        compute_parts(target, How(), in_threads(1))
+        compute_parts(target, RunOptions(), in_threads(1))
     return folder
 
 

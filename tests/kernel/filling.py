@@ -11,9 +11,9 @@ import pytest
 from tendon_cli import kernel
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.sweep import Sweep
-from tendon_cli.engine.table_columns import Tables
+from tendon_cli.engine.table_columns import PlanColumns
 from tendon_cli.studies.load import study_from
-from tendon_cli.studies.values import Values
+from tendon_cli.studies.values import StudyNumber
 from tests.si import with_units
 
 needs_code = pytest.mark.skipif(
@@ -54,7 +54,7 @@ def plan_of(numbers, order=(), unchecked=None, **options):
     `unchecked` are numbers of the arm that a study would be refused for.
     """
     study = study_from(with_units({"name": "rows"} | nested(numbers)), order=tuple(order))
-    arm_numbers = {name: Values.of(value) for name, value in (unchecked or {}).items()}
+    arm_numbers = {name: StudyNumber.of(value) for name, value in (unchecked or {}).items()}
     arm = study.arm.model_copy(update=arm_numbers)
     return Plan(study.replaced({"arm": arm}), **options)
 
@@ -91,7 +91,7 @@ def kinds_of_code():
 
 def _same_block(plan, block, cuts):
     """Check that all code writes the same rows of a block, and return its columns."""
-    types = {column.name: column.dtype for column in Tables(plan).states}
+    types = {column.name: column.dtype for column in PlanColumns(plan).states}
     keys = Sweep(plan).keys("states", block)
     state = plan.state(block)
     count = block.design_count * block.shape[-2] * block.shape[-1]

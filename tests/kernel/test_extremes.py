@@ -87,10 +87,10 @@ def test_designs_are_the_fold_of_their_states_to_the_same_bits(seed, slack):
     state_count = states.shape[-1] * states.shape[-2]
     with kinds_of_code() as (kinds, choose):
         choose(None)
-        by_numpy = extremes.finished(folded(states), state_count)
+        by_numpy = extremes.finish(folded(states), state_count)
         for kind in kinds:
             choose(kind)
-            results = extremes.finished(folded(states), state_count)
+            results = extremes.finish(folded(states), state_count)
             for name, values in expected_extremes(states).items():
                 assert same_bits(values + 0.0, results[name]), (kind, name)
             for name, values in results.items():
@@ -164,6 +164,6 @@ def test_no_slack_length_of_states_that_have_none(first):
     states = States(design, BOTH_DIRECTIONS, angles, (3, 2, 5))
     result = extremes.begin((3,))
     extremes.fold(result, states.state, angles)
-    lengths = extremes.finished(result, 10)["max_slack"]
+    lengths = extremes.finish(result, 10)["max_slack"]
     assert same_bits(expected_extremes(states)["max_slack"] + 0.0, lengths)
     assert np.isnan(lengths[:2]).all()

@@ -51,7 +51,7 @@ def wanted(monkeypatch):
     """Yield a function that chooses whether compiled code is used; afterwards it is as before."""
 
     def choose(*, code):
-        monkeypatch.setenv(kernel.UNWANTED, "" if code else "1")
+        monkeypatch.setenv(kernel.NO_COMPILED_VARIABLE, "" if code else "1")
         look_for_code_again()
         assert (kernel.kind() is not None) == code
 

@@ -87,7 +87,7 @@ def test_a_windows_ends_are_those_of_its_states():
     for _ in range(20):
         states = random_states(rng, "both")
         bounds = random_bounds(rng, states.shape[:-2])
-        ends = window.finished(folded(states, bounds), states.design, bounds)
+        ends = window.finish(folded(states, bounds), states.design, bounds)
         design = with_free_length(states.design)
         alone = window.window(design, states.angles.reshape(1, -1), states.flexion, bounds)
         for name in ("low", "high", "low_state", "high_state"):

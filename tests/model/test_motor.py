@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tendon_cli.model.actuator import evaluate
-from tendon_cli.model.motor import cycle, motor_rates
+from tendon_cli.model.motor import cycle_columns, motor_rates
 from tendon_cli.model.statics import BOTH_SLACK, EXTENSOR_SLACK, FLEXOR_SLACK, NO_EQUILIBRIUM, TAUT
 
 from . import rig
@@ -41,7 +41,7 @@ def degrees(low, high, count):
 
 def cycle_of(p, angles, directions=BOTH_DIRECTIONS, speed=SPEED):
     """Return the results of a cycle as plain numbers by name."""
-    results = cycle(design(p), angles, directions, speed)
+    results = cycle_columns(design(p), angles, directions, speed)
     return {name: float(value) for name, value in results.items()}
 
 

@@ -5,8 +5,8 @@ import pytest
 
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.limits import LIMIT_NAMES
-from tendon_cli.model.motor import cycle
-from tendon_cli.model.motor_window import narrowed
+from tendon_cli.model.motor import cycle_columns
+from tendon_cli.model.motor_window import narrow
 from tendon_cli.model.window import window
 
 from .designs import BOTH_DIRECTIONS, baseline, design
@@ -32,20 +32,20 @@ def grid_windows(**limits):
     bounds = Bounds(speed=SPEED, **limits)
     wide = window(made, ANGLES, BOTH_DIRECTIONS, Bounds())
     of_states = window(made, ANGLES, BOTH_DIRECTIONS, bounds)
-    return wide, narrowed(of_states, made, ANGLES, BOTH_DIRECTIONS, bounds)
+    return wide, narrow(of_states, made, ANGLES, BOTH_DIRECTIONS, bounds)
 
 
 def results_at(pretension, name, **changes):
     """Return a result of the cycle at each of many pretensions of one design."""
     made = design(baseline(**changes, pretension=pretension.reshape(-1, 1, 1)))
-    values = cycle(made, ANGLES, BOTH_DIRECTIONS, SPEED)[name]
+    values = cycle_columns(made, ANGLES, BOTH_DIRECTIONS, SPEED)[name]
     return np.broadcast_to(values, pretension.shape)
 
 
 def result_at(pretension, name, **changes):
     """Return a result of the cycle at one pretension."""
     made = design(baseline(**changes, pretension=float(pretension)))
-    return float(cycle(made, ANGLES, BOTH_DIRECTIONS, SPEED)[name])
+    return float(cycle_columns(made, ANGLES, BOTH_DIRECTIONS, SPEED)[name])
 
 
 def is_kept(name, limit, pretension, **changes):
@@ -135,7 +135,7 @@ def test_the_widest_interval_that_keeps_a_limit_is_used():
     power = results_at(pretension, "peak_motor_power", **changes)
     limit = float(np.quantile(power, 0.5))
     bounds = Bounds(speed=SPEED, peak_motor_power=limit)
-    left = narrowed(wide, made, ANGLES, BOTH_DIRECTIONS, bounds)
+    left = narrow(wide, made, ANGLES, BOTH_DIRECTIONS, bounds)
     allowed = power <= limit
     edges = np.diff(allowed.astype(int), prepend=0, append=0)
     runs = np.flatnonzero(edges == -1) - np.flatnonzero(edges == 1)
@@ -151,7 +151,7 @@ def test_without_an_upper_end_the_window_ends_where_a_limit_does():
 
     def left_by(max_spool_travel):
         bounds = Bounds(speed=SPEED, max_spool_travel=max_spool_travel)
-        return narrowed(wide, made, ANGLES, BOTH_DIRECTIONS, bounds)
+        return narrow(wide, made, ANGLES, BOTH_DIRECTIONS, bounds)
 
     travel = result_at(left_by(7.0).high, "spool_travel", load_mass=3.0)
     assert travel == pytest.approx(7.0, rel=1e-9)

@@ -106,7 +106,7 @@ def test_states_over_cells_hold_the_models_own(kind):
         middle = 0.25 + 0.5 * np.floor(middle / 0.5)
     sides = {side: replace(getattr(flat, side), pretension=pretension) for side in SIDES}
     taut = replace(flat, unilateral=False, **sides)
-    over_cells = proof.enclosed(flat, middle, half, flexion, pretension, 4)
+    over_cells = proof.enclose_states(flat, middle, half, flexion, pretension, 4)
     for share in (-1.0, 0.0, 0.6, 1.0):
         state = evaluate(taut, middle + share * half, flexion)
         for series, expected in (
@@ -140,7 +140,7 @@ def random_states(seed, count):
 def enclosed_at(p, angle, flexion, pretension):
     """Return value and radius of x, y, stiffness and the motor's torque at one angle."""
     made = design({name: np.array([value]) for name, value in p.items()})
-    state = proof.enclosed(
+    state = proof.enclose_states(
         made, np.array([angle]), np.zeros(()), np.array([flexion]), np.array([pretension]), 3
     )
     flexor_arm, extensor_arm = (Series.of(arm, COMPUTED) for arm in state.motor_arms)

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.bounds import Bounds
-from tendon_cli.model.motor import along, cycle
-from tendon_cli.model.motor_window import narrowed
+from tendon_cli.model.motor import motion_columns, cycle_columns
+from tendon_cli.model.motor_window import narrow
 from tendon_cli.model.reversal import drift
-from tendon_cli.model.trajectory import Trajectory, ways
+from tendon_cli.model.trajectory import Trajectory, friction_directions
 from tendon_cli.model.window import window
 
 from .designs import BOTH_DIRECTIONS, baseline, design
@@ -56,7 +56,7 @@ def states_of(made):
 
 def results_of(made):
     """Return the motor's results along the trajectory of a design as plain numbers by name."""
-    return {name: float(value) for name, value in along(made, made.trajectory).items()}
+    return {name: float(value) for name, value in motion_columns(made, made.trajectory).items()}
 
 
 def test_inertia_asks_for_torque_and_leaves_the_stiffness_as_it_is():
@@ -91,7 +91,7 @@ def test_slow_full_swings_come_to_what_a_cycle_does():
     changes = {"forearm_mass": 4.0, "forearm_com": 0.25, "pretension": 200.0}
     results = results_of(moved(swing(40_001), inertia=0.0, **changes))
     angles = np.linspace(MIDDLE - SWING, MIDDLE + SWING, 91)[np.newaxis]
-    strokes = cycle(design(baseline(**changes)), angles, BOTH_DIRECTIONS, 1.0)
+    strokes = cycle_columns(design(baseline(**changes)), angles, BOTH_DIRECTIONS, 1.0)
     for name in ("motor_work_in", "friction_loss", "spool_travel", "efficiency"):
         assert results[name] == pytest.approx(float(strokes[name]), rel=2e-4), name
 
@@ -151,7 +151,7 @@ def test_windows_along_a_trajectory_are_where_its_columns_keep_the_limit(name):
 
     limit = value(0.6 * float(wide.low) + 0.4 * float(wide.high))
     bounds = Bounds(**{name: limit})
-    left = narrowed(window(made, angle, flexion, bounds), made, angle, flexion, bounds)
+    left = narrow(window(made, angle, flexion, bounds), made, angle, flexion, bounds)
     ends = [
         (float(left.low), float(wide.low), -1.0),
         (float(left.high), float(wide.high), 1.0),
@@ -168,13 +168,13 @@ def test_windows_along_a_trajectory_are_where_its_columns_keep_the_limit(name):
 def test_friction_turns_once_the_angle_has_come_back_far_enough():
     angle = np.radians([0.0, 0.5, 2.0, 5.0, 4.5, 4.2, 3.9, 2.0, 2.5, 3.5, 3.5, 3.5])
     expected = [True, True, True, True, True, True, False, False, False, True, True, True]
-    assert ways(angle, np.radians(1.0)).tolist() == expected
+    assert friction_directions(angle, np.radians(1.0)).tolist() == expected
 
 
 def test_noise_smaller_than_the_reversal_turns_nothing():
     rng = np.random.default_rng(1)
     angle = np.concatenate([np.linspace(0.0, 1.0, 200), np.linspace(1.0, 0.2, 200)])
-    flexion = ways(angle + rng.uniform(-0.004, 0.004, 400), 0.0175)
+    flexion = friction_directions(angle + rng.uniform(-0.004, 0.004, 400), 0.0175)
     assert np.flatnonzero(np.diff(flexion)).size == 1
     assert flexion[0]
     assert not flexion[-1]
@@ -183,7 +183,7 @@ def test_noise_smaller_than_the_reversal_turns_nothing():
 @given(st.integers(0, 1000), st.floats(0.0, 0.3))
 def test_a_mirrored_motion_has_the_other_friction(seed, reversal):
     angle = np.cumsum(np.random.default_rng(seed).normal(0.0, 0.1, 60))
-    flexion = ways(angle, reversal)
-    mirrored = ways(-angle, reversal)
+    flexion = friction_directions(angle, reversal)
+    mirrored = friction_directions(-angle, reversal)
     if np.abs(angle - angle[0]).max() > reversal:
         np.testing.assert_array_equal(flexion, ~mirrored)

@@ -8,7 +8,7 @@ from tendon_cli.engine.plan import Plan
 from tendon_cli.errors import StudyError
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.spaces import space_of
-from tendon_cli.studies.values import drawn, quantile
+from tendon_cli.studies.values import draw_numbers, quantile
 
 STIFF = {"spring": {"stiffness": {"value": "3 kN/m", "tolerance": "10 %"}}}
 ROUGH = {"sheath": {"friction": {"mean": 0.074, "std": 0.02}}}
@@ -41,7 +41,7 @@ def test_a_seed_gives_the_same_draws_and_another_seed_other_draws():
     uncertain = study_from(STIFF | ROUGH).uncertain
 
     def stiffness(draws, seed):
-        return drawn(uncertain, draws, seed)["spring.stiffness"]
+        return draw_numbers(uncertain, draws, seed)["spring.stiffness"]
 
     first = stiffness(64, seed=1)
     np.testing.assert_array_equal(first, stiffness(64, seed=1))

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from tendon_cli.answers.people import GroupWindows, not_served
+from tendon_cli.answers.people import GroupWindows, reasons_not_served
 from tendon_cli.answers.phrases import LESS, MORE, NEITHER
-from tendon_cli.answers.problem import question
+from tendon_cli.answers.problem import question_of
 from tendon_cli.studies.load import study_from
 
 STUDY = {
@@ -20,7 +20,7 @@ STUDY = {
 @pytest.fixture(scope="module")
 def problem():
     """Return the problem of one suit for 200 persons."""
-    return question(study_from(STUDY))
+    return question_of(study_from(STUDY))
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def by_need(problem, windows):
     """Return the reasons at 148 N, each with the indices of its persons, by what they need."""
     persons = problem.study.people.population.persons
     reasons = {}
-    for reason in not_served(problem, windows, 148.0):
+    for reason in reasons_not_served(problem, windows, 148.0):
         members = np.array([persons.index(name) for name in reason["first"]])
         assert len(members) == reason["count"]
         reasons[reason["needs"]] = (reason, members)
@@ -43,7 +43,7 @@ def by_need(problem, windows):
 
 @pytest.mark.parametrize("pretension", [100.0, 148.0, 260.0, np.nan])
 def test_everyone_is_served_or_left_out_once(problem, windows, pretension):
-    reasons = not_served(problem, windows, pretension)
+    reasons = reasons_not_served(problem, windows, pretension)
     is_served = (windows.low <= pretension) & (pretension <= windows.high)
     assert sum(reason["count"] for reason in reasons) == (~is_served).sum()
     names = [name for reason in reasons for name in reason["first"]]

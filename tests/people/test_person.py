@@ -7,7 +7,7 @@ from tendon_cli.errors import UsageError
 from tendon_cli.model import actuator
 from tendon_cli.state_page.page import state_page
 from tendon_cli.studies.load import study_from
-from tendon_cli.studies.people.person import worn_by
+from tendon_cli.studies.people.person import person_study
 from tests.model import designs
 
 AT_75 = {"motion": {"elbow_angle": "75 deg", "direction": "flexion"}}
@@ -40,7 +40,7 @@ def test_the_mean_man_has_the_anchors_of_the_study_and_its_stated_numbers_stay()
     study = study_from(
         AT_75 | {"arm": {"forearm_mass": "1.2 kg", "a1": "50 mm", "b1": ["140 mm", "160 mm"]}}
     )
-    worn = worn_by(study, "mean-man")
+    worn = person_study(study, "mean-man")
     assert worn.study.numbers["arm.a1"].single == 0.05
     assert worn.study.numbers["arm.b1"].array.tolist() == [0.14, 0.16]
     assert worn.study.axes == ("arm.b1",)

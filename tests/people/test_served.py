@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from tendon_cli.answers.people import person_of
-from tendon_cli.answers.problem import question
+from tendon_cli.answers.problem import question_of
 from tendon_cli.answers.solve import solve
 from tendon_cli.errors import StudyError
 from tendon_cli.model import limits, window
 from tendon_cli.space.axis import scale_of
 from tendon_cli.studies.load import study_from
-from tendon_cli.studies.people.person import worn_by
+from tendon_cli.studies.people.person import person_study
 from tendon_cli.studies.spaces import named_axes
 from tests.model import designs
 
@@ -22,7 +22,7 @@ FILE = {"people": {"file": "people.csv"}}
 def solved(*contents, folder=None):
     """Return the problem of a study in several parts, and its solutions."""
     content = {key: value for part in contents for key, value in part.items()}
-    problem = question(study_from(content, folder=folder))
+    problem = question_of(study_from(content, folder=folder))
     count = len(problem.choices)
     return problem, solve(problem, problem.choices.numbers(np.arange(count)), count)
 
@@ -140,7 +140,7 @@ def test_one_person_with_draws_is_as_their_arm_typed_in_with_draws(tmp_path):
     (tmp_path / "people.csv").write_text("name,weight (kg)\nAda,62\n")
     study = study_from(FILE, folder=tmp_path)
     arm = {}
-    for key, values in worn_by(study, "Ada").study.numbers.items():
+    for key, values in person_study(study, "Ada").study.numbers.items():
         if "arm." in key and "angle" not in key:
             arm[key.removeprefix("arm.")] = float(values.array[0])
     of_person, person = solved(ROUGH, FILE, suit(5e3, 0.6), folder=tmp_path)

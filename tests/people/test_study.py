@@ -13,7 +13,7 @@ from tendon_cli.model import actuator
 from tendon_cli.model.body import Body
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.people.people_section import packed, unpacked
-from tendon_cli.studies.people.person import worn_by
+from tendon_cli.studies.people.person import person_study
 from tendon_cli.studies.people.population import draw
 from tendon_cli.studies.people.survey import ansur2
 from tendon_cli.studies.spaces import space_of
@@ -190,7 +190,7 @@ def test_persons_of_ones_own_statistics_are_drawn_and_carried_along(tmp_path, an
     women = sum(name.startswith("woman") for name in people.names)
     assert women == round(20 * 1986 / 2086)
     assert heavy.sources["people.statistics"]["men"] == 100
-    assert worn_by(again, "mean-man").body[1].value == 99.5
+    assert person_study(again, "mean-man").body[1].value == 99.5
 
 
 def test_ones_own_statistics_complete_a_file_of_persons_too(tmp_path, ansur2_text):

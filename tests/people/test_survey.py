@@ -5,7 +5,7 @@ import pytest
 
 from tendon_cli.errors import InputError
 from tendon_cli.model.body import DIMENSIONS
-from tendon_cli.studies.people.population import draw, named
+from tendon_cli.studies.people.population import draw, standard_person
 from tendon_cli.studies.people.survey import SEXES, ansur2, cholesky, read_survey
 
 SURVEY = ansur2()
@@ -76,11 +76,11 @@ def test_men_and_women_mixed_have_the_moments_of_a_mixed_crowd():
 
 
 def test_the_mean_man_is_the_one_for_whom_the_anchors_are_given():
-    man = named(SURVEY, "mean-man")
+    man = standard_person(SURVEY, "mean-man")
     assert man.body.weight == [85.52]
     reference = [getattr(man.reference, name) for name in DIMENSIONS]
     np.testing.assert_array_equal(man.values[0], reference)
-    assert named(SURVEY, "mean-woman").body.weight == [67.76]
+    assert standard_person(SURVEY, "mean-woman").body.weight == [67.76]
 
 
 # --- Faulty statistics ----------------------------------------------------------------------------

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tendon_cli.answers import sensitivity
-from tendon_cli.answers.problem import question
+from tendon_cli.answers.problem import question_of
 from tendon_cli.answers.sensitivity import BODY, indices, sobol
 from tendon_cli.studies.load import study_from
 
@@ -104,7 +104,7 @@ def saltelli(values_a, values_b, mixed):
 def test_indices_of_windows_are_those_of_a_plain_estimate_of_ten_times_the_size(
     people, monkeypatch
 ):
-    problem = question(study_from(UNCERTAIN | people))
+    problem = question_of(study_from(UNCERTAIN | people))
     numbers = problem.choices.numbers(np.arange(1))
     calls = []
 

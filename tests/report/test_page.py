@@ -15,9 +15,9 @@ import pyarrow.parquet as pq
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.cube.axes import thinned
+from tendon_cli.cube.axes import thin_axes
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.reports.data import FEW, packed
+from tendon_cli.reports.data import MOST_EXACT, pack_numbers
 from tendon_cli.reports.report import write_report
 
 
@@ -29,7 +29,7 @@ def data_of(path):
 
 
 def unpacked(array):
-    """Return the numbers that `packed` has packed for a page."""
+    """Return the numbers that `pack_numbers` has packed for a page."""
     kinds = {"f4": "<f4", "u2": "<u2", "u1": "u1"}
     content = zlib.decompress(base64.b64decode(array["data"]))
     values = np.frombuffer(content, kinds[array["type"]]).astype(float)
@@ -43,11 +43,11 @@ def item_with(items, key, value):
     return next(item for item in items if item[key] == value)
 
 
-@pytest.mark.parametrize("count", [FEW, FEW + 1])
+@pytest.mark.parametrize("count", [MOST_EXACT, MOST_EXACT + 1])
 def test_packed_numbers_are_the_numbers(count):
     values = np.random.default_rng(1).normal(100.0, 30.0, count)
     values[::7] = np.nan
-    back = unpacked(packed(values))
+    back = unpacked(pack_numbers(values))
     assert (np.isnan(back) == np.isnan(values)).all()
     spread = np.nanmax(values) - np.nanmin(values)
     assert np.nanmax(np.abs(back - values)) <= max(spread / 65534, 1e-5)
@@ -57,7 +57,7 @@ def test_packed_numbers_are_the_numbers(count):
     ("lengths", "most"), [((400, 400, 4), 700_000), ((3, 5000), 1000), ((1,), 5), ((2, 2, 2), 3)]
 )
 def test_thinning_keeps_both_ends_and_the_bound(lengths, most):
-    kept = thinned(lengths, most)
+    kept = thin_axes(lengths, most)
     assert np.prod([len(positions) for positions in kept]) <= most
     for positions, length in zip(kept, lengths, strict=True):
         assert positions[0] == 0

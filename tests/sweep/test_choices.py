@@ -7,7 +7,7 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.engine import plan as plan_module
-from tendon_cli.engine.folds import choices, feasible_choices, flags, noted
+from tendon_cli.engine.folds import count_choices, count_feasible_choices, decode_feasible, encode_feasible
 from tendon_cli.engine.plan import Plan
 from tendon_cli.studies.load import study_from
 
@@ -67,18 +67,18 @@ def test_any_judgement_of_designs_cut_anywhere(seed, monkeypatch):
     notes = []
     for index in range(plan.parts):
         part = plan.part(index)
-        notes.append(noted(feasible.ravel()[part.start : part.stop]))
-        assert flags(notes[-1], len(part)) is not None
+        notes.append(encode_feasible(feasible.ravel()[part.start : part.stop]))
+        assert decode_feasible(notes[-1], len(part)) is not None
     conditions = tuple(at for at, key in enumerate(plan.study.axes) if key in plan.study.conditions)
     by_hand = feasible.all(axis=conditions)
-    assert choices(plan) == by_hand.size
-    assert feasible_choices(plan, notes) == by_hand.sum()
+    assert count_choices(plan) == by_hand.size
+    assert count_feasible_choices(plan, notes) == by_hand.sum()
 
 
 @pytest.mark.parametrize("note", ["", "AAAA", "!", "eJwDAAAAAAE=", "eJw" + "A" * 4000])
 def test_what_is_no_note_is_not_taken_for_one(note):
-    assert flags(note, 4) is None
-    assert flags(noted(np.ones(4, np.bool_)), 4).all()
+    assert decode_feasible(note, 4) is None
+    assert decode_feasible(encode_feasible(np.ones(4, np.bool_)), 4).all()
 
 
 def test_the_summary_names_the_conditions_that_the_study_has():

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tendon_cli.kernel import UNWANTED
+from tendon_cli.kernel import NO_COMPILED_VARIABLE
 
 PAGE = Path(__file__).parents[2] / "CONTRIBUTING.md"
 OF_STATES, OF_DESIGNS = "flexor_friction_force", "mean_motor_torque"
@@ -69,7 +69,7 @@ def test_a_column_is_an_entry_in_one_table(outside, workplace, entries, compiled
         f"show run --table states --columns {OF_STATES} --sort -{OF_STATES} --head 1",
         f"show run --columns {OF_DESIGNS} --csv --head 0",
         python=True,
-        env={**os.environ, UNWANTED: "" if compiled else "1"},
+        env={**os.environ, NO_COMPILED_VARIABLE: "" if compiled else "1"},
     )
     assert ran.exit == 0, ran.err
     states, designs = pd.read_parquet("run/states.parquet"), pd.read_parquet("run/designs.parquet")

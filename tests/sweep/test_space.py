@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tendon_cli.engine.plan import Plan
-from tendon_cli.space.axis import Axis, over
+from tendon_cli.space.axis import Axis, overlay
 from tendon_cli.space.space import Space
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.spaces import space_of
@@ -90,7 +90,7 @@ def test_choices_under_conditions_are_the_designs_of_the_whole_product(content):
     first, second = np.indices(shape).reshape(2, -1)
     sides = choices.numbers(np.arange(shape[0])), conditions.numbers(np.arange(shape[1]))
     crossed = Space(tuple(map(Axis.of_points, sides, shape)), space.single)
-    paired = over(choices.numbers(first), conditions.numbers(second))
+    paired = overlay(choices.numbers(first), conditions.numbers(second))
     same(
         crossed.design(), Space((Axis.of_points(paired, len(first)),), space.single).design(), shape
     )

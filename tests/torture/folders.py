@@ -22,7 +22,7 @@ from tendon_cli.answers import choices
 from tendon_cli.answers.choices import Choices
 from tendon_cli.engine import journal as journal_module
 from tendon_cli.engine import plan
-from tendon_cli.engine.run import How, run_task
+from tendon_cli.engine.run import RunOptions, run_task
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.errors import Stopped, TendonError
 from tendon_cli.studies.load import load_study
@@ -341,7 +341,7 @@ class Folder(RuleBasedStateMachine):
             if stop_after is not None and done >= stop_after:
                 stop.set()
 
-        how = How(
+        how = RunOptions(
             jobs=1,
             lock=lock,
             draw=draw,
