@@ -74,6 +74,13 @@ def states(folder: Path, content: dict[str, Any]) -> TableFiles:
     return table(sweep(folder, {"motion": motion, **content}), "states")
 
 
+def select(rows: Any, **equal: Any) -> Any:
+    """Return the rows of a data frame in which some columns have given values."""
+    for name, value in equal.items():
+        rows = rows[rows[name] == value]
+    return rows
+
+
 # --- Contents of a figure -------------------------------------------------------------------------
 
 
