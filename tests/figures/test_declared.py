@@ -100,7 +100,7 @@ BILATERAL = {"model": {"slack": "bilateral"}}
 
 
 @pytest.mark.parametrize(
-    ("more", "asked", "key", "says"),
+    ("more", "spec", "key", "says"),
     [
         ({}, figure(quantity="margin"), "quantity", "not written"),
         ({}, figure(where="load_mass = 4 kg"), "where", "nothing is left by"),
@@ -111,11 +111,11 @@ BILATERAL = {"model": {"slack": "bilateral"}}
     ],
 )
 def test_a_figure_that_cannot_be_drawn_is_a_fault_beforehand_and_a_warning_after(
-    tmp_path, more, asked, key, says
+    tmp_path, more, spec, key, says
 ):
-    tables = ["states"] if asked["quantity"] == "margin" else ["designs", "states"]
+    tables = ["states"] if spec["quantity"] == "margin" else ["designs", "states"]
     content = {**SMALL, "output": {"tables": tables}, **more}
-    study = study_of({**content, "figure": [asked]})
+    study = study_of({**content, "figure": [spec]})
     with pytest.raises(StudyError, match=says) as error:
         check_figures_of(study)
     place = f"figure.0.{key}" if key else "figure.0"
@@ -168,7 +168,7 @@ def test_all_faults_of_all_figures_come_at_once_with_their_lines(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("asked", "says"),
+    ("spec", "says"),
     [
         (figure(colour="load_mas"), ("figure.0.colour", 'did you mean "load_mass"')),
         (figure(where="load_mass = 5 N"), ("figure.0.where", "5 N")),
@@ -186,9 +186,9 @@ def test_all_faults_of_all_figures_come_at_once_with_their_lines(tmp_path):
         (figure(x="margin\n"), ("figure.0.x", "is not a name")),
     ],
 )
-def test_what_a_figure_cannot_be_is_refused(asked, says):
+def test_what_a_figure_cannot_be_is_refused(spec, says):
     with pytest.raises(StudyError) as error:
-        study_of({"figure": [asked]})
+        study_of({"figure": [spec]})
     assert len(error.value.faults) == 1
     assert [part for part in says if part not in str(error.value)] == []
     with pytest.raises(StudyError, match="two"):
