@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.text import Text
 
 from tendon_cli.figures.arm import arm_page
 from tendon_cli.figures.arm_shape import ArmShape, arm_sizes
 from tendon_cli.studies.load import study_from
+from tests.figures.runs import by_gid, words
 
 ANGLES = [math.radians(angle) for angle in (-20.0, 0.0, 35.0, 90.0, 140.0)]
 STUDY = study_from(
@@ -39,11 +39,8 @@ def test_points_agree_with_the_model(angle: float) -> None:
 
 def test_the_extensor_is_longer_by_its_travel() -> None:
     def length(angle: float) -> float:
-        return float(
-            np.linalg.norm(
-                np.diff(ArmShape(arm_sizes(STUDY), angle).extensor, axis=0), axis=1
-            ).sum()
-        )
+        segments = np.diff(ArmShape(arm_sizes(STUDY), angle).extensor, axis=0)  # (segments, 2), mm
+        return float(np.linalg.norm(segments, axis=1).sum())
 
     for angle in (0.5, 1.5, 2.4):
         assert length(angle) - length(0.0) == pytest.approx(45.0 * angle, rel=1e-3)
@@ -53,16 +50,14 @@ def test_the_extensor_is_longer_by_its_travel() -> None:
 
 def test_gravity_pulls_down_and_the_upper_arm_leans_forward() -> None:
     shape = ArmShape(arm_sizes(STUDY), 0.0)
-    np.testing.assert_allclose(
-        shape.along, (math.sin(math.radians(30)), -math.cos(math.radians(30)))
-    )
+    lean = math.radians(30)
+    np.testing.assert_allclose(shape.along, (math.sin(lean), -math.cos(lean)))
     np.testing.assert_allclose(shape.up, -shape.along)
 
 
 def test_what_the_drawing_says() -> None:
     figure = arm_page(STUDY, [0.0, math.radians(60.0), math.radians(170.0)]).figure
-    words = "\n".join(text.get_text() for text in figure.findobj(Text))
-    for text in (
+    expected = (
         "b₁ = 150 mm",
         "b₂ = 150 mm",
         "a₁ = 40 mm",
@@ -78,13 +73,14 @@ def test_what_the_drawing_says() -> None:
         "J = 101.1 mm",
         "J ≤ 0: no equilibrium",
         "The first of several values of spool.ratio is drawn.",
-    ):
-        assert text in words
+    )
+    for text in expected:
+        assert text in words(figure)
     arms = [axes for axes in figure.axes if "spools" not in axes.get_title()]
     assert len(arms) == 4
     assert all(axes.get_aspect() == 1.0 for axes in figure.axes)
-    spools = [patch.radius for patch in figure.findobj(lambda artist: artist.get_gid() == "spool")]
-    assert spools == pytest.approx([30.0, 21.0])
+    radii = [patch.radius for patch in by_gid(figure, "spool")]
+    assert radii == pytest.approx([30.0, 21.0])
 
 
 def test_angles_of_the_study_and_files(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The window over the angle: the lines are what the record says, the dots lie on what binds, the band is the window."""
+"""The window over the angle: lines as in the record, dots on what binds, a band for the window."""
 
 from __future__ import annotations
 
@@ -41,13 +41,16 @@ def answer(tmp_path_factory: pytest.TempPathFactory) -> tendon.Answer:
 def test_the_window_is_what_the_lines_leave_at_all_angles(answer: tendon.Answer) -> None:
     figure = answer.plot("between")
     (panel,) = figure.axes
-    curves, best = answer.record["between_samples"]["curves"], answer.record["best"]
+    curves = answer.record["between_samples"]["curves"]
+    best = answer.record["best"]
     for end, side in (("from", "lower"), ("to", "upper")):
         for limit, values in curves[side].items():
             (line,) = by_gid(panel, f"{end} {limit}")
-            drawn, given = line.get_ydata(), np.array(values, dtype=np.float64)
-            np.testing.assert_allclose(drawn[np.isfinite(drawn)], given[np.isfinite(drawn)])
-    # The dots are the angles of the study, and the tightest of them is not far from the window's end.
+            drawn = line.get_ydata()
+            recorded = np.array(values, dtype=np.float64)
+            is_drawn = np.isfinite(drawn)
+            np.testing.assert_allclose(drawn[is_drawn], recorded[is_drawn])
+    # The dots are the angles of the study; the tightest is not far from the window's end.
     lower, upper = (line.get_ydata() for line in by_gid(panel, "samples"))
     assert len(lower) == len(curves["samples"]) == 7
     assert best["pretension_from"] >= np.nanmax(lower) - 1e-6 * best["pretension_from"]
@@ -57,50 +60,52 @@ def test_the_window_is_what_the_lines_leave_at_all_angles(answer: tendon.Answer)
     assert "knee unstable" in words(figure)
 
 
-TILTED = ["-40 deg", "0 deg", "40 deg"]
+READ_AT_THE_JOINT = {
+    "setting": {"read": "flexor at joint"},
+    "design": {"conditions": ["load.mass"]},
+}
+SERVE_HALF = {
+    "arm": {"upper_arm_angle": ["-40 deg", "0 deg", "40 deg"], "forearm_mass": "9 kg"},
+    "design": {"conditions": ["load.mass", "arm.upper_arm_angle"], "serve": 0.5},
+}
 
 
 @pytest.mark.parametrize(
-    ("more", "of_all"),
+    ("more", "label", "of_all"),
     [
-        ({"setting": {"read": "flexor at joint"}, "design": {"conditions": ["load.mass"]}}, True),
-        (
-            {
-                "arm": {"upper_arm_angle": TILTED, "forearm_mass": "9 kg"},
-                "design": {"conditions": ["load.mass", "arm.upper_arm_angle"], "serve": 0.5},
-            },
-            False,
-        ),
+        (READ_AT_THE_JOINT, "tension in the flexor at the joint (N)", True),
+        (SERVE_HALF, "pretension F₀ (N)", False),
     ],
+    ids=["read at the joint", "half served"],
 )
 def test_what_is_set_lies_between_the_lines_as_it_is_read(
-    more: dict[str, object], *, of_all: bool
+    more: dict[str, object], label: str, *, of_all: bool
 ) -> None:
     content: dict[str, object] = {
         "spring": {"stiffness": "8 kN/m"},
         "spool": {"ratio": 0.5},
         "load": {"mass": ["0 kg", "5 kg"]},
         "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
+        **more,
     }
-    answer = tendon.design({**content, **more})
+    answer = tendon.design(content)
     figure = answer.plot("between")
-    (panel,), seen = figure.axes, " ".join(words(figure).split())
-    assert panel.get_ylabel() == (
-        "tension in the flexor at the joint (N)" if "setting" in more else "pretension F₀ (N)"
-    )
-    curves, best = answer.record["between_samples"]["curves"], answer.record["best"]
-    lower, upper = (
-        np.array(list(curves[side].values()), dtype=np.float64) for side in ("lower", "upper")
-    )
-    assert np.nanmax(lower) <= best["pretension"] <= np.nanmin(upper)
+    (panel,) = figure.axes
+    assert panel.get_ylabel() == label
+    curves = answer.record["between_samples"]["curves"]
+    best = answer.record["best"]
+    highest_from = np.nanmax(np.array(list(curves["lower"].values()), dtype=np.float64))
+    lowest_to = np.nanmin(np.array(list(curves["upper"].values()), dtype=np.float64))
+    assert highest_from <= best["pretension"] <= lowest_to
     assert curves["all_conditions"] == of_all
-    assert ("Each line is the worst of all conditions" in seen) == of_all
-    assert ("window: works at every angle for at least 50 %" in seen) == ("serve" in str(more))
-    assert ("The window serves at least 50 % of the conditions" in seen) == ("serve" in str(more))
-    assert ("works at that angle for those served" in seen) != of_all
+    text = " ".join(words(figure).split())
+    assert ("Each line is the worst of all conditions" in text) == of_all
+    assert ("window: works at every angle for at least 50 %" in text) != of_all
+    assert ("The window serves at least 50 % of the conditions" in text) != of_all
+    assert ("works at that angle for those served" in text) != of_all
     if of_all:
-        assert np.nanmax(lower) == pytest.approx(best["pretension_from"], rel=1e-3)
-        assert np.nanmin(upper) == pytest.approx(best["pretension_to"], rel=1e-3)
+        assert highest_from == pytest.approx(best["pretension_from"], rel=1e-3)
+        assert lowest_to == pytest.approx(best["pretension_to"], rel=1e-3)
 
 
 def test_the_page_shows_it_too_and_names_the_joint(answer: tendon.Answer, tmp_path: Path) -> None:
@@ -110,9 +115,12 @@ def test_the_page_shows_it_too_and_names_the_joint(answer: tendon.Answer, tmp_pa
     assert data["between"]["window"] == [best["pretension_from"], best["pretension_to"]]
     assert {len(line["values"]) for line in data["between"]["lines"]} == {91}
     assert data["angle"] == "knee angle"
-    seen = page.partition("<main>")[2].partition('<section id="study')[0]
-    assert re.findall(r"\bknees?\b", seen)
-    assert not re.findall(r"\belbow\b", seen)
+    answer_text = page.partition("<main>")[2].partition('<section id="study')[0]
+    assert re.findall(r"\bknees?\b", answer_text)
+    assert not re.findall(r"\belbow\b", answer_text)
+
+
+BEND_OVER_ANGLE = {"angle": ["0 deg", "90 deg"], "bend": ["3 rad", "4 rad"]}
 
 
 @pytest.mark.parametrize(
@@ -133,45 +141,29 @@ def test_the_page_shows_it_too_and_names_the_joint(answer: tendon.Answer, tmp_pa
         ({"arm": {"b1": "140 mm to 160 mm"}}, ["b₁ = 150 mm ± 10 mm (uniform)"]),
         ({"setting": {"read": "flexor at joint"}}, ["setting.read = flexor at joint"]),
         ({"joint": ANKLE}, ["joint.excursion as in the study"]),
-        (
-            {"sheath": {"bend_angle": {"angle": ["0 deg", "90 deg"], "bend": ["3 rad", "4 rad"]}}},
-            ["φ over the angle"],
-        ),
+        ({"sheath": {"bend_angle": BEND_OVER_ANGLE}}, ["φ over the angle"]),
     ],
 )
 def test_what_is_off_its_default_is_named(content: dict[str, object], says: list[str]) -> None:
-    assert off_default(study_from(content), (), {}) == says
-    assert off_default(study_from(content), {"anchor_stiffness", "load_mass"}, {}) == [
-        text for text in says if "K_{t}" not in text and "load" not in text
-    ]
+    study = study_from(content)
+    assert off_default(study, (), {}) == says
+    unnamed = [text for text in says if "K_{t}" not in text and "load" not in text]
+    assert off_default(study, {"anchor_stiffness", "load_mass"}, {}) == unnamed
 
 
 def test_a_joint_by_its_travels_is_drawn_as_curves_through_what_was_measured() -> None:
     study = study_from({"joint": ANKLE, "motion": {"elbow_angle": ["0 deg", "90 deg"]}})
     page = arm_page(study, [math.radians(45.0)])
-    travel, arm = page.figure.axes
-    for side, (line, measured, slope) in enumerate(
-        zip(
-            *(
-                by_gid(axes, gid)
-                for axes, gid in (
-                    (travel, "travel"),
-                    (travel, "measured"),
-                    (arm, "moment arm"),
-                )
-            ),
-            strict=True,
-        )
-    ):
-        angle, values = line.get_data()
-        np.testing.assert_allclose(
-            np.interp(measured.get_xdata(), angle, values), measured.get_ydata(), atol=1e-2
-        )
+    travel_panel, arm_panel = page.figure.axes
+    travels = by_gid(travel_panel, "travel")
+    measurements = by_gid(travel_panel, "measured")
+    moment_arms = by_gid(arm_panel, "moment arm")
+    for travel, measured, arm in zip(travels, measurements, moment_arms, strict=True):
+        angle, values = travel.get_data()
+        at_measured = np.interp(measured.get_xdata(), angle, values)
+        np.testing.assert_allclose(at_measured, measured.get_ydata(), atol=1e-2)
         assert np.interp(0.0, angle, values) == pytest.approx(0.0, abs=1e-3)
-        np.testing.assert_allclose(
-            np.gradient(values, np.radians(angle))[1:-1],
-            slope.get_ydata()[1:-1],
-            rtol=1e-3,
-            err_msg=str(side),
-        )
-    assert travel.get_xlabel() == "ankle angle θ (deg)"
+        # The moment arm is the slope of the travel.
+        slope = np.gradient(values, np.radians(angle))
+        np.testing.assert_allclose(slope[1:-1], arm.get_ydata()[1:-1], rtol=1e-3)
+    assert travel_panel.get_xlabel() == "ankle angle θ (deg)"

@@ -1,4 +1,4 @@
-"""Figures that a study declares: what they may show, what is refused, and what they leave as it was."""
+"""Figures that a study declares: what they may show, what is refused, and what stays untouched."""
 
 import tomllib
 
@@ -25,11 +25,13 @@ SMALL = {"load": {"mass": ["0 kg", "5 kg"]}, "motion": MOTION}
 
 
 def test_an_elongation_is_what_the_tension_of_its_side_makes_of_the_compliance(tmp_path):
-    sides = {
+    content = {
+        **SMALL,
         "spring": {"flexor": {"stiffness": "2 kN/m"}},
         "tendon": {"extensor": {"pretension": "150 N"}},
+        "model": {"slack": "bilateral"},
     }
-    cube = cube_of(states(tmp_path / "run", {**SMALL, **sides, "model": {"slack": "bilateral"}}))
+    cube = cube_of(states(tmp_path / "run", content))
     names = (
         "spring_elongation",
         "elongation",
@@ -43,7 +45,8 @@ def test_an_elongation_is_what_the_tension_of_its_side_makes_of_the_compliance(t
         read = cube.gather(np.arange(cube.files.rows), columns)
         spring, total, change, tension, *stretches = (read[name] for name in columns)
         np.testing.assert_allclose(spring, tension / stiffness)
-        # From the pretensioned state to here, and from no load to here: the two differ by what pretension alone does.
+        # The change is from the pretensioned state, the total from no load:
+        # the two differ by what pretension alone does.
         np.testing.assert_allclose(change, sum(stretches), atol=1e-15)
         np.testing.assert_allclose((total - change) / pretension, total / tension, rtol=1e-9)
         assert (np.abs(total) > np.abs(spring)).all()
@@ -64,16 +67,17 @@ def test_what_a_figure_may_show_is_what_the_tables_have():
 
 
 def figure(name="a", quantity="motor_torque", **more):
+    """Return a figure as a study declares it."""
     return {"name": name, "quantity": quantity, **more}
 
 
 def test_figures_stand_next_to_the_tables_and_change_neither_these_nor_the_hash(tmp_path):
-    asked = [
+    figures = [
         figure("torque", format=["png", "svg"], size="column"),
         figure("need", "required_pretension", x="load_mass"),
     ]
-    declared, plain = study_of({**SMALL, "figure": asked}), study_of(SMALL)
-    assert declared.hash == plain.hash
+    declared = study_of({**SMALL, "figure": figures})
+    assert declared.hash == study_of(SMALL).hash
     assert "figure" not in declared.document()
     folder = sweep(tmp_path / "run", SMALL)
     before = {file.name: file.read_bytes() for file in folder.iterdir()}
@@ -84,71 +88,87 @@ def test_figures_stand_next_to_the_tables_and_change_neither_these_nor_the_hash(
 
 
 def test_filters_choose_and_an_axis_of_one_value_plays_no_part(tmp_path):
-    asked = {**SMALL, "figure": [figure(colour="load.mass", where="load_mass = 5 kg")]}
-    (page,) = pages_of(table(sweep(tmp_path / "run", SMALL), "states"), study_of(asked).figure[0])
+    content = {**SMALL, "figure": [figure(colour="load.mass", where="load_mass = 5 kg")]}
+    files = table(sweep(tmp_path / "run", SMALL), "states")
+    (page,) = pages_of(files, study_of(content).figure[0])
     assert len(lines(page.figure.axes[0])) == 2
-    (declared,) = study_of({**asked, "load": {"mass": "5 kg"}}).figure
+    (declared,) = study_of({**content, "load": {"mass": "5 kg"}}).figure
     assert declared.colour == "load.mass"
 
 
+BILATERAL = {"model": {"slack": "bilateral"}}
+
+
 @pytest.mark.parametrize(
-    ("more", "asked", "key", "says"),
+    ("more", "spec", "key", "says"),
     [
         ({}, figure(quantity="margin"), "quantity", "not written"),
         ({}, figure(where="load_mass = 4 kg"), "where", "nothing is left by"),
-        (
-            {"model": {"slack": "bilateral"}},
-            figure(quantity="flexor_slack"),
-            "quantity",
-            "null in every row",
-        ),
+        (BILATERAL, figure(quantity="flexor_slack"), "quantity", "null in every row"),
         ({"load": {}}, figure(quantity="max_tension"), "x", "no axis with several"),
         ({"spool": {"ratio": [0.7, 1.0]}}, figure(quantity="efficiency"), "quantity", "no column"),
         ({}, figure(colour="elbow_angle", panels="elbow_angle"), "", "two parts"),
     ],
 )
 def test_a_figure_that_cannot_be_drawn_is_a_fault_beforehand_and_a_warning_after(
-    tmp_path, more, asked, key, says
+    tmp_path, more, spec, key, says
 ):
-    tables = ["states"] if asked["quantity"] == "margin" else ["designs", "states"]
+    tables = ["states"] if spec["quantity"] == "margin" else ["designs", "states"]
     content = {**SMALL, "output": {"tables": tables}, **more}
-    study = study_of({**content, "figure": [asked]})
+    study = study_of({**content, "figure": [spec]})
     with pytest.raises(StudyError, match=says) as error:
         check_figures_of(study)
-    assert [fault.key for fault in error.value.faults] == [f"figure.0{key and '.'}{key}"]
+    place = f"figure.0.{key}" if key else "figure.0"
+    assert [fault.key for fault in error.value.faults] == [place]
     files, warnings, _ = draw_run(study, sweep(tmp_path / "run", content))
     assert "a.png" not in files
     assert warnings[0].startswith('figure "a" is not drawn: ')
 
 
 def test_what_can_be_drawn_is_no_fault():
-    for output in (
-        {"tables": ["designs"]},
-        {"states": ["status", "spool_angle"]},
-    ):  # states are worked out
+    without_states = {"tables": ["designs"]}  # they are computed again to be drawn
+    few_columns = {"states": ["status", "spool_angle"]}
+    for output in (without_states, few_columns):
         check_figures_of(study_of({"output": output, "figure": [figure()]}))
+
+
+FAULTY = """\
+[[figure]]
+name = "a b"
+quantity = "motor_torqe"
+size = "5 mm"
+format = "jpg"
+where = "1 = 2"
+[[figure]]
+name = "b"
+quantity = []
+overlay = "yes"
+colr = "x"
+[arm]
+a1 = "-1 mm"
+"""
 
 
 def test_all_faults_of_all_figures_come_at_once_with_their_lines(tmp_path):
     path = tmp_path / "study.toml"
-    path.write_text(
-        '[[figure]]\nname = "a b"\nquantity = "motor_torqe"\nsize = "5 mm"\nformat = "jpg"\nwhere = "1 = 2"\n'
-        '[[figure]]\nname = "b"\nquantity = []\noverlay = "yes"\ncolr = "x"\n[arm]\na1 = "-1 mm"\n'
-    )
+    path.write_text(FAULTY)
     with pytest.raises(StudyError) as error:
         load_study(path)
-    places = {0: ("name", "quantity", "size"), 1: ("quantity", "overlay", "colr")}
-    asked = {
-        (f"figure.{at}.{key}", line)
-        for at, keys in places.items()
-        for line, key in enumerate(keys, 2 + 7 * at)
+    expected = {
+        ("figure.0.name", 2),
+        ("figure.0.quantity", 3),
+        ("figure.0.size", 4),
+        ("figure.1.quantity", 9),
+        ("figure.1.overlay", 10),
+        ("figure.1.colr", 11),
+        ("arm.a1", 13),
     }
-    assert asked | {("arm.a1", 13)} <= {(fault.key, fault.line) for fault in error.value.faults}
+    assert expected <= {(fault.key, fault.line) for fault in error.value.faults}
     assert 'did you mean "motor_torque"?' in str(error.value)
 
 
 @pytest.mark.parametrize(
-    ("asked", "says"),
+    ("spec", "says"),
     [
         (figure(colour="load_mas"), ("figure.0.colour", 'did you mean "load_mass"')),
         (figure(where="load_mass = 5 N"), ("figure.0.where", "5 N")),
@@ -166,9 +186,9 @@ def test_all_faults_of_all_figures_come_at_once_with_their_lines(tmp_path):
         (figure(x="margin\n"), ("figure.0.x", "is not a name")),
     ],
 )
-def test_what_a_figure_cannot_be_is_refused(asked, says):
+def test_what_a_figure_cannot_be_is_refused(spec, says):
     with pytest.raises(StudyError) as error:
-        study_of({"figure": [asked]})
+        study_of({"figure": [spec]})
     assert len(error.value.faults) == 1
     assert [part for part in says if part not in str(error.value)] == []
     with pytest.raises(StudyError, match="two"):

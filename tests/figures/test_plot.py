@@ -1,4 +1,4 @@
-"""What `tendon plot` draws, read from the figures themselves."""
+"""Figures of `tendon plot` show the tables, as read from the figures themselves."""
 
 from __future__ import annotations
 
@@ -18,138 +18,138 @@ from tendon_cli.tables.read import open_table
 from tests.figures.runs import (
     LOADS,
     designs,
+    figure_of,
     figures_of,
     grid,
     lines,
     panels,
+    select,
     states,
     sweep,
     table,
     words,
 )
 
-CONTENT: dict[str, Any] = {"spool": {"ratio": [0.7, 0.8, 1.0]}, "load": {"mass": LOADS}}
-
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    motion = {"elbow_angle": grid("0 deg", "90 deg", 16)}
-    return sweep(tmp_path_factory.mktemp("plot") / "run", {**CONTENT, "motion": motion})
+    content = {
+        "spool": {"ratio": [0.7, 0.8, 1.0]},
+        "load": {"mass": LOADS},
+        "motion": {"elbow_angle": grid("0 deg", "90 deg", 16)},
+    }
+    return sweep(tmp_path_factory.mktemp("plot") / "run", content)
 
 
 def test_states_by_default(run: Path) -> None:
-    (figure,) = figures_of(table(run, "states"))
+    figure = figure_of(table(run, "states"))
     shown = panels(figure)
     assert len(shown) == len(STATE_PAIRS) == 8
     assert shown[0].get_title() == "flexor tension at the elbow $F_{o}^{f}$"
-    assert [axes.get_ylabel() for axes in shown[::2]] == [
-        "force (N)",
-        "force (N)",
-        "torque (N m)",
-        "length (mm)",
-    ]
+    labels = [axes.get_ylabel() for axes in shown[::2]]
+    assert labels == ["force (N)", "force (N)", "torque (N m)", "length (mm)"]
     assert shown[-1].get_xlabel() == "elbow angle θ (deg)"
     np.testing.assert_allclose(shown[0].get_xlim(), (0.0, 90.0))
     assert "At F₀ = 100 N, K = 3 kN/m, η = 0.8, μ = 0.07, φ = 180 deg." in words(figure)
     assert "--where" not in words(figure)
-    labels = [line.get_label() for line in lines(shown[0])]
-    assert labels == [f"{mass} load, {way}" for mass in LOADS for way in ("flexion", "extension")]
-    solid, dashed = lines(shown[0])[:2]
-    assert solid.get_linestyle() == "-"
-    assert dashed.get_linestyle() == "--"
-    assert solid.get_color() == dashed.get_color() != lines(shown[0])[2].get_color()
+    directions = ("flexion", "extension")
+    assert [line.get_label() for line in lines(shown[0])] == [
+        f"{mass} load, {direction}" for mass in LOADS for direction in directions
+    ]
+    flexion, extension, next_load = lines(shown[0])[:3]
+    assert flexion.get_linestyle() == "-"
+    assert extension.get_linestyle() == "--"
+    assert flexion.get_color() == extension.get_color() != next_load.get_color()
 
 
 def test_lines_are_the_columns(run: Path) -> None:
-    request = {"quantity": ("motor_torque",), "panels": "spool_ratio", "colour": "load_mass"}
-    of = table(run, "states")
-    (figure,) = figures_of(of, **request)
-    read = of.read(
-        ["spool_ratio", "load_mass", "direction", "elbow_angle", "motor_torque"]
-    ).to_pandas()
+    files = table(run, "states")
+    figure = figure_of(files, quantity=("motor_torque",), panels="spool_ratio", colour="load_mass")
+    columns = ["spool_ratio", "load_mass", "direction", "elbow_angle", "motor_torque"]
+    read = files.read(columns).to_pandas()
     shown = panels(figure)
     assert [axes.get_title() for axes in shown] == ["η = 0.7", "η = 0.8", "η = 1"]
     for ratio, axes in zip((0.7, 0.8, 1.0), shown, strict=True):
         for line in lines(axes):
-            mass, way = line.get_label().split(" load, ")
-            rows = read[
-                (read.spool_ratio == ratio)
-                & (read.load_mass == float(mass[:-3]))
-                & (read.direction == way)
-            ]
+            mass, direction = line.get_label().split(" load, ")
+            rows = select(
+                read,
+                spool_ratio=ratio,
+                load_mass=float(mass.removesuffix(" kg")),
+                direction=direction,
+            )
             np.testing.assert_allclose(line.get_xdata(), np.degrees(rows.elbow_angle))
             np.testing.assert_allclose(line.get_ydata(), rows.motor_torque)
 
 
 def test_slack_is_shown_by_a_band_of_its_own_side(run: Path) -> None:
-    of = table(run, "states")
-    (figure,) = figures_of(
-        of, quantity=("extensor_tension_distal",), where=("spool_ratio = 1", "load_mass = 10 kg")
-    )
-    read = of.read(["spool_ratio", "load_mass", "direction", "status"]).to_pandas()
-    rows = read[
-        (read.spool_ratio == 1.0) & (read.load_mass == 10.0) & (read.direction == "flexion")
-    ]
-    band = next(line for line in panels(figure)[0].lines if line.get_gid() == "slack")
+    files = table(run, "states")
+    where = ("spool_ratio = 1", "load_mass = 10 kg")
+    extensor = figure_of(files, quantity=("extensor_tension_distal",), where=where)
+    read = files.read(["spool_ratio", "load_mass", "direction", "status"]).to_pandas()
+    rows = select(read, spool_ratio=1.0, load_mass=10.0, direction="flexion")
     slack = (rows.status == "extensor slack").to_numpy()
-    np.testing.assert_array_equal(np.isfinite(band.get_ydata())[::2], slack)
-    np.testing.assert_array_equal(np.isfinite(band.get_ydata())[1::2], slack[:-1] | slack[1:])
-    assert np.isfinite(band.get_ydata()[-1])  # up to the last point
-    assert "a tendon is slack" in words(figure)
-    (other,) = figures_of(
-        of, quantity=("flexor_tension_distal",), where=("spool_ratio = 1", "load_mass = 10 kg")
-    )
-    assert not [line for line in panels(other)[0].lines if line.get_gid() == "slack"]
+    band = lines(panels(extensor)[0], "slack")[0]
+    is_drawn = np.isfinite(band.get_ydata())  # points, and the middles between them
+    np.testing.assert_array_equal(is_drawn[::2], slack)
+    np.testing.assert_array_equal(is_drawn[1::2], slack[:-1] | slack[1:])
+    assert is_drawn[-1]  # up to the last point
+    assert "a tendon is slack" in words(extensor)
+    flexor = figure_of(files, quantity=("flexor_tension_distal",), where=where)
+    assert not lines(panels(flexor)[0], "slack")
 
 
 def test_units_and_any_x(run: Path) -> None:
-    of = table(run, "states")
-    (figure,) = figures_of(
-        of, quantity=("motor_torque",), x="elbow_torque", unit=("N·mm",), where=("spool_ratio = 1",)
+    files = table(run, "states")
+    figure = figure_of(
+        files,
+        quantity=("motor_torque",),
+        x="elbow_torque",
+        unit=("N·mm",),
+        where=("spool_ratio = 1",),
     )
     (axes,) = panels(figure)
     assert axes.get_xlabel() == "elbow torque $τ_{a}$ (N·mm)"
-    read = of.read(
-        ["spool_ratio", "load_mass", "direction", "elbow_torque", "motor_torque"]
-    ).to_pandas()
-    rows = read[(read.spool_ratio == 1.0) & (read.load_mass == 3.0) & (read.direction == "flexion")]
+    columns = ["spool_ratio", "load_mass", "direction", "elbow_torque", "motor_torque"]
+    rows = select(
+        files.read(columns).to_pandas(), spool_ratio=1.0, load_mass=3.0, direction="flexion"
+    )
     line = next(line for line in lines(axes) if line.get_label() == "3 kg load, flexion")
     np.testing.assert_allclose(line.get_xdata(), 1e3 * rows.elbow_torque)
     np.testing.assert_allclose(line.get_ydata(), 1e3 * rows.motor_torque)
 
 
 def test_designs_by_default_are_slack_maps_or_lines(run: Path, tmp_path: Path) -> None:
-    (drawn,) = figures_of(table(run, "designs"))
-    assert panels(drawn)[0].get_xlabel() == "spool ratio η"
+    over_ratio = figure_of(table(run, "designs"))
+    assert panels(over_ratio)[0].get_xlabel() == "spool ratio η"
     content = {
         "tendon": {"pretension": grid("0 N", "300 N", 5)},
         "spring": {"stiffness": ["1 kN/m", "3 kN/m"]},
+        "load": {"mass": LOADS},
     }
-    of = designs(tmp_path / "map", {**content, "load": {"mass": LOADS}})
-    (maps,) = figures_of(of)
-    assert len(panels(maps)) == 4
-    (one,) = figures_of(of, where=("load_mass = 3 kg", "pretension > 0 N"))
-    assert [axes.get_title() for axes in panels(one)] == ["3 kg load"]
-    assert panels(one)[0].get_xlim() == (37.5, 337.5)  # whole cells
-    (drawn,) = figures_of(of, quantity=("max_tension", "max_spring_extension"), x="pretension")
-    assert panels(drawn)[0].get_title() == "max tension"
-    only_load = designs(tmp_path / "load", {"load": {"mass": LOADS}})
-    (margin,) = figures_of(only_load)
-    np.testing.assert_allclose(lines(panels(margin)[0])[0].get_xdata(), [0.0, 3.0, 5.0, 10.0])
+    files = designs(tmp_path / "map", content)
+    assert len(panels(figure_of(files))) == 4
+    (map_panel,) = panels(figure_of(files, where=("load_mass = 3 kg", "pretension > 0 N")))
+    assert map_panel.get_title() == "3 kg load"
+    assert map_panel.get_xlim() == (37.5, 337.5)  # whole cells
+    quantities = ("max_tension", "max_spring_extension")
+    over_pretension = figure_of(files, quantity=quantities, x="pretension")
+    assert panels(over_pretension)[0].get_title() == "max tension"
+    over_load = figure_of(designs(tmp_path / "load", {"load": {"mass": LOADS}}))
+    np.testing.assert_allclose(lines(panels(over_load)[0])[0].get_xdata(), [0.0, 3.0, 5.0, 10.0])
 
 
 def test_several_quantities_and_panels_give_pages(run: Path) -> None:
-    figures = figures_of(table(run, "states"), panels="spool_ratio")
+    files = table(run, "states")
+    figures = figures_of(files, panels="spool_ratio")
     assert len(figures) == 3
     assert "η = 0.7" in words(figures[0])
-    (grid_figure,) = figures_of(
-        table(run, "states"), panels="spool_ratio", quantity=("elbow_torque", "motor_torque")
-    )
-    assert len(panels(grid_figure)) == 6
+    torques = figure_of(files, panels="spool_ratio", quantity=("elbow_torque", "motor_torque"))
+    assert len(panels(torques)) == 6
 
 
 @pytest.mark.parametrize(
-    ("request_", "hint"),
+    ("options", "hint"),
     [
         ({"quantity": ("motor_tork",)}, "motor_torque"),
         ({"quantity": ("status",)}, None),
@@ -164,54 +164,59 @@ def test_several_quantities_and_panels_give_pages(run: Path) -> None:
     ],
 )
 def test_what_does_not_fit_is_one_clear_error(
-    run: Path, tmp_path: Path, request_: dict[str, Any], hint: str
+    run: Path, tmp_path: Path, options: dict[str, Any], hint: str | None
 ) -> None:
     with pytest.raises(UsageError) as refused:
-        plot(table(run, "states"), figure_spec(**request_), tmp_path)
+        plot(table(run, "states"), figure_spec(**options), tmp_path)
     assert hint is None or hint in (refused.value.hint or "")
     assert not list(tmp_path.iterdir())
 
 
 def test_files_and_their_names(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    of = open_table(
-        Path(shutil.copy(run / "states.parquet", tmp_path / "moved.parquet"))
-    )  # from its folder
+    # A table that has left the folder of its run is drawn as well.
+    moved = tmp_path / "moved.parquet"
+    shutil.copy(run / "states.parquet", moved)
+    files = open_table(moved)
     monkeypatch.chdir(tmp_path)
     small = {"quantity": ("motor_torque",), "size": "column"}
-    assert plot(of, figure_spec(**small)) == [Path("test-states-motor_torque.png")]
-    assert plot(of, figure_spec(**small, format="pdf"), tmp_path)[0].read_bytes()[:5] == b"%PDF-"
-    assert b"<svg" in plot(of, figure_spec(**small), tmp_path / "a.svg")[0].read_bytes()[:1000]
+    assert plot(files, figure_spec(**small)) == [Path("test-states-motor_torque.png")]
+    (pdf,) = plot(files, figure_spec(**small, format="pdf"), tmp_path)
+    assert pdf.read_bytes()[:5] == b"%PDF-"
+    (svg,) = plot(files, figure_spec(**small), tmp_path / "a.svg")
+    assert b"<svg" in svg.read_bytes()[:1000]
     several = figure_spec(quantity=STATE_PAIRS[:5], panels="spool_ratio", size="80 x 120 mm")
-    pages = plot(of, several, tmp_path / "b.png")
+    pages = plot(files, several, tmp_path / "b.png")
     assert [page.name for page in pages] == ["b.png", "b-2.png", "b-3.png"]
     with pytest.raises(UsageError, match="do not fit"):
-        plot(of, figure_spec(size="40 x 60 mm"), tmp_path / "c.png")
+        plot(files, figure_spec(size="40 x 60 mm"), tmp_path / "c.png")
     with pytest.raises(UsageError, match="no ending"):
-        plot(of, FigureSpec(), tmp_path / "a.gif")
+        plot(files, FigureSpec(), tmp_path / "a.gif")
 
 
 def test_one_row(tmp_path: Path) -> None:
-    motion = {"motion": {"elbow_angle": ["60 deg"], "direction": ["flexion"]}}
-    folder = sweep(tmp_path / "run", motion)
-    (figure,) = figures_of(table(folder, "states"))
-    assert all(
-        len(lines(axes)) == 1 and lines(axes)[0].get_marker() != "None" for axes in panels(figure)
-    )
+    content = {"motion": {"elbow_angle": ["60 deg"], "direction": ["flexion"]}}
+    folder = sweep(tmp_path / "run", content)
+    for axes in panels(figure_of(table(folder, "states"))):
+        (line,) = lines(axes)
+        assert line.get_marker() != "None"
     with pytest.raises(UsageError, match="no axis with several"):
         figures_of(table(folder, "designs"))
 
 
 def test_only_nulls(tmp_path: Path) -> None:
-    motion = {"motion": {"elbow_angle": grid("165 deg", "170 deg", 3)}}
-    folder = sweep(tmp_path / "run", {**motion, "tendon": {"pretension": ["50 N", "90 N"]}})
+    content = {
+        "motion": {"elbow_angle": grid("165 deg", "170 deg", 3)},
+        "tendon": {"pretension": ["50 N", "90 N"]},
+    }
+    folder = sweep(tmp_path / "run", content)
     for name in ("states", "designs"):
         with pytest.raises(UsageError, match=r"all null|no design has a margin"):
             figures_of(table(folder, name))
 
 
 def test_some_nulls_are_hatched(tmp_path: Path) -> None:
-    of = states(tmp_path / "run", {"motion": {"elbow_angle": grid("90 deg", "170 deg", 17)}})
-    (figure,) = figures_of(of, quantity=("motor_torque",))
+    files = states(tmp_path / "run", {"motion": {"elbow_angle": grid("90 deg", "170 deg", 17)}})
+    figure = figure_of(files, quantity=("motor_torque",))
     assert "no value" in words(figure)
     assert any(patch.get_hatch() for patch in panels(figure)[0].patches)
 
@@ -223,18 +228,19 @@ def test_formulas_and_hostile_names_are_drawn_as_meant(tmp_path: Path) -> None:
         "arm": {"elbow_radius": ["45 mm", "50 mm"]},
         "tendon": {"pretension": ["50 N", "90 N"]},
     }
-    of = states(tmp_path / "run", content)
-    first, second = figures_of(of, panels="arm_elbow_radius", colour="case")
+    files = states(tmp_path / "run", content)
+    first, second = figures_of(files, panels="arm_elbow_radius", colour="case")
     assert "$R_{elb}$ = 45 mm" in words(first)
-    (fixed,) = figures_of(of, colour="case", quantity=("motor_torque",), panels="pretension")
+    fixed = figure_of(files, colour="case", quantity=("motor_torque",), panels="pretension")
     assert "$R_{elb}$ = 50 mm." in words(fixed)
     assert fixed.legends[0].get_texts()[0].get_text() == r" _a \$x^"
-    assert [render(figure, "svg")[:5] for figure in (first, second, fixed)] == [b"<?xml"] * 3
+    for figure in (first, second, fixed):
+        assert render(figure, "svg")[:5] == b"<?xml"
 
 
 def test_many_angles_are_thinned_and_it_says_so(tmp_path: Path) -> None:
-    of = states(tmp_path / "run", {"motion": {"elbow_angle": grid("0 deg", "90 deg", 5001)}})
-    (figure,) = figures_of(of, quantity=("motor_torque",))
+    files = states(tmp_path / "run", {"motion": {"elbow_angle": grid("0 deg", "90 deg", 5001)}})
+    figure = figure_of(files, quantity=("motor_torque",))
     line = lines(panels(figure)[0])[0]
     assert len(line.get_xdata()) == 1000
     assert line.get_xdata()[-1] == pytest.approx(90.0)

@@ -9,33 +9,39 @@ from tendon_cli.figures.style import house_style
 
 
 def colours(page, path):
+    """Save a page as an image and return the colours of its pixels (colours, 3)."""
     with house_style():
         page.save(path)
     with Image.open(path) as image:
         return np.unique(np.asarray(image.convert("RGB")).reshape(-1, 3), axis=0)
 
 
-def has(found, colour):
-    wanted = np.array([int(colour[at : at + 2], 16) for at in (1, 3, 5)])
-    return bool((np.abs(found.astype(int) - wanted).max(axis=1) < 12).any())
+def has(pixels, colour):
+    """Return True if a colour, written as in CSS, is nearly that of a pixel."""
+    red, green, blue = bytes.fromhex(colour.removeprefix("#"))
+    differences = np.abs(pixels.astype(int) - np.array([red, green, blue]))
+    return bool((differences.max(axis=1) < 12).any())
 
 
 def record(read="pretension", **population):
-    nothing = {
+    """Return the record of a population for whom nothing is known unless it is given."""
+    unknown = {
         "title": "t",
         "kind": "persons",
         "pretension": None,
         "window": [None, None],
         "not_served": [],
+        "sobol": [],
     }
     return {
         "serve": 0.95,
         "study": {"setting": {"read": read}},
-        "population": {**nothing, "sobol": [], **population},
+        "population": {**unknown, **population},
     }
 
 
 def reason(text, needs, low, high):
+    """Return the record of why a fifth of the persons is not served."""
     bodies = {"weight": {"deviations": 1.0}, "stature": {"deviations": 2.0}}
     return {"text": text, "needs": needs, "limits": [low, high], "share": 0.2, "bodies": bodies}
 
@@ -51,23 +57,23 @@ def test_served_and_others_have_their_colours(tmp_path):
         "stature": np.linspace(1.6, 1.9, 5),
     }
     reasons = [reason("needs $more$", "more", "a", "c"), reason("none", "another suit", "b", "c")]
-    whole = colours(
-        for_whom(record(window=[110.0, 130.0], pretension=120.0, not_served=reasons), rows),
-        tmp_path / "a.png",
-    )
-    assert has(whole, "#0072b2")
-    assert has(whole, "#d55e00")
-    of_draws = {name: rows[name] for name in ("pretension_from", "pretension_to")} | {
-        "served": np.zeros(5)
+    of_persons = record(window=[110.0, 130.0], pretension=120.0, not_served=reasons)
+    pixels = colours(for_whom(of_persons, rows), tmp_path / "a.png")
+    assert has(pixels, "#0072b2")
+    assert has(pixels, "#d55e00")
+    nobody_served = {
+        "pretension_from": rows["pretension_from"],
+        "pretension_to": rows["pretension_to"],
+        "served": np.zeros(5),
     }
-    assert not has(colours(for_whom(record(kind="draws"), of_draws), tmp_path / "b.png"), "#0072b2")
+    pixels = colours(for_whom(record(kind="draws"), nobody_served), tmp_path / "b.png")
+    assert not has(pixels, "#0072b2")
 
 
 def test_where_nobody_has_a_window_it_is_drawn(tmp_path):
-    nowhere = np.full(3, np.nan)
-    page = for_whom(
-        record(), {"pretension_from": nowhere, "pretension_to": nowhere, "served": np.zeros(3)}
-    )
+    nothing = np.full(3, np.nan)
+    rows = {"pretension_from": nothing, "pretension_to": nothing, "served": np.zeros(3)}
+    page = for_whom(record(), rows)
     assert len(colours(page, tmp_path / "n.png")) > 5
 
 
@@ -78,17 +84,15 @@ def test_a_curve_of_any_length_is_drawn(tmp_path, count):
         "pretension": np.repeat(np.linspace(100.0, 140.0, count), 2),
         "share": share,
         "low": share * 0.9,
+        "high": share,
     }
-    each = {"first": 0.3, "first_standard_error": 0.02, "total": 0.4, "total_standard_error": 0.1}
-    ends = [
-        {
-            "end": end,
-            "standard_deviation": 2.0,
-            "inputs": {"a": {"name": "μ", **each}, "b": {"name": "K", **each}},
-        }
+    index = {"first": 0.3, "first_standard_error": 0.02, "total": 0.4, "total_standard_error": 0.1}
+    inputs = {"a": {"name": "μ", **index}, "b": {"name": "K", **index}}
+    sobol = [
+        {"end": end, "standard_deviation": 2.0, "inputs": inputs}
         for end in ("pretension_from", "pretension_to")
     ]
-    page = how_sure(record(curve={**curve, "high": share}, pretension=120.0, sobol=ends))
+    page = how_sure(record(curve=curve, pretension=120.0, sobol=sobol))
     assert has(colours(page, tmp_path / "c.png"), "#56b4e9")
 
 
@@ -105,9 +109,11 @@ def test_axes_name_what_is_read(read, label):
         "pretension_to": np.full(2, 130.0),
         "served": np.ones(2),
     }
-    ends = {name: np.array([90.0, 130.0]) for name in ("pretension", "share", "low", "high")}
-    asked = record(read, curve=ends, pretension=120.0)
+    curve = {name: np.array([90.0, 130.0]) for name in ("pretension", "share", "low", "high")}
+    population = record(read, curve=curve, pretension=120.0)
     with house_style():
-        of_whom, of_sure = for_whom(asked, rows).figure.axes[0], how_sure(asked).figure.axes[0]
-    assert (of_whom.get_ylabel(), of_sure.get_xlabel()) == (label, label)
-    assert f"the least {label.split()[0]} they need" in of_whom.get_xlabel()
+        persons = for_whom(population, rows).figure.axes[0]
+        shares = how_sure(population).figure.axes[0]
+    assert persons.get_ylabel() == label
+    assert shares.get_xlabel() == label
+    assert f"the least {label.split()[0]} they need" in persons.get_xlabel()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,6 @@ import pytest
 from tendon_cli.cube.cube import cube_of
 from tendon_cli.cube.rows import rows_in
 from tendon_cli.cube.source import table_at
-from tendon_cli.engine import plan
 from tendon_cli.errors import UsageError
 from tests.figures.runs import LOADS, designs, grid, states, sweep
 
@@ -48,54 +48,51 @@ def test_rows_follow_the_order_of_the_table(tmp_path: Path) -> None:
         assert list(axis.values) == list(dict.fromkeys(whole[axis.column]))
 
 
-def test_many_files_are_read_as_one_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_many_files_are_read_as_one_table(tmp_path: Path, small_parts: Callable[..., None]) -> None:
     whole = states(tmp_path / "one", CONTENT).read().to_pydict()
-    monkeypatch.setattr(plan, "STATES_PER_PART", 700)
-    monkeypatch.setattr(plan, "STATES_PER_FILE", 700)
-    many = cube_of(states(tmp_path / "many", CONTENT))
-    assert len(many.files.files) > 3
-    rows = np.arange(many.files.rows)[::-7].reshape(1, -1)
-    np.testing.assert_array_equal(
-        many.gather(rows, ["motor_torque"])["motor_torque"][0], whole["motor_torque"][::-7]
-    )
-
-
-ONLY_DESIGNS = {"output": {"tables": ["designs"]}}
+    small_parts(700)
+    cube = cube_of(states(tmp_path / "many", CONTENT))
+    assert len(cube.files.files) > 3
+    rows = np.arange(cube.files.rows)[::-7].reshape(1, -1)
+    read = cube.gather(rows, ["motor_torque"])
+    np.testing.assert_array_equal(read["motor_torque"][0], whole["motor_torque"][::-7])
 
 
 def test_states_that_were_not_kept_are_those_that_would_have_been(tmp_path: Path) -> None:
     whole = states(tmp_path / "whole", CONTENT)
-    states(tmp_path / "some", {**CONTENT, "output": {"states": ["status"]}})
-    sweep(
-        tmp_path / "few",
-        {"motion": {"elbow_angle": grid("0 deg", "90 deg", 16)}, **CONTENT, **ONLY_DESIGNS},
-    )
-    for folder in (tmp_path / "few", tmp_path / "some"):
-        found = table_at(folder, None, ["motor_torque", "load.mass"])
+    kept = cube_of(whole)
+    only_status = tmp_path / "status"
+    states(only_status, {**CONTENT, "output": {"states": ["status"]}})
+    only_designs = tmp_path / "designs"
+    motion = {"elbow_angle": grid("0 deg", "90 deg", 16)}
+    sweep(only_designs, {"motion": motion, **CONTENT, "output": {"tables": ["designs"]}})
+    for folder in (only_designs, only_status):
+        files = table_at(folder, None, ["motor_torque", "load.mass"])
         pd.testing.assert_frame_equal(
-            found.read(whole.schema.names).to_pandas(), whole.read().to_pandas()
+            files.read(whole.schema.names).to_pandas(), whole.read().to_pandas()
         )
-        cube, kept = cube_of(found), cube_of(whole)
-        rows = np.arange(found.rows)[::-8].reshape(2, -1)
+        rows = np.arange(files.rows)[::-8].reshape(2, -1)
         names = ("status", "flexor_elongation", "case", "motor_torque")
-        worked_out, read = cube.gather(rows, names), kept.gather(rows, names)
+        computed = cube_of(files).gather(rows, names)
+        read = kept.gather(rows, names)
         for name in names:
-            np.testing.assert_array_equal(worked_out[name], read[name])
+            np.testing.assert_array_equal(computed[name], read[name])
     with pytest.raises(UsageError, match="no column"):
-        rows_in(tmp_path / "few", where=["margin > 5 N"], columns=["motor_torque"]).head(1)
-    (stretch,) = rows_in(
-        tmp_path / "few", where=["flexor_elongation > 2 mm"], columns=["flexor_elongation"]
-    ).batches()
-    known = kept.gather(np.arange(whole.rows), ["flexor_elongation"])["flexor_elongation"]
-    np.testing.assert_array_equal(stretch["flexor_elongation"], known[known > 2e-3])
+        rows_in(only_designs, where=["margin > 5 N"], columns=["motor_torque"]).head(1)
+    name = "flexor_elongation"
+    (selected,) = rows_in(only_designs, where=[f"{name} > 2 mm"], columns=[name]).batches()
+    elongations = kept.gather(np.arange(whole.rows), [name])[name]
+    np.testing.assert_array_equal(selected[name], elongations[elongations > 2e-3])
 
 
 @pytest.mark.parametrize(
     ("text", "count"), [("taut = yes", 4), ("taut = true", 4), ("taut != no", 4), ("taut = 0", 1)]
 )
 def test_a_filter_means_the_same_of_rows_and_of_axes(tmp_path: Path, text: str, count: int) -> None:
-    table = designs(tmp_path / "run", {"tendon": {"pretension": grid("80 N", "200 N", 5)}})
-    cube = cube_of(table)
+    files = designs(tmp_path / "run", {"tendon": {"pretension": grid("80 N", "200 N", 5)}})
+    cube = cube_of(files)
     (condition,) = cube.of.conditions([text])
-    held = condition.holds(cube.gather(np.arange(table.rows), ["taut"])["taut"])
-    assert rows_in(tmp_path / "run", where=[text]).head(0)[1] == int(held.sum()) == count
+    is_selected = condition.holds(cube.gather(np.arange(files.rows), ["taut"])["taut"])
+    assert int(is_selected.sum()) == count
+    _, selected_count = rows_in(tmp_path / "run", where=[text]).head(0)
+    assert selected_count == count

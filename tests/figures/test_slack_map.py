@@ -1,4 +1,4 @@
-"""What slack maps show, read from the figures themselves."""
+"""Slack maps show margins, boundaries and what is unstable, as read from the figures themselves."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ PRETENSION = {"pretension": grid("0 N", "300 N", 31)}
 
 @pytest.fixture(scope="module")
 def springs(tmp_path_factory: pytest.TempPathFactory) -> TableFiles:
-    """31 pretensions, 12 springs, 4 loads."""
+    """Return the designs of 31 pretensions, 12 springs and 4 loads."""
     content = {
         "title": "Springs & $ons",
         "tendon": PRETENSION,
@@ -39,21 +39,27 @@ def springs(tmp_path_factory: pytest.TempPathFactory) -> TableFiles:
     return designs(tmp_path_factory.mktemp("map") / "run", content)
 
 
+def column(files: TableFiles, name: str, shape: tuple[int, ...]) -> np.ndarray:
+    """Return a column of a table in the shape of its axes."""
+    return np.array(files.read([name])[name]).reshape(shape)
+
+
 def test_panels_axes_units_and_colours(springs: TableFiles) -> None:
     figure = figure_of(springs)
-    shown, text = panels(figure), words(figure)
+    shown = panels(figure)
     assert [axes.get_title() for axes in shown] == [f"{mass} load" for mass in LOADS]
     assert shown[2].get_xlabel() == "pretension F₀ (N)"
     assert shown[0].get_ylabel() == "spring stiffness K (kN/m)"
+    text = words(figure)
     for part in ("Springs & \\$ons", "F₀ − F₀* (N)", "ticks on the slack side"):
         assert part in text
     assert "no equilibrium" not in text
-    margins = np.array(springs.read(["margin"])["margin"]).reshape(31, 12, 4)
-    for at, axes in enumerate(shown):
+    margins = column(springs, "margin", (31, 12, 4))  # (pretensions, springs, loads), N
+    for load, axes in enumerate(shown):
         np.testing.assert_allclose(axes.get_xlim(), (-5.0, 305.0))  # whole cells
         np.testing.assert_allclose(axes.get_ylim(), (0.25, 6.25))
         (mesh,) = by_gid(axes, "margin")
-        np.testing.assert_allclose(np.asarray(mesh.get_array()), margins[:, :, at].T)
+        np.testing.assert_allclose(np.asarray(mesh.get_array()), margins[:, :, load].T)
         assert mesh.norm(0.0) == pytest.approx(0.5)
         assert mesh.norm.vmin == -mesh.norm.vmax
         red, _, blue, _ = mesh.cmap(mesh.norm(-mesh.norm.vmax / 2))
@@ -61,15 +67,16 @@ def test_panels_axes_units_and_colours(springs: TableFiles) -> None:
 
 
 def test_axes_and_captions_name_the_tension_that_the_study_reads(tmp_path: Path) -> None:
-    reading = {
+    content = {
         "setting": {"read": "flexor at joint"},
         "tendon": {"pretension": grid("9 N", "90 N", 4)},
+        "spring": STIFFNESS,
+        "load": {"mass": ["3 kg"]},
     }
-    figure = figure_of(
-        designs(tmp_path / "run", {**reading, "spring": STIFFNESS, "load": {"mass": ["3 kg"]}})
-    )
-    (panel,), text = panels(figure), " ".join(words(figure).split())
+    figure = figure_of(designs(tmp_path / "run", content))
+    (panel,) = panels(figure)
     assert panel.get_xlabel() == "tension in the flexor at the joint $F_{set}$ (N)"
+    text = " ".join(words(figure).split())
     assert "margin $F_{set}$ − $F_{set}^{*}$ (N)" in text
     assert "Margin: tension in the flexor at the joint in hand above $F_{set}^{*}$" in text
     assert "F₀" not in text
@@ -78,39 +85,39 @@ def test_axes_and_captions_name_the_tension_that_the_study_reads(tmp_path: Path)
 def test_the_boundary_is_the_required_pretension_with_ticks_on_the_slack_side(
     springs: TableFiles,
 ) -> None:
-    required = np.array(springs.read(["required_pretension"])["required_pretension"]).reshape(
-        31, 12, 4
-    )[0, :, 1]
+    required = column(springs, "required_pretension", (31, 12, 4))[0, :, 1]  # (springs,) at 3 kg, N
     (axes,) = panels(figure_of(springs, where="load_mass = 3 kg"))
     (boundary,) = by_gid(axes, "boundary")
     vertices = np.concatenate([path.vertices for path in boundary.get_paths()])
-    for at, value in zip(np.linspace(0.5, 6.0, 12), required, strict=True):
-        nearest = vertices[np.isclose(vertices[:, 1], at)]
-        assert np.abs(nearest[:, 0] - value).min() < 1e-6 * 300.0
+    for stiffness, pretension in zip(np.linspace(0.5, 6.0, 12), required, strict=True):
+        nearest = vertices[np.isclose(vertices[:, 1], stiffness)]
+        assert np.abs(nearest[:, 0] - pretension).min() < 1e-6 * 300.0
     (ticks,) = [effect for effect in boundary.get_path_effects() if hasattr(effect, "_angle")]
     assert ticks._angle == -90.0  # to the right of the line
-    for path in (
-        boundary.get_paths()
-    ):  # more pretension, which is along x, is a larger margin: on the left going down
+    # More pretension, which is along x, is a larger margin: on the left going down.
+    for path in boundary.get_paths():
         assert (np.diff(path.vertices[:, 1]) < 0.0).all()
 
 
 def test_logarithmic_axis(tmp_path: Path) -> None:
-    log = {"stiffness": grid("0.3 kN/m", "30 kN/m", 9, spacing="log")}
-    (axes,) = panels(
-        figure_of(designs(tmp_path / "run", {"spring": log, "spool": {"ratio": [0.7, 1.0, 1.3]}}))
-    )
+    content = {
+        "spring": {"stiffness": grid("0.3 kN/m", "30 kN/m", 9, spacing="log")},
+        "spool": {"ratio": [0.7, 1.0, 1.3]},
+    }
+    (axes,) = panels(figure_of(designs(tmp_path / "run", content)))
     assert axes.get_xscale() == "log"
     assert axes.get_yscale() == "linear"
     assert axes.get_ylabel() == "spool ratio η"
-    half = 100.0 ** (1 / 16)  # of a cell
-    np.testing.assert_allclose(axes.get_xlim(), (0.3 / half, 30.0 * half))
+    half_cell = 100.0 ** (1 / 16)
+    np.testing.assert_allclose(axes.get_xlim(), (0.3 / half_cell, 30.0 * half_cell))
 
 
 def test_designs_without_equilibrium_are_hatched_and_explained(tmp_path: Path) -> None:
-    arm = {"a1": grid("10 mm", "80 mm", 8), "b1": grid("60 mm", "250 mm", 9)}
-    motion = {"elbow_angle": grid("0 deg", "170 deg", 18)}
-    table = designs(tmp_path / "run", {"arm": arm, "motion": motion})
+    content = {
+        "arm": {"a1": grid("10 mm", "80 mm", 8), "b1": grid("60 mm", "250 mm", 9)},
+        "motion": {"elbow_angle": grid("0 deg", "170 deg", 18)},
+    }
+    table = designs(tmp_path / "run", content)
     margins = np.array(table.read(["margin"])["margin"], dtype=float)
     assert 0 < np.isnan(margins).sum() < margins.size
     figure = figure_of(table)
@@ -125,13 +132,11 @@ def test_one_axis_gives_lines_with_the_slack_side_shaded(springs: TableFiles) ->
     (axes,) = panels(figure_of(springs, where="spring_stiffness = 3 kN/m"))
     lines = by_gid(axes, "curve")
     assert [line.get_label() for line in lines] == [f"{mass} load" for mass in LOADS]
-    assert (
-        len({line.get_color() for line in lines}) == len({line.get_marker() for line in lines}) == 4
-    )
+    assert len({line.get_color() for line in lines}) == 4
+    assert len({line.get_marker() for line in lines}) == 4
     (shade,) = by_gid(axes, "slack area")
-    assert shade.get_extents().transformed(axes.transData.inverted()).y1 == pytest.approx(
-        0.0, abs=1e-9
-    )
+    shaded = shade.get_extents().transformed(axes.transData.inverted())
+    assert shaded.y1 == pytest.approx(0.0, abs=1e-9)
 
 
 def test_over_cases_the_map_has_cells_and_a_stroke_for_each(tmp_path: Path) -> None:
@@ -140,18 +145,16 @@ def test_over_cases_the_map_has_cells_and_a_stroke_for_each(tmp_path: Path) -> N
         {"name": "a $50 man", "arm": {"forearm_mass": "9 kg"}},
     ]
     table = designs(tmp_path / "run", {"cases": cases, "tendon": PRETENSION})
-    required = np.array(table.read(["required_pretension"])["required_pretension"]).reshape(2, 31)[
-        :, 0
-    ]
+    required = column(table, "required_pretension", (2, 31))[:, 0]
     (axes,) = panels(figure_of(table))
     assert [label.get_text() for label in axes.get_xticklabels()] == ["light", r"a \$50 man"]
     strokes = by_gid(axes, "boundary")
     np.testing.assert_allclose([stroke.get_ydata()[0] for stroke in strokes], required, rtol=1e-9)
-    assert all(
-        np.diff(stroke.get_xdata()) > 0.0 for stroke in strokes
-    )  # more pretension, along y, is on the left
+    # More pretension, along y, is on the left.
+    assert all(np.diff(stroke.get_xdata()) > 0.0 for stroke in strokes)
     (area,) = by_gid(axes, "unstable")
-    assert len(area.get_paths()) == int((~np.array(table.read(["stable"])["stable"])).sum()) > 0
+    is_stable = column(table, "stable", (2, 31))
+    assert len(area.get_paths()) == int((~is_stable).sum()) > 0
     (axes,) = panels(figure_of(designs(tmp_path / "cases", {"cases": cases})))
     assert axes.lines[0].get_linestyle() == "None"
 
@@ -160,8 +163,9 @@ def test_two_by_two(tmp_path: Path) -> None:
     content = {
         "tendon": {"pretension": ["200 N", "100 N"]},
         "spring": {"stiffness": ["1 kN/m", "3 kN/m"]},
+        "load": {"mass": ["5 kg"]},
     }
-    (axes,) = panels(figure_of(designs(tmp_path / "run", {**content, "load": {"mass": ["5 kg"]}})))
+    (axes,) = panels(figure_of(designs(tmp_path / "run", content)))
     (mesh,) = by_gid(axes, "margin")
     assert mesh.get_array().shape == (2, 2)
     assert mesh.get_array()[1, 0] < 0.0 < mesh.get_array()[1, 1]
@@ -189,27 +193,27 @@ def test_more_panels_than_a_page_go_on_a_second(tmp_path: Path) -> None:
     content = {
         "tendon": {"pretension": ["50 N", "150 N"]},
         "spring": {"stiffness": ["1 kN/m", "3 kN/m"]},
+        "sheath": {"friction": [0.05, 0.07, 0.09, 0.1]},
+        "load": {"mass": LOADS},
     }
-    content |= {"sheath": {"friction": [0.05, 0.07, 0.09, 0.1]}, "load": {"mass": LOADS}}
     drawn = draw_run(study_of(content), sweep(tmp_path / "run", content))
     assert drawn == (["slack_map.png", "slack_map-2.png"], [], None)
 
 
 def test_no_map_has_a_reason(tmp_path: Path) -> None:
-    content: dict[str, Any] = {"load": {"mass": LOADS}}
-    drawn = draw_run(study_of(content), sweep(tmp_path / "run", content))
+    only_loads: dict[str, Any] = {"load": {"mass": LOADS}}
+    drawn = draw_run(study_of(only_loads), sweep(tmp_path / "run", only_loads))
     assert drawn == ([], [], "no axis other than the load has more than one value")
     motion = {"elbow_angle": grid("160 deg", "170 deg", 2)}
     for name, more in (("line", {}), ("map", {"spring": STIFFNESS})):
         content = {"tendon": PRETENSION, "motion": motion, **more}
-        nowhere = draw_run(study_of(content), sweep(tmp_path / name, content))
-        assert "no design has a margin" in str(nowhere[2])
+        _, _, reason = draw_run(study_of(content), sweep(tmp_path / name, content))
+        assert "no design has a margin" in str(reason)
 
 
 def test_the_colour_scale_is_round_and_keeps_the_near_of_zero_visible() -> None:
-    limit, levels, extend = colour_scale(
-        np.array([-7000.0, *np.linspace(-80.0, 110.0, 50), np.nan])
-    )
+    margins = np.array([-7000.0, *np.linspace(-80.0, 110.0, 50), np.nan])
+    limit, levels, extend = colour_scale(margins)
     assert (limit, extend) == (125.0, "min")
     assert 0.0 in levels
     assert colour_scale(np.array([-90.0, 110.0]))[2] == "neither"

@@ -1,4 +1,4 @@
-"""The same input gives the same bytes, whatever stands in the working directory or the environment."""
+"""The same input gives the same bytes in any working directory and environment."""
 
 from __future__ import annotations
 
@@ -29,19 +29,12 @@ for drawn, kind in ((page.figure, "png"), (page.figure, "pdf"), (arm.figure, "sv
 """
 
 SETTINGS = b"axes.facecolor: red\nfont.size: 40\nsvg.hashsalt: x\nbackend: nonsense\n"
-HOSTILE: dict[str, tuple[dict[str, str], bytes]] = {
-    "settings": ({"LANG": "de_DE.UTF-8", "LC_ALL": "tr_TR.UTF-8"}, SETTINGS),
-    "odd": ({"SOURCE_DATE_EPOCH": "12345", "TZ": "Asia/Tokyo"}, b"\x00 : {"),
-    "backend": ({"MPLBACKEND": "nonsense", "PYTHONHASHSEED": "7"}, b"text.usetex: True\n"),
-    "no place": (
-        {"MPLCONFIGDIR": "/proc/nowhere", "MATPLOTLIBRC": "/nowhere", "HOME": "/proc"},
-        b"",
-    ),
-}
+NOWHERE = {"MPLCONFIGDIR": "/proc/nowhere", "MATPLOTLIBRC": "/nowhere", "HOME": "/proc"}
 
 
 @pytest.fixture(scope="module")
 def table_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the path of a table of designs."""
     folder = tmp_path_factory.mktemp("style") / "run"
     content = {
         "tendon": {"pretension": grid("0 N", "300 N", 9)},
@@ -54,41 +47,64 @@ def table_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def draw(
     table: Path, folder: Path, extra: dict[str, str], settings: bytes | None
 ) -> subprocess.CompletedProcess[str]:
+    """Draw three figures in a new folder and print their hashes, in a process of its own."""
     folder.mkdir()
     if settings is not None:
         (folder / "matplotlibrc").write_bytes(settings)
-    kept = {
+    environment = {
         name: value
         for name, value in os.environ.items()
         if not name.startswith(("MPL", "MATPLOTLIB"))
     }
-    command = [sys.executable, "-c", DRAW, str(table)]
     return subprocess.run(
-        command, cwd=folder, env={**kept, **extra}, capture_output=True, text=True, check=True
+        [sys.executable, "-c", DRAW, str(table)],
+        cwd=folder,
+        env=environment | extra,
+        capture_output=True,
+        text=True,
+        check=True,
     )
 
 
 @pytest.fixture(scope="module")
-def calm(table_path: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
-    ran = draw(table_path, tmp_path_factory.mktemp("calm") / "here", {"PYTHONHASHSEED": "1"}, None)
-    assert len(ran.stdout.splitlines()) == 3
-    assert not ran.stderr
-    return ran.stdout
+def usual_hashes(table_path: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Return the hashes of the figures drawn without settings."""
+    folder = tmp_path_factory.mktemp("usual") / "here"
+    ended = draw(table_path, folder, {"PYTHONHASHSEED": "1"}, None)
+    assert len(ended.stdout.splitlines()) == 3
+    assert not ended.stderr
+    return ended.stdout
 
 
 @pytest.mark.parametrize(
-    "name",
+    ("environment", "settings"),
     [
-        pytest.param(name, marks=pytest.mark.torture if name in ("odd", "backend") else ())
-        for name in HOSTILE
+        pytest.param({"LANG": "de_DE.UTF-8", "LC_ALL": "tr_TR.UTF-8"}, SETTINGS, id="settings"),
+        pytest.param(
+            {"SOURCE_DATE_EPOCH": "12345", "TZ": "Asia/Tokyo"},
+            b"\x00 : {",
+            id="odd",
+            marks=pytest.mark.torture,
+        ),
+        pytest.param(
+            {"MPLBACKEND": "nonsense", "PYTHONHASHSEED": "7"},
+            b"text.usetex: True\n",
+            id="backend",
+            marks=pytest.mark.torture,
+        ),
+        pytest.param(NOWHERE, b"", id="no place"),
     ],
 )
 def test_bytes_do_not_depend_on_the_surroundings(
-    table_path: Path, tmp_path: Path, calm: str, name: str
+    table_path: Path,
+    tmp_path: Path,
+    usual_hashes: str,
+    environment: dict[str, str],
+    settings: bytes,
 ) -> None:
-    hostile = draw(table_path, tmp_path / "there", *HOSTILE[name])
-    assert not hostile.stderr
-    assert hostile.stdout == calm
+    ended = draw(table_path, tmp_path / "there", environment, settings)
+    assert not ended.stderr
+    assert ended.stdout == usual_hashes
 
 
 @pytest.mark.parametrize(
@@ -101,13 +117,16 @@ def test_settings_that_stop_matplotlib_are_refused_at_once(
         os.mkfifo("matplotlibrc")
     else:
         Path("matplotlibrc").write_bytes(content)
-    command = [sys.executable, "-m", "tendon_cli", "plot", str(table_path), "--out", "f.png"]
-    environment = os.environ | {"LC_ALL": "tr_TR.UTF-8"}
-    ran = subprocess.run(
-        command, capture_output=True, text=True, check=False, timeout=60, env=environment
+    ended = subprocess.run(
+        [sys.executable, "-m", "tendon_cli", "plot", str(table_path), "--out", "f.png"],
+        env=os.environ | {"LC_ALL": "tr_TR.UTF-8"},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
     )
-    assert ran.returncode == 3
-    assert "matplotlibrc: matplotlib cannot use these settings" in ran.stderr
+    assert ended.returncode == 3
+    assert "matplotlibrc: matplotlib cannot use these settings" in ended.stderr
     assert not Path("f.png").exists()
 
 

@@ -9,24 +9,29 @@ from tendon_cli.paper.reproduce import evaluate, reproduce
 
 @pytest.fixture(scope="session")
 def steps():
-    """What the progress bar was called with."""
+    """Return the list of what the progress bar was called with."""
     return []
 
 
 @pytest.fixture(scope="session")
 def reproduced(tmp_path_factory, steps):
+    """Reproduce the paper: run its studies, draw its figures and write its ledger."""
     folder = tmp_path_factory.mktemp("reproduced")
-    return reproduce(
-        folder / "out", jobs=1, runs=folder / "runs", progress=lambda *counts: steps.append(counts)
-    )
+
+    def progress(*counts):
+        steps.append(counts)
+
+    return reproduce(folder / "out", jobs=1, runs=folder / "runs", progress=progress)
 
 
 @pytest.fixture(scope="session")
 def again(reproduced):
-    """The paper's tables, and what is judged of them once more: the finished runs are taken, and nothing is drawn."""
+    """Judge the finished runs once more, without drawing: the paper's tables and its ledger."""
     return evaluate(reproduced.out.parent / "runs")
 
 
 @pytest.fixture(scope="session")
 def paper(again):
-    return again[0]
+    """Return the paper's runs, by the name of their figure."""
+    runs, _ = again
+    return runs

@@ -1,4 +1,4 @@
-"""`tendon paper`: the ledger says of every finding and slip what the tables say, and a broken model breaks it."""
+"""`tendon paper`: the ledger says of every finding and slip what the tables say."""
 
 import filecmp
 import json
@@ -17,15 +17,17 @@ from tendon_cli.paper.statements import Entry
 CLAIMS = [f"C{number}" for number in range(1, 9)]
 FINDINGS = ["F4", "F6a", "F6b", "F7a", "F7b", "F7c", "F7d", "F8a", "F8b", "F9", "F10", "F11", "TA1"]
 SLIPS = [f"S{number}" for number in range(1, 8)]
+KEYS = ["id", "finding", "verdict", "recorded", "value", "numbers", "figure", "holds"]
 KEPT = Path(__file__).parents[2] / "results" / "paper"
 
 
 @pytest.fixture(scope="module")
 def page(reproduced):
+    """Return the ledger as text."""
     return (reproduced.out / "ledger.md").read_text(encoding="utf-8")
 
 
-# --- What the ledger says -------------------------------------------------------------------------
+# --- Text and data -------------------------------------------------------------------------
 
 
 def test_every_verdict_is_the_one_on_record_in_the_text_and_the_data(reproduced):
@@ -35,16 +37,7 @@ def test_every_verdict_is_the_one_on_record_in_the_text_and_the_data(reproduced)
     ledger = json.loads((reproduced.out / "ledger.json").read_bytes())
     assert [entry["id"] for entry in ledger] == FINDINGS + CLAIMS + SLIPS
     for entry in ledger:
-        assert list(entry) == [
-            "id",
-            "finding",
-            "verdict",
-            "recorded",
-            "value",
-            "numbers",
-            "figure",
-            "holds",
-        ]
+        assert list(entry) == KEYS
         assert entry["holds"] is (entry["verdict"] == "true")
         assert re.search(r"\d", entry["value"])
 
@@ -84,7 +77,7 @@ def test_progress_counts_every_step_once(reproduced, steps):
     assert steps == [(done, total) for done in range(1, total + 1)]
 
 
-# --- What it rests on -----------------------------------------------------------------------------
+# --- Sources -----------------------------------------------------------------------------
 
 
 def test_the_packaged_studies_are_those_that_are_shipped(configs):
@@ -97,50 +90,53 @@ def test_the_packaged_studies_are_those_that_are_shipped(configs):
 def test_the_kept_ledger_is_what_the_tool_says_today(reproduced, again):
     assert (KEPT / "ledger.json").read_bytes() == (reproduced.out / "ledger.json").read_bytes()
     assert {file.name for file in KEPT.iterdir()} == set(reproduced.files)
-    assert again[1].json().encode() == (reproduced.out / "ledger.json").read_bytes()
-    assert again[1].page().encode() == (reproduced.out / "ledger.md").read_bytes()
+    _, reproduced_again = again
+    assert reproduced_again.json().encode() == (reproduced.out / "ledger.json").read_bytes()
+    assert reproduced_again.page().encode() == (reproduced.out / "ledger.md").read_bytes()
 
 
 # --- The letter of the paper ----------------------------------------------------------------------
 
 
+def stretch_of(coupling, flexor, extensor):
+    """Return the stretch of both tendons together from a pretension of 100 N, m."""
+    flexor_stretch = coupling.flexor_compliance * (flexor - 100.0)
+    extensor_stretch = coupling.extensor_compliance * (extensor - 100.0)
+    return flexor_stretch + extensor_stretch
+
+
 def test_eq_12_as_printed_solves_the_printed_equation_and_the_elbow(paper):
     design, angle, flexion = paper["fig07"].inputs()
-    at = State.of(design, angle, flexion)
-    motion, tied = at.motion, at.coupling
+    state = State.of(design, angle, flexion)
+    coupling = state.coupling
     flexor, extensor = slips.eq_12_as_printed(design, angle, flexion)
-    stretch = tied.flexor_compliance * (flexor - 100.0) + tied.extensor_compliance * (
-        extensor - 100.0
-    )
-    np.testing.assert_allclose(
-        stretch, np.broadcast_to(motion.flexor_travel + motion.extensor_travel, stretch.shape)
-    )
-    balance = tied.moment_arm * flexor - 0.045 * extensor
-    np.testing.assert_allclose(balance, tied.elbow_torque + 0.0 * balance, atol=1e-12)
+    stretch = stretch_of(coupling, flexor, extensor)
+    travels = state.motion.flexor_travel + state.motion.extensor_travel
+    np.testing.assert_allclose(stretch, np.broadcast_to(travels, stretch.shape))
+    torque = coupling.moment_arm * flexor - 0.045 * extensor
+    wanted = np.broadcast_to(coupling.elbow_torque, torque.shape)
+    np.testing.assert_allclose(torque, wanted, atol=1e-12)
 
 
 def test_eq_11_first_keeps_the_compatibility_and_the_motor_and_loses_the_elbow(paper):
     design, angle, flexion = paper["fig07"].inputs()
-    at = State.of(design, angle, flexion)
-    sheaths, tied = (at.flexor, at.extensor), at.coupling
+    state = State.of(design, angle, flexion)
+    coupling = state.coupling
     flexor, extensor = slips.eq_11_first(design, angle, flexion)
-    stretch = tied.flexor_compliance * (flexor - 100.0) + tied.extensor_compliance * (
-        extensor - 100.0
-    )
-    np.testing.assert_allclose(stretch, np.broadcast_to(tied.mismatch, stretch.shape), atol=1e-15)
-    motor = (flexor / sheaths[0].capstan - extensor / sheaths[1].capstan) * 0.03
-    np.testing.assert_allclose(
-        motor, tied.elbow_torque * 0.03 / (tied.moment_arm * sheaths[0].capstan), atol=1e-12
-    )
-    elbow = tied.moment_arm * flexor - 0.045 * extensor - tied.elbow_torque
-    assert np.abs(elbow).max() > 1.0
+    stretch = stretch_of(coupling, flexor, extensor)
+    mismatch = np.broadcast_to(coupling.mismatch, stretch.shape)
+    np.testing.assert_allclose(stretch, mismatch, atol=1e-15)
+    motor_torque = (flexor / state.flexor.capstan - extensor / state.extensor.capstan) * 0.03
+    by_eq_11 = coupling.elbow_torque * 0.03 / (coupling.moment_arm * state.flexor.capstan)
+    np.testing.assert_allclose(motor_torque, by_eq_11, atol=1e-12)
+    unbalanced = coupling.moment_arm * flexor - 0.045 * extensor - coupling.elbow_torque
+    assert np.abs(unbalanced).max() > 1.0
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.07, 0.5])
 def test_a_9_gives_a_negative_magnitude_and_yet_a_17(friction):
-    pressed = slips.normal_force(100.0, 2.0, 1e-3, friction)
-    assert pressed < 0.0
-    assert 100.0 * 2.0 * 1e-3 + pressed - friction * pressed * 2.0 * 1e-3 / 2.0 == pytest.approx(
-        0.0, abs=1e-15
-    )
+    normal_force = slips.normal_force(100.0, 2.0, 1e-3, friction)
+    assert normal_force < 0.0
+    balance = 100.0 * 2.0 * 1e-3 + normal_force - friction * normal_force * 2.0 * 1e-3 / 2.0
+    assert balance == pytest.approx(0.0, abs=1e-15)
     assert slips.transmitted(friction, 2.0) == pytest.approx(np.exp(-friction * 2.0), rel=1e-4)
