@@ -161,7 +161,7 @@ def held(monkeypatch):
         try:
             for _ in range(10):
                 time.sleep(0.01)
-                self.go_on()
+                self.check_stopped()
             return fill(self, tables, index)
         finally:
             busy.pop()

@@ -56,7 +56,7 @@ def test_numbers_are_written_as_people_write_them(value, digits, text):
 @given(st.floats(0.0, 1e6), st.floats(0.0, 1e6), st.floats(0.0, 1.0), st.integers(1, 5))
 def test_a_number_of_an_interval_lies_in_it_as_printed(low, width, share, digits):
     value = min(low + share * width, low + width)
-    assert low <= read(say.within(value, low, low + width, digits)) <= low + width
+    assert low <= read(say.number_within(value, low, low + width, digits)) <= low + width
 
 
 @pytest.mark.parametrize("quantity", [each for each in QUANTITIES.values() if each.unit != "1"])
@@ -108,7 +108,7 @@ def test_two_limits_that_exclude_each_other_are_a_sentence():
 
 
 def test_lines_end_between_quantities():
-    lines = say.filled("word " * 14 + "of 1,024 N m and K 3 kN/m", "  ")
+    lines = say.wrap("word " * 14 + "of 1,024 N m and K 3 kN/m", "  ")
     assert all(len(line) <= say.WIDTH for line in lines)
     assert not [line for line in lines if re.search(r"(\d|K)$", line)]
 
@@ -129,10 +129,10 @@ def test_columns_are_words():
 def test_texts_name_the_joint_of_the_study(text, shown):
     study = tendon.study({"joint": {"name": "ankle"}})
     assert (
-        say.of_joint(text, study)
-        == say.of_joint(text, study.record)
-        == say.of_joint(text, "ankle")
+        say.name_joint(text, study)
+        == say.name_joint(text, study.record)
+        == say.name_joint(text, "ankle")
         == shown
     )
-    assert say.of_joint(text, tendon.study({})) == text
-    assert say.of_joint("an elbow", "wrist") == "a wrist"
+    assert say.name_joint(text, tendon.study({})) == text
+    assert say.name_joint("an elbow", "wrist") == "a wrist"

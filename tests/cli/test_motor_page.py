@@ -150,7 +150,9 @@ def test_the_area_of_the_loop_is_what_friction_takes(tmp_path, load):
     # The shoelace formula.
     area = 0.5 * abs(np.dot(angles, np.roll(torques, -1)) - np.dot(torques, np.roll(angles, -1)))
     flexion = np.array([[True], [False]])
-    loss = cycle_columns(state.design, plan.elbow_angles[np.newaxis], flexion, SPEED)["friction_loss"]
+    loss = cycle_columns(state.design, plan.elbow_angles[np.newaxis], flexion, SPEED)[
+        "friction_loss"
+    ]
     assert area == pytest.approx(float(loss.ravel()[0]), rel=0.005)  # but for the turns
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from tendon_cli.answers.choices import Choices
 from tendon_cli.engine.cluster import worker as task
-from tendon_cli.engine.cluster.worker import Assignment, Refusal, halt, make_part, check_versions
+from tendon_cli.engine.cluster.worker import Assignment, Refusal, check_versions, halt, make_part
 from tendon_cli.engine.folder import RunFolder
 from tendon_cli.engine.journal import Journal
 from tendon_cli.engine.plan import Plan

@@ -297,5 +297,7 @@ DRAWN = {"uncertainty": {"draws": 4}}
     ids=["neither", "uncertain", "drawn", "both"],
 )
 def test_uncertain_numbers_without_draws_and_draws_without_these_are_noted(content, noted):
-    notes = " ".join(question_of(tendon.study({"spring": {"stiffness": "5 kN/m"}, **content})).notes)
+    notes = " ".join(
+        question_of(tendon.study({"spring": {"stiffness": "5 kN/m"}, **content})).notes
+    )
     assert [text for text in ("stand at their middle", "draws nothing") if text in notes] == noted

@@ -360,7 +360,9 @@ def check_estimates(cases):
     for problem, (low, high), dense_window in cases:
         if not low <= high:
             continue
-        estimate = estimate_error(problem, {}, solve(problem, {}, 1), problem.ends_over_angles({}, 1))
+        estimate = estimate_error(
+            problem, {}, solve(problem, {}, 1), problem.ends_over_angles({}, 1)
+        )
         if estimate is None:
             continue
         dense_low, dense_high = dense_window()

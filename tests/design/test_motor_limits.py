@@ -9,7 +9,7 @@ import pytest
 from tendon_cli import design
 from tendon_cli.answers.problem import question_of
 from tendon_cli.answers.sensitivity import sensitivities
-from tendon_cli.answers.solve import solve_columns, solve
+from tendon_cli.answers.solve import solve, solve_columns
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.model.motor import cycle_columns
 from tendon_cli.studies.load import study_from
@@ -49,7 +49,9 @@ def test_a_window_ends_where_the_cycle_reaches_the_limit(name, most, column, end
         assert ends[row] != unlimited[f"pretension_{end}"][row]
         numbers = problem.choices.numbers(np.array([row]))
         suit = problem.design(numbers, pretension=ends[[row]])
-        values = cycle_columns(suit, problem.angles, problem.flexion, np.radians(60.0))[column].ravel()
+        values = cycle_columns(suit, problem.angles, problem.flexion, np.radians(60.0))[
+            column
+        ].ravel()
         assert values[conditions[row]] == pytest.approx(problem.bounds[name], rel=1e-6)
 
 

@@ -42,7 +42,7 @@ def test_an_elongation_is_what_the_tension_of_its_side_makes_of_the_compliance(t
     )
     for side, stiffness, pretension in (("flexor", 2000.0, 100.0), ("extensor", 3000.0, 150.0)):
         columns = [f"{side}_{name}" for name in names]
-        read = cube.gather(np.arange(cube.files.rows), columns)
+        read = cube.gather(np.arange(cube.table.rows), columns)
         spring, total, change, tension, *stretches = (read[name] for name in columns)
         np.testing.assert_allclose(spring, tension / stiffness)
         # The change is from the pretensioned state, the total from no load:
@@ -54,7 +54,7 @@ def test_an_elongation_is_what_the_tension_of_its_side_makes_of_the_compliance(t
 
 def test_the_ratio_is_null_where_the_extensor_has_not_travelled(tmp_path):
     cube = cube_of(states(tmp_path / "run", SMALL))
-    read = cube.gather(np.arange(cube.files.rows), ["radius_ratio", "elbow_angle"])
+    read = cube.gather(np.arange(cube.table.rows), ["radius_ratio", "elbow_angle"])
     np.testing.assert_array_equal(np.isnan(read["radius_ratio"]), read["elbow_angle"] == 0.0)
 
 

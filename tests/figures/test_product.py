@@ -25,7 +25,7 @@ CONTENT = {
 
 def test_rows_follow_the_order_of_the_table(tmp_path: Path) -> None:
     cube = cube_of(states(tmp_path / "run", CONTENT))
-    whole = cube.files.read().to_pydict()
+    whole = cube.table.read().to_pydict()
     assert [axis.column for axis in cube.axes] == [
         "case",
         "pretension",
@@ -34,7 +34,7 @@ def test_rows_follow_the_order_of_the_table(tmp_path: Path) -> None:
         "direction",
         "elbow_angle",
     ]
-    assert math.prod(axis.length for axis in cube.axes) == cube.files.rows
+    assert math.prod(axis.length for axis in cube.axes) == cube.table.rows
     positions = {axis.column: np.array([axis.length - 1]) for axis in cube.axes}
     positions |= {"load_mass": np.arange(4), "elbow_angle": np.array([0, 15, 3])}
     rows = cube.rows(["elbow_angle", "load_mass"], positions)
@@ -52,8 +52,8 @@ def test_many_files_are_read_as_one_table(tmp_path: Path, small_parts: Callable[
     whole = states(tmp_path / "one", CONTENT).read().to_pydict()
     small_parts(700)
     cube = cube_of(states(tmp_path / "many", CONTENT))
-    assert len(cube.files.files) > 3
-    rows = np.arange(cube.files.rows)[::-7].reshape(1, -1)
+    assert len(cube.table.files) > 3
+    rows = np.arange(cube.table.rows)[::-7].reshape(1, -1)
     read = cube.gather(rows, ["motor_torque"])
     np.testing.assert_array_equal(read["motor_torque"][0], whole["motor_torque"][::-7])
 
@@ -91,7 +91,7 @@ def test_states_that_were_not_kept_are_those_that_would_have_been(tmp_path: Path
 def test_a_filter_means_the_same_of_rows_and_of_axes(tmp_path: Path, text: str, count: int) -> None:
     files = designs(tmp_path / "run", {"tendon": {"pretension": grid("80 N", "200 N", 5)}})
     cube = cube_of(files)
-    (condition,) = cube.of.conditions([text])
+    (condition,) = cube.table_columns.conditions([text])
     is_selected = condition.holds(cube.gather(np.arange(files.rows), ["taut"])["taut"])
     assert int(is_selected.sum()) == count
     _, selected_count = rows_in(tmp_path / "run", where=[text]).head(0)

@@ -69,7 +69,7 @@ def test_bend_angle_uncertainty_is_carried_through() -> None:
     assert vague.uncertainty.standard_error == pytest.approx(expected, rel=1e-12)
     assert vague.uncertainty.degrees_of_freedom > 1000
     assert vague.friction_bend_standard_error / vague.bend_angle == pytest.approx(error, rel=1e-12)
-    assert near.uncertainty.of(BEND) / near.friction == pytest.approx(0.007, abs=1e-4)
+    assert near.uncertainty.contribution_of(BEND) / near.friction == pytest.approx(0.007, abs=1e-4)
 
 
 @pytest.mark.parametrize("friction", [0.001, 0.02, 0.4, 1.5])
@@ -102,7 +102,9 @@ def test_readings_of_one_stroke_count_once(csv_file) -> None:
     once = fit_friction(csv_file("\n".join(rows[:1] + rows[1::10])), bend_angle="144 deg")
     assert fit.strokes == once.strokes == 6
     assert fit.friction == pytest.approx(once.friction, rel=1e-12)
-    assert fit.uncertainty.of(SCATTER) == pytest.approx(once.uncertainty.of(SCATTER), rel=0.02)
+    assert fit.uncertainty.contribution_of(SCATTER) == pytest.approx(
+        once.uncertainty.contribution_of(SCATTER), rel=0.02
+    )
 
 
 @pytest.mark.parametrize("strokes", [2, 3, 8])

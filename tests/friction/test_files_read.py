@@ -113,7 +113,7 @@ def test_headers_that_the_forces_contradict_are_warned_of(csv_file) -> None:
 def test_the_uncertainty_of_angles_in_a_column(csv_file) -> None:
     both = added("bend_angle_deg,bend angle uncertainty (deg)", *["144,2"] * 6)
     parts = [
-        fit_friction(csv_file(text), bend_angle=angle).uncertainty.of(BEND)
+        fit_friction(csv_file(text), bend_angle=angle).uncertainty.contribution_of(BEND)
         for text, angle in (
             (both, None),
             (added("bend_angle_deg", *["144"] * 6), "+/- 2 deg"),

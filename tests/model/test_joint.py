@@ -272,10 +272,10 @@ def test_energy_closes_as_a_joint_moves(seed, flexion, at_motor):
     state = shifted(0.0)
     rates = motor_rates(state)
     assert (state.status == TAUT).mean() > 0.5
-    taken = state.elbow_torque + rates.storing + rates.friction
+    taken = state.elbow_torque + rates.storage_rate + rates.friction
     np.testing.assert_allclose(rates.power, taken, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(rates.spool_speed, slope("spool_angle"), rtol=1e-6, atol=1e-6)
-    np.testing.assert_allclose(rates.storing, slope("stored"), rtol=1e-6, atol=1e-5)
+    np.testing.assert_allclose(rates.storage_rate, slope("stored"), rtol=1e-6, atol=1e-5)
     sign = 1.0 if flexion else -1.0
     assert (rates.friction * sign > 0.0).mean() > 0.9
 

@@ -56,7 +56,7 @@ def test_what_the_motor_gives_is_held_stored_or_lost_in_every_state():
     every_status = {TAUT, FLEXOR_SLACK, EXTENSOR_SLACK, BOTH_SLACK, NO_EQUILIBRIUM}
     assert set(np.unique(status)) == every_status
     answered = status != NO_EQUILIBRIUM
-    all_terms = np.array([rates.power, -state.elbow_torque, -rates.storing, -rates.friction])
+    all_terms = np.array([rates.power, -state.elbow_torque, -rates.storage_rate, -rates.friction])
     terms = all_terms[:, answered]
     assert np.isfinite(terms).all()
     scale = np.abs(terms).max(axis=0) + 1e-12

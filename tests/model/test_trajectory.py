@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.bounds import Bounds
-from tendon_cli.model.motor import motion_columns, cycle_columns
+from tendon_cli.model.motor import cycle_columns, motion_columns
 from tendon_cli.model.motor_window import narrow
 from tendon_cli.model.reversal import drift
 from tendon_cli.model.trajectory import Trajectory, friction_directions
@@ -105,7 +105,9 @@ def test_work_in_less_braking_is_what_the_elbow_takes_stores_and_friction_loses(
     elbow_work = float(np.sum(state.elbow_torque[0] * trajectory.speed * trajectory.weights))
     x = state.balance.flexor[0]
     y = state.balance.extensor[0]
-    stored = 0.5 * (state.flexor.gives * x * x + state.extensor.gives * y * y)[0]
+    stored = (
+        0.5 * (state.flexor.energy_compliance * x * x + state.extensor.energy_compliance * y * y)[0]
+    )
     motor_work = results["motor_work_in"] - results["braking_work"]
     expected = elbow_work + stored[-1] - stored[0] + results["friction_loss"]
     assert motor_work == pytest.approx(expected, rel=1e-6)

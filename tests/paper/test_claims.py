@@ -95,7 +95,7 @@ def test_every_number_next_to_a_verdict_is_right_to_a_thousandth_and_every_claim
 ):
     assert {entry.id for entry in reproduced.entries} == set(NUMBERS)
     assert entries_off(reproduced) == set()
-    assert {claim.id: claim.verdict for claim in reproduced.of("claim")} == VERDICTS
+    assert {claim.id: claim.verdict for claim in reproduced.entries_of("claim")} == VERDICTS
 
 
 BASELINE = {

@@ -68,7 +68,7 @@ def test_a_verdict_that_is_not_the_one_on_record_is_marked_and_named(reproduced)
     assert not broken.holds
     assert "F4 is false, on record true: a|b" in broken.text()
     assert "F4" not in reproduced.text()
-    became_true = [replace(entry, verdict="true") for entry in reproduced.of("claim")]
+    became_true = [replace(entry, verdict="true") for entry in reproduced.entries_of("claim")]
     assert not replace(reproduced, entries=became_true).holds
 
 

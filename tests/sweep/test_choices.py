@@ -7,7 +7,12 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.engine import plan as plan_module
-from tendon_cli.engine.folds import count_choices, count_feasible_choices, decode_feasible, encode_feasible
+from tendon_cli.engine.folds import (
+    count_choices,
+    count_feasible_choices,
+    decode_feasible,
+    encode_feasible,
+)
 from tendon_cli.engine.plan import Plan
 from tendon_cli.studies.load import study_from
 

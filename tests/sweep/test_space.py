@@ -84,7 +84,7 @@ def test_boxes_and_points_are_the_same_designs(content):
 
 @pytest.mark.parametrize("content", STUDIES)
 def test_choices_under_conditions_are_the_designs_of_the_whole_product(content):
-    space = space_of(study_from(content)).unset()
+    space = space_of(study_from(content)).without_pretension()
     choices, conditions = space.choices, space.conditions
     shape = len(choices), len(conditions)
     first, second = np.indices(shape).reshape(2, -1)

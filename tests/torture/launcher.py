@@ -28,7 +28,7 @@ def hold(owner, name, settings):
     def slow(*arguments, **options):
         if next(calls) >= settings["skip"]:
             if name == "fill":
-                arguments[0].go_on()  # a run that is asked to stop begins no part
+                arguments[0].check_stopped()  # a run that is asked to stop begins no part
             Path("held").touch()
             until = time.monotonic() + settings["seconds"]
             while time.monotonic() < until:

@@ -55,7 +55,7 @@ def try_plot(file):
     if cube.kind == "designs" and len(long_axes(cube, chosen)) > 1:
         map_data(cube, plan_maps(cube, chosen), spec)
     if hashlib.sha256(file.read_bytes()).digest()[0] < 8:
-        plot(cube.files, spec, file.with_name("figure.png"))
+        plot(cube.table, spec, file.with_name("figure.png"))
     curve_data(cube, plan_curves(cube, chosen, spec), [], spec)
 
 
