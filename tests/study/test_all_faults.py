@@ -81,11 +81,21 @@ def test_a_thousand_faults_come_at_once_and_soon(tmp_path):
     assert [fault.line for fault in caught.value.faults] == list(range(1, 1001))
 
 
+WITHOUT_VALUES = """\
+arm: {a1: , b1: 1 kg}
+cases:
+  - name: a
+    arm:
+      b2:
+  -
+load:
+sheath: {path: r.csv}
+"""
+
+
 def test_keys_without_a_value_come_with_every_other_fault(tmp_path):
     path = tmp_path / "study.yaml"
-    path.write_text(
-        "arm: {a1: , b1: 1 kg}\ncases:\n  - name: a\n    arm:\n      b2:\n  -\nload:\nsheath: {path: r.csv}\n"
-    )
+    path.write_text(WITHOUT_VALUES)
     with pytest.raises(StudyError) as caught:
         load_study(path)
     assert [(fault.key, fault.line) for fault in caught.value.faults] == [

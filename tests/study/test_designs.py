@@ -1,4 +1,4 @@
-"""What a study asks of its designs: limits, conditions, goals, and which states are kept."""
+"""Limits, conditions and goals of a study, and the states that it keeps."""
 
 import pytest
 
@@ -31,20 +31,21 @@ def test_a_limit_that_is_not_given_is_no_key():
 
 @pytest.mark.parametrize("name", list(Limits.model_fields))
 def test_every_limit_reads_back_and_changes_the_hash(name):
-    given = {"limits": {name: "0.25 rad" if name in ("max_spool_travel", "max_backlash") else 0.25}}
+    is_angle = name in ("max_spool_travel", "max_backlash")
+    limit = "0.25 rad" if is_angle else 0.25
     content = {
         "arm": {"contact_width": 0.04},
         "motion": {"speed": "60 deg/s"},
         "spring": {"free_length": 0.07},
     }
-    study = study_from({**content, **given})
+    study = study_from({**content, "limits": {name: limit}})
     assert study.limits[name] == 0.25
     assert study.hash != study_from(content).hash
     assert study_from(study.document()).hash == study.hash
 
 
 @pytest.mark.parametrize(
-    ("asked", "expected"),
+    ("conditions", "expected"),
     [
         (None, ("case", "load.mass", "arm.b1")),
         ([], ()),
@@ -53,25 +54,23 @@ def test_every_limit_reads_back_and_changes_the_hash(name):
         (["tendon.length", "load.mass"], ("load.mass",)),
     ],
 )
-def test_conditions_are_the_axes_asked_for_else_those_of_load_arm_and_cases(asked, expected):
+def test_conditions_are_the_axes_asked_for_else_those_of_load_arm_and_cases(conditions, expected):
     content = {
         "cases": CASES,
         "load": {"mass": [1, 2]},
         "spool": {"ratio": [0.6, 1]},
         "arm": {"b1": [0.1, 0.2]},
     }
-    design = {} if asked is None else {"design": {"conditions": asked}}
-    assert study_from(content | design).conditions == expected
+    if conditions is not None:
+        content["design"] = {"conditions": conditions}
+    assert study_from(content).conditions == expected
 
 
 def test_a_goal_may_be_a_choice_of_the_study():
-    study = study_from(
-        {
-            "spool": {"ratio": [0.6, 1]},
-            "design": {"minimise": "spool_ratio", "maximise": "tolerance"},
-        }
-    )
-    assert (study.design.minimise, study.design.maximise) == (("spool_ratio",), ("tolerance",))
+    goals = {"minimise": "spool_ratio", "maximise": "tolerance"}
+    study = study_from({"spool": {"ratio": [0.6, 1]}, "design": goals})
+    assert study.design.minimise == ("spool_ratio",)
+    assert study.design.maximise == ("tolerance",)
 
 
 def test_a_width_in_every_case_is_enough_for_a_pressure():
@@ -87,23 +86,24 @@ def test_any_result_of_the_states_may_be_kept():
 
 
 def test_the_command_line_sets_whole_numbers_and_truths(tmp_path):
-    (tmp_path / "study.toml").touch()
+    path = tmp_path / "study.toml"
+    path.touch()
     settings = (
         "uncertainty.draws=64",
         "uncertainty.seed=7",
         "uncertainty.cross=true",
         "design.serve=90 %",
     )
-    study = load_study(tmp_path / "study.toml", settings)
-    assert (study.uncertainty.draws, study.uncertainty.seed, study.uncertainty.cross) == (
-        64,
-        7,
-        True,
-    )
-    assert (study.serve, study_from({}).serve) == (0.9, 1.0)
+    study = load_study(path, settings)
+    assert study.uncertainty.draws == 64
+    assert study.uncertainty.seed == 7
+    assert study.uncertainty.cross is True
+    assert study.serve == 0.9
+    assert study_from({}).serve == 1.0
 
 
 def test_a_fault_of_what_a_limit_needs_hides_no_other_and_adds_none():
+    content = {"limits": {"max_backlash": "5 deg"}, "motion": {"speed": "60 deg"}}
     with pytest.raises(StudyError, match="the study has 1 fault") as caught:
-        study_from({"limits": {"max_backlash": "5 deg"}, "motion": {"speed": "60 deg"}})
+        study_from(content)
     assert [fault.key for fault in caught.value.faults] == ["motion.speed"]

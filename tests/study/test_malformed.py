@@ -1,7 +1,11 @@
-"""A malformed study of any kind ends in one error that says what is wrong and where, soon and without a trace."""
+"""A malformed study of any kind ends in one error that says what is wrong and where.
+
+It does so soon, and without a trace.
+"""
 
 import os
 import resource
+from pathlib import Path
 
 import pytest
 
@@ -13,8 +17,8 @@ from .malformed.row import LONGEST_TIME, at_most
 
 MOST_MEMORY_KB = 300_000
 LONGEST_MESSAGE = 4000
-EXIT = {StudyError: 2, UsageError: 2, SizeError: 2, InputError: 3}
-OF_PYTHON = (
+EXIT_CODES = {StudyError: 2, UsageError: 2, SizeError: 2, InputError: 3}
+WORDS_OF_PYTHON = (
     "Traceback",
     "pydantic",
     "validation",
@@ -33,12 +37,17 @@ OF_PYTHON = (
 )
 
 
+def peak_memory():
+    """Return the largest memory that this process has had, kB."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+
 def as_bytes(text):
     return text if isinstance(text, bytes) else text.encode()
 
 
-def written(row, folder):
-    """The row's files in a folder; returns the path of the study."""
+def write_files(row, folder):
+    """Write the files of a malformed study into a folder and return the path of the study."""
     for name, text in row.files.items():
         (folder / name).write_bytes(as_bytes(text))
     path = folder / f"{row.stem}{row.suffix}"
@@ -47,27 +56,33 @@ def written(row, folder):
 
 
 def content_of(folder):
+    """Return the bytes of every file in a folder by its name."""
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row.label)
 def test_a_malformed_study_ends_in_one_error_that_says_what_and_where(row, tmp_path):
-    path = written(row, tmp_path)
-    before, memory = content_of(tmp_path), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    path = write_files(row, tmp_path)
+    content = content_of(tmp_path)
+    memory = peak_memory()
     with at_most(LONGEST_TIME), pytest.raises(TendonError) as caught:
         load_study(path, row.settings)
     error = caught.value
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory < MOST_MEMORY_KB
-    assert (type(error), error.exit, content_of(tmp_path)) == (row.kind, EXIT[row.kind], before)
-    assert [fragment for fragment in row.says if fragment not in f"{error} {error.where}"] == []
-    assert row.line is None or (
-        error.faults[0].line == row.line and f"line {row.line}: " in str(error)
-    )
-    given = as_bytes(row.text).decode(errors="replace")
+    assert peak_memory() - memory < MOST_MEMORY_KB
+    assert type(error) is row.kind
+    assert error.exit == EXIT_CODES[row.kind]
+    assert content_of(tmp_path) == content
+    message = f"{error} {error.where}"
+    assert [fragment for fragment in row.says if fragment not in message] == []
+    if row.line is not None:
+        assert error.faults[0].line == row.line
+        assert f"line {row.line}: " in str(error)
+    source = as_bytes(row.text).decode(errors="replace")
+    foreign = [word for word in WORDS_OF_PYTHON if word not in source]
     for text in (str(error), error.where, error.hint or ""):
         assert len(text) < LONGEST_MESSAGE
         assert all(line.isprintable() for line in text.split("\n"))
-        assert [word for word in OF_PYTHON if word in text and word not in given] == []
+        assert [word for word in foreign if word in text] == []
 
 
 # --- Files that are not there or cannot be read ---------------------------------------------------
@@ -102,7 +117,7 @@ def test_an_unreadable_file_is_one_fault(tmp_path):
         load_study(path)
 
 
-@pytest.mark.skipif(not os.path.exists("/dev/zero"), reason="there is no endless file here")  # noqa: PTH110
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="there is no endless file here")
 @pytest.mark.parametrize("key", [None, "path", "friction_from"])
 @pytest.mark.parametrize("kind", ["pipe", "device"])
 def test_nothing_that_never_ends_is_waited_for_or_read(tmp_path, key, kind):
@@ -111,31 +126,34 @@ def test_nothing_that_never_ends_is_waited_for_or_read(tmp_path, key, kind):
         os.mkfifo(endless)
     else:
         endless.symlink_to("/dev/zero")
-    (tmp_path / "study.toml").write_text(f"[sheath]\n{key} = 'endless.toml'\n")
-    with (
-        at_most(LONGEST_TIME),
-        pytest.raises(StudyError, match=f"it is a {kind}, expected a file") as caught,
-    ):
-        load_study(tmp_path / "study.toml" if key else endless)
-    assert [(fault.key, fault.line) for fault in caught.value.faults] == [
-        (f"sheath.{key}", 2) if key else ("", None)
-    ]
+    if key is None:
+        path = endless
+        expected = ("", None)
+    else:
+        path = tmp_path / "study.toml"
+        path.write_text(f"[sheath]\n{key} = 'endless.toml'\n")
+        expected = (f"sheath.{key}", 2)
+    problem = f"it is a {kind}, expected a file"
+    with at_most(LONGEST_TIME), pytest.raises(StudyError, match=problem) as caught:
+        load_study(path)
+    assert [(fault.key, fault.line) for fault in caught.value.faults] == [expected]
 
 
 @pytest.mark.parametrize("suffix", [".toml", ".yaml", ".txt"])
 def test_an_empty_file_is_the_baseline(tmp_path, suffix):
-    (tmp_path / f"empty{suffix}").touch()
-    assert load_study(tmp_path / f"empty{suffix}").name == "empty"
+    path = tmp_path / f"empty{suffix}"
+    path.touch()
+    assert load_study(path).name == "empty"
 
 
 HOSTILE = "a\x1b[31m\x9b2J\r\u202e"
 
 
-def fit_to_print(error):
-    return all(
-        part is None or part.replace("\n", "").isprintable()
-        for part in (str(error), error.where, error.hint)
-    )
+def is_printable(error):
+    """Return True if no part of an error has a character that a terminal would obey."""
+    parts = [str(error), error.where, error.hint]
+    texts = [part.replace("\n", "") for part in parts if part is not None]
+    return all(text.isprintable() for text in texts)
 
 
 @pytest.mark.parametrize("name", [f"{HOSTILE}.toml", f"{HOSTILE}.yaml", os.fsdecode(b"a\xff.toml")])
@@ -144,43 +162,44 @@ def fit_to_print(error):
 )
 def test_names_of_files_come_out_harmless(tmp_path, name, text):
     (tmp_path / f"other{HOSTILE}.toml").touch()
+    path = tmp_path / name
     if text is not None:
-        (tmp_path / name).write_text(text)
+        path.write_text(text)
     with pytest.raises(StudyError) as caught:
-        load_study(tmp_path / name)
-    assert fit_to_print(caught.value)
+        load_study(path)
+    assert is_printable(caught.value)
 
 
 @pytest.mark.parametrize("content", ["", "x,y,z\n\x1b[31m,0,0\n", "x,y,\x1b[2J\n"])
 @pytest.mark.parametrize("key", ["path", "friction_from"])
 def test_names_and_lines_of_named_files_come_out_harmless(tmp_path, key, content):
     (tmp_path / HOSTILE).write_text(content)
-    (tmp_path / "study.yaml").write_text(f'sheath: {{ {key}: "a\\x1b[31m\\x9b2J\\r\\u202e" }}\n')
+    path = tmp_path / "study.yaml"
+    path.write_text(f'sheath: {{ {key}: "a\\x1b[31m\\x9b2J\\r\\u202e" }}\n')
     with pytest.raises(InputError) as caught:
-        load_study(tmp_path / "study.yaml")
-    assert fit_to_print(caught.value)
+        load_study(path)
+    assert is_printable(caught.value)
 
 
 # --- Nothing is ever executed, and little is needed -----------------------------------------------
 
 
 def test_nothing_that_a_study_says_is_executed(tmp_path):
-    told = tmp_path / "told"
-    for suffix, text in (
-        (".yaml", f"load: !!python/object/apply:os.mkdir ['{told}']\n"),
-        (".toml", f"[load]\nmass = \"__import__('os').mkdir('{told}') kg\"\n"),
-    ):
-        path = tmp_path / f"study{suffix}"
-        path.write_text(text)
+    trace = tmp_path / "trace"
+    yaml = tmp_path / "study.yaml"
+    yaml.write_text(f"load: !!python/object/apply:os.mkdir ['{trace}']\n")
+    toml = tmp_path / "study.toml"
+    toml.write_text(f"[load]\nmass = \"__import__('os').mkdir('{trace}') kg\"\n")
+    for path in (yaml, toml):
         with pytest.raises(StudyError):
             load_study(path)
-    assert not told.exists()
+    assert not trace.exists()
 
 
 def test_a_grid_as_long_as_an_axis_may_be_costs_neither_time_nor_memory(tmp_path):
     path = tmp_path / "study.toml"
     path.write_text("[load]\nmass = { from = 0, to = 1, num = 10_000_000 }\n")
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    memory = peak_memory()
     with at_most(LONGEST_TIME):
         assert len(load_study(path).load.mass) == 10**7
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory < 20_000
+    assert peak_memory() - memory < 20_000

@@ -1,4 +1,4 @@
-"""The JSON Schema of a study says what a study may say."""
+"""The JSON Schema of a study takes what a study takes, and refuses what it refuses."""
 
 import jsonschema
 import pytest
@@ -15,7 +15,7 @@ CHECK = jsonschema.Draft202012Validator(SCHEMA)
 
 
 def resolved(node):
-    """A node and everything that it may stand for."""
+    """Yield a node and every node that it may stand for."""
     yield node
     if "$ref" in node:
         yield from resolved(SCHEMA["$defs"][node["$ref"].rpartition("/")[2]])
@@ -24,11 +24,9 @@ def resolved(node):
 
 
 def tables():
-    """Every table of the schema with its keys."""
-    return {
-        "Study": SCHEMA["properties"],
-        **{name: part["properties"] for name, part in SCHEMA["$defs"].items()},
-    }
+    """Return the keys of every table of the schema by the table's name."""
+    parts = {name: part["properties"] for name, part in SCHEMA["$defs"].items()}
+    return {"Study": SCHEMA["properties"], **parts}
 
 
 KEYS = [(table, key) for table, properties in tables().items() for key in properties]
@@ -40,30 +38,25 @@ def test_it_is_a_schema():
 
 @pytest.mark.parametrize(("table", "key"), KEYS)
 def test_every_key_is_described(table, key):
-    described = [
-        node["description"] for node in resolved(tables()[table][key]) if node.get("description")
-    ]
-    assert described
+    nodes = resolved(tables()[table][key])
+    assert any(node.get("description") for node in nodes)
 
 
 def test_every_number_says_its_symbol_and_unit():
     for path, key in keys().items():
         node = SCHEMA
         for part in path.split("."):
-            properties = next(found for found in resolved(node) if "properties" in found)
-            node = properties["properties"][part]
-        (number,) = [found for found in resolved(node) if "x-unit" in found]
+            table = next(choice for choice in resolved(node) if "properties" in choice)
+            node = table["properties"][part]
+        (number,) = [choice for choice in resolved(node) if "x-unit" in choice]
         assert number["x-unit"] == key.number.quantity.unit
         assert key.number.quantity.symbol in number["description"]
 
 
 def test_no_table_takes_unknown_keys():
     assert SCHEMA["additionalProperties"] is False
-    assert [
-        name
-        for name, part in SCHEMA["$defs"].items()
-        if part.get("additionalProperties") is not False
-    ] == []
+    for name, part in SCHEMA["$defs"].items():
+        assert part.get("additionalProperties") is False, name
 
 
 @given(contents())
@@ -73,15 +66,16 @@ def test_it_takes_every_valid_study_as_written_and_as_resolved(content):
     assert list(CHECK.iter_errors(study.document())) == []
 
 
-@pytest.mark.parametrize(
-    "unit", [unit for unit in UNITS.values() if unit.symbol != "1"], ids=lambda unit: unit.symbol
-)
+UNITS_WITH_A_SYMBOL = [unit for unit in UNITS.values() if unit.symbol != "1"]
+
+
+@pytest.mark.parametrize("unit", UNITS_WITH_A_SYMBOL, ids=lambda unit: unit.symbol)
 def test_it_takes_every_unit_of_a_key_and_no_other(unit):
     for key in BASELINE:
         table, name = key.split(".")
-        fits = keys()[key].number.quantity.dimension == unit.dimension
+        is_of_key = keys()[key].number.quantity.dimension == unit.dimension
         for text in (f"1 {unit.symbol}", f"1{unit.symbol}", f"1.5e0  {unit.symbol}"):
-            assert CHECK.is_valid({"name": "a", table: {name: text}}) is fits
+            assert CHECK.is_valid({"name": "a", table: {name: text}}) is is_of_key
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""A motion in time beside a study: how it is smoothed, what comes of it, and every way it can be wrong."""
+"""A motion in time beside a study: its smoothing, its results, and every fault of its file."""
 
 import json
 
@@ -8,76 +8,71 @@ import pytest
 import tendon_cli as tendon
 from tendon_cli.errors import TendonError
 
+from .csv_text import csv_text
+
 STUDY = {"tendon": {"pretension": "150 N"}, "spool": {"ratio": 0.6}, "load": {"mass": [0.0, 1.0]}}
 
 
+TIME = np.round(np.arange(0.0, 4.0, 0.01), 9)  # s
+SWING = 50.0 - 30.0 * np.cos(np.pi * TIME)  # deg
+
+
 def rows(time, angle):
-    return (
-        "time (s),angle (deg)\n"
-        + "\n".join(f"{t},{a}" for t, a in zip(time, angle, strict=True))
-        + "\n"
-    )
-
-
-TIME = np.round(np.arange(0.0, 4.0, 0.01), 9)
-SWING = 50.0 - 30.0 * np.cos(np.pi * TIME)
+    """Return a trajectory as CSV."""
+    return csv_text("time (s),angle (deg)", time, angle)
 
 
 @pytest.fixture
 def file(tmp_path):
-    """Writes a study over a trajectory's text, and gives its path."""
+    """Return a function that writes a study of a trajectory and returns its path."""
 
-    def written(text, **motion):
+    def write_study(text, **motion):
         (tmp_path / "reach.csv").write_text(text, encoding="utf-8")
-        study = tmp_path / "study.json.yaml"
-        study.write_text(
-            json.dumps({**STUDY, "motion": {"trajectory": "reach.csv", **motion}}), encoding="utf-8"
-        )
-        return study
+        content = {**STUDY, "motion": {"trajectory": "reach.csv", **motion}}
+        path = tmp_path / "study.json.yaml"
+        path.write_text(json.dumps(content), encoding="utf-8")
+        return path
 
-    return written
+    return write_study
 
 
 def test_smoothing_leaves_slow_motion_in_place_and_time(file):
     trajectory = tendon.load_study(file(rows(TIME, SWING))).trajectory
     inner = slice(50, -50)
     turn = np.pi * trajectory.time
-    assert (
-        np.degrees(np.abs(trajectory.angle - np.radians(50.0 - 30.0 * np.cos(turn)))[inner].max())
-        < 0.01
-    )
-    speed, acceleration = (
-        np.radians(30.0) * np.pi * np.sin(turn),
-        np.radians(30.0) * np.pi**2 * np.cos(turn),
-    )
+    angle = np.radians(50.0 - 30.0 * np.cos(turn))
+    speed = np.radians(30.0) * np.pi * np.sin(turn)
+    acceleration = np.radians(30.0) * np.pi**2 * np.cos(turn)
+    error = np.abs(trajectory.angle - angle)[inner]
+    assert np.degrees(error.max()) < 0.01
     np.testing.assert_allclose(trajectory.speed[inner], speed[inner], atol=2e-3)
     np.testing.assert_allclose(trajectory.acceleration[inner], acceleration[inner], atol=2e-2)
 
 
 def test_a_lower_cutoff_takes_more_noise(file):
     noisy = SWING + np.random.default_rng(1).normal(0.0, 0.5, len(SWING))
-    peaks = [
-        np.abs(
-            tendon.load_study(
-                file(rows(TIME, noisy), cutoff=f"{cutoff} Hz")
-            ).trajectory.acceleration[20:-20]
-        )
-        for cutoff in (3, 6, 12)
-    ]
-    assert peaks[0].max() < peaks[1].max() < peaks[2].max()
+    text = rows(TIME, noisy)
+
+    def peak_acceleration(cutoff):
+        trajectory = tendon.load_study(file(text, cutoff=cutoff)).trajectory
+        return np.abs(trajectory.acceleration[20:-20]).max()
+
+    assert peak_acceleration("3 Hz") < peak_acceleration("6 Hz") < peak_acceleration("12 Hz")
 
 
 def test_uneven_samples_in_other_units_are_the_same_motion(file):
-    some = np.sort(np.random.default_rng(2).choice(len(TIME), 300, replace=False))
-    some[[0, -1]] = 0, len(TIME) - 1
+    samples = np.sort(np.random.default_rng(2).choice(len(TIME), 300, replace=False))
+    samples[0] = 0
+    samples[-1] = len(TIME) - 1
+    times = 1000 * TIME[samples]  # ms
+    angles = np.radians(SWING[samples])
+    lines = [f"{time:.3f};{angle:.9f}" for time, angle in zip(times, angles, strict=True)]
+    table = "\n".join(lines).replace(".", ",")
+    text = "# a goniometer\ntime (ms);angle (rad)\n" + table
     even = tendon.load_study(file(rows(TIME, SWING))).trajectory
-    text = "time (ms);angle (rad)\n" + "\n".join(
-        f"{1000 * TIME[at]:.3f};{np.radians(SWING[at]):.9f}".replace(".", ",") for at in some
-    )
-    uneven = tendon.load_study(file("# a goniometer\n" + text)).trajectory
-    assert np.interp(uneven.time, even.time, even.angle) == pytest.approx(
-        uneven.angle, abs=np.radians(0.15)
-    )
+    uneven = tendon.load_study(file(text)).trajectory
+    angle = np.interp(uneven.time, even.time, even.angle)
+    assert angle == pytest.approx(uneven.angle, abs=np.radians(0.15))
 
 
 def test_the_study_reads_back_from_its_record_and_has_what_was_made_of_the_file(file):
@@ -91,7 +86,8 @@ def test_the_study_reads_back_from_its_record_and_has_what_was_made_of_the_file(
 
 def test_a_sweep_along_it_has_a_row_per_sample_and_the_motor_over_time(file):
     run = tendon.sweep(file(rows(TIME, SWING), inertia="0.08 kg m2"))
-    states, designs = run.states, run.designs
+    states = run.states
+    designs = run.designs
     assert list(states.columns[7:11]) == ["time", "direction", "elbow_angle", "elbow_speed"]
     assert len(states) == 2 * len(TIME)
     first = states[states["design"] == 0]
@@ -106,20 +102,16 @@ def test_a_sweep_along_it_has_a_row_per_sample_and_the_motor_over_time(file):
 
 
 def test_a_design_keeps_its_limits_at_every_sample(file):
-    study = tendon.load_study(file(rows(TIME, SWING), inertia="0.08 kg m2"))
-    study = study.vary(
-        **{"limits.peak_motor_power": "30 W", "limits.peak_motor_speed": "600 deg/s"}
-    )
+    limits = {"limits.peak_motor_power": "30 W", "limits.peak_motor_speed": "600 deg/s"}
+    study = tendon.load_study(file(rows(TIME, SWING), inertia="0.08 kg m2")).vary(**limits)
     answer = tendon.design(study)
     assert answer.feasible
     assert 0.0 < answer.record["between_samples"]["estimate"] < 0.1
     assert "an end may be off by" in answer.text
-    at = float(answer.choices["pretension"].iloc[0])
-    kept = tendon.sweep(study.vary(**{"tendon.pretension": at}))
-    assert kept.designs["feasible"].all()
-    assert kept.designs["pretension_from"].max() == pytest.approx(
-        answer.choices["pretension_from"].iloc[0]
-    )
+    choice = answer.choices.iloc[0]
+    run = tendon.sweep(study.vary(**{"tendon.pretension": float(choice["pretension"])}))
+    assert run.designs["feasible"].all()
+    assert run.designs["pretension_from"].max() == pytest.approx(choice["pretension_from"])
 
 
 def test_a_state_page_names_inertia(file):
@@ -128,31 +120,39 @@ def test_a_state_page_names_inertia(file):
     assert "first of the trajectory's 400 samples" in text
 
 
+LONGER_SWING = np.insert(SWING, 20, 1.0)
+SWING_WITHOUT_START = np.where(TIME == 0.0, np.nan, SWING)
+
+
 @pytest.mark.parametrize(
     ("text", "line", "words"),
     [
-        (
-            rows(np.insert(TIME, 20, TIME[19]), np.insert(SWING, 20, 1.0)),
-            "line 22",
-            "same time twice",
-        ),
-        (rows(np.insert(TIME, 20, 0.105), np.insert(SWING, 20, 1.0)), "line 22", "times that go"),
+        (rows(np.insert(TIME, 20, TIME[19]), LONGER_SWING), "line 22", "same time twice"),
+        (rows(np.insert(TIME, 20, 0.105), LONGER_SWING), "line 22", "times that go"),
         (rows(TIME[::-1], SWING), "line 3", "times that go back"),
         (rows(TIME[:5], SWING[:5]), "line 6", "12 at least"),
-        (rows(TIME, np.where(TIME == 0.0, np.nan, SWING)), "line 2", "expected a number"),
+        (rows(TIME, SWING_WITHOUT_START), "line 2", "expected a number"),
     ],
     ids=["time twice", "times that go back", "falling times", "too few", "not finite"],
 )
 def test_a_faulty_file_is_refused_with_its_line(file, text, line, words):
-    with pytest.raises(TendonError) as error:
-        tendon.load_study(file(text))
-    assert error.value.exit == 3
-    assert words in str(error.value)
-    assert line in error.value.where
+    path = file(text)
+    with pytest.raises(TendonError) as caught:
+        tendon.load_study(path)
+    assert caught.value.exit == 3
+    assert words in str(caught.value)
+    assert line in caught.value.where
+
+
+SHORT_EXCURSION = {
+    "angle": ["0 deg", "20 deg", "70 deg"],
+    "flexor": [0.0, 0.02, 0.04],
+    "extensor": [0.0, 0.02, 0.04],
+}
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("content", "words"),
     [
         ({"motion": {"trajectory": "reach.csv", "speed": "60 deg/s"}}, "motion.speed"),
         ({"motion": {"trajectory": "reach.csv", "elbow_angle": "10 deg"}}, "motion.elbow_angle"),
@@ -163,31 +163,23 @@ def test_a_faulty_file_is_refused_with_its_line(file, text, line, words):
             "limits.max_backlash",
         ),
         (
-            {
-                "motion": {"trajectory": "reach.csv"},
-                "joint": {
-                    "excursion": {
-                        "angle": ["0 deg", "20 deg", "70 deg"],
-                        "flexor": [0.0, 0.02, 0.04],
-                        "extensor": [0.0, 0.02, 0.04],
-                    }
-                },
-            },
+            {"motion": {"trajectory": "reach.csv"}, "joint": {"excursion": SHORT_EXCURSION}},
             "motion.trajectory asks for",
         ),
     ],
 )
-def test_a_trajectory_that_does_not_fit_its_study_is_refused(tmp_path, changes, words):
+def test_a_trajectory_that_does_not_fit_its_study_is_refused(tmp_path, content, words):
     (tmp_path / "reach.csv").write_text(rows(TIME, SWING), encoding="utf-8")
-    study = tmp_path / "study.yaml"
-    study.write_text(json.dumps(changes), encoding="utf-8")
-    with pytest.raises(TendonError) as error:
-        tendon.load_study(study)
-    assert words in "\n".join([str(error.value), *map(str, getattr(error.value, "faults", ()))])
-    assert error.value.exit in (2, 3)
+    path = tmp_path / "study.yaml"
+    path.write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(TendonError) as caught:
+        tendon.load_study(path)
+    faults = getattr(caught.value, "faults", ())
+    assert words in "\n".join([str(caught.value), *map(str, faults)])
+    assert caught.value.exit in (2, 3)
 
 
 def test_a_gap_is_bridged_with_a_warning(file):
-    kept = (TIME < 1.0) | (TIME > 1.5)
-    study = tendon.load_study(file(rows(TIME[kept], SWING[kept])))
+    is_sampled = (TIME < 1.0) | (TIME > 1.5)
+    study = tendon.load_study(file(rows(TIME[is_sampled], SWING[is_sampled])))
     assert any("no samples from 0.99 to 1.51 s" in warning for warning in study.warnings)

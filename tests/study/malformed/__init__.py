@@ -3,11 +3,14 @@
 from . import designs, files, numbers_and_grids, syntax, tables
 from .row import Malformed
 
-ROWS = tuple(
-    row
-    for module in (numbers_and_grids, tables, syntax, designs, files)
-    for rows in vars(module).values()
-    if isinstance(rows, tuple)
-    for row in rows
-    if isinstance(row, Malformed)
-)
+MODULES = (numbers_and_grids, tables, syntax, designs, files)
+
+
+def _malformed_of(module):
+    """Yield every malformed study of a module's tuples, in their order."""
+    for value in vars(module).values():
+        if isinstance(value, tuple):
+            yield from (item for item in value if isinstance(item, Malformed))
+
+
+ROWS = tuple(row for module in MODULES for row in _malformed_of(module))

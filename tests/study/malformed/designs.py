@@ -3,6 +3,23 @@
 from .row import toml
 
 MASSES = 'load.mass = ["3 kg", "5 kg"]\n'
+LIMITS_THAT_NEED_A_SPEED = {
+    "max_spool_travel": "300 deg",
+    "max_backlash": "5 deg",
+    "max_torque_band": "2 N m",
+    "peak_motor_speed": "30 rpm",
+    "peak_motor_power": "40 W",
+    "max_motor_work_in": "20 J",
+    "max_friction_loss": "10 J",
+    "min_efficiency": "40 %",
+}
+
+
+def limit_without_speed(name, limit):
+    """Return a study of a limit that needs a speed, and of no speed."""
+    text = f"limits.{name} = '{limit}'\n"
+    return toml(f"{name} without a speed", text, f"limits.{name}", "motion.speed", line=1)
+
 
 DESIGNS = (
     toml(
@@ -33,7 +50,8 @@ DESIGNS = (
     ),
     toml(
         "a room for no spring",
-        "limits.min_spring_room = '0 mm'\nspring = { free_length = '70 mm', stiffness = 'rigid' }\n",
+        "limits.min_spring_room = '0 mm'\n"
+        "spring = { free_length = '70 mm', stiffness = 'rigid' }\n",
         "spring_room",
         "has none",
     ),
@@ -45,31 +63,14 @@ DESIGNS = (
     ),
     toml(
         "a pressure on a width of one case",
-        "limits.max_contact_pressure = '30 kPa'\n[[cases]]\nname = 'a'\narm.contact_width = '40 mm'\n"
+        "limits.max_contact_pressure = '30 kPa'\n"
+        "[[cases]]\nname = 'a'\narm.contact_width = '40 mm'\n"
         "[[cases]]\nname = 'b'\n",
         "limits.max_contact_pressure",
         "arm.contact_width",
         line=1,
     ),
-    *(
-        toml(
-            f"{name} without a speed",
-            f"limits.{name} = '{value}'\n",
-            f"limits.{name}",
-            "motion.speed",
-            line=1,
-        )
-        for name, value in (
-            ("max_spool_travel", "300 deg"),
-            ("max_backlash", "5 deg"),
-            ("max_torque_band", "2 N m"),
-            ("peak_motor_speed", "30 rpm"),
-            ("peak_motor_power", "40 W"),
-            ("max_motor_work_in", "20 J"),
-            ("max_friction_loss", "10 J"),
-            ("min_efficiency", "40 %"),
-        )
-    ),
+    *(limit_without_speed(name, limit) for name, limit in LIMITS_THAT_NEED_A_SPEED.items()),
     toml("a speed of nothing", "motion.speed = '0 deg/s'\n", "motion.speed", "impossible", line=1),
     toml(
         "a speed in degrees",
@@ -90,7 +91,7 @@ DESIGNS = (
         "a condition that is no axis",
         "design.conditions = ['direction']\n",
         "conditions",
-        "no axis",
+        "not an axis",
         line=1,
     ),
     toml(
@@ -131,7 +132,7 @@ DESIGNS = (
         '"least"',
         line=1,
     ),
-    toml("2^70 draws", f"uncertainty.draws = {2**62}\n", "uncertainty.draws", "1,048,576", line=1),
+    toml("2^62 draws", f"uncertainty.draws = {2**62}\n", "uncertainty.draws", "1,048,576", line=1),
     toml(
         "a cross of words",
         "uncertainty.cross = 'yes'\n",

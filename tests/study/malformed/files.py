@@ -18,22 +18,16 @@ ROUTE = "x,y,z\n0,0,0\n0.1,0,0\n0.2,0.1,0\n"
 FRICTION = "[friction]\ncoefficient = 0.07\nstandard_error = 0.001\n"
 
 
-def route(label, content, *says, **more):
-    return toml(
-        f"route {label}",
-        '[sheath]\npath = "r.csv"\n',
-        *says,
-        kind=InputError,
-        files={"r.csv": content},
-        **more,
-    )
+def route(label, content, *says):
+    """Return a study of a malformed route."""
+    text = '[sheath]\npath = "r.csv"\n'
+    return toml(f"route {label}", text, *says, kind=InputError, files={"r.csv": content})
 
 
-def fragment(label, content, *says, **more):
+def fragment(label, content, *says):
+    """Return a study of a malformed friction fragment."""
     text = '[sheath]\nfriction_from = "f.toml"\n'
-    return toml(
-        f"fragment {label}", text, *says, kind=InputError, files={"f.toml": content}, **more
-    )
+    return toml(f"fragment {label}", text, *says, kind=InputError, files={"f.toml": content})
 
 
 ATTACHMENTS = (

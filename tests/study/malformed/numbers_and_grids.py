@@ -6,15 +6,21 @@ HEX = "0x" + "f" * 100_000
 
 
 def value(label, key, written, *says, **more):
-    """A single value at a key of two parts, in TOML."""
+    """Return a study of a single value at a key of two parts, in TOML."""
     table, name = key.split(".")
     return toml(label, f"[{table}]\n{name} = {written}\n", key, *says, line=2, **more)
 
 
 def value_yaml(label, key, written, *says, **more):
-    """A single value at a key of two parts, in YAML."""
+    """Return a study of a single value at a key of two parts, in YAML."""
     table, name = key.split(".")
     return yaml(label, f"{table}:\n  {name}: {written}\n", key, *says, line=2, **more)
+
+
+def anchors_that_meet(label, anchors, more):
+    """Return a study whose tendon has no length at the elbow where anchors of 100 mm meet."""
+    arm = "".join(f'arm.{name} = "100 mm"\n' for name in anchors)
+    return toml(f"anchors that meet {label}", arm + more, "arm", "L_c = 0")
 
 
 NUMBERS = (
@@ -75,23 +81,13 @@ NUMBERS = (
     value("a negative mass", "load.mass", '"-1 kg"', "-1 kg is negative", "expected 0 to 10000 kg"),
     value("a tendon of no length", "tendon.length", '"0 m"', "impossible", "1e-06 to 100 m"),
     value("an arm of a kilometre", "arm.b1", '"1 km"', "1 km is out of range", "0.1 km"),
-    *(
-        toml(
-            f"anchors that meet {where}",
-            "".join(f'arm.{name} = "100 mm"\n' for name in same) + more,
-            "arm",
-            "L_c = 0",
-        )
-        for where, same, more in (
-            ("at an angle", ("a1", "b1", "a2", "b2"), 'motion.elbow_angle = "90 deg"\n'),
-            (
-                "in a case",
-                ("a1", "b1", "a2"),
-                '[[cases]]\nname = "a"\n[[cases]]\nname = "b"\narm.b2 = "100 mm"\n',
-            ),
-            ("on an axis", ("a1", "b1", "a2"), 'arm.b2 = ["90 mm", "100 mm"]\n'),
-        )
+    anchors_that_meet("at an angle", ("a1", "b1", "a2", "b2"), 'motion.elbow_angle = "90 deg"\n'),
+    anchors_that_meet(
+        "in a case",
+        ("a1", "b1", "a2"),
+        '[[cases]]\nname = "a"\n[[cases]]\nname = "b"\narm.b2 = "100 mm"\n',
     ),
+    anchors_that_meet("on an axis", ("a1", "b1", "a2"), 'arm.b2 = ["90 mm", "100 mm"]\n'),
     toml(
         "a friction beyond any sheath",
         "sheath = { friction = 9, bend_angle = '90 rad' }\n",
@@ -165,6 +161,7 @@ ANGLES = (
 
 
 def mass(label, written, *says):
+    """Return a study of a load that is no number."""
     return value(label, "load.mass", written, *says)
 
 
@@ -216,8 +213,9 @@ UNCERTAIN = (
 )
 
 
-def grid(label, table, *says, **more):
-    return value(label, "load.mass", table, *says, **more)
+def grid(label, table, *says):
+    """Return a study of a load that is no grid."""
+    return value(label, "load.mass", table, *says)
 
 
 GRIDS = (

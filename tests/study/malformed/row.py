@@ -1,4 +1,4 @@
-"""What is known of a malformed study: its text, and what its error must say, and soon."""
+"""A malformed study: its text, what its error must say, and how soon."""
 
 import signal
 from contextlib import contextmanager
@@ -11,7 +11,19 @@ LONGEST_TIME = 60.0  # seconds; only what hangs needs them
 
 @dataclass(frozen=True)
 class Malformed:
-    """A study that is refused. `says` are fragments of the message, the key first; `line` that of the first fault."""
+    """A study that is refused.
+
+    Attributes:
+        label: Name of the test.
+        text: Text of the study.
+        says: Fragments of the message, the key first.
+        line: Line of the first fault.
+        kind: Class of the error.
+        suffix: Suffix of the study's file name.
+        stem: Stem of the study's file name.
+        settings: Settings of the command line.
+        files: Content of the files beside the study, by name.
+    """
 
     label: str
     text: str | bytes
@@ -25,24 +37,26 @@ class Malformed:
 
 
 def toml(label, text, *says, line=None, **more):
+    """Return a malformed study in TOML."""
     return Malformed(label, text, says, line, **more)
 
 
 def yaml(label, text, *says, line=None, **more):
+    """Return a malformed study in YAML."""
     return Malformed(f"yaml {label}", text, says, line, suffix=".yaml", **more)
 
 
 @contextmanager
 def at_most(seconds):
-    """Interrupts what takes longer."""
+    """Raise TimeoutError in a block that takes longer."""
 
     def stop(*_):
         raise TimeoutError(f"longer than {seconds} s")
 
-    before = signal.signal(signal.SIGALRM, stop)
+    previous = signal.signal(signal.SIGALRM, stop)
     signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
         yield
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
+        signal.signal(signal.SIGALRM, previous)

@@ -49,6 +49,8 @@ YAML_SYNTAX = (
     yaml("TOML in a YAML file", "[arm]\nb1 = 1\n", "not YAML", line=2),
 )
 
+BLOCKS_33_DEEP = "".join(f"{' ' * depth}a:\n" for depth in range(33)) + " " * 33 + "b: 1\n"
+
 LIMITS = (
     toml("over 256 kB", "#" * 300_000, "larger than 256 kB"),
     toml("a list of 100000 lists", f"x = {'[' * 100_000}\n", "deeper than 32 levels", line=1),
@@ -64,10 +66,6 @@ LIMITS = (
     toml("a brace and 250000 lines", "a {\n" + "\n" * 250_000, "not TOML"),
     yaml("over 256 kB", "#" * 300_000, "larger than 256 kB"),
     yaml("100000 flow lists", f"x: {'[' * 100_000}\n", "deeper than 32 levels", line=1),
-    yaml(
-        "33 block tables",
-        "".join(f"{' ' * i}a:\n" for i in range(33)) + " " * 33 + "b: 1\n",
-        "32 levels",
-    ),
+    yaml("33 block tables", BLOCKS_33_DEEP, "32 levels"),
     yaml("100000 question marks", "? " * 100_000, "deeper than 32 levels", line=1),
 )

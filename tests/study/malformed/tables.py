@@ -168,6 +168,7 @@ CASES = (
 
 
 def setting(label, text, *says, kind=UsageError, study=""):
+    """Return a malformed setting of the command line."""
     return toml(f"set {label}", study, *says, kind=kind, settings=(text,))
 
 
