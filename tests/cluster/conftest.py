@@ -8,6 +8,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -26,6 +27,7 @@ elbow_angle = { from = "0 deg", to = "90 deg", num = 25 }
 """
 """39 designs of 50 states, 3 designs in a part, where the springs end: 13 parts."""
 PARTS = 13
+SWEEP = ("sweep", "study.toml", "--no-figures", "--out", "run")
 
 
 @dataclass
@@ -38,18 +40,13 @@ class DaskCluster:
     def __post_init__(self):
         self.hazards.mkdir(parents=True)
         file = self.folder / "scheduler.json"
-        options = (
-            "--no-dashboard",
-            "--no-jupyter",
-            "--idle-timeout",
-            "100s",
-            "--scheduler-file",
-            file,
-        )
-        self.scheduler = self._start("scheduler", "--port", "0", *options)
-        self.address = wait_for(
-            lambda: json.loads(file.read_text("utf-8"))["address"], OSError, ValueError
-        )
+        options = ("--port", "0", "--no-dashboard", "--no-jupyter", "--idle-timeout", "100s")
+        self.scheduler = self._start("scheduler", *options, "--scheduler-file", file)
+
+        def address():
+            return json.loads(file.read_text("utf-8"))["address"]
+
+        self.address = wait_for(address, OSError, ValueError)
 
     @property
     def hazards(self):
@@ -60,23 +57,23 @@ class DaskCluster:
         return [self.scheduler, *self.workers]
 
     def add_workers(self, count, *, nanny=False):
-        options = ("--nthreads", "1", "--no-dashboard", "--memory-limit", "0")
-        options += ("--local-directory", self.folder / "spill")
-        preload = ("--preload", Path(__file__).with_name("hazards.py"))
-        kind = "--nanny" if nanny else "--no-nanny"
+        """Start so many workers; a nanny starts a worker again that dies."""
+        words = [self.address, "--nanny" if nanny else "--no-nanny"]
+        words += ["--nthreads", "1", "--no-dashboard", "--memory-limit", "0"]
+        words += ["--local-directory", self.folder / "spill"]
+        words += ["--preload", Path(__file__).with_name("hazards.py")]
         for _ in range(count):
-            self.workers.append(self._start("worker", self.address, kind, *options, *preload))
-        return self
+            self.workers.append(self._start("worker", *words))
 
     def set(self, **accidents):
-        """Ask for accidents, and for no others any more."""
+        """Ask for these accidents, and for no others any more."""
         for old in self.hazards.iterdir():
             old.unlink()
         for name, value in accidents.items():
             (self.hazards / name).write_text(str(value), encoding="utf-8")
 
     def close(self):
-        """End all of it, and see that no process is left of it."""
+        """End scheduler and workers, and wait until no process of theirs is left."""
         for process in self.processes:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
@@ -91,15 +88,9 @@ class DaskCluster:
             "TENDON_TEST_STATES_PER_PART": str(STATES_PER_PART),
             "TENDON_TEST_WINDOWS_PER_PART": str(WINDOWS_PER_PART),
         }
+        program = [sys.executable, "-m", f"distributed.cli.dask_{role}"]
         process = subprocess.Popen(
-            [
-                sys.executable,
-                "-m",
-                f"distributed.cli.dask_{role}",
-                "--host",
-                "127.0.0.1",
-                *map(str, words),
-            ],
+            [*program, "--host", "127.0.0.1", *map(str, words)],
             stdout=log,
             stderr=log,
             env=os.environ | environment,
@@ -111,6 +102,7 @@ class DaskCluster:
 
 
 def _is_alive(group):
+    """Return True if a process of the group runs."""
     try:
         os.killpg(group, 0)
     except ProcessLookupError:
@@ -119,20 +111,37 @@ def _is_alive(group):
 
 
 def wait_for(read, *errors, seconds=30.0):
-    """What a function gives as soon as it gives something."""
+    """Call a function until it returns something true. Return this."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         with contextlib.suppress(*errors):
-            found = read()
-            if found:
-                return found
+            result = read()
+            if result:
+                return result
         time.sleep(0.02)
     return pytest.fail(f"nothing within {seconds} s")
 
 
+def in_background(act):
+    """Call a function while a command runs in this thread. Return the thread that calls it."""
+    thread = threading.Thread(target=act)
+    thread.start()
+    return thread
+
+
+def leftovers(folder="run"):
+    """Return temporary files that stand in the folder of a run."""
+    return [str(path) for path in Path(folder).rglob(".*") if path.name != ".lock"]
+
+
+def recorded():
+    """Return the number of parts in the journal of the unfinished run."""
+    return len(Path("run/journal.jsonl").read_bytes().splitlines()) - 1
+
+
 @pytest.fixture(scope="module")
 def start_cluster(tmp_path_factory):
-    """Start a scheduler with workers; all of them are gone after the module."""
+    """Yield a function that starts a scheduler with workers; they are ended after the module."""
     started = []
 
     def start(workers, *, nanny=False, **accidents):
@@ -140,7 +149,7 @@ def start_cluster(tmp_path_factory):
         started.append(cluster)
         cluster.set(**accidents)
         cluster.add_workers(workers, nanny=nanny)
-        logs = [cluster.folder / f"worker-{at}.log" for at in range(workers)]
+        logs = [cluster.folder / f"worker-{number}.log" for number in range(workers)]
         wait_for(lambda: all("Registered to" in log.read_text("utf-8") for log in logs))
         return cluster
 
@@ -156,7 +165,7 @@ def shared_cluster(start_cluster):
 
 @pytest.fixture
 def cluster(shared_cluster):
-    """Two workers that do as they should."""
+    """Yield a cluster of two workers without accidents."""
     shared_cluster.set()
     yield shared_cluster
     shared_cluster.set()
@@ -164,7 +173,7 @@ def cluster(shared_cluster):
 
 @pytest.fixture
 def study(workplace, small_parts):
-    """A study of ten parts in the current folder."""
+    """Write a study of 13 parts into the current folder. Return its path."""
     small_parts(STATES_PER_PART)
     path = workplace / "study.toml"
     path.write_text(STUDY, encoding="utf-8")
@@ -173,14 +182,14 @@ def study(workplace, small_parts):
 
 @pytest.fixture
 def local(study, new_sweep):
-    """The same study computed in this process."""
+    """Compute the same study in this process. Return the run."""
     (study.parent / "here").mkdir()
     return new_sweep(STUDY, study.parent / "here")
 
 
 @pytest.fixture
 def outside_sweep(study):
-    """Start a sweep in a process of its own, to be sent signals."""
+    """Yield a function that starts a sweep in a process of its own, to be sent signals."""
     code = (
         "import sys; from tendon_cli import cli; from tendon_cli.engine import plan; "
         f"plan.STATES_PER_FILE = plan.STATES_PER_PART = {STATES_PER_PART}; cli.main(sys.argv[1:])"
@@ -188,12 +197,16 @@ def outside_sweep(study):
     started = []
 
     def start(*words):
-        command = [sys.executable, "-c", code, "sweep", study, "--no-figures", *words]
-        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-        started.append(
-            subprocess.Popen(list(map(str, command)), text=True, cwd=study.parent, **pipes)
+        command = [sys.executable, "-c", code, "sweep", str(study), "--no-figures", *words]
+        process = subprocess.Popen(
+            command,
+            text=True,
+            cwd=study.parent,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
         )
-        return started[-1]
+        started.append(process)
+        return process
 
     yield start
     for process in started:

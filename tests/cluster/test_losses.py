@@ -12,17 +12,9 @@ import pytest
 
 from tendon_cli.engine.cluster import flight
 
-from .conftest import PARTS, wait_for
-from .test_cluster import SWEEP, leftovers, recorded
+from .conftest import PARTS, SWEEP, in_background, leftovers, recorded, wait_for
 
 pytest.importorskip("distributed", reason="distributed is not installed")
-
-
-def in_background(act):
-    """Do something while a command runs in this thread; gives what to wait for."""
-    thread = threading.Thread(target=act)
-    thread.start()
-    return thread
 
 
 # --- Workers that die -----------------------------------------------------------------------------
@@ -43,7 +35,7 @@ def test_the_parts_of_a_worker_that_is_killed_are_made_by_another(
     assert (ran.exit, ran.err) == (0, "")
     assert cluster.workers[0].wait(5) == -signal.SIGKILL
     assert hashes_in(Path("run")) == local.hashes
-    assert leftovers("run") == []
+    assert leftovers() == []
 
 
 def test_a_part_that_kills_every_worker_is_named_and_the_others_are_kept(
@@ -52,15 +44,13 @@ def test_a_part_that_kills_every_worker_is_named_and_the_others_are_kept(
     cluster = start_cluster(2, nanny=True, kill=12)
     ran = tendon(*SWEEP, "--json", "--scheduler", cluster.address)
     assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers"), ran.out
-    for words in (
-        "1 of 13 parts failed",
-        "part 4 (designs 12 to 14",
-        "tendon.pretension=120",
-        "workers died of it",
-    ):
-        assert words in ran.json["error"]["message"]
+    message = ran.json["error"]["message"]
+    assert "1 of 13 parts failed" in message
+    assert "part 4 (designs 12 to 14" in message
+    assert "tendon.pretension=120" in message
+    assert "workers died of it" in message
     assert recorded() == PARTS - 1
-    assert leftovers("run") == []
+    assert leftovers() == []
     cluster.set()
     ran = tendon(*SWEEP, "--resume", "--json", "--scheduler", cluster.address)
     assert (ran.exit, ran.json["resumed_parts"]) == (0, PARTS - 1)
@@ -72,10 +62,8 @@ def test_a_cluster_without_workers_ends_the_run(tendon, study, start_cluster, mo
     monkeypatch.setattr(flight, "PATIENCE", 0.5)
     ran = tendon(*SWEEP, "--json", "--jobs", "1", "--scheduler", cluster.address)
     assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")
-    assert (
-        "no worker is left; 1 parts were being computed: part 4 (designs 12"
-        in ran.json["error"]["message"]
-    )
+    message = ran.json["error"]["message"]
+    assert "no worker is left; 1 parts were being computed: part 4 (designs 12" in message
     assert recorded() == 4
     monkeypatch.setattr(flight, "CONNECT", 1.0)
     ran = tendon(*SWEEP, "--json", "--resume", "--scheduler", cluster.address)
@@ -97,9 +85,8 @@ def test_a_scheduler_that_is_killed_ends_the_run(tendon, study, start_cluster, l
     assert time.monotonic() - killed[0] < 40  # only what hangs needs it
     killer.join()
     assert ran.exit == 6
-    assert ran.err.splitlines()[-2].startswith(
-        f"tendon: error: {cluster.address}: the scheduler went away"
-    )
+    message = f"tendon: error: {cluster.address}: the scheduler went away"
+    assert ran.err.splitlines()[-2].startswith(message)
     assert "--resume goes on" in ran.err
     assert 2 <= recorded() < PARTS
     assert tendon(*SWEEP, "--resume").exit == 0
@@ -137,7 +124,7 @@ def test_a_worker_that_comes_later_and_is_not_fit_ends_the_run(tendon, study, st
     assert ran.exit == 6
     assert "pyarrow 1.0 instead of" in ran.json["error"]["message"]
     assert recorded() >= 1
-    assert leftovers("run") == []
+    assert leftovers() == []
 
 
 # --- Addresses ------------------------------------------------------------------------------------
@@ -168,38 +155,36 @@ def test_a_malformed_address_is_a_wrong_call(tendon, study, address):
 
 @pytest.fixture
 def listener():
-    """Something that listens and is no scheduler."""
+    """Yield a socket that listens and is no scheduler."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         yield server
 
 
 def answer(server):
+    """Answer two connections as a web server would."""
     for _ in range(2):
         connection, _ = server.accept()
         with connection:
             connection.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n" * 9)
 
 
-LISTENERS = {
-    "Connection refused": socket.socket.close,
-    "within 1 s": lambda _server: None,
-    "something else does": lambda server: in_background(lambda: answer(server)),
-}
-
-
-@pytest.mark.parametrize("words", LISTENERS)
+@pytest.mark.parametrize("words", ["Connection refused", "within 1 s", "something else does"])
 def test_an_address_where_no_scheduler_answers_is_exit_6(
     tendon, study, listener, monkeypatch, words
 ):
     before = {thread.name for thread in threading.enumerate()}
     assert flight.CONNECT < 10
-    if words == "within 1 s":
-        monkeypatch.setattr(flight, "CONNECT", 1.0)
     address = f"tcp://127.0.0.1:{listener.getsockname()[1]}"
-    server = LISTENERS[words](listener)
+    answering = None
+    if words == "Connection refused":
+        listener.close()
+    elif words == "within 1 s":
+        monkeypatch.setattr(flight, "CONNECT", 1.0)
+    else:
+        answering = in_background(lambda: answer(listener))
     ran = tendon(*SWEEP, "--scheduler", address)
-    if server is not None:
-        server.join()
+    if answering is not None:
+        answering.join()
     assert ran.exit == 6
     assert ran.err.startswith(f"tendon: error: {address}: no Dask scheduler answers")
     assert words in ran.err

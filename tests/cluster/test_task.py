@@ -1,4 +1,4 @@
-"""What a worker does, without a cluster around it."""
+"""A worker, without a cluster around it."""
 
 import json
 import pickle
@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tendon_cli.answers.choices import Choices
-from tendon_cli.engine.cluster import worker as task
+from tendon_cli.engine.cluster import worker
 from tendon_cli.engine.cluster.worker import Assignment, Refusal, check_versions, halt, make_part
 from tendon_cli.engine.folder import RunFolder
 from tendon_cli.engine.journal import Journal
@@ -21,13 +21,11 @@ from tendon_cli.studies.load import load_study
 
 @pytest.fixture
 def maker(study):
-    """A run that has been begun in a locked folder, as the client sees it."""
+    """Yield a run that has been begun in a locked folder, as the client sees it."""
     folder = RunFolder(Path("run"), Sweep(Plan(load_study(study))))
     with locked(folder.path):
-        journal = folder.header()
-        (folder.path / "journal.jsonl").write_text(
-            "00000000 " + json.dumps(journal, sort_keys=True) + "\n", "utf-8"
-        )
+        header = json.dumps(folder.header(), sort_keys=True)
+        (folder.path / "journal.jsonl").write_text(f"00000000 {header}\n", "utf-8")
         folder.prepare()
         yield PartMaker(folder.task, folder.path)
 
@@ -38,6 +36,7 @@ def assignment(maker):
 
 
 def names():
+    """Return the names of the files in both tables."""
     return sorted(path.name for path in Path("run").glob("*.parquet/*"))
 
 
@@ -48,23 +47,24 @@ def test_every_shipped_study_is_the_same_when_a_worker_rebuilds_it(configs, tmp_
             theirs = Assignment.of(PartMaker(ours, tmp_path)).task()
             assert theirs.study.hash == ours.study.hash
             for table in ours.tables:
-                assert theirs.layout(table, 0).schema.equals(
-                    ours.layout(table, 0).schema, check_metadata=True
-                )
+                schema = theirs.layout(table, 0).schema
+                assert schema.equals(ours.layout(table, 0).schema, check_metadata=True)
 
 
 @pytest.mark.parametrize("end", ["another study", "gone"])
 def test_a_worker_that_comes_too_late_changes_nothing(assignment, end, monkeypatch):
-    """It was thought dead, the run went on without it, and perhaps another study stands in the folder by now."""
+    """It was thought dead, and the run went on without it.
+
+    Perhaps another study stands in the folder by now.
+    """
     fill = Sweep.fill
 
     def slowly(self, tables, index):
         totals = fill(self, tables, index)
         journal = Path("run/journal.jsonl")
         if end == "another study":
-            journal.write_text(
-                journal.read_text("utf-8").replace(assignment.study_hash, 64 * "0"), "utf-8"
-            )
+            text = journal.read_text("utf-8").replace(assignment.study_hash, 64 * "0")
+            journal.write_text(text, "utf-8")
         else:
             journal.unlink()
         return totals
@@ -87,15 +87,14 @@ def test_two_workers_on_one_part_do_not_meet(assignment, monkeypatch, local):
     monkeypatch.setattr(Sweep, "fill", meanwhile)
     result = make_part(pickle.loads(pickle.dumps(assignment)), 1)  # noqa: S301 - our own
     assert isinstance(result, PartResult)
-    assert {
-        name: file.sha256 for name, file in result.files.items()
-    }.items() <= local.hashes.items()
+    for name, file in result.files.items():
+        assert file.sha256 == local.hashes[name]
     assert names() == ["part-00001.parquet"] * 2
     assert RunFolder(Path("run"), Sweep(local.plan)).intact(Journal(Path("run"), parts={1: result}))
 
 
 def test_a_part_that_is_halted_leaves_nothing(assignment):
-    assert task.prepare_worker(assignment) is None
+    assert worker.prepare_worker(assignment) is None
     halt(assignment.run)
     refusal = make_part(assignment, 1)
     assert isinstance(refusal, Refusal)
@@ -104,27 +103,28 @@ def test_a_part_that_is_halted_leaves_nothing(assignment):
 
 
 def test_another_plan_is_refused(assignment):
-    """As other versions and a folder that is not seen are, by workers of a cluster."""
+    """Workers of a cluster also refuse other versions and a folder that they do not see."""
     assert check_versions(assignment.versions) is None
     refusal = make_part(replace(assignment, parts=5), 0)
     assert isinstance(refusal, Refusal)
-    assert (refusal.kind, "understands the study otherwise" in refusal.reason) == ("unfit", True)
+    assert refusal.kind == "unfit"
+    assert "understands the study otherwise" in refusal.reason
     assert names() == []
 
 
 def test_what_dead_workers_left_is_removed_and_nothing_else(maker):
     states = Path("run/states.parquet")
-    keep = [
+    expected = [
         states / "part-00000.parquet",
         states / ".part-00001.parquet.tmp",
         states / ".tendon-0123456789ab.tmp",
     ]
-    for file in (
-        *keep,
+    of_dead_workers = [
         states / ".tendon-run-0123456789ab.tmp",
         Path("run/.tendon-run-ba9876543210.tmp"),
-    ):
+    ]
+    for file in expected + of_dead_workers:
         file.touch()
     maker.tidy()
-    assert set(states.iterdir()) == set(keep)
+    assert set(states.iterdir()) == set(expected)
     assert not list(Path("run").glob(".tendon*"))

@@ -1,10 +1,11 @@
-"""What pages show, run as a reader would: files written, commands typed, Python called, outputs compared.
+"""Run what pages show as a reader would: write files, type commands, call Python, compare outputs.
 
 A fenced block of a page is one of
 
-    toml, yaml, csv   with a first line `# file: NAME`: the file NAME, as a python block may be besides
-    console           lines that start with `$ ` are typed into a shell, what follows is what they print
-    python            run in one session for the whole page; a `text` block right after it is what it prints
+    toml, yaml, csv   with a first line `# file: NAME`: the file NAME, as a python block may be, too
+    console           lines that start with `$ ` are typed into a shell; the rest is what they print
+    python            run in one session for the whole page
+    text              right after a python block: what this prints
 
 In an expected output `...` stands for anything. Every page runs in a folder of its own.
 """
@@ -19,6 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 FENCE = re.compile(r"^```(\w+)[^\n]*\n(.*?)^```[ \t]*$", re.DOTALL | re.MULTILINE)
+FILE_NAME = re.compile(r"# file: (\S+)\n")
 
 
 @dataclass(frozen=True)
@@ -29,27 +31,27 @@ class Block:
     text: str
     line: int
     follows: bool
-    """Whether nothing but white space stands between it and the block before."""
+    """True if nothing but white space stands between it and the block before."""
 
 
 def blocks(page):
-    found, end = [], 0
+    """Return the fenced blocks of a page."""
+    result = []
+    end = 0
     for match in FENCE.finditer(page):
         between = page[end : match.start()].strip()
-        found.append(
-            Block(
-                match[1],
-                match[2],
-                page.count("\n", 0, match.start()) + 1,
-                bool(found) and not between,
-            )
-        )
+        line = page.count("\n", 0, match.start()) + 1
+        follows = bool(result) and not between
+        result.append(Block(match[1], match[2], line, follows))
         end = match.end()
-    return found
+    return result
 
 
 def matches(expected, printed):
-    """Whether a text is what was expected, `...` standing for anything and white space at line ends for nothing."""
+    """Return True if a text is as expected.
+
+    `...` stands for anything, and white space at line ends does not count.
+    """
     pattern = ".*?".join(re.escape(_stripped(part)) for part in expected.split("..."))
     return re.fullmatch(pattern, _stripped(printed), re.DOTALL) is not None
 
@@ -59,53 +61,59 @@ def _stripped(text):
 
 
 def run_page(page, folder):
-    """Run all blocks of a page; returns what did not come out as shown."""
-    session, faults, printed = {"__name__": "__main__"}, [], ""
-    found = blocks(page)
+    """Run all blocks of a page. Return everything that did not come out as shown."""
+    session = {"__name__": "__main__"}
+    faults = []
+    printed = None  # by the Python block before, until another block comes
     with contextlib.chdir(folder):
-        for at, block in enumerate(found):
-            name = re.match(r"# file: (\S+)\n", block.text)
-            if name:
-                # A table has no comments: the name is for the reader.
-                content = block.text.partition("\n")[2] if block.kind == "csv" else block.text
-                Path(name[1]).write_text(content, encoding="utf-8")
+        for block in blocks(page):
+            write_file(block)
+            if block.kind == "text" and block.follows and printed is not None:
+                faults += compared(block.text, printed, f"line {block.line}: Python")
+            printed = None
             if block.kind == "console":
                 faults += run_console(block)
             elif block.kind == "python":
                 printed = run_python(block, session)
-                if not (
-                    at + 1 < len(found) and found[at + 1].kind == "text" and found[at + 1].follows
-                ):
-                    printed = ""
-            elif block.kind == "text" and block.follows and found[at - 1].kind == "python":
-                faults += compared(block.text, printed, f"line {block.line}: Python")
     return faults
 
 
-def compared(expected, printed, what):
-    """What is wrong with a text that was printed: nothing, or one fault."""
-    return (
-        [] if matches(expected, printed) else [f"{what} printed\n{printed}\ninstead of\n{expected}"]
-    )
+def write_file(block):
+    """Write the file that a block names in its first line, if it names one."""
+    name = FILE_NAME.match(block.text)
+    if name is None:
+        return
+    content = block.text
+    if block.kind == "csv":
+        # A table has no comments: the name is for the reader.
+        content = content.partition("\n")[2]
+    Path(name[1]).write_text(content, encoding="utf-8")
+
+
+def compared(expected, printed, source):
+    """Return no fault if a printed text is as expected, otherwise one."""
+    if matches(expected, printed):
+        return []
+    return [f"{source} printed\n{printed}\ninstead of\n{expected}"]
 
 
 def run_python(block, session):
+    """Run a block in the session of its page. Return all that it prints."""
     out = io.StringIO()
+    code = compile(block.text, f"<page, line {block.line}>", "exec")
     with contextlib.redirect_stdout(out):
-        exec(compile(block.text, f"<page, line {block.line}>", "exec"), session)  # noqa: S102 - our own pages
+        exec(code, session)  # noqa: S102 - our own pages
     return out.getvalue()
 
 
 def run_console(block):
     """Type each command of a block; a command goes on over lines that end in a backslash."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    environment = os.environ | {"PATH": path, "COLUMNS": "80", "NO_COLOR": "1"}
     faults = []
     for part in re.split(r"^\$ ", block.text, flags=re.MULTILINE)[1:]:
         command, expected = _split(part)
-        environment = os.environ | {
-            "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-        }
-        environment |= {"COLUMNS": "80", "NO_COLOR": "1"}
-        done = subprocess.run(  # noqa: S602 - our own pages
+        ended = subprocess.run(  # noqa: S602 - our own pages
             command,
             shell=True,
             check=False,
@@ -114,15 +122,13 @@ def run_console(block):
             timeout=300,
             env=environment,
         )
-        printed = done.stdout + done.stderr
-        if not matches(expected, printed):
-            faults.append(
-                f"line {block.line}: `{command}` (exit {done.returncode}) printed\n{printed}\ninstead of\n{expected}"
-            )
+        source = f"line {block.line}: `{command}` (exit {ended.returncode})"
+        faults += compared(expected, ended.stdout + ended.stderr, source)
     return faults
 
 
 def _split(part):
+    """Split a command from the output that is shown below it."""
     lines = part.split("\n")
     end = 1
     while lines[end - 1].endswith("\\"):

@@ -1,4 +1,4 @@
-"""Every snippet of every page runs and prints what the page says."""
+"""The pages print what they say: every snippet of every page is run."""
 
 from pathlib import Path
 
@@ -24,7 +24,7 @@ def test_a_page_prints_what_it_says(page, tmp_path):
         ("a  \nb", "a\nb\n", True),
     ],
 )
-def test_outputs_are_compared_but_for_what_is_left_open(expected, printed, same):
+def test_outputs_are_compared_except_where_they_are_left_open(expected, printed, same):
     assert matches(expected, printed) is same
 
 

@@ -1,4 +1,7 @@
-"""What each part of the estimator is for: fits without it, of both rigs' logs, `python -m tests.friction.ablation`."""
+"""The purpose of each part of the estimator: fits without it, of both rigs' logs.
+
+Run `python -m tests.friction.ablation`.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +20,7 @@ from .chain import KINDS, judged, logs, shares
 from .torture import Count, covers, run
 
 NEVER = 1e9
+WIDE_PRIOR = {name: 10 * width for name, width in effects.PRIOR.items()}
 WITHOUT: dict[str, tuple[tuple[Any, str, Any], ...]] = {
     "everything": (),
     "rows: the test for no load": ((usable_rows, "_UNLOADED", 0.0),),
@@ -42,9 +46,7 @@ WITHOUT: dict[str, tuple[tuple[Any, str, Any], ...]] = {
     "limit: the test for short strokes": ((estimate, "_SHORT", 0.0),),
     "limit: the ramp's count": ((estimate, "_TAIL", 9.0),),
     "line: offsets": ((effects, "_VARIES", 9.0),),
-    "line: prior of effects (ten times as wide)": (
-        (effects, "PRIOR", {n: 10 * t for n, t in effects.PRIOR.items()}),
-    ),
+    "line: prior of effects (ten times as wide)": ((effects, "PRIOR", WIDE_PRIOR),),
     "line: strictness with delay, force and entry": ((models, "STRICT", {}),),
     "line: refusal of effects that need another gain": ((models, "_GAIN_MOVES", NEVER),),
     "line: refusal of effects that leave 20 % open": ((models, "_UNKNOWN", NEVER),),
@@ -55,19 +57,36 @@ WITHOUT: dict[str, tuple[tuple[Any, str, Any], ...]] = {
     "budget: 3 % for few strokes": ((budget, "FEW_SHARE", 0.0),),
     "budget: resolution": ((budget, "_resolution", lambda *_: 0.0),),
 }
+"""Changes of a module's constant or function, by the part that they take out."""
+
+HEAD = (
+    "without",
+    "silent, %",
+    "false alarms, %",
+    "refused, %",
+    "intervals that hold, %",
+    "half-width, %",
+)
 
 
 def verdicts_of(case: Case, count: Count) -> Iterator[dict[str, object]]:
-    """The fits of a case as those of the other rig are judged."""
+    """Judge the fits of a case as those of the other rig are judged."""
     refused = "rightly refused" if case.refused else "wrongly refused"
-    yield from ({"outcome": refused} for _ in count.refused)
+    for _ in count.refused:
+        yield {"outcome": refused}
     for fit in count.fits:
-        low, high = fit.uncertainty.interval_95
-        alarm = "false alarm" if case.clean and fit.warnings else "right"
-        quiet = (
-            {} if fit.warnings else {"held": covers(fit), "half": (high - low) / 2.0 / fit.friction}
-        )
-        yield {"outcome": "silent" if count.is_silent(fit) else alarm, **quiet}
+        if count.is_silent(fit):
+            outcome = "silent"
+        elif case.clean and fit.warnings:
+            outcome = "false alarm"
+        else:
+            outcome = "right"
+        verdict = {"outcome": outcome}
+        if not fit.warnings:
+            low, high = fit.uncertainty.interval_95
+            verdict["held"] = covers(fit)
+            verdict["half"] = (high - low) / 2.0 / fit.friction
+        yield verdict
 
 
 def main() -> None:
@@ -75,23 +94,24 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--only", default="")
     options = parser.parse_args()
-    of_chain = [
-        (kind, *log) for kind in KINDS.values() if kind.tells for log in logs(kind, options.seeds)
-    ]
-    of_cases = {name: case for name, case in CASES.items() if not case.hides}
-    print(
-        "| without | silent, % | false alarms, % | refused, % | intervals that hold, % | half-width, % |"
-    )
-    print("|---" * 6 + "|")
-    for name in (name for name in WITHOUT if options.only in name):
+    logs_of_chain = []
+    for kind in KINDS.values():
+        if kind.tells:
+            logs_of_chain += [(kind, *log) for log in logs(kind, options.seeds)]
+    cases = {name: case for name, case in CASES.items() if not case.hides}
+    print(f"| {' | '.join(HEAD)} |")
+    print("|---" * len(HEAD) + "|")
+    for part, changes in WITHOUT.items():
+        if options.only not in part:
+            continue
         with contextlib.ExitStack() as stack:
-            for module, constant, value in WITHOUT[name]:
+            for module, constant, value in changes:
                 stack.enter_context(patch.object(module, constant, value))
-            verdicts = [judged(*log) for log in of_chain]
-            for each, case in of_cases.items():
-                verdicts += verdicts_of(case, run(each, options.seeds, first_seed=1))
+            verdicts = [judged(*log) for log in logs_of_chain]
+            for name, case in cases.items():
+                verdicts += verdicts_of(case, run(name, options.seeds, first_seed=1))
         columns = " | ".join(f"{share:.2f}" for share in shares(pd.DataFrame(verdicts)))
-        print(f"| {name} | {columns} |", flush=True)
+        print(f"| {part} | {columns} |", flush=True)
 
 
 if __name__ == "__main__":

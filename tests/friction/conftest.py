@@ -8,7 +8,7 @@ import pytest
 
 @pytest.fixture
 def csv_file(tmp_path: Path) -> Callable[[str | bytes], Path]:
-    """Writes a readings file and gives its path."""
+    """Return a function that writes a file of readings and returns its path."""
 
     def write(content: str | bytes, name: str = "cells.csv") -> Path:
         path = tmp_path / name

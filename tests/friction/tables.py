@@ -15,20 +15,21 @@ BARE_ROWS = TABLE.split("\n", 1)[1]
 
 
 def changed(text: str, *pairs: tuple[str, str]) -> str:
-    """With each first text replaced by its second."""
+    """Return the text with the first of each pair replaced by the second."""
     for old, new in pairs:
         text = text.replace(old, new)
     return text
 
 
-def called(one: str, two: str, text: str = TABLE) -> str:
-    """With other headers of the two cells."""
-    return changed(text, ("load_cell_1_kg", one), ("load_cell_2_kg", two))
+def called(first: str, second: str, text: str = TABLE) -> str:
+    """Return the table with other headers of the two cells."""
+    return changed(text, ("load_cell_1_kg", first), ("load_cell_2_kg", second))
 
 
 def added(*cells: str) -> str:
-    """With a further column."""
-    return "".join(f"{line},{cell}\n" for line, cell in zip(TABLE.splitlines(), cells, strict=True))
+    """Return the table with a further column."""
+    rows = zip(TABLE.splitlines(), cells, strict=True)
+    return "".join(f"{line},{cell}\n" for line, cell in rows)
 
 
 NAMED = changed(TABLE, ("case", "direction"), ("\n1,", "\nup,"), ("\n2,", "\ndown,"))

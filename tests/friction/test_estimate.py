@@ -1,4 +1,4 @@
-"""The estimate: the paper's table, exact lines, gain, offsets, robustness, and what its uncertainty does."""
+"""The estimate: the paper's table, exact lines, gain, offsets, robustness, uncertainty."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scipy.stats import ttest_ind
 from tendon_cli.friction import fit_friction
 from tendon_cli.friction.budget import BEND, SCATTER
 
-from .cases import fits_of, readings
+from .cases import fits_of, mentions, readings
 from .rig import Rig, simulate
 
 TABLE = Path(__file__).parents[2] / "configs" / "friction" / "table_a1.csv"
@@ -20,6 +20,7 @@ ANGLE = math.radians(144.0)
 
 
 def holds(fit, friction: float) -> bool:
+    """Return True if the interval of a fit holds the friction."""
     low, high = fit.uncertainty.interval_95
     return bool(low <= friction <= high)
 
@@ -33,12 +34,12 @@ def settled(
     loads=(1.0,),
     repeats: int = 2,
 ) -> str:
-    """Settled readings that lie exactly on the line."""
+    """Return a file of settled readings that lie exactly on the line."""
     lines = ["bend_angle_rad,direction,motor,load"]
     for angle in angles:
-        for way, name in ((1, "up"), (-1, "down")):
+        for direction, name in ((1, "up"), (-1, "down")):
             for load in loads:
-                motor = gain * load * math.exp(way * friction * angle) + offsets[0]
+                motor = gain * load * math.exp(direction * friction * angle) + offsets[0]
                 lines += [f"{angle!r},{name},{motor!r},{load + offsets[1]!r}"] * repeats
     return "\n".join(lines) + "\n"
 
@@ -55,15 +56,17 @@ def test_table_a1() -> None:
     assert other.friction == pytest.approx(fit.friction, rel=1e-12)
     assert other.gain_ratio == pytest.approx(1.0 / fit.gain_ratio, rel=1e-12)
     bare = fit_friction(TABLE)
-    assert (bare.friction, bare.standard_error, bare.interval_95) == (None, None, None)
+    assert bare.friction is None
+    assert bare.standard_error is None
+    assert bare.interval_95 is None
     assert bare.friction_bend == pytest.approx(fit.friction_bend, rel=1e-12)
     assert bare.friction_bend_interval_95 == pytest.approx(fit.friction_bend_interval_95, rel=1e-9)
 
 
 def test_bend_angle_uncertainty_is_carried_through() -> None:
-    exact, vague, near = (
-        fit_friction(TABLE, bend_angle=f"144 deg{more}") for more in ("", " +/- 2 deg", " ± 1 deg")
-    )
+    exact = fit_friction(TABLE, bend_angle="144 deg")
+    vague = fit_friction(TABLE, bend_angle="144 deg +/- 2 deg")
+    near = fit_friction(TABLE, bend_angle="144 deg ± 1 deg")
     error = exact.uncertainty.standard_error
     expected = math.hypot(error, vague.friction * 2.0 / 144.0)
     assert vague.uncertainty.standard_error == pytest.approx(expected, rel=1e-12)
@@ -82,24 +85,24 @@ def test_exact_lines_at_several_angles(friction: float, gain: float, csv_file) -
 
 
 def test_repeating_a_reading_does_not_beat_the_resolution(csv_file) -> None:
-    few = "case,cell 1,cell 2\n" + "1,1.236,1.028\n2,0.858,1.036\n" * 3
-    many = "case,cell 1,cell 2\n" + "1,1.236,1.028\n2,0.858,1.036\n" * 25
-    errors = [
-        fit_friction(csv_file(text), bend_angle="144 deg").uncertainty.standard_error
-        for text in (few, many)
-    ]
-    floor = math.sqrt(sum((0.001 / force) ** 2 for force in (1.236, 1.028, 0.858, 1.036)) / 12.0)
-    assert errors == pytest.approx([floor / 2.0 / ANGLE] * 2, rel=1e-6)
+    header = "case,cell 1,cell 2\n"
+    rows = "1,1.236,1.028\n2,0.858,1.036\n"
+    forces = (1.236, 1.028, 0.858, 1.036)
+    floor = math.sqrt(sum((0.001 / force) ** 2 for force in forces) / 12.0)
+    for repeats in (3, 25):
+        fit = fit_friction(csv_file(header + rows * repeats), bend_angle="144 deg")
+        assert fit.uncertainty.standard_error == pytest.approx(floor / 2.0 / ANGLE, rel=1e-6)
 
 
 def test_readings_of_one_stroke_count_once(csv_file) -> None:
-    rows = ["stroke,case,cell 1,cell 2"]
-    for stroke, (case, force) in enumerate(
-        [(1, 1.23), (2, 0.87), (1, 1.25), (2, 0.86), (1, 1.24), (2, 0.87)]
-    ):
-        rows += [f"{stroke},{case},{force},1.03"] * 10
-    fit = fit_friction(csv_file("\n".join(rows)), bend_angle="144 deg")
-    once = fit_friction(csv_file("\n".join(rows[:1] + rows[1::10])), bend_angle="144 deg")
+    header = "stroke,case,cell 1,cell 2"
+    rows = []
+    for stroke, force in enumerate((1.23, 0.87, 1.25, 0.86, 1.24, 0.87)):
+        case = 1 + stroke % 2
+        rows.append(f"{stroke},{case},{force},1.03")
+    repeated = [row for row in rows for _ in range(10)]
+    fit = fit_friction(csv_file("\n".join([header, *repeated])), bend_angle="144 deg")
+    once = fit_friction(csv_file("\n".join([header, *rows])), bend_angle="144 deg")
     assert fit.strokes == once.strokes == 6
     assert fit.friction == pytest.approx(once.friction, rel=1e-12)
     assert fit.uncertainty.contribution_of(SCATTER) == pytest.approx(
@@ -111,19 +114,18 @@ def test_readings_of_one_stroke_count_once(csv_file) -> None:
 def test_the_interval_of_settled_strokes_is_that_of_the_t_test_of_two_directions(
     csv_file, strokes
 ) -> None:
-    way = np.tile([1.0, -1.0], strokes)
-    ratio = np.exp(0.2 * way + 0.01 * np.random.default_rng(1).standard_normal(way.size))
-    lines = [
-        f"{1 if sign > 0 else 2},{value:.15g},1.000001"
-        for sign, value in zip(way, ratio, strict=True)
-    ]
-    fit = fit_friction(
-        csv_file("case,cell 1,cell 2\n" + "\n".join(lines) + "\n"), bend_angle="144 deg"
-    )
-    test = ttest_ind(np.log(ratio[way > 0]), np.log(ratio[way < 0]))
-    low, high = (float(end) / (2.0 * ANGLE) for end in test.confidence_interval(0.95))
+    direction = np.tile([1.0, -1.0], strokes)
+    noise = 0.01 * np.random.default_rng(1).standard_normal(direction.size)
+    ratio = np.exp(0.2 * direction + noise)
+    cases = np.where(direction > 0, 1, 2)
+    lines = ["case,cell 1,cell 2"]
+    lines += [f"{case},{value:.15g},1.000001" for case, value in zip(cases, ratio, strict=True)]
+    fit = fit_friction(csv_file("\n".join(lines) + "\n"), bend_angle="144 deg")
+    test = ttest_ind(np.log(ratio[direction > 0]), np.log(ratio[direction < 0]))
+    low, high = test.confidence_interval(0.95)
+    expected = (float(low) / (2.0 * ANGLE), float(high) / (2.0 * ANGLE))
     assert fit.uncertainty.degrees_of_freedom == pytest.approx(2 * strokes - 2, rel=1e-6)
-    assert fit.uncertainty.interval_95 == pytest.approx((low, high), rel=1e-5)
+    assert fit.uncertainty.interval_95 == pytest.approx(expected, rel=1e-5)
 
 
 @pytest.mark.parametrize("named", [True, False], ids=["named", "by the forces"])
@@ -132,12 +134,13 @@ def test_the_interval_of_settled_strokes_is_that_of_the_t_test_of_two_directions
 def test_settled_readings_are_all_used_whatever_they_scatter(noise, rows, named) -> None:
     held = 0
     for seed, strokes in enumerate((2, 3, 4, 6, 10, 40)):
-        rng, way = np.random.default_rng(seed), np.repeat(np.tile([1.0, -1.0], strokes), rows)
-        load = 1.0 + 0.05 * rng.random(way.size)
-        motor = load * np.exp(0.2 * way + noise * rng.standard_normal(way.size))
-        columns = {"cell 1": motor, "cell 2": load} | (
-            {"case": np.where(way > 0, "up", "down")} if named else {}
-        )
+        rng = np.random.default_rng(seed)
+        direction = np.repeat(np.tile([1.0, -1.0], strokes), rows)
+        load = 1.0 + 0.05 * rng.random(direction.size)
+        motor = load * np.exp(0.2 * direction + noise * rng.standard_normal(direction.size))
+        columns = {"cell 1": motor, "cell 2": load}
+        if named:
+            columns["case"] = np.where(direction > 0, "up", "down")
         fit = fit_friction(columns, bend_angle="144 deg")
         assert fit.rows.used.all()
         held += holds(fit, 0.2 / ANGLE)
@@ -149,14 +152,15 @@ def test_angles_and_directions_in_random_order(named) -> None:
     held = 0
     for seed in range(20):
         rng = np.random.default_rng(seed)
-        angle, way = (
-            each.ravel()
-            for each in np.meshgrid(np.radians([90.0, 180.0, 270.0, 360.0] * 3), [1.0, -1.0])
-        )
-        load, order = 1.0 + 0.5 * rng.random(angle.size), rng.permutation(angle.size)
-        motor = load * np.exp(way * 0.08 * angle + 0.01 * rng.standard_normal(angle.size))
+        angles = np.radians([90.0, 180.0, 270.0, 360.0] * 3)
+        angle = np.tile(angles, 2)
+        direction = np.repeat([1.0, -1.0], len(angles))
+        load = 1.0 + 0.5 * rng.random(angle.size)
+        order = rng.permutation(angle.size)
+        motor = load * np.exp(direction * 0.08 * angle + 0.01 * rng.standard_normal(angle.size))
         columns = {"bend_angle_rad": angle, "motor": motor, "load": load}
-        columns |= {"direction": np.where(way > 0, "up", "down")} if named else {}
+        if named:
+            columns["direction"] = np.where(direction > 0, "up", "down")
         fit = fit_friction({name: column[order] for name, column in columns.items()})
         assert np.count_nonzero(fit.rows.used) >= angle.size - 2
         held += holds(fit, 0.08)
@@ -164,12 +168,11 @@ def test_angles_and_directions_in_random_order(named) -> None:
 
 
 def test_one_direction_takes_the_gain_as_one_and_says_so(csv_file) -> None:
-    fit = fit_friction(
-        csv_file("cell 1,cell 2\n1.236,1.028\n1.236,1.027\n1.236,1.028\n"), bend_angle="144 deg"
-    )
+    path = csv_file("cell 1,cell 2\n1.236,1.028\n1.236,1.027\n1.236,1.028\n")
+    fit = fit_friction(path, bend_angle="144 deg")
     assert f"{fit.friction:.4f}" == "0.0734"
     assert fit.gain_ratio == 1.0
-    assert any("one direction only" in text for text in fit.notes)
+    assert mentions(fit.notes, "one direction only")
 
 
 def test_offsets_are_found_where_the_forces_span_enough(csv_file) -> None:
@@ -184,21 +187,20 @@ def test_offsets_are_found_where_the_forces_span_enough(csv_file) -> None:
 
 @pytest.mark.parametrize("outside", [0.0, 0.06])
 def test_friction_outside_of_the_bend_shows_at_several_bends(csv_file, outside: float) -> None:
-    """What rubs at the ends of the sheath is the same at every bend: the ratio's height where the bend is none."""
-    rng, lines = np.random.default_rng(4), ["bend_angle_rad,direction,motor,load"]
+    """Friction at the ends of the sheath is the same at every bend, also where the bend is none."""
+    rng = np.random.default_rng(4)
+    lines = ["bend_angle_rad,direction,motor,load"]
     for angle in (0.8, 1.6, 2.4, 3.2) * 3:
-        for way, name in ((1, "up"), (-1, "down")):
-            motor = 20.0 * math.exp(way * (0.1 * angle + outside) + 0.002 * rng.standard_normal())
+        limit = 0.1 * angle + outside
+        for direction, name in ((1, "up"), (-1, "down")):
+            motor = 20.0 * math.exp(direction * limit + 0.002 * rng.standard_normal())
             lines.append(f"{angle},{name},{motor:.5f},20.0")
     fit = fit_friction(csv_file("\n".join(lines)))
     assert holds(fit, 0.1)
     assert fit.friction == pytest.approx(0.1, rel=0.02)
     check = next(check for check in fit.checks if check.name == "entry")
-    assert (
-        check.found
-        == (outside > 0.0)
-        == any("outside of the bend" in text for text in fit.warnings)
-    )
+    assert check.found == (outside > 0.0)
+    assert mentions(fit.warnings, "outside of the bend") == (outside > 0.0)
     if outside:
         assert abs(check.value - outside) < 3.0 * check.standard_error < 0.01
 
@@ -228,7 +230,7 @@ def test_a_bad_reading_among_many_is_left_out() -> None:
 
 @pytest.mark.parametrize("friction", [0.05, 0.1, 0.2])
 def test_a_short_history_without_noise_is_exact(friction: float) -> None:
-    """61 rows, one reversal, of which 13 stick: what another engine's rope over a drum gives."""
+    """The log is that of another engine's rope over a drum: 61 rows, one reversal, 13 stick."""
     rig = Rig(
         friction,
         strokes=2,
@@ -243,9 +245,8 @@ def test_a_short_history_without_noise_is_exact(friction: float) -> None:
     )
     logs = simulate(rig, 2)
     for seed in range(2):
-        slipping = np.flatnonzero(logs.slipping[:, seed])[:1]
-        rows = slice(int(slipping[0]), None)
-        log = readings(logs.motor_cell[rows, seed], logs.load_cell[rows, seed])
+        first = int(np.flatnonzero(logs.slipping[:, seed])[0])
+        log = readings(logs.motor_cell[first:, seed], logs.load_cell[first:, seed])
         fit = fit_friction(log, rig.bend_angle)
         assert fit.friction == pytest.approx(friction, rel=1e-3)
         assert fit.plain.friction == pytest.approx(friction, rel=1e-3)
@@ -264,11 +265,10 @@ def test_more_of_the_same_is_no_evidence_of_an_effect(seed: int, rows: int) -> N
         pieces=12,
     )
     log = simulate(rig, seed)
-    motor, load = log.motor_cell[:, 0], log.load_cell[:, 0]
-    fits = [
-        fit_friction({"motor": np.tile(motor, n), "load": np.tile(load, n)}, "144 deg")
-        for n in (1, 10)
-    ]
-    for fit in fits:
+    motor = log.motor_cell[:, 0]
+    load = log.load_cell[:, 0]
+    for repeats in (1, 10):
+        columns = {"motor": np.tile(motor, repeats), "load": np.tile(load, repeats)}
+        fit = fit_friction(columns, "144 deg")
         assert fit.friction == pytest.approx(rig.friction, rel=0.01)
         assert not fit.warnings

@@ -13,17 +13,19 @@ from tendon_cli.friction import fit_friction
 from .tables import BARE_ROWS, GERMAN, NAMED, TABLE, called, changed
 
 FIFTH = "2,0.858,1.036\n2,0.858"
-"""Of the table's fifth line and its sixth, what is there once."""
+"""Text of the table's fifth line and its sixth that stands there once."""
 
 
 def fifth(cell: str) -> str:
-    """The table with another first cell in its fifth line."""
+    """Return the table with another first cell in its fifth line."""
     return changed(TABLE, (FIFTH, f"2,{cell},1.036\n2,0.858"))
 
 
 WHOLE = "case,cell 1,cell 2,temperature,humidity\n1,1,236,1,028\n1,1,237,1,029\n2,1,858,1,036\n"
 ZEROS = "case,note,cell 1,rpm,cell 2\n1,1,236,1,028\n2,0,858,1,036\n"
 ONE_SIDE = "case,cell 1,cell 2\n1,1.4,1\n1,1.41,1\n1,1.4,1\n2,1.2,1\n2,1.21,1\n2,1.2,1\n"
+NOT_NUMBERS = ("oops", "0.858 kg", "=1+1", "0x1F", "٠.٨٥٨", "1_0.858", "inf")
+RANDOM_BYTES = bytes((i * 7919 + i // 3) % 255 + 1 for i in range(5000))
 PNG = b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR" + bytes(range(256))
 REFUSED: dict[str, tuple[str | bytes, str, str]] = {
     "empty": (" \n\n\t\n", "cells.csv", "empty"),
@@ -71,10 +73,7 @@ REFUSED: dict[str, tuple[str | bytes, str, str]] = {
         "line 7, column 2",
         "not a number",
     ),
-    **{
-        cell: (fifth(cell), "line 5, column 2", "is not a number")
-        for cell in ("oops", "0.858 kg", "=1+1", "0x1F", "٠.٨٥٨", "1_0.858", "inf")
-    },
+    **{cell: (fifth(cell), "line 5, column 2", "is not a number") for cell in NOT_NUMBERS},
     "too large a number": (fifth("1e999"), "line 5, column 2", "too large"),
     "one row with cells swapped": (
         changed(TABLE, ("0.857,1.036", "1.036,0.857")),
@@ -145,11 +144,7 @@ REFUSED: dict[str, tuple[str | bytes, str, str]] = {
     "an open quote": (fifth('"0.858'), "line 5", "not a row of CSV"),
     "a quote that closes too early": (fifth('"0.8"58'), "line 5", "not a row of CSV"),
     "one endless line": ("1," * 10**6, "line 1", "65536"),
-    "random bytes": (
-        bytes((i * 7919 + i // 3) % 255 + 1 for i in range(5000)),
-        "line 1",
-        "not UTF-8",
-    ),
+    "random bytes": (RANDOM_BYTES, "line 1", "not UTF-8"),
     "JSON": ('{"cell 1": [1, 2],\n "cell 2": [3, 4]}\n', "line 2", "not a row of CSV"),
     "HTML": ("<html>\n<body>, <p>\ncell\n</html>\n", "cells.csv", ""),
 }
@@ -160,7 +155,7 @@ COLUMNS = {
     "bend_angle_deg,cell 1,cell 2\n0,1.2,1\n0,1,1.2\n": ("line 1", "expected above 0"),
     "bend_angle_deg,wrap_angle_rad,cell 1,cell 2\n1,1,1,1\n": ("line 1", "two columns"),
 }
-"""Of bend angles, each with what is wrong with it."""
+"""Columns of bend angles, each with its fault."""
 
 
 @pytest.mark.parametrize(
@@ -196,10 +191,12 @@ def test_column_names_by_option(csv_file) -> None:
     [
         ("144", 'write "144 deg" or "144 rad"'),
         ("144 deg +/- 2", 'write "2 deg" or "2 rad"'),
-        *(
-            (angle, "")
-            for angle in ("144 mm", "-144 deg", "0 deg", "nan deg", "144 rad", "1e-300 rad")
-        ),
+        ("144 mm", ""),
+        ("-144 deg", ""),
+        ("0 deg", ""),
+        ("nan deg", ""),
+        ("144 rad", ""),
+        ("1e-300 rad", ""),
     ],
 )
 def test_bend_angle_is_never_guessed_but_offered_with_its_units(
@@ -219,13 +216,9 @@ def test_bend_angle_given_twice(csv_file) -> None:
 
 
 def test_a_file_that_is_none(tmp_path: Path) -> None:
-    for path in (
-        tmp_path,
-        tmp_path / "missing.csv",
-        Path("/dev/zero"),
-        tmp_path / ("x" * 5000),
-        Path("a\0b"),
-    ):
+    missing = tmp_path / "missing.csv"
+    too_long = tmp_path / ("x" * 5000)
+    for path in (tmp_path, missing, too_long, Path("/dev/zero"), Path("a\0b")):
         with pytest.raises((InputError, UsageError)):
             fit_friction(path, bend_angle="144 deg")
 
@@ -240,7 +233,9 @@ def test_a_hundred_megabytes_of_junk(tmp_path: Path) -> None:
 
 def test_no_piece_of_a_file_is_a_traceback(csv_file) -> None:
     for cut in range(0, len(TABLE), 3):
+        before = TABLE[:cut]
+        after = TABLE[cut:]
         for between in ("", '"', ",;\t"):
-            for text in {TABLE[:cut] + between + TABLE[cut:], TABLE[:cut], TABLE[cut:]}:
+            for text in {before + between + after, before, after}:
                 with contextlib.suppress(TendonError):
                     assert fit_friction(csv_file(text), bend_angle="144 deg").friction > 0.0

@@ -1,4 +1,4 @@
-"""What a lab adds: the motor's position, zeros of the cells, several files, strokes, speed, arrays."""
+"""Additions of a lab: motor position, zeros of the cells, files, strokes, speed, arrays."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import tendon_cli as tendon
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.friction import write_strokes
 
+from .cases import mentions
 from .rig import Rig, simulate
 
 RIG = Rig(0.1, load_spring=0.5, strokes=8)
@@ -21,41 +22,42 @@ LOGS = simulate(RIG, 2)
 
 
 def frame(seed: int = 0, rig: Rig = RIG, speed: float = 1.0, **changed: float) -> pd.DataFrame:
-    """A log with the motor's position."""
-    logs = (
-        LOGS
-        if (rig, changed) == (RIG, {})
-        else simulate(replace(rig, **changed), 1, first_seed=seed)
-    )
-    at = seed if logs is LOGS else 0
+    """Return a log with the motor's position."""
+    if rig == RIG and not changed:
+        logs = LOGS
+        column = seed
+    else:
+        logs = simulate(replace(rig, **changed), 1, first_seed=seed)
+        column = 0
     return pd.DataFrame(
         {
             "time_s": 0.02 * np.arange(len(logs.toward)) / speed,
-            "force_motor_N": 10.0 * logs.motor_cell[:, at],
-            "force_load_N": 10.0 * logs.load_cell[:, at],
+            "force_motor_N": 10.0 * logs.motor_cell[:, column],
+            "force_load_N": 10.0 * logs.load_cell[:, column],
             "position_mm": np.round(np.cumsum(logs.toward), 3),
         }
     )
 
 
-def fit_of(given, **more):
-    return tendon.fit_friction(given, "144 deg", **more)
+def fit_of(readings, **options):
+    return tendon.fit_friction(readings, "144 deg", **options)
 
 
 def written(folder: Path, table: pd.DataFrame, name: str = "log.csv") -> Path:
+    """Write a table into the folder and return its path."""
     table.to_csv(folder / name, index=False)
     return folder / name
 
 
 def test_a_frame_arrays_and_a_file_are_the_same_fit(tmp_path: Path) -> None:
     table = frame()
-    fits = [
-        fit_of(each)
-        for each in (written(tmp_path, table), table, {name: table[name].array for name in table})
-    ]
-    assert fits[1].friction == fits[2].friction == pytest.approx(fits[0].friction, rel=1e-12)
-    assert len(repr(fits[1]).splitlines()) <= 15
-    assert fits[1].sha256 == fits[2].sha256
+    of_file = fit_of(written(tmp_path, table))
+    of_frame = fit_of(table)
+    of_arrays = fit_of({name: table[name].array for name in table})
+    assert of_frame.friction == of_arrays.friction
+    assert of_frame.friction == pytest.approx(of_file.friction, rel=1e-12)
+    assert len(repr(of_frame).splitlines()) <= 15
+    assert of_frame.sha256 == of_arrays.sha256
     with pytest.raises(UsageError, match="int is not"):
         fit_of(3)
     with pytest.raises(InputError, match="no column is named"):
@@ -63,7 +65,8 @@ def test_a_frame_arrays_and_a_file_are_the_same_fit(tmp_path: Path) -> None:
 
 
 def test_the_position_gives_direction_and_rests() -> None:
-    toward, table = simulate(replace(RIG, dwell=60), 1).toward, frame(dwell=60)
+    toward = simulate(replace(RIG, dwell=60), 1).toward
+    table = frame(dwell=60)
     fit = fit_of(table, position="position_mm")
     resting = next(part for part in fit.set_aside if part.reason.startswith("at rest"))
     assert resting.rows == pytest.approx(np.count_nonzero(toward == 0.0), rel=0.05)
@@ -92,10 +95,8 @@ def test_stated_zeros_are_taken_off_and_their_uncertainty_is_in_the_budget() -> 
     )
     fit = fit_of(off, zero_motor="2 N", zero_load=-1.0)
     assert fit.friction == pytest.approx(fit_of(table).friction, rel=1e-9)
-    parts = {
-        part["name"]: part
-        for part in fit_of(table, cell_uncertainty="0.2 N, 0.5 %").record["budget"]
-    }
+    budget = fit_of(table, cell_uncertainty="0.2 N, 0.5 %").record["budget"]
+    parts = {part["name"]: part for part in budget}
     assert parts["zero of the motor's cell"]["standard_uncertainty"] == 0.2
     with pytest.raises(InputError, match="larger than its forces"):
         fit_of(table, zero_motor="100 N")
@@ -104,7 +105,7 @@ def test_stated_zeros_are_taken_off_and_their_uncertainty_is_in_the_budget() -> 
 
 
 def test_a_stated_zero_error_moves_a_constant_force_as_the_budget_says() -> None:
-    """The sensitivity against the fit of readings that are off by so much."""
+    """The sensitivity agrees with the fit of readings that are off by that error."""
     table = frame(load_spring=0.0)
     fit = fit_of(table, cell_uncertainty="0.01 N")
     part = next(part for part in fit.uncertainty.parts if part.name == "zero of the motor's cell")
@@ -113,30 +114,31 @@ def test_a_stated_zero_error_moves_a_constant_force_as_the_budget_says() -> None
 
 
 def test_several_files_are_one_fit_that_says_whether_they_agree(tmp_path: Path) -> None:
-    first, second = (written(tmp_path, frame(seed), f"{seed}.csv") for seed in (0, 1))
+    first = written(tmp_path, frame(0), "0.csv")
+    second = written(tmp_path, frame(1), "1.csv")
     both = fit_of([first, second])
     assert both.strokes == 16
     assert [part["strokes"] for part in both.files] == [8, 8]
-    apart = fit_of([first, written(tmp_path, frame(friction=0.13), "other.csv")])
-    assert [any("do not agree" in text for text in fit.warnings) for fit in (both, apart)] == [
-        False,
-        True,
-    ]
+    assert not mentions(both.warnings, "do not agree")
+    rougher = written(tmp_path, frame(friction=0.13), "rougher.csv")
+    assert mentions(fit_of([first, rougher]).warnings, "do not agree")
     kilograms = frame().rename(columns=lambda name: name.replace("_N", "_kg"))
     with pytest.raises(InputError, match="is in"):
         fit_of([first, written(tmp_path, kilograms, "kg.csv")])
 
 
-def test_friction_that_goes_with_speed_is_told() -> None:
+def test_friction_that_goes_with_speed_is_warned_of() -> None:
     parts = []
-    for at, speed in enumerate((0.5, 1.0, 2.0, 4.0)):
-        part = frame(at, speed=speed, strokes=4, friction=0.1 * speed**0.1)
-        for column, step in (("time_s", 0.02), ("position_mm", 0.0)) if parts else ():
-            part[column] += parts[-1][column].iloc[-1] + step
+    for seed, speed in enumerate((0.5, 1.0, 2.0, 4.0)):
+        part = frame(seed, speed=speed, strokes=4, friction=0.1 * speed**0.1)
+        if parts:
+            last = parts[-1].iloc[-1]
+            part["time_s"] += last["time_s"] + 0.02
+            part["position_mm"] += last["position_mm"]
         parts.append(part)
     fit = fit_of(pd.concat(parts, ignore_index=True), position="position_mm")
-    assert any("goes with the speed" in text for text in fit.warnings)
-    assert not any("drift" in text for text in fit.warnings)
+    assert mentions(fit.warnings, "goes with the speed")
+    assert not mentions(fit.warnings, "drift")
     assert fit.speed.power == pytest.approx(0.1, abs=0.03)
     assert fit.speed.fastest / fit.speed.slowest == pytest.approx(8.0, rel=0.2)
 

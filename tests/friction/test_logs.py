@@ -11,16 +11,18 @@ import pytest
 from tendon_cli.errors import InputError
 from tendon_cli.friction import fit_friction
 
+from .cases import mentions
 from .rig import Rig, simulate
 
 RIG = Rig(0.1)
 LOGS = simulate(RIG, 1)
-MOTOR, LOAD = LOGS.motor_cell[:, 0], LOGS.load_cell[:, 0]
+MOTOR = LOGS.motor_cell[:, 0]
+LOAD = LOGS.load_cell[:, 0]
 ENDS = ("force motor (kg)", "force load (kg)")
 
 
 def log_of(motor, load, names=ENDS, **columns) -> pd.DataFrame:
-    """A log of 50 rows a second, as a logger writes it."""
+    """Return a log of 50 rows a second, as a logger writes it."""
     cells = {names[0]: np.round(motor, 3), names[1]: np.round(load, 3)}
     return pd.DataFrame({"time_s": np.round(0.02 * np.arange(len(motor)), 2), **cells, **columns})
 
@@ -30,6 +32,7 @@ def fit_of(*cells, **columns):
 
 
 def reasons(fit) -> dict[str, int]:
+    """Return the number of rows set aside for each reason."""
     return {part.reason.split(" (")[0]: part.rows for part in fit.set_aside}
 
 
@@ -51,14 +54,14 @@ def test_zero_negative_and_missing_forces_are_set_aside(csv_file) -> None:
     fit = fit_friction(path, bend_angle="144 deg")
     assert reasons(fit)["force at or below zero"] == 4
     assert reasons(fit)["no reading"] == 1
-    assert next(part for part in fit.set_aside if part.reason == "force at or below zero").lines[
-        0
-    ] == (502, 504)
+    at_zero = next(part for part in fit.set_aside if part.reason == "force at or below zero")
+    assert at_zero.lines[0] == (502, 504)
     assert fit.friction == pytest.approx(0.1, rel=0.03)
 
 
 def test_a_column_of_directions_agrees_with_the_forces() -> None:
-    direction = [{1.0: "up", -1.0: "down", 0.0: "rest"}[way] for way in LOGS.toward]
+    names = {1.0: "up", -1.0: "down", 0.0: "rest"}
+    direction = [names[toward] for toward in LOGS.toward]
     fit = fit_of(MOTOR, LOAD, direction=direction)
     assert fit.friction == pytest.approx(fit_of(MOTOR, LOAD).friction, rel=1e-3)
     assert any(reason.startswith("at rest") for reason in reasons(fit))
@@ -68,21 +71,20 @@ def test_a_column_of_directions_agrees_with_the_forces() -> None:
 
 def test_which_cell_is_the_motors_is_inferred_and_said() -> None:
     log = log_of(LOAD, MOTOR, names=("cell 1 (kg)", "cell 2 (kg)"))
-    inferred, stated = (
-        fit_friction(log, bend_angle="144 deg", motor=motor) for motor in (None, "2")
-    )
+    inferred = fit_friction(log, bend_angle="144 deg", motor=None)
+    stated = fit_friction(log, bend_angle="144 deg", motor="2")
     assert inferred.motor == "2"
     assert stated.friction == inferred.friction
-    assert any("cell 2 is taken as the motor's" in text for text in inferred.notes)
-    assert not any("taken as" in text for text in stated.notes)
+    assert mentions(inferred.notes, "cell 2 is taken as the motor's")
+    assert not mentions(stated.notes, "taken as")
 
 
 def test_a_pause_and_a_stroke_that_never_slips_are_set_aside() -> None:
     start = np.flatnonzero(np.diff(LOGS.toward))[4] + 1
-    halfway = start + int(np.flatnonzero(np.abs(np.log(MOTOR[start:] / LOAD[start:])) < 0.05)[0])
-    order = np.concatenate(
-        [np.arange(halfway), np.full(200, halfway), np.arange(halfway, len(MOTOR))]
-    )
+    log_ratio = np.abs(np.log(MOTOR[start:] / LOAD[start:]))
+    halfway = start + int(np.flatnonzero(log_ratio < 0.05)[0])
+    rows = np.arange(len(MOTOR))
+    order = np.concatenate([rows[:halfway], np.full(200, halfway), rows[halfway:]])
     noise = 0.001 * np.random.default_rng(1).standard_normal(len(order))
     fit = fit_of(MOTOR[order] + noise, LOAD[order])
     assert not fit.rows.used[halfway : halfway + 200].any()
@@ -90,13 +92,15 @@ def test_a_pause_and_a_stroke_that_never_slips_are_set_aside() -> None:
 
 
 def test_a_rest_followed_by_one_direction_is_not_taken_for_two() -> None:
-    rows = np.concatenate([np.tile(np.arange(20), 7), np.arange(40, 40 + 150)])
+    rest = np.tile(np.arange(20), 7)
+    rows = np.concatenate([rest, np.arange(40, 40 + 150)])
     with pytest.raises(InputError, match="back and forth"):
         fit_of(MOTOR[rows], LOAD[rows])
 
 
 def test_rows_out_of_order_are_refused(csv_file) -> None:
-    log, path = log_of(MOTOR, LOAD), csv_file("")
+    path = csv_file("")
+    log = log_of(MOTOR, LOAD)
     log.loc[[99, 100], "time_s"] = log.loc[[100, 99], "time_s"].to_numpy()
     log.to_csv(path, index=False)
     with pytest.raises(InputError, match="time goes back") as caught:
@@ -109,24 +113,24 @@ def test_dead_and_unrelated_cells_are_refused(column: str) -> None:
     motor = np.ones_like(MOTOR) if column in {"motor", "both"} else MOTOR
     load = np.ones_like(LOAD) if column in {"load", "both"} else LOAD
     if column == "noise":
-        motor, load = 1.0 + 0.01 * np.random.default_rng(1).standard_normal((2, len(MOTOR)))
+        random = np.random.default_rng(1)
+        motor, load = 1.0 + 0.01 * random.standard_normal((2, len(MOTOR)))
     with pytest.raises(InputError):
         fit_of(motor, load)
 
 
 def test_two_bend_angles_in_one_log() -> None:
     other = simulate(Rig(0.1, bend_angle=4.0), 1, first_seed=9)
-    cells = [np.append(MOTOR, other.motor_cell[:, 0]), np.append(LOAD, other.load_cell[:, 0])]
+    motor = np.append(MOTOR, other.motor_cell[:, 0])
+    load = np.append(LOAD, other.load_cell[:, 0])
     angles = np.repeat([RIG.bend_angle, 4.0], [len(MOTOR), len(other.toward)])
-    fit = fit_friction(log_of(*cells, bend_angle_rad=angles))
+    fit = fit_friction(log_of(motor, load, bend_angle_rad=angles))
     assert fit.strokes == 24
     assert fit.friction == pytest.approx(0.1, rel=0.02)
 
 
 def test_a_few_settled_readings_with_times_are_no_log() -> None:
-    fit = fit_friction(
-        log_of([0.858, 1.236] * 20, [1.036, 1.028] * 20, ("cell 1", "cell 2")), bend_angle="144 deg"
-    )
+    fit = fit_of([0.858, 1.236] * 20, [1.036, 1.028] * 20, ("cell 1", "cell 2"))
     assert not fit.is_log
     assert fit.rows.used.all()
 

@@ -1,4 +1,4 @@
-"""What comes out: JSON, summary, fragment, figure."""
+"""The outputs of a fit: JSON, summary, fragment, figure."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def of_table():
 
 
 def fragment_of(fit, path: Path):
-    """What a study reads of a fit."""
+    """Return the table that a study reads of a fit."""
     write_fragment(fit, path)
     content = tomllib.loads(path.read_text(encoding="utf-8"))
     assert list(content) == ["friction"]
@@ -67,36 +67,32 @@ def test_json_has_the_promised_keys(fit) -> None:
     assert json.loads(json.dumps(answer, allow_nan=False)) == answer
     assert answer["bend_angle"] == pytest.approx(2.5132741, abs=1e-6)
     assert answer["interval_95"][0] < answer["friction"] < answer["interval_95"][1]
-    assert answer["friction_bend"] == pytest.approx(
-        answer["friction"] * answer["bend_angle"], rel=1e-12
-    )
-    names = [check["name"] for check in answer["checks"]]
-    assert {"offset_motor", "offset_load", "delay", "gain", "force_dependence", "drift"} <= set(
-        names
-    )
-    left = answer["residuals"]
-    assert len(left["rows"]) == min(20, answer["used"])
-    assert left["max"] == abs(left["rows"][0]["residual"]) >= left["rms"]
+    product = answer["friction"] * answer["bend_angle"]
+    assert answer["friction_bend"] == pytest.approx(product, rel=1e-12)
+    names = {check["name"] for check in answer["checks"]}
+    assert {"offset_motor", "offset_load", "delay", "gain", "force_dependence", "drift"} <= names
+    residuals = answer["residuals"]
+    assert len(residuals["rows"]) == min(20, answer["used"])
+    assert residuals["max"] == abs(residuals["rows"][0]["residual"]) >= residuals["rms"]
 
 
 def test_the_budget_adds_up_to_the_standard_error(fit) -> None:
     answer = fit.record
     parts = answer["budget"]
-    assert answer["standard_error"] == pytest.approx(
-        sum(part["contribution"] ** 2 for part in parts) ** 0.5
-    )
+    total = sum(part["contribution"] ** 2 for part in parts) ** 0.5
+    assert answer["standard_error"] == pytest.approx(total)
     for part in parts:
         assert part["type"] in {"A", "B"}
-        assert part["contribution"] == pytest.approx(
-            abs(part["sensitivity"]) * part["standard_uncertainty"]
-        )
+        contribution = abs(part["sensitivity"]) * part["standard_uncertainty"]
+        assert part["contribution"] == pytest.approx(contribution)
     low, high = answer["interval_95"]
     assert high - low == pytest.approx(2.0 * answer["coverage_factor"] * answer["standard_error"])
 
 
 @pytest.mark.parametrize(("path", "truth"), [(LOG, 0.08), (EXAMPLES / "several_angles.csv", 0.11)])
 def test_every_example_is_read_and_holds_its_truth(path: Path, truth: float) -> None:
-    low, high = fit_friction(path, bend_angle="144 deg" if path == LOG else None).interval_95
+    bend_angle = "144 deg" if path == LOG else None
+    low, high = fit_friction(path, bend_angle=bend_angle).interval_95
     assert low < truth < high
 
 
@@ -117,10 +113,8 @@ def test_summary_is_short_and_says_what_was_set_aside() -> None:
 def test_fragment_says_where_it_comes_from(tmp_path: Path) -> None:
     fit = fit_friction(TABLE, bend_angle="144 deg +/- 2 deg")
     table = fragment_of(fit, tmp_path / "friction.toml")
-    assert (table["coefficient"], table["standard_error"]) == (
-        fit.friction,
-        fit.uncertainty.standard_error,
-    )
+    assert table["coefficient"] == fit.friction
+    assert table["standard_error"] == fit.uncertainty.standard_error
     assert tuple(table["interval_95"]) == fit.uncertainty.interval_95
     assert (table["bend_angle"], table["bend_angle_uncertainty"]) == ("144 deg", "2 deg")
     assert (table["source"], table["rows_used"], table["rows_set_aside"]) == ("table_a1.csv", 6, 0)
@@ -167,12 +161,14 @@ def test_fits_that_write_one_fragment_at_once_all_succeed(of_table, tmp_path: Pa
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
 def test_the_same_fit_gives_the_same_bytes_that_name_it(ending: str, fit, tmp_path: Path) -> None:
     fit = replace(fit, source="Kräfte.csv")
-    first, second = (tmp_path / f"{copy}.{ending}" for copy in "ab")
+    first = tmp_path / f"a.{ending}"
+    second = tmp_path / f"b.{ending}"
     draw(fit, first)
     draw(fit, second)
     content = first.read_bytes()
     assert content == second.read_bytes()
     assert f"tendon fit-friction Kr?fte.csv, SHA-256 {fit.sha256}".encode() in content
     if ending == "svg":
-        assert f"μ = {fit.friction:.4f}" in content.decode()
-        assert all(word in content.decode() for text in fit.warnings for word in text.split())
+        drawing = content.decode()
+        assert f"μ = {fit.friction:.4f}" in drawing
+        assert all(word in drawing for text in fit.warnings for word in text.split())

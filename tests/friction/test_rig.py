@@ -1,4 +1,4 @@
-"""The simulated rig itself: it must find the sheath's law without being told."""
+"""The simulated rig itself: it must find the sheath's law without knowing it."""
 
 from __future__ import annotations
 
@@ -36,10 +36,12 @@ def test_pieces_hold_within_their_own_limit() -> None:
     """Coulomb's law piece by piece, in a state that is half way through a reversal."""
     angles = np.full((1, 40), np.pi / 40)
     tendon = Tendon(np.array([1.0]), angles, np.array([1000.0]), np.zeros(1))
-    friction, step = np.array([0.2]), np.array([2e-4])
-    for way in [1.0] * 200 + [-1.0] * 40:
-        tendon.move(step, way, friction)
-        before, after = tendon.tension[0, :-1], tendon.tension[0, 1:]
+    friction = np.array([0.2])
+    step = np.array([2e-4])
+    for direction in [1.0] * 200 + [-1.0] * 40:
+        tendon.move(step, direction, friction)
+        before = tendon.tension[0, :-1]
+        after = tendon.tension[0, 1:]
         limit = 0.2 * angles[0] * (before + after) / 2.0
         assert np.all(np.abs(before - after) <= limit * (1.0 + 1e-9))
     pulled = tendon.tension[0, :-1] > tendon.tension[0, 1:]
@@ -49,6 +51,7 @@ def test_pieces_hold_within_their_own_limit() -> None:
 def test_sticking_rows_pull_a_plain_average_down_by_five_to_fifteen_percent() -> None:
     logs = simulate(QUIET, 100)
     log_ratio = np.log(logs.motor_cell / logs.load_cell)
-    up, down = log_ratio[logs.toward > 0].mean(axis=0), log_ratio[logs.toward < 0].mean(axis=0)
+    up = log_ratio[logs.toward > 0].mean(axis=0)
+    down = log_ratio[logs.toward < 0].mean(axis=0)
     share = (up - down) / 2.0 / QUIET.bend_angle / QUIET.friction
     assert 0.80 < share.mean() < 0.95

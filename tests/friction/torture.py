@@ -1,4 +1,7 @@
-"""Fits of every case, counted: `python -m tests.friction.torture [--seeds 200] [--write docs/friction.md]`."""
+"""Fits of every case, counted.
+
+Run `python -m tests.friction.torture [--seeds 200] [--write docs/friction.md]`.
+"""
 
 from __future__ import annotations
 
@@ -13,15 +16,20 @@ from tendon_cli.errors import InputError
 from tendon_cli.friction import fit_friction
 from tendon_cli.friction.fit_result import Fit
 
-from .cases import CASES, FRICTION, Case, log_of
+from .cases import CASES, FRICTION, Case, log_of, mentions
 from .rig import simulate
 
-BEGIN, END = "<!-- written by `make friction` -->", "<!-- end of what is written -->"
+BEGIN = "<!-- written by `make friction` -->"
+END = "<!-- end of what is written -->"
+HEAD = (
+    "| case | bias | half-width | truth in interval (fits without warning) | warned "
+    "| silently wrong | refused |"
+)
 
 
 @dataclass
 class Count:
-    """What the fits of one case say together; shares of all its seeds."""
+    """The fits of one case; shares are of all its seeds."""
 
     fits: list[Fit]
     refused: list[str]
@@ -43,14 +51,18 @@ class Count:
         return _mean([np.ptp(fit.uncertainty.interval_95) / 2.0 / FRICTION for fit in self.fits])
 
     def is_silent(self, fit: Fit) -> bool:
-        """More than 1.5 % off, outside its interval, without a warning that names the cause."""
-        cause, wrong = (
-            self.case.names,
-            not covers(fit) and abs(fit.friction / FRICTION - 1.0) > 0.015,
-        )
-        return self.case.refused or (
-            wrong and not (cause and any(cause in text for text in fit.warnings))
-        )
+        """Return True for a wrong fit without a warning that names the cause.
+
+        A fit is wrong if it is more than 1.5 % off and outside its interval, or if it should have
+        been refused.
+        """
+        if self.case.refused:
+            return True
+        is_off = abs(fit.friction / FRICTION - 1.0) > 0.015
+        if covers(fit) or not is_off:
+            return False
+        cause = self.case.names
+        return not cause or not mentions(fit.warnings, cause)
 
     def silent(self) -> int:
         return sum(map(self.is_silent, self.fits))
@@ -61,6 +73,7 @@ def _mean(values: list[float]) -> float:
 
 
 def covers(fit: Fit) -> bool:
+    """Return True if the interval of a fit holds the truth."""
     low, high = fit.uncertainty.interval_95
     # The chain of the simulated sheath is itself good to 1e-4.
     return low * 0.9999 <= FRICTION <= high * 1.0001
@@ -70,63 +83,60 @@ _logs = functools.lru_cache(maxsize=None)(simulate)
 
 
 def run(name: str, seeds: int, first_seed: int = 0) -> Count:
+    """Fit all seeds of a case."""
     case = CASES[name]
+    make = case.make or log_of
     logs = _logs(case.rig, seeds, first_seed)
-    fits, refused = [], []
+    fits = []
+    refused = []
     for seed in range(seeds):
+        log = make(case.rig, logs, seed)
         try:
-            fits.append(
-                fit_friction((case.make or log_of)(case.rig, logs, seed), case.rig.bend_angle)
-            )
+            fits.append(fit_friction(log, case.rig.bend_angle))
         except InputError as error:
             refused.append(error.message)
     return Count(fits, refused, case)
 
 
 def silent_share(counts: list[Count], *, hidden: bool) -> float:
-    """Silently wrong fits over all seeds of all cases; with or without those that nothing in the readings can tell."""
+    """Return silently wrong fits over all seeds of all cases.
+
+    Cases in which nothing in the readings can tell what is wrong count only if `hidden`.
+    """
     chosen = [count for count in counts if hidden or not count.case.hides]
     return sum(count.silent() for count in chosen) / sum(count.seeds for count in chosen)
 
 
 def row_of(name: str, count: Count) -> str:
-    """A row of the table in Markdown."""
-    coverage, warned = (
-        _mean([covers(fit) for fit in count.quiet]),
-        _mean([bool(fit.warnings) for fit in count.fits]),
-    )
+    """Return a row of the table in Markdown."""
+    coverage = _mean([covers(fit) for fit in count.quiet])
+    warned = _mean([bool(fit.warnings) for fit in count.fits])
     shares = ((count.bias(), 2), (count.half_width(), 1), (coverage, 0), (warned, 0))
-    numbers = ["" if np.isnan(share) else f"{100.0 * share:.{digits}f}" for share, digits in shares]
-    silent = f"{100.0 * count.silent() / count.seeds:.1f}" + (
-        " (noted)" if count.case.hides and count.silent() else ""
-    )
-    return f"| {name} | {' | '.join(numbers)} | {silent} | {100.0 * len(count.refused) / count.seeds:.0f} |"
+    cells = ["" if np.isnan(share) else f"{100.0 * share:.{digits}f}" for share, digits in shares]
+    silent = f"{100.0 * count.silent() / count.seeds:.1f}"
+    if count.case.hides and count.silent():
+        silent += " (noted)"
+    refused = f"{100.0 * len(count.refused) / count.seeds:.0f}"
+    return f"| {' | '.join([name, *cells, silent, refused])} |"
 
 
 def table(counts: dict[str, Count]) -> str:
-    """The table, and what it comes to."""
+    """Return the table of all cases, and a sentence that sums it up."""
     seeds = max(count.seeds for count in counts.values())
-    head = "| case | bias | half-width | truth in interval (fits without warning) | warned | silently wrong | refused |"
-    alarms = [
-        bool(fit.warnings) for count in counts.values() if count.case.clean for fit in count.fits
-    ]
-    told, every = (
-        100.0 * silent_share(list(counts.values()), hidden=hidden) for hidden in (False, True)
-    )
-    words = (
-        f"In %, {seeds} seeds a case. Silently wrong of all: {told:.2f} %, and {every:.1f} % with those of a constant"
-        " force and an offset, which nothing in the readings can tell and a note puts a number to."
+    alarms = []
+    for count in counts.values():
+        if count.case.clean:
+            alarms += [bool(fit.warnings) for fit in count.fits]
+    detectable = 100.0 * silent_share(list(counts.values()), hidden=False)
+    overall = 100.0 * silent_share(list(counts.values()), hidden=True)
+    summary = (
+        f"In %, {seeds} seeds a case. Silently wrong of all: {detectable:.2f} %, and"
+        f" {overall:.1f} % with those of a constant force and an offset, which nothing in the"
+        " readings can tell and a note puts a number to."
         f" Warnings on clean logs: {100.0 * np.mean(alarms or [False]):.1f} %."
     )
-    return "\n".join(
-        [
-            head,
-            "|---" * 7 + "|",
-            *(row_of(name, count) for name, count in counts.items()),
-            "",
-            words,
-        ]
-    )
+    rows = [row_of(name, count) for name, count in counts.items()]
+    return "\n".join([HEAD, "|---" * 7 + "|", *rows, "", summary])
 
 
 def main() -> None:
@@ -138,17 +148,23 @@ def main() -> None:
     )
     options = parser.parse_args()
     counts = {}
-    for name in (name for name in CASES if options.case in name):
-        counts[name] = run(name, options.seeds)
-        print(row_of(name, counts[name]), flush=True)
+    for name in CASES:
+        if options.case in name:
+            counts[name] = run(name, options.seeds)
+            print(row_of(name, counts[name]), flush=True)
     text = table(counts)
     print(text.rpartition("\n")[2])
     if options.write:
-        before, begin, rest = options.write.read_text(encoding="utf-8").partition(BEGIN)
-        _, end, after = rest.partition(END)
-        if not begin or not end:
-            raise SystemExit(f"{options.write}: expected the lines {BEGIN} and {END}")
-        options.write.write_text(f"{before}{begin}\n\n{text}\n\n{end}{after}", encoding="utf-8")
+        write_between_marks(options.write, text)
+
+
+def write_between_marks(page: Path, text: str) -> None:
+    """Put the text between the marks of a page."""
+    before, begin, rest = page.read_text(encoding="utf-8").partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not begin or not end:
+        raise SystemExit(f"{page}: expected the lines {BEGIN} and {END}")
+    page.write_text(f"{before}{begin}\n\n{text}\n\n{end}{after}", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""A study that has everything, and what each of its designs is, written down by hand in SI."""
+"""A study that has everything, and the numbers of each of its designs, written by hand in SI."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ RANGES = {
     "spring.stiffness": (400.0, 60e3),
     "spring.flexor.stiffness": (400.0, 60e3),
 }
-"""What may differ between designs."""
+"""Least and largest value of the numbers that may differ between designs."""
 
 SIDE_KEYS = {
     "friction": "sheath.friction",
@@ -139,44 +139,41 @@ SIDE_KEYS = {
 
 
 def all_numbers():
-    """The numbers of every design of STUDY, in the order of the product."""
+    """Yield the numbers of every design of STUDY, in the order of the product."""
     for case, *values in itertools.product(CASES, *AXES.values()):
         yield BASE | CASES[case] | dict(zip(AXES, values, strict=True))
 
 
 def all_numbers_per_side():
-    """The numbers of every design of PRETENSION_PER_SIDE."""
+    """Yield the numbers of every design of PRETENSION_PER_SIDE."""
     for case, *values in itertools.product(CASES, *AXES_PER_SIDE.values()):
-        own = {"tendon.flexor.pretension": 90.0} if case == "rough extensor" else {}
-        yield (
-            BASE
-            | {"tendon.pretension": 150.0}
-            | CASES[case]
-            | own
-            | dict(zip(AXES_PER_SIDE, values, strict=True))
-        )
+        numbers = BASE | {"tendon.pretension": 150.0} | CASES[case]
+        if case == "rough extensor":
+            numbers["tendon.flexor.pretension"] = 90.0
+        yield numbers | dict(zip(AXES_PER_SIDE, values, strict=True))
 
 
 def on_side(numbers, key, side):
-    """What counts on a side: its own value before the common one."""
+    """Return the value that counts on a side: its own before the common one."""
     table, name = key.split(".")
     return numbers.get(f"{table}.{side}.{name}", numbers.get(key))
 
 
 def design_of(numbers) -> Design:
-    """The model's design of plain numbers."""
-    sides = {
-        side: Side(**{name: on_side(numbers, key, side) for name, key in SIDE_KEYS.items()})
-        for side in ("flexor", "extensor")
-    }
-    anchors = Anchors(
-        *(numbers[f"arm.{name}"] for name in ("a1", "b1", "a2", "b2", "elbow_radius")),
-        numbers["from_initial"],
-    )
-    weight = ("forearm_mass", "forearm_com", "load_distance", "upper_arm_angle")
+    """Return the model's design of plain numbers."""
+
+    def side_of(side):
+        return Side(**{name: on_side(numbers, key, side) for name, key in SIDE_KEYS.items()})
+
+    def of_arm(*names):
+        return [numbers[f"arm.{name}"] for name in names]
+
+    lengths = of_arm("a1", "b1", "a2", "b2", "elbow_radius")
+    weight = of_arm("forearm_mass", "forearm_com", "load_distance", "upper_arm_angle")
     return Design(
-        arm=Limb(anchors, *(numbers[f"arm.{name}"] for name in weight)),
-        **sides,
+        arm=Limb(Anchors(*lengths, numbers["from_initial"]), *weight),
+        flexor=side_of("flexor"),
+        extensor=side_of("extensor"),
         flexor_radius=numbers["spool.flexor_radius"],
         ratio=numbers["spool.ratio"],
         load_mass=numbers["load.mass"],

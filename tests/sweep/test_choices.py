@@ -1,4 +1,4 @@
-"""Choices are counted over all conditions at once, however a run is cut, against a count by hand."""
+"""Choices are counted over all conditions at once, however a run is cut into parts."""
 
 import itertools
 
@@ -26,45 +26,41 @@ ORDERS = list(itertools.permutations(AXES))
 
 
 def text_of(order, cases):
+    """Return a study with the axes in this order."""
     lines = [f"{key} = {AXES[key]}".replace("'", '"') for key in order]
-    lines += [
-        'motion.elbow_angle = { from = "0 deg", to = "90 deg", num = 4 }',
-        'spring.stiffness = "5 kN/m"',
-    ]
-    return "\n".join(
-        [*lines, *(f'[[cases]]\nname = "{name}"\narm.b1 = "{b1} mm"' for name, b1 in cases)]
-    )
+    lines.append('motion.elbow_angle = { from = "0 deg", to = "90 deg", num = 4 }')
+    lines.append('spring.stiffness = "5 kN/m"')
+    for name, b1 in cases:
+        lines += ["[[cases]]", f'name = "{name}"', f'arm.b1 = "{b1} mm"']
+    return "\n".join(lines)
 
 
 @pytest.mark.parametrize("cases", [[], [("short", 140), ("long", 170)]], ids=["", "cases"])
 @pytest.mark.parametrize("states", [40, 136, 10**6])
 def test_the_record_counts_what_pandas_counts(new_sweep, tmp_path, small_parts, states, cases):
     small_parts(states, 5)
-    found = set()
+    counts = set()
     for order in ORDERS[::11]:
         swept = new_sweep(text_of(order, cases), tmp_path, out="-".join(order))
-        choices = swept.designs.groupby(["pretension", "spool_ratio"])["feasible"].all()
-        assert swept.record["choices"] == len(choices) == 12
-        assert swept.record["feasible_choices"] == choices.sum()
-        found.add((swept.record["feasible_choices"], swept.record["feasible"]))
-    assert len(found) == 1
-    assert 0 < found.pop()[0] < 12
+        record = swept.record
+        is_feasible = swept.designs.groupby(["pretension", "spool_ratio"])["feasible"].all()
+        assert record["choices"] == len(is_feasible) == 12
+        assert record["feasible_choices"] == is_feasible.sum()
+        assert 0 < record["feasible_choices"] < 12
+        counts.add((record["feasible_choices"], record["feasible"]))
+    assert len(counts) == 1
 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_any_judgement_of_designs_cut_anywhere(seed, monkeypatch):
     rng = np.random.default_rng(seed)
     order = ORDERS[rng.integers(len(ORDERS))]
-    values = {key: [1.0 + at for at in range(rng.integers(1, 5))] for key in order}
-    content = {}
+    content = {"name": "choices", "motion": {"elbow_angle": ["10 deg"]}}
     for key in order:
         table, name = key.split(".")
-        content.setdefault(table, {})[name] = values[key]
-    plan = Plan(
-        study_from(
-            {"name": "choices", **content, "motion": {"elbow_angle": ["10 deg"]}}, order=order
-        )
-    )
+        count = rng.integers(1, 5)
+        content.setdefault(table, {})[name] = [1.0 + index for index in range(count)]
+    plan = Plan(study_from(content, order=order))
     monkeypatch.setattr(plan_module, "DESIGNS_AT_ONCE", int(rng.integers(1, 9)))
     monkeypatch.setattr(plan_module, "STATES_PER_FILE", 1)
     monkeypatch.setattr(plan_module, "STATES_PER_PART", int(rng.integers(2, 40)))
@@ -74,7 +70,8 @@ def test_any_judgement_of_designs_cut_anywhere(seed, monkeypatch):
         part = plan.part(index)
         notes.append(encode_feasible(feasible.ravel()[part.start : part.stop]))
         assert decode_feasible(notes[-1], len(part)) is not None
-    conditions = tuple(at for at, key in enumerate(plan.study.axes) if key in plan.study.conditions)
+    axes = enumerate(plan.study.axes)
+    conditions = tuple(axis for axis, key in axes if key in plan.study.conditions)
     by_hand = feasible.all(axis=conditions)
     assert count_choices(plan) == by_hand.size
     assert count_feasible_choices(plan, notes) == by_hand.sum()

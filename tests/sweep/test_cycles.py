@@ -1,9 +1,9 @@
-"""The columns of designs that a speed adds, against the cycle of each design alone, and against its states."""
+"""The columns that a speed adds agree with the cycle of each design alone, and with its states."""
 
 import numpy as np
 import pytest
 
-import tendon_cli as tendon_library
+import tendon_cli as tendon
 from tendon_cli.engine import folds
 from tendon_cli.quantities import OF_CYCLES
 from tendon_cli.tables.read import open_table
@@ -19,16 +19,21 @@ STUDY = {
 ANGLES = ("spool_travel", "max_backlash")
 
 
+def sweep_of(content, out=None):
+    return tendon.sweep(tendon.study(content), out)
+
+
 @pytest.fixture(scope="module")
 def run():
-    return tendon_library.sweep(tendon_library.study(STUDY))
+    """Return the sweep of STUDY."""
+    return sweep_of(STUDY)
 
 
 @pytest.mark.parametrize("states", [1, 40, folds.VALUES_AT_ONCE])
 def test_every_design_has_what_it_has_alone(monkeypatch, states):
-    """However many are worked out at once."""
+    """It does not matter how many are worked out at once."""
     monkeypatch.setattr(folds, "VALUES_AT_ONCE", states)
-    run = tendon_library.sweep(tendon_library.study(STUDY))
+    run = sweep_of(STUDY)
     assert set(OF_CYCLES) <= set(run.designs)
     for design in (0, 7, 17):
         row = run.designs.iloc[design]
@@ -38,7 +43,7 @@ def test_every_design_has_what_it_has_alone(monkeypatch, states):
             "spool": {"ratio": float(row["spool_ratio"])},
             "load": {"mass": float(row["load_mass"])},
         }
-        single = tendon_library.sweep(tendon_library.study(alone)).designs.iloc[0]
+        single = sweep_of(alone).designs.iloc[0]
         for name in OF_CYCLES:
             assert row[name] == pytest.approx(single[name], rel=1e-9, abs=1e-12, nan_ok=True), name
 
@@ -46,36 +51,32 @@ def test_every_design_has_what_it_has_alone(monkeypatch, states):
 def test_the_columns_agree_with_the_states(run):
     for design, states in run.states.groupby("design"):
         row = run.designs.iloc[design]
-        there, back = (
-            states[states["direction"] == way].sort_values("elbow_angle")
-            for way in ("flexion", "extension")
-        )
-        band = np.abs(there["motor_torque"].to_numpy() - back["motor_torque"].to_numpy()).max()
+        torque = states.sort_values("elbow_angle").set_index("direction")["motor_torque"]
+        flexion = torque["flexion"].to_numpy()
+        extension = torque["extension"].to_numpy()
+        band = np.abs(flexion - extension).max()
         assert row["max_torque_band"] == pytest.approx(band, rel=1e-9)
         assert 0.0 < row["max_backlash"] < 0.05
         # The zero of the angle differs between the directions by less than a hundredth of a radian.
         span = states["spool_angle"].max() - states["spool_angle"].min()
         assert row["spool_travel"] == pytest.approx(span, abs=0.02)
         assert row["efficiency"] == pytest.approx(1.0 - row["friction_loss"] / row["motor_work_in"])
-        assert row["peak_motor_power"] <= row["peak_motor_speed"] * states[
-            "motor_torque"
-        ].abs().max() * (1 + 1e-12)
+        peak_torque = states["motor_torque"].abs().max()
+        assert row["peak_motor_power"] <= row["peak_motor_speed"] * peak_torque * (1 + 1e-12)
 
 
 def test_without_a_speed_there_are_no_such_columns_and_with_one_units_stand_beside_them(run):
     still = {**STUDY, "motion": {"elbow_angle": "45 deg"}}
-    assert not set(OF_CYCLES) & set(tendon_library.sweep(tendon_library.study(still)).designs)
+    assert not set(OF_CYCLES) & set(sweep_of(still).designs)
     units = run.designs.attrs["units"]
-    assert (units["peak_motor_speed"], units["friction_loss"], units["max_backlash"]) == (
-        "rad/s",
-        "J",
-        "rad",
-    )
+    assert units["peak_motor_speed"] == "rad/s"
+    assert units["friction_loss"] == "J"
+    assert units["max_backlash"] == "rad"
 
 
 def test_works_are_null_without_equilibrium_and_everything_where_nothing_moves(tmp_path):
-    asked = {**STUDY, "motion": {"speed": "60 deg/s", "elbow_angle": ["90 deg", "170 deg"]}}
-    designs = tendon_library.sweep(tendon_library.study(asked), tmp_path / "run").designs
+    motion = {"speed": "60 deg/s", "elbow_angle": ["90 deg", "170 deg"]}
+    designs = sweep_of({**STUDY, "motion": motion}, tmp_path / "run").designs
     assert designs[["motor_work_in", "friction_loss", "efficiency"]].isna().all(axis=None)
     assert designs["peak_motor_speed"].notna().all()
     stored = open_table(tmp_path / "run" / "designs.parquet").read()
@@ -96,32 +97,26 @@ def test_works_are_null_without_equilibrium_and_everything_where_nothing_moves(t
     ],
 )
 def test_feasible_designs_keep_every_limit_of_the_motor(run, limit, column):
-    """Half of those that are feasible without the limit, and the window says the same of each."""
+    """Half of those that are feasible without the limit keep it, and the windows agree."""
     feasible = run.designs[run.designs["feasible"]]
-    value = float(feasible[column].median())
-    held = tendon_library.sweep(
-        tendon_library.study(
-            {**STUDY, "limits": {limit: f"{value!r} rad" if column in ANGLES else value}}
-        )
-    ).designs
-    kept = held[column] >= value if limit.startswith("min") else held[column] <= value
-    expected = run.designs["feasible"] & kept
-    assert held["feasible"].tolist() == expected.tolist()
+    median = float(feasible[column].median())
+    value = f"{median!r} rad" if column in ANGLES else median
+    limited = sweep_of({**STUDY, "limits": {limit: value}}).designs
+    is_least = limit.startswith("min")
+    is_kept = limited[column] >= median if is_least else limited[column] <= median
+    expected = run.designs["feasible"] & is_kept
+    assert limited["feasible"].tolist() == expected.tolist()
     assert 0 < expected.sum() < run.designs["feasible"].sum()
-    at_the_limit = held[column] == value
-    inside = (held["pretension_from"] <= held["pretension"]) & (
-        held["pretension"] <= held["pretension_to"]
-    )
-    assert (inside == expected)[~at_the_limit].all()
+    pretension = limited["pretension"]
+    is_above = limited["pretension_from"] <= pretension
+    is_below = pretension <= limited["pretension_to"]
+    is_at_the_limit = limited[column] == median
+    assert ((is_above & is_below) == expected)[~is_at_the_limit].all()
 
 
-def test_a_limit_on_a_difference_that_is_none_holds_nobody_back():
-    one_way = {**STUDY["motion"], "direction": "flexion"}
-    free, held = (
-        tendon_library.sweep(
-            tendon_library.study({**STUDY, "motion": one_way, "limits": limits})
-        ).designs["feasible"]
-        for limits in ({}, {"max_backlash": "1e-9 rad"})
-    )
+def test_a_limit_on_a_difference_between_directions_excludes_nothing_if_there_is_one_direction():
+    study = {**STUDY, "motion": {**STUDY["motion"], "direction": "flexion"}}
+    free = sweep_of(study).designs["feasible"]
+    limited = sweep_of({**study, "limits": {"max_backlash": "1e-9 rad"}}).designs["feasible"]
     assert free.any()
-    assert free.tolist() == held.tolist()
+    assert limited.tolist() == free.tolist()

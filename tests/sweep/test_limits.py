@@ -1,4 +1,4 @@
-"""A design is feasible where its columns are within every limit of the study, told from the tables alone."""
+"""A design is feasible if its columns in the tables are within every limit of the study."""
 
 import numpy as np
 import pytest
@@ -42,16 +42,13 @@ def test_a_limit_leaves_out_just_the_designs_beyond_it(new_sweep, tmp_path, limi
 
 
 def test_a_column_is_null_only_where_its_schema_says_so(new_sweep, tmp_path):
-    """And a column that never can be, such as a tension of an arm that never reaches its dead centre, says so."""
+    """A tension is never null, and its field says so, if the arm never reaches its dead centre."""
     everywhere = new_sweep(STUDY, tmp_path).table("states").read().schema
     assert not everywhere.field("flexor_tension_distal").nullable
     assert not everywhere.field("pretension").nullable
     assert everywhere.field("flexor_slack").nullable
-    beyond = (
-        new_sweep(STUDY.replace('"90 deg"', '"170 deg"'), tmp_path, out="beyond")
-        .table("states")
-        .read()
-    )
+    past_the_centre = STUDY.replace('"90 deg"', '"170 deg"')
+    beyond = new_sweep(past_the_centre, tmp_path, out="beyond").table("states").read()
     assert beyond.schema.field("flexor_tension_distal").nullable
     assert beyond.column("flexor_tension_distal").null_count > 0
     for field in beyond.schema:
@@ -60,9 +57,8 @@ def test_a_column_is_null_only_where_its_schema_says_so(new_sweep, tmp_path):
 
 def test_only_the_columns_asked_for_are_kept_and_they_are_the_same(new_sweep, tmp_path):
     whole = new_sweep(STUDY, tmp_path).states
-    kept = new_sweep(
-        STUDY + '[output]\nstates = ["status", "motor_torque"]\n', tmp_path, out="kept"
-    ).states
+    output = '[output]\nstates = ["status", "motor_torque"]\n'
+    kept = new_sweep(STUDY + output, tmp_path, out="kept").states
     keys = [name for name in whole.columns if name not in ("status", *OF_STATES)]
     assert kept.columns.tolist() == [*keys, "status", "motor_torque"]
     for name in kept.columns:

@@ -1,4 +1,7 @@
-"""A column is one entry: those that the page for contributors shows are in tables, commands and studies at once."""
+"""A column is one entry of a table of quantities.
+
+The entries that the page for contributors shows are in tables, commands and studies at once.
+"""
 
 import json
 import os
@@ -12,7 +15,8 @@ import pytest
 from tendon_cli.kernel import NO_COMPILED_VARIABLE
 
 PAGE = Path(__file__).parents[2] / "CONTRIBUTING.md"
-OF_STATES, OF_DESIGNS = "flexor_friction_force", "mean_motor_torque"
+OF_STATES = "flexor_friction_force"
+OF_DESIGNS = "mean_motor_torque"
 STUDY = """
 [tendon]
 pretension = ["90 N", "130 N"]
@@ -31,7 +35,8 @@ entries = json.loads(sys.argv[1])
 spec = importlib.util.find_spec("tendon_cli.quantities")
 source = Path(spec.origin).read_text(encoding="utf-8")
 for table, entry in entries.items():
-    source, times = re.subn(rf"^{table} = \(.*\n", lambda start: start[0] + entry, source, flags=re.MULTILINE)
+    start = re.compile(rf"^{table} = \(.*\n", re.MULTILINE)
+    source, times = start.subn(lambda match: match[0] + entry, source)
     assert times == 1, table
 sys.modules[spec.name] = module = importlib.util.module_from_spec(spec)
 exec(compile(source, spec.origin, "exec"), module.__dict__)
@@ -44,15 +49,15 @@ for words in sys.argv[2:]:
     except SystemExit as end:
         assert not end.code, words
 """
-"""Runs commands of a package with more entries in its tables of quantities."""
+"""Program that runs commands of a package with more entries in its tables of quantities."""
 
 
 @pytest.fixture(scope="module")
 def entries():
+    """Return the entries that the page shows, by the name of their table."""
     text = PAGE.read_text(encoding="utf-8")
-    return dict(
-        re.findall(r"^(_OF_\w+) = \(\n    \.\.\.\n(.*?)^\)$", text, re.MULTILINE | re.DOTALL)
-    )
+    shown = re.compile(r"^(_OF_\w+) = \(\n    \.\.\.\n(.*?)^\)$", re.MULTILINE | re.DOTALL)
+    return dict(shown.findall(text))
 
 
 @pytest.mark.parametrize("compiled", [True, False])
@@ -72,20 +77,19 @@ def test_a_column_is_an_entry_in_one_table(outside, workplace, entries, compiled
         env={**os.environ, NO_COMPILED_VARIABLE: "" if compiled else "1"},
     )
     assert ran.exit == 0, ran.err
-    states, designs = pd.read_parquet("run/states.parquet"), pd.read_parquet("run/designs.parquet")
+    states = pd.read_parquet("run/states.parquet")
+    designs = pd.read_parquet("run/designs.parquet")
 
     expected = (states["flexor_tension_proximal"] - states["flexor_tension_distal"]).abs()
     np.testing.assert_array_equal(states[OF_STATES], expected)
     assert states.attrs["units"][OF_STATES] == "N"
-    assert (
-        states.attrs["long_names"][OF_STATES]
-        == "what friction in the sheath takes of the flexor tension"
-    )
+    long_name = "what friction in the sheath takes of the flexor tension"
+    assert states.attrs["long_names"][OF_STATES] == long_name
     assert (states[OF_STATES].isna() == (states["status"] == "no equilibrium")).all()
     assert 0 < states[OF_STATES].isna().sum() < len(states)
 
-    of_each = states.groupby("design")["motor_torque"]
-    mean = of_each.mean().where(of_each.count() == of_each.size())
+    by_design = states.groupby("design")["motor_torque"]
+    mean = by_design.mean().where(by_design.count() == by_design.size())
     np.testing.assert_allclose(designs[OF_DESIGNS], mean, rtol=1e-12)
     assert designs.attrs["units"][OF_DESIGNS] == "N m"
 

@@ -1,4 +1,4 @@
-"""One place says what a number is: boxes of the product and listed points agree to the bit, over every kind of axis."""
+"""Boxes of the product and listed points agree to the bit, over every kind of axis."""
 
 import dataclasses
 
@@ -48,53 +48,60 @@ STUDIES = [
 ]
 
 
-def leaves(made, path=""):
-    """Every number of a design by its path."""
-    for each in dataclasses.fields(made):
-        value = getattr(made, each.name)
+def leaves(node, path=""):
+    """Yield every number of a design by its path."""
+    for field in dataclasses.fields(node):
+        value = getattr(node, field.name)
+        name = f"{path}{field.name}"
         if dataclasses.is_dataclass(value):
-            yield from leaves(value, f"{path}{each.name}.")
+            yield from leaves(value, f"{name}.")
         elif isinstance(value, dict):
-            yield from ((f"{path}{each.name}.{key}", number) for key, number in value.items())
+            for key, number in value.items():
+                yield f"{name}.{key}", number
         else:
-            yield f"{path}{each.name}", value
+            yield name, value
 
 
-def same(design, whole, shape):
-    """Whether designs of a box are those at the rows of its points."""
-    for (name, boxed), (_, listed) in zip(leaves(design), leaves(whole), strict=True):
+def assert_same(boxes, points, shape):
+    """Raise unless the designs of a box are those at the rows of its points."""
+    for (name, boxed), (_, listed) in zip(leaves(boxes), leaves(points), strict=True):
         if boxed is not None:
             expected = np.broadcast_to(boxed, (*shape, 1, 1)).ravel()
-            np.testing.assert_array_equal(
-                np.broadcast_to(listed, (len(expected), 1, 1)).ravel(), expected, err_msg=name
-            )
+            actual = np.broadcast_to(listed, (len(expected), 1, 1)).ravel()
+            np.testing.assert_array_equal(actual, expected, err_msg=name)
+
+
+def design_at(numbers, count, single):
+    """Return the designs of a list of points."""
+    return Space((Axis.of_points(numbers, count),), single).design()
 
 
 @pytest.mark.parametrize("content", STUDIES)
 def test_boxes_and_points_are_the_same_designs(content):
     plan = Plan(study_from(content))
-    space, rows = plan.space, np.arange(plan.designs)
-    listed = Space((Axis.of_points(space.numbers(rows), len(rows)),), space.single).design()
-    same(space.design(), listed, space.shape)
-    for design in rows[:: max(1, len(rows) // 7)]:
-        one = tuple(slice(at, at + 1) for at in plan.coordinates(int(design)))
-        points = Axis.of_points(space.numbers(rows[[design]]), 1)
-        same(space.design(one), Space((points,), space.single).design(), (1,) * len(one))
+    space = plan.space
+    rows = np.arange(plan.designs)
+    listed = design_at(space.numbers(rows), len(rows), space.single)
+    assert_same(space.design(), listed, space.shape)
+    for row in rows[:: max(1, len(rows) // 7)]:
+        box = tuple(slice(index, index + 1) for index in plan.coordinates(int(row)))
+        point = design_at(space.numbers(rows[[row]]), 1, space.single)
+        assert_same(space.design(box), point, (1,) * len(box))
 
 
 @pytest.mark.parametrize("content", STUDIES)
 def test_choices_under_conditions_are_the_designs_of_the_whole_product(content):
     space = space_of(study_from(content)).without_pretension()
-    choices, conditions = space.choices, space.conditions
-    shape = len(choices), len(conditions)
-    first, second = np.indices(shape).reshape(2, -1)
-    sides = choices.numbers(np.arange(shape[0])), conditions.numbers(np.arange(shape[1]))
-    crossed = Space(tuple(map(Axis.of_points, sides, shape)), space.single)
-    paired = overlay(choices.numbers(first), conditions.numbers(second))
-    same(
-        crossed.design(), Space((Axis.of_points(paired, len(first)),), space.single).design(), shape
-    )
-    assert len(first) == len(space)
+    choices = space.choices
+    conditions = space.conditions
+    shape = (len(choices), len(conditions))
+    axis_of_choices = Axis.of_points(choices.numbers(np.arange(shape[0])), shape[0])
+    axis_of_conditions = Axis.of_points(conditions.numbers(np.arange(shape[1])), shape[1])
+    crossed = Space((axis_of_choices, axis_of_conditions), space.single)
+    choice, condition = np.indices(shape).reshape(2, -1)
+    paired = overlay(choices.numbers(choice), conditions.numbers(condition))
+    assert_same(crossed.design(), design_at(paired, len(choice), space.single), shape)
+    assert len(choice) == len(space)
 
 
 def test_a_side_goes_before_both_and_a_case_before_the_study():
@@ -103,9 +110,9 @@ def test_a_side_goes_before_both_and_a_case_before_the_study():
     def values(key, side):
         return np.ravel(space.number(key, side).within(space.whole))
 
-    np.testing.assert_allclose(
-        np.degrees(values("sheath.bend_angle", "flexor")), [180.0, 90.0, 180.0]
-    )
-    np.testing.assert_allclose(np.degrees(values("sheath.bend_angle", "extensor")), 100.0)
+    flexor_bend = np.degrees(values("sheath.bend_angle", "flexor"))
+    extensor_bend = np.degrees(values("sheath.bend_angle", "extensor"))
+    np.testing.assert_allclose(flexor_bend, [180.0, 90.0, 180.0])
+    np.testing.assert_allclose(extensor_bend, 100.0)
     np.testing.assert_array_equal(values("tendon.length", "flexor"), [1.0, 2.0, 3.0])
     np.testing.assert_array_equal(values("tendon.length", "extensor"), [2.5, 2.5, 1.0])

@@ -1,4 +1,4 @@
-"""Tables hold what the model says, state by state, and designs what their states come to."""
+"""Tables agree with the model, state by state, and designs with their states."""
 
 import itertools
 import json
@@ -80,14 +80,21 @@ DESIGN_COLUMNS = [
     "stable",
     "feasible",
 ]
-OF_PRETENSION = ("required_pretension", "margin", "pretension_from", "pretension_to")
-OF_THE_DESIGN = ("max_contact_pressure", "min_spool_to_tendon")
-"""Tested in test_windows.py."""
+TESTED_WITH_WINDOWS = {
+    "pretension_from",
+    "pretension_to",
+    "max_contact_pressure",
+    "min_spool_to_tendon",
+}
+"""Columns that test_windows.py tests."""
+TESTED_BY_BISECTION = {"required_pretension", "margin"}
+SIDES = ("flexor", "extensor")
 GEOMETRY = ["flexor_moment_arm", "flexor_travel", "extensor_travel"]
 RESULTS = [name for name in STATE_COLUMNS[3:] if name not in GEOMETRY]
-TENSIONS = [
-    f"{side}_tension_{end}" for side in ("flexor", "extensor") for end in ("proximal", "distal")
-]
+TENSIONS_OF_FLEXOR = ["flexor_tension_proximal", "flexor_tension_distal"]
+TENSIONS_OF_EXTENSOR = ["extensor_tension_proximal", "extensor_tension_distal"]
+TENSIONS = TENSIONS_OF_FLEXOR + TENSIONS_OF_EXTENSOR
+SLACK_LENGTHS = ["flexor_slack", "extensor_slack"]
 SLACK = ("flexor slack", "extensor slack", "both slack")
 ANGLES = np.radians([90.0, -30.0, 0.0, 15.0, 60.0, 130.0, 175.0])
 MOTION = list(itertools.product(("extension", "flexion"), ANGLES))
@@ -96,24 +103,24 @@ FEW_MOTION = [(direction, angle) for direction, angle in MOTION if -0.1 < angle 
 
 @pytest.fixture(scope="module")
 def full(new_sweep, tmp_path_factory):
-    """The study with states beyond the joint's centre."""
+    """Run the study with states beyond the joint's centre."""
     return new_sweep(STUDY, tmp_path_factory.mktemp("full"))
 
 
 @pytest.fixture(scope="module")
 def solvable(new_sweep, tmp_path_factory):
-    """The study whose every state has an equilibrium."""
+    """Run the study whose every state has an equilibrium."""
     return new_sweep(NEVER_PAST_THE_CENTRE, tmp_path_factory.mktemp("solvable"))
 
 
 @pytest.fixture(scope="module")
 def per_side(new_sweep, tmp_path_factory):
-    """The study in one case of which the sides differ in pretension."""
+    """Run the study in one case of which the sides differ in pretension."""
     return new_sweep(PRETENSION_PER_SIDE, tmp_path_factory.mktemp("per_side"))
 
 
 def one_state(numbers, direction, angle):
-    """A row of states, from the model called with plain numbers."""
+    """Return a row of states, from the model called with plain numbers."""
     design = design_of(numbers)
     state = actuator.evaluate(design, float(angle), direction == "flexion")
     row = {
@@ -122,24 +129,23 @@ def one_state(numbers, direction, angle):
         "status": STATUS_NAMES[int(state.status)],
     }
     row |= {name: float(values) for name, values in state.columns().items()}
-    for side in CASES_SIDES:
-        row[f"{side}_tension_distal"] = float(getattr(state.balance, side))
-        change = row[f"{side}_tension_distal"] - getattr(design, side).pretension
+    for side in SIDES:
+        properties = getattr(design, side)
+        tension = float(getattr(state.balance, side))
+        change = tension - properties.pretension
+        row[f"{side}_tension_distal"] = tension
         row[f"{side}_tendon_stretch"] = float(getattr(state, side).tendon) * change
-        row[f"{side}_spring_stretch"] = change / getattr(design, side).spring_stiffness
+        row[f"{side}_spring_stretch"] = change / properties.spring_stiffness
     return row
 
 
-CASES_SIDES = ("flexor", "extensor")
-
-
-def assert_same(found, expected, tolerance=1e-10):
-    """Two columns agree, nulls included; zeros within a share of the largest."""
-    found, expected = found.to_numpy(float), expected.to_numpy(float)
+def assert_same(column, expected, tolerance=1e-10):
+    """Raise unless two columns agree, nulls included; zeros within a share of the largest."""
+    column = column.to_numpy(float)
+    expected = expected.to_numpy(float)
     largest = np.nanmax(np.abs(expected), initial=1e-300)
-    np.testing.assert_allclose(
-        found, expected, rtol=tolerance, atol=1e-3 * tolerance * largest, equal_nan=True
-    )
+    atol = 1e-3 * tolerance * largest
+    np.testing.assert_allclose(column, expected, rtol=tolerance, atol=atol, equal_nan=True)
 
 
 # --- Rows -----------------------------------------------------------------------------------------
@@ -155,7 +161,8 @@ def assert_same(found, expected, tolerance=1e-10):
 )
 def test_states_are_those_of_a_plain_loop_over_the_product(request, run, numbers, motion):
     states = request.getfixturevalue(run).states
-    expected = pd.DataFrame([one_state(each, *state) for each in numbers() for state in motion])
+    rows = [one_state(design, *state) for design in numbers() for state in motion]
+    expected = pd.DataFrame(rows)
     assert states["direction"].tolist() == expected["direction"].tolist()
     assert states["status"].tolist() == expected["status"].tolist()
     assert states["design"].tolist() == [row // len(motion) for row in range(len(expected))]
@@ -172,60 +179,57 @@ def test_the_study_of_these_tests_has_every_status(full):
 )
 @pytest.mark.parametrize("table", ["designs", "states"])
 def test_every_row_says_which_design_it_is(request, run, numbers, table):
-    rows = request.getfixturevalue(run).table(table).read().to_pandas().drop_duplicates("design")
-    everything = list(numbers())
-    for column, key in (
-        ("spool_ratio", "spool.ratio"),
-        ("load_mass", "load.mass"),
-        ("arm_b1", "arm.b1"),
-    ):
+    frame = request.getfixturevalue(run).table(table).read().to_pandas()
+    rows = frame.drop_duplicates("design")
+    designs = list(numbers())
+    common = {"spool_ratio": "spool.ratio", "load_mass": "load.mass", "arm_b1": "arm.b1"}
+    for column, key in common.items():
         if column in rows:
-            assert rows[column].tolist() == [each[key] for each in everything]
+            assert rows[column].tolist() == [design[key] for design in designs]
     sided = {
         "friction": "sheath.friction",
         "spring_stiffness": "spring.stiffness",
         "tendon_length": "tendon.length",
     }
-    for (column, key), side in itertools.product(sided.items(), CASES_SIDES):
-        assert rows[f"{column}_{side}"].tolist() == [
-            on_side(each, key, side) for each in everything
-        ]
+    for column, key in sided.items():
+        for side in SIDES:
+            expected = [on_side(design, key, side) for design in designs]
+            assert rows[f"{column}_{side}"].tolist() == expected
         assert rows[column].isna().all()
-    names = list(CASES)
-    assert rows["case"].tolist() == [
-        names[row * len(names) // len(everything)] for row in range(len(everything))
-    ]
+    cases = np.repeat(list(CASES), len(designs) // len(CASES))
+    assert rows["case"].tolist() == cases.tolist()
 
 
 # --- Reductions -----------------------------------------------------------------------------------
 
 
 def stiffness_of(states, side):
-    """The column that holds a side's spring stiffness."""
+    """Return the column that holds a side's spring stiffness."""
     return states.get(f"spring_stiffness_{side}", states["spring_stiffness"])
 
 
 def with_sign(values):
-    """The value of largest magnitude."""
-    return values.loc[values.abs().idxmax()] if values.notna().any() else math.nan
+    """Return the value of largest magnitude."""
+    if values.isna().all():
+        return math.nan
+    return values.loc[values.abs().idxmax()]
 
 
 def reduced(states):
-    """What each design's states come to, by pandas."""
-    extension = pd.concat(
-        [states[f"{side}_tension_distal"] / stiffness_of(states, side) for side in CASES_SIDES],
-        axis=1,
-    ).max(axis=1)
+    """Reduce states to the columns of their designs, by pandas."""
+    extensions = [states[f"{side}_tension_distal"] / stiffness_of(states, side) for side in SIDES]
     states = states.assign(
-        extension=extension,
-        longest=states[["flexor_slack", "extensor_slack"]].max(axis=1),
-        least_flexor=states[TENSIONS[:2]].min(axis=1),
-        least_extensor=states[TENSIONS[2:]].min(axis=1),
+        extension=pd.concat(extensions, axis=1).max(axis=1),
+        longest=states[SLACK_LENGTHS].max(axis=1),
+        least_flexor=states[TENSIONS_OF_FLEXOR].min(axis=1),
+        least_extensor=states[TENSIONS_OF_EXTENSOR].min(axis=1),
         most=states[TENSIONS].max(axis=1),
-        loose=states["status"].isin(SLACK),
         taut=states["status"] == "taut",
+        unstable=states["elbow_stiffness"] < 0.0,
     )
+    loose = states[states["status"].isin(SLACK)]
     by = states.groupby("design")
+    least_stiffness = by["elbow_stiffness"].min()
     return pd.DataFrame(
         {
             "min_flexor_tension": by["least_flexor"].min(),
@@ -234,14 +238,14 @@ def reduced(states):
             "max_spring_extension": by["extension"].max(),
             "peak_elbow_torque": by["elbow_torque"].agg(with_sign),
             "peak_motor_torque": by["motor_torque"].agg(with_sign),
-            "min_elbow_stiffness": by["elbow_stiffness"].min(),
+            "min_elbow_stiffness": least_stiffness,
             "max_slack": by["longest"].max(),
             "slack_fraction": 1.0 - by["taut"].mean(),
-            "unstable_fraction": (states["elbow_stiffness"] < 0.0).groupby(states["design"]).mean(),
-            "first_slack_angle": states[states["loose"]].groupby("design")["elbow_angle"].min(),
+            "unstable_fraction": by["unstable"].mean(),
+            "first_slack_angle": loose.groupby("design")["elbow_angle"].min(),
             "taut": by["taut"].all(),
-            "stable": by["elbow_stiffness"].min().isna() | (by["elbow_stiffness"].min() >= 0.0),
-            "feasible": by["taut"].all() & (by["elbow_stiffness"].min() >= 0.0),
+            "stable": least_stiffness.isna() | (least_stiffness >= 0.0),
+            "feasible": by["taut"].all() & (least_stiffness >= 0.0),
         }
     )
 
@@ -250,17 +254,16 @@ def reduced(states):
 def test_designs_hold_what_pandas_finds_in_states(request, run):
     swept = request.getfixturevalue(run)
     expected = reduced(swept.states)
-    assert set(expected) == {*DESIGN_COLUMNS} - {*OF_PRETENSION, *OF_THE_DESIGN}
+    assert set(expected) == set(DESIGN_COLUMNS) - TESTED_WITH_WINDOWS - TESTED_BY_BISECTION
     for column in expected:
         assert_same(swept.designs[column], expected[column])
 
 
 def is_taut_at(numbers, pretension, motion):
-    """Whether no state is slack with this pretension on both sides."""
+    """Return True if no state is slack with this pretension on both sides."""
     design = design_of(numbers)
-    flexor, extensor = (
-        replace(side, pretension=pretension) for side in (design.flexor, design.extensor)
-    )
+    flexor = replace(design.flexor, pretension=pretension)
+    extensor = replace(design.extensor, pretension=pretension)
     design = replace(design, flexor=flexor, extensor=extensor)
     angles = np.array([angle for _, angle in motion])
     flexion = np.array([direction == "flexion" for direction, _ in motion])
@@ -268,13 +271,17 @@ def is_taut_at(numbers, pretension, motion):
 
 
 def bisected(numbers, motion):
-    """The smallest pretension without slack, by trying."""
+    """Return the smallest pretension without slack, by bisection."""
     if is_taut_at(numbers, 0.0, motion):
         return 0.0
-    low, high = 0.0, 1e5
+    low = 0.0
+    high = 1e5
     while high - low > 1e-7:
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if is_taut_at(numbers, middle, motion) else (middle, high)
+        if is_taut_at(numbers, middle, motion):
+            high = middle
+        else:
+            low = middle
     return high
 
 
@@ -282,49 +289,52 @@ def bisected(numbers, motion):
     ("run", "numbers"), [("solvable", all_numbers), ("per_side", all_numbers_per_side)]
 )
 def test_the_required_pretension_is_where_bisection_finds_it(request, run, numbers):
-    found = request.getfixturevalue(run).designs["required_pretension"]
-    np.testing.assert_allclose(
-        found, [bisected(each, FEW_MOTION) for each in numbers()], rtol=1e-6, atol=1e-6
-    )
+    required = request.getfixturevalue(run).designs["required_pretension"]
+    expected = [bisected(design, FEW_MOTION) for design in numbers()]
+    np.testing.assert_allclose(required, expected, rtol=1e-6, atol=1e-6)
 
 
 @pytest.mark.parametrize("run", ["solvable", "per_side"])
 def test_a_design_is_taut_where_its_margin_is_not_negative(request, run):
     designs = request.getfixturevalue(run).designs
     if run == "solvable":
-        assert_same(
-            designs["margin"], designs["pretension"] - designs["required_pretension"], 1e-12
-        )
+        margin = designs["pretension"] - designs["required_pretension"]
+        assert_same(designs["margin"], margin, 1e-12)
     assert (designs["taut"] == (designs["margin"] >= 0.0)).all()
     assert (designs["first_slack_angle"].isna() == designs["taut"]).all()
     assert 0 < designs["taut"].sum() < len(designs)
 
 
 def test_the_margin_is_what_both_sides_can_lose_before_a_state_goes_slack(per_side):
-    designs, checked = per_side.designs, set()
-    for numbers, case, margin in zip(
-        all_numbers_per_side(), designs["case"], designs["margin"], strict=True
-    ):
-        own = {
+    designs = per_side.designs
+    checked = set()
+    rows = zip(all_numbers_per_side(), designs["case"], designs["margin"], strict=True)
+    for numbers, case, margin in rows:
+        pretensions = {
             f"tendon.{side}.pretension": on_side(numbers, "tendon.pretension", side)
-            for side in CASES_SIDES
+            for side in SIDES
         }
-        for more in (-1e-6, 1e-6) if margin < min(own.values()) - 1e-3 else ():
-            lowered = design_of(
-                numbers | {key: value - margin - more for key, value in own.items()}
-            )
-            states = [
-                actuator.evaluate(lowered, float(at), way == "flexion").status
-                for way, at in FEW_MOTION
+        stays_positive = margin < min(pretensions.values()) - 1e-3
+        if not stays_positive:
+            continue
+        for more in (-1e-6, 1e-6):
+            lowered = {key: value - margin - more for key, value in pretensions.items()}
+            design = design_of(numbers | lowered)
+            statuses = [
+                actuator.evaluate(design, float(angle), direction == "flexion").status
+                for direction, angle in FEW_MOTION
             ]
-            assert any(states) == (more > 0)
-            checked.add(case)
+            assert any(statuses) == (more > 0)
+        checked.add(case)
     assert "rough extensor" in checked
 
 
 def test_run_json_counts_what_the_tables_hold(full):
-    states, designs, record = full.states, full.designs, full.record
-    assert (record["designs"], record["states"]) == (len(designs), len(states))
+    states = full.states
+    designs = full.designs
+    record = full.record
+    assert record["designs"] == len(designs)
+    assert record["states"] == len(states)
     for name in ("taut", "stable", "feasible"):
         assert record[name] == designs[name].sum()
     assert record["slack"] == states["status"].isin(SLACK).sum()
@@ -337,11 +347,11 @@ def test_run_json_counts_what_the_tables_hold(full):
 def test_at_the_required_pretension_the_margin_is_zero_and_the_design_taut(slack, mass, ratio):
     study = {"load": {"mass": mass}, "spool": {"ratio": ratio}, "model": {"slack": slack}}
     required = float(tendon.sweep(study).designs["required_pretension"].item())
-    at, below = tendon.sweep(
-        study | {"tendon": {"pretension": [required, required * (1 - 1e-6)]}}
-    ).designs.iloc
-    assert abs(at["margin"]) <= 1e-9 * required
-    assert (at["taut"], at["slack_fraction"]) == (True, 0.0)
+    pretensions = [required, required * (1 - 1e-6)]
+    exact, below = tendon.sweep(study | {"tendon": {"pretension": pretensions}}).designs.iloc
+    assert abs(exact["margin"]) <= 1e-9 * required
+    assert exact["taut"]
+    assert exact["slack_fraction"] == 0.0
     assert not below["taut"]
     assert below["slack_fraction"] > 0.0 > below["margin"]
 
@@ -349,28 +359,31 @@ def test_at_the_required_pretension_the_margin_is_zero_and_the_design_taut(slack
 # --- Nulls ----------------------------------------------------------------------------------------
 
 
-NOT_PUSHING = ("flexor_slack", "extensor_slack")
-
-
 def test_only_what_has_no_meaning_is_null(full):
-    """Results without equilibrium; slack lengths if tendons push; these and the spool's angle if both are slack."""
+    """Results are null without equilibrium, and lengths of slack if tendons can push.
+
+    If both sides are slack, lengths of slack and the spool's angle are null.
+    """
     states = full.states
-    none, bilateral = states["status"] == "no equilibrium", states["case"] == "bilateral"
-    both = (states["status"] == "both slack") & ~bilateral
-    assert min(none.sum(), bilateral.sum(), both.sum()) > 0
+    no_equilibrium = states["status"] == "no equilibrium"
+    bilateral = states["case"] == "bilateral"
+    both_slack = (states["status"] == "both slack") & ~bilateral
+    for rows in (no_equilibrium, bilateral, both_slack):
+        assert rows.any()
     expected = pd.DataFrame(False, index=states.index, columns=STATE_COLUMNS)
-    expected.loc[none, RESULTS] = True
-    expected.loc[bilateral, [*NOT_PUSHING]] = True
-    expected.loc[both, [*NOT_PUSHING, "spool_angle"]] = True
+    expected.loc[no_equilibrium, RESULTS] = True
+    expected.loc[bilateral, SLACK_LENGTHS] = True
+    expected.loc[both_slack, [*SLACK_LENGTHS, "spool_angle"]] = True
     pd.testing.assert_frame_equal(states[STATE_COLUMNS].isna(), expected)
-    assert ((states["flexor_moment_arm"] <= 0.0) == none).all()
+    assert ((states["flexor_moment_arm"] <= 0.0) == no_equilibrium).all()
     assert full.designs.loc[full.designs["case"] == "bilateral", "max_slack"].isna().all()
 
 
 def test_status_follows_the_signs_of_tensions_that_may_push_and_others_are_never_negative(full):
     states = full.states
-    bilateral = states[(states["case"] == "bilateral") & (states["status"] != "no equilibrium")]
-    for side in CASES_SIDES:
+    has_equilibrium = states["status"] != "no equilibrium"
+    bilateral = states[(states["case"] == "bilateral") & has_equilibrium]
+    for side in SIDES:
         is_slack = bilateral["status"].isin([f"{side} slack", "both slack"])
         assert ((bilateral[f"{side}_tension_distal"] < 0) == is_slack).all()
     tensions = states.loc[states["case"] != "bilateral", TENSIONS]
@@ -387,15 +400,16 @@ def test_required_pretension_and_margin_are_null_where_a_state_has_no_equilibriu
 def test_a_design_without_any_equilibrium_has_no_results_but_its_shares(new_sweep, tmp_path):
     text = '[load]\nmass = [0.0, 3.0]\n[motion]\nelbow_angle = ["165 deg", "170 deg"]\n'
     designs = new_sweep(text, tmp_path).designs
-    shares = [
+    never_null = {
         "slack_fraction",
         "unstable_fraction",
         "min_spool_to_tendon",
         "taut",
         "stable",
         "feasible",
-    ]
-    assert designs[[name for name in DESIGN_COLUMNS if name not in shares]].isna().all(axis=None)
+    }
+    results = [name for name in DESIGN_COLUMNS if name not in never_null]
+    assert designs[results].isna().all(axis=None)
     assert designs["slack_fraction"].tolist() == [1.0, 1.0]
     assert designs["unstable_fraction"].tolist() == [0.0, 0.0]
     assert not designs[["taut", "feasible"]].any(axis=None)
@@ -414,19 +428,10 @@ def test_other_axes_and_sides_follow_the_six_columns_that_are_always_there(per_s
     columns = list(per_side.designs)
     leading = columns[: columns.index("min_flexor_tension")]
     assert [name for name in leading if name in LEADING] == LEADING
-    rest = {
-        "tendon_diameter",
-        "tendon_length",
-        "case",
-        "tendon_length_flexor",
-        "tendon_length_extensor",
-    }
-    rest |= {
-        f"{name}_{side}"
-        for name in ("pretension", "friction", "spring_stiffness")
-        for side in CASES_SIDES
-    }
-    assert set(leading) - set(LEADING) == rest
+    further = {"tendon_diameter", "tendon_length", "case"}
+    for name in ("tendon_length", "pretension", "friction", "spring_stiffness"):
+        further |= {f"{name}_flexor", f"{name}_extensor"}
+    assert set(leading) - set(LEADING) == further
     assert list(per_side.states)[: len(leading)] == leading
     assert columns[len(leading) :] == DESIGN_COLUMNS
     assert list(per_side.states)[len(leading) :] == STATE_COLUMNS
@@ -443,31 +448,36 @@ def test_an_axis_of_one_side_alone_is_a_column_of_both_sides(new_sweep, tmp_path
 @pytest.mark.parametrize("table", ["designs", "states"])
 def test_fields_have_their_types_and_with_pandas_attributes_the_units(full, table):
     file = full.folder / f"{table}.parquet"
-    schema, frame = pq.read_schema(file), pd.read_parquet(file)
-    attributes, others = (
-        frame.attrs,
-        {"design": pa.int64()} | dict.fromkeys(("taut", "stable", "feasible"), pa.bool_()),
-    )
-    assert set(attributes["units"]) == set(schema.names)
+    schema = pq.read_schema(file)
+    frame = pd.read_parquet(file)
+    units = frame.attrs["units"]
+    types = {
+        "design": pa.int64(),
+        "taut": pa.bool_(),
+        "stable": pa.bool_(),
+        "feasible": pa.bool_(),
+    }
+    assert set(units) == set(schema.names)
     for field in schema:
-        assert field.metadata[b"unit"].decode() == attributes["units"][field.name]
+        unit = field.metadata[b"unit"].decode()
+        long_name = field.metadata[b"long_name"].decode()
+        quantity = QUANTITIES.get(field.metadata[b"quantity"].decode())
+        assert unit == units[field.name]
         if field.name in ("case", "direction", "status"):
             assert isinstance(frame[field.name].dtype, pd.CategoricalDtype)
         else:
-            assert field.type == others.get(field.name, pa.float64())
-        quantity = QUANTITIES.get(field.metadata[b"quantity"].decode())
+            assert field.type == types.get(field.name, pa.float64())
         assert (quantity is None) == (not pa.types.is_floating(field.type))
-        assert field.metadata[b"long_name"].decode().strip()
+        assert long_name.strip()
         if quantity:
-            assert field.metadata[b"long_name"].decode() == quantity.long_name
-            assert (
-                field.name.removesuffix("_flexor").removesuffix("_extensor").endswith(quantity.name)
-            )
-            assert field.metadata[b"unit"].decode() == quantity.unit
+            without_side = field.name.removesuffix("_flexor").removesuffix("_extensor")
+            assert without_side.endswith(quantity.name)
+            assert long_name == quantity.long_name
+            assert unit == quantity.unit
 
 
 @pytest.mark.parametrize("table", ["designs", "states"])
-def test_a_table_tells_its_study_its_hash_and_its_versions(full, table):
+def test_a_table_records_its_study_its_hash_and_its_versions(full, table):
     metadata = pq.read_schema(full.folder / f"{table}.parquet").metadata
     texts = [value.decode() for value in metadata.values()]
     assert any(full.plan.study.hash in text for text in texts)

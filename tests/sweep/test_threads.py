@@ -1,4 +1,4 @@
-"""Parts in threads: computed ahead of the disk, but not far, and none goes on when nobody listens."""
+"""Parts in threads are computed ahead of the disk, but not far, and stop if nobody listens."""
 
 import threading
 import time
@@ -27,7 +27,7 @@ STUDY = {
 
 @pytest.fixture
 def maker(small_parts, tmp_path):
-    """Makes twelve parts of one design each."""
+    """Return a maker of twelve parts of one design each."""
     small_parts(6)
     plan = Plan(study_from(with_units(STUDY)))
     assert plan.parts == PARTS
@@ -37,6 +37,7 @@ def maker(small_parts, tmp_path):
 
 
 def files(maker):
+    """Return the time of the last change of each file."""
     return {
         path.relative_to(maker.folder): path.stat().st_mtime_ns
         for path in maker.folder.rglob("*.*")
@@ -45,16 +46,20 @@ def files(maker):
 
 
 def settled(count, least):
-    """What a count stays at, once it is so much."""
+    """Wait until a count is at least this and stays. Return it."""
     before = None
-    while before != (before := count()) or before < least:
+    now = count()
+    while now != before or now < least:
         time.sleep(0.1)
-    return before
+        before = now
+        now = count()
+    return now
 
 
 @pytest.mark.parametrize("jobs", [1, 2, 3])
 def test_a_failure_is_a_result_like_others(maker, jobs, monkeypatch):
-    rows, rename = sweep_module.state_rows, Path.replace
+    rows = sweep_module.state_rows
+    rename = Path.replace
 
     def fails(inputs, block, keys):
         if block.first_design == 3:
@@ -69,18 +74,24 @@ def test_a_failure_is_a_result_like_others(maker, jobs, monkeypatch):
     monkeypatch.setattr(sweep_module, "state_rows", fails)
     monkeypatch.setattr(Path, "replace", fails_to_finish)
     results = list(in_threads(jobs)(maker, iter(range(PARTS))))
-    failures = {
-        result.index: type(result.error) for result in results if isinstance(result, PartFailure)
-    }
-    assert failures == {3: FloatingPointError, 7: OutputError}
     assert sorted(result.index for result in results) == list(range(PARTS))
-    made = {name for result in results if result.index not in failures for name in result.files}
-    assert {name for name in map(str, files(maker)) if "00007" not in name} == made
+    failures = {}
+    names = set()
+    for result in results:
+        if isinstance(result, PartFailure):
+            failures[result.index] = type(result.error)
+        else:
+            names |= set(result.files)
+    assert failures == {3: FloatingPointError, 7: OutputError}
+    assert {name for name in map(str, files(maker)) if "00007" not in name} == names
 
 
 def test_a_slow_disk_holds_up_the_computing(maker, monkeypatch):
-    """Else a run would pile up what is not on the disk, and lose it all where it is killed."""
-    flush, fill, computed, gate = TableFile.flush, Sweep.fill, [], threading.Event()
+    """Otherwise a run would pile up results in memory, and lose them all if it is killed."""
+    flush = TableFile.flush
+    fill = Sweep.fill
+    computed = []
+    gate = threading.Event()
 
     def waits(self):
         gate.wait()
@@ -101,8 +112,8 @@ def test_a_slow_disk_holds_up_the_computing(maker, monkeypatch):
     assert len(list(results)) == PARTS - 1
 
 
-@pytest.mark.parametrize("taken", [1, 3])
-def test_no_part_is_worked_on_when_nobody_listens_any_more(maker, taken, monkeypatch):
+@pytest.mark.parametrize("received", [1, 3])
+def test_no_part_is_worked_on_when_nobody_listens_any_more(maker, received, monkeypatch):
     rows = sweep_module.state_rows
 
     def slow(inputs, block, keys):
@@ -111,15 +122,15 @@ def test_no_part_is_worked_on_when_nobody_listens_any_more(maker, taken, monkeyp
 
     monkeypatch.setattr(sweep_module, "state_rows", slow)
     results = in_threads(3)(maker, iter(range(PARTS)))
-    for _ in range(taken):
+    for _ in range(received):
         next(results)
     results.close()
-    left = files(maker)
-    assert not [path for path in left if path.suffix == ".tmp"]
-    assert all(is_intact(maker.folder / path) for path in left)
-    assert taken <= len(left) / 2 < PARTS
+    at_close = files(maker)
+    assert not [path for path in at_close if path.suffix == ".tmp"]
+    assert all(is_intact(maker.folder / path) for path in at_close)
+    assert received <= len(at_close) / 2 < PARTS
     time.sleep(0.2)
-    assert files(maker) == left
+    assert files(maker) == at_close
 
 
 def test_a_stop_ends_all_parts_that_are_not_written(maker):

@@ -1,4 +1,4 @@
-"""The window of pretension in the table of designs, against the sweep's own verdicts over pretension."""
+"""The window of pretension of each design agrees with the verdicts of a sweep over pretension."""
 
 import numpy as np
 import pytest
@@ -26,16 +26,16 @@ CONTENT = {
 
 
 def swept(content):
+    """Return the designs of a study."""
     return tendon.sweep(tendon.study(content)).designs
 
 
 @pytest.mark.parametrize("slack", ["unilateral", "bilateral"])
 @pytest.mark.parametrize("limits", [{}, LIMITS, *({name: value} for name, value in LIMITS.items())])
 def test_a_design_is_feasible_where_its_pretension_is_in_its_window(limits, slack):
+    pretension = {"from": "5 N", "to": "305 N", "num": 61}
     content = {**CONTENT, "limits": limits, "model": {"slack": slack}}
-    designs = swept(
-        {**content, "tendon": {"pretension": {"from": "5 N", "to": "305 N", "num": 61}}}
-    )
+    designs = swept({**content, "tendon": {"pretension": pretension}})
     high = designs.pretension_to.fillna(np.inf)
     inside = (designs.pretension_from <= designs.pretension) & (designs.pretension <= high)
     assert (designs.feasible == inside).all()
@@ -43,25 +43,25 @@ def test_a_design_is_feasible_where_its_pretension_is_in_its_window(limits, slac
 
 
 def test_just_within_the_ends_it_is_feasible_and_just_beyond_it_is_not():
-    found = swept({**CONTENT, "limits": LIMITS})
     checked = 0
-    for row in found.itertuples():
-        if not row.pretension_from < row.pretension_to:
+    for row in swept({**CONTENT, "limits": LIMITS}).itertuples():
+        low = row.pretension_from
+        high = row.pretension_to
+        if not low < high:
             continue
-        for end, beyond in ((row.pretension_from, -0.01), (row.pretension_to, 0.01)):
-            for step, feasible in ((0.0, True), (beyond, False)):
-                if end + step <= 0.0:
-                    continue
-                one = {
-                    "arm": {"contact_width": 0.04, "b1": f"{row.arm_b1} m"},
-                    "spool": {"ratio": row.spool_ratio},
-                    "spring": {"stiffness": row.spring_stiffness, "free_length": "70 mm"},
-                    "load": {"mass": row.load_mass},
-                    "tendon": {"pretension": end + step},
-                    "limits": LIMITS,
-                    "motion": CONTENT["motion"],
-                }
-                assert swept(one).feasible.item() == feasible
+        design = {
+            "arm": {"contact_width": 0.04, "b1": f"{row.arm_b1} m"},
+            "spool": {"ratio": row.spool_ratio},
+            "spring": {"stiffness": row.spring_stiffness, "free_length": "70 mm"},
+            "load": {"mass": row.load_mass},
+            "limits": LIMITS,
+            "motion": CONTENT["motion"],
+        }
+        expected = {low: True, low - 0.01: False, high: True, high + 0.01: False}
+        for pretension, feasible in expected.items():
+            if pretension > 0.0:
+                designs = swept({**design, "tendon": {"pretension": pretension}})
+                assert designs.feasible.item() == feasible
                 checked += 1
     assert checked > 30
 
@@ -69,19 +69,18 @@ def test_just_within_the_ends_it_is_feasible_and_just_beyond_it_is_not():
 def test_the_window_does_not_depend_on_pretension_nor_on_the_slack_model():
     base = swept({**CONTENT, "limits": LIMITS})
     for change in ({"tendon": {"pretension": "33 N"}}, {"model": {"slack": "bilateral"}}):
-        other = swept({**CONTENT, "limits": LIMITS, **change})
+        changed = swept({**CONTENT, "limits": LIMITS, **change})
         for name in ("pretension_from", "pretension_to"):
-            np.testing.assert_array_equal(other[name], base[name])
+            np.testing.assert_array_equal(changed[name], base[name])
 
 
 def test_the_columns_of_whole_designs():
-    found = swept({**CONTENT, "sheath": {"friction": 0.05}})
-    np.testing.assert_allclose(
-        found.min_spool_to_tendon, np.where(found.spool_ratio < 1.0, 24.0, 40.0)
-    )
-    states = tendon.sweep(tendon.study({**CONTENT, "sheath": {"friction": 0.05}})).states
-    pull = states.groupby("design").extensor_tension_distal.max()
-    np.testing.assert_allclose(found.max_contact_pressure, pull / (0.045 * 0.04), rtol=1e-14)
+    run = tendon.sweep(tendon.study({**CONTENT, "sheath": {"friction": 0.05}}))
+    designs = run.designs
+    spool_to_tendon = np.where(designs.spool_ratio < 1.0, 24.0, 40.0)
+    np.testing.assert_allclose(designs.min_spool_to_tendon, spool_to_tendon)
+    pull = run.states.groupby("design").extensor_tension_distal.max()
+    np.testing.assert_allclose(designs.max_contact_pressure, pull / (0.045 * 0.04), rtol=1e-14)
     without = swept({"load": {"mass": "3 kg"}})
     assert without.max_contact_pressure.isna().all()
 
@@ -100,10 +99,12 @@ def test_an_answers_windows_are_those_of_a_sweep_over_many_angles():
     content = {**CONTENT, "limits": LIMITS, "arm": {"contact_width": "40 mm"}, "motion": motion}
     designs = swept(content)
     answer = tendon.design(tendon.study(content))
-    each = designs.groupby(["spring_stiffness", "spool_ratio"], sort=False)
-    found = answer.choices[~answer.choices.refined]
-    np.testing.assert_allclose(found.pretension_from, each.pretension_from.max(), rtol=1e-5)
-    np.testing.assert_allclose(found.pretension_to, each.pretension_to.min(), rtol=1e-5)
+    choices = answer.choices[~answer.choices.refined]
+    by_choice = designs.groupby(["spring_stiffness", "spool_ratio"], sort=False)
+    low = by_choice.pretension_from.max()
+    high = by_choice.pretension_to.min()
+    np.testing.assert_allclose(choices.pretension_from, low, rtol=1e-5)
+    np.testing.assert_allclose(choices.pretension_to, high, rtol=1e-5)
 
 
 @pytest.mark.parametrize(
