@@ -13,8 +13,6 @@ from tendon_cli.model.route import total_curvature
 
 PERMILLE = 1e-3
 HALF_TURN = np.radians(180)
-
-
 HELIX_RADIUS = 0.05  # m
 
 

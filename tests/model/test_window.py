@@ -131,7 +131,7 @@ def problem():
 
 
 @pytest.fixture(scope="module")
-def found(problem):
+def ends(problem):
     """Return the windows of the problem."""
     p, angles, bounds = problem
     return window.window(bilateral(p), angles, BOTH_DIRECTIONS, bounds)
@@ -194,11 +194,11 @@ def breaks_limits(problem, pretension):
     return np.any(broken, axis=0)
 
 
-def test_the_draw_has_every_kind_of_window(found):
-    assert 100 < found.is_open.sum() < 700
-    assert np.isinf(found.high).sum() > 5
-    assert (np.isnan(found.low) & (found.low_by == limits.NO_EQUILIBRIUM)).sum() > 10
-    codes = np.append(found.low_by[found.is_open], found.high_by[found.is_open])
+def test_the_draw_has_every_kind_of_window(ends):
+    assert 100 < ends.is_open.sum() < 700
+    assert np.isinf(ends.high).sum() > 5
+    assert (np.isnan(ends.low) & (ends.low_by == limits.NO_EQUILIBRIUM)).sum() > 10
+    codes = np.append(ends.low_by[ends.is_open], ends.high_by[ends.is_open])
     binding = {LIMIT_NAMES[code] for code in codes if code >= 0}
     assert binding >= {"flexor slack", "extensor slack", *NAMES}
 
@@ -213,46 +213,46 @@ def bisected(holds, good, bad):
     return good
 
 
-def test_both_ends_are_where_bisection_on_the_model_finds_them(problem, found):
-    opened = found.is_open & (found.high - found.low > 1e-6)
-    low = np.where(opened, found.low, 1.0)
-    high = np.where(opened, np.minimum(found.high, 1e5), 2.0)
+def test_both_ends_are_where_bisection_on_the_model_finds_them(problem, ends):
+    opened = ends.is_open & (ends.high - ends.low > 1e-6)
+    low = np.where(opened, ends.low, 1.0)
+    high = np.where(opened, np.minimum(ends.high, 1e5), 2.0)
     inside = 0.5 * (low + high)
 
     def holds(pretension):
         return keeps_limits(problem, pretension)
 
     assert holds(inside)[opened].all()
-    bounded = opened & np.isfinite(found.high)
-    assert not holds(np.where(bounded, found.high + 0.01, 0.0))[bounded].any()
-    floor = opened & (found.low_by != NOTHING)
-    assert not holds(np.where(floor, found.low - 0.01, 0.0))[floor & (found.low > 0.01)].any()
-    upper = bisected(holds, inside, np.where(bounded, found.high + 10.0, inside + 1.0))
-    np.testing.assert_allclose(upper[bounded], found.high[bounded], rtol=1e-8)
+    bounded = opened & np.isfinite(ends.high)
+    assert not holds(np.where(bounded, ends.high + 0.01, 0.0))[bounded].any()
+    floor = opened & (ends.low_by != NOTHING)
+    assert not holds(np.where(floor, ends.low - 0.01, 0.0))[floor & (ends.low > 0.01)].any()
+    upper = bisected(holds, inside, np.where(bounded, ends.high + 10.0, inside + 1.0))
+    np.testing.assert_allclose(upper[bounded], ends.high[bounded], rtol=1e-8)
     lower = bisected(holds, inside, np.zeros_like(inside))
-    np.testing.assert_allclose(lower[floor], found.low[floor], rtol=1e-8, atol=1e-8)
-    assert holds(np.full_like(inside, 1e7))[found.is_open & np.isinf(found.high)].all()
+    np.testing.assert_allclose(lower[floor], ends.low[floor], rtol=1e-8, atol=1e-8)
+    assert holds(np.full_like(inside, 1e7))[ends.is_open & np.isinf(ends.high)].all()
 
 
-def test_no_pretension_at_all_keeps_the_limits_of_an_empty_window(problem, found):
-    shut = ~found.is_open
+def test_no_pretension_at_all_keeps_the_limits_of_an_empty_window(problem, ends):
+    shut = ~ends.is_open
     assert shut.sum() > 50
-    clearly_shut = np.isnan(found.low) | (found.low - found.high > 1e-9 * found.low)
-    low = np.where(np.isfinite(found.low), np.maximum(found.low, 0.0), 0.0)
-    high = np.where(np.isfinite(found.high), np.maximum(found.high, 0.0), 0.0)
+    clearly_shut = np.isnan(ends.low) | (ends.low - ends.high > 1e-9 * ends.low)
+    low = np.where(np.isfinite(ends.low), np.maximum(ends.low, 0.0), 0.0)
+    high = np.where(np.isfinite(ends.high), np.maximum(ends.high, 0.0), 0.0)
     everywhere = [np.full_like(low, value) for value in np.geomspace(0.1, 3e4, 150)]
     for pretension in (low, high, 0.5 * (low + high), *everywhere):
         assert breaks_limits(problem, pretension)[shut & clearly_shut].all()
 
 
 @pytest.mark.parametrize("end", ["low", "high"])
-def test_the_named_limit_binds_in_the_named_state(problem, found, end):
+def test_the_named_limit_binds_in_the_named_state(problem, ends, end):
     """The excess is zero at the end, and beyond the end the limit is broken."""
-    at_end = getattr(found, end)
-    codes = getattr(found, f"{end}_by")
-    states = getattr(found, f"{end}_state")
+    at_end = getattr(ends, end)
+    codes = getattr(ends, f"{end}_by")
+    states = getattr(ends, f"{end}_state")
     outward = -0.01 if end == "low" else 0.01
-    chosen = np.argwhere(np.isfinite(found.low) & (codes != NOTHING) & (at_end < 1e5))
+    chosen = np.argwhere(np.isfinite(ends.low) & (codes != NOTHING) & (at_end < 1e5))
     assert len(chosen) > 150
     pretension = np.where(np.isfinite(at_end), at_end, 0.0)
     exactly = excesses(problem, pretension)
