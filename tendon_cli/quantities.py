@@ -32,7 +32,7 @@ class Quantity:
     long_name: str
     """Meaning in words."""
     null: str = "no equilibrium"
-    """When a result of a state or a design may be null.
+    """Cases in which a result of a state or a design may be null.
 
     "never", "no equilibrium", "slack" (also without equilibrium), or "often".
     """

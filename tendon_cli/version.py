@@ -1,6 +1,9 @@
-"""The version of tendon, and the version of its numbers."""
+"""Version of tendon, and version of its numbers."""
 
 __version__ = "0.3.0"
 
 RESULTS_VERSION = 6
-"""Raised whenever the same study would give other tables, so that old and new results are never mixed."""
+"""Version of the numbers, raised whenever the same study would give other tables.
+
+Results of different versions are never mixed.
+"""

@@ -32,7 +32,7 @@ LAID_OUT_BY_HAND = {
     "tendon_cli/quantities.py": "a quantity is a row: name, symbol, dimension, meaning",
     "tests/test_units.py": "a text, its dimension and its value are a row",
 }
-"""Files with `fmt: skip`, and why: tables of data that are read by rows."""
+"""Tables of data that are read by rows, which the formatter leaves alone, and why."""
 
 ODD_FIRST_WORDS = re.compile(
     r"(What|Of|Whether|How|Where|Which|Those|By|That|Whose|As|Some of|Each of|In which|If|Who"

@@ -125,7 +125,7 @@ def _mjcf(friction: float) -> str:
 def _place(along: float) -> str:
     """Return the position of the rope, as MuJoCo reads it.
 
-    `motion_columns` is the length (m) along its path from the point on the motor's side where it meets the
+    `along` is the length (m) along its path from the point on the motor's side where it meets the
     drum.
     """
     angle = np.clip(along / _RADIUS, 0.0, TURN)

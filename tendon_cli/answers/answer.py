@@ -29,7 +29,7 @@ class Answer(Result):
 
     @property
     def best(self) -> dict[str, Any] | None:
-        """Best choice as a row of `count_choices`: with several goals the best compromise.
+        """Best choice as a row of `choices`: with several goals the best compromise.
 
         None if no choice has a window.
         """
@@ -60,7 +60,7 @@ class Answer(Result):
 
     @property
     def front(self) -> list[dict[str, Any]]:
-        """Rows of `count_choices` that no other beats in every goal."""
+        """Rows of `choices` that no other beats in every goal."""
         return list(self.record["front"])
 
     @property

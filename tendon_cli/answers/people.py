@@ -307,7 +307,7 @@ def _sizes(problem: Problem, chosen: Solutions) -> Iterator[tuple[str, list[dict
 
 
 def _size(axis: Axis, along: Rows, sizes: Sizes, persons: int) -> dict[str, Any]:
-    """Return the record of the best few suits, whose choices are places in `motion_columns`."""
+    """Return the record of the best few suits, whose choices are places in `along`."""
     suits = []
     for choice, pretension in zip(sizes.choices, sizes.pretensions, strict=True):
         place = along[choice]

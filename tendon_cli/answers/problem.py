@@ -52,7 +52,7 @@ class Problem(Question):
     def ends(self, numbers: Numbers, count: int, *, named: bool = False) -> Ends:
         """Return the ends of windows, (choices, conditions), in half the time of `windows`.
 
-        They are whole windows if `with_binding_limits`, or if the limits that bind follow without more work.
+        They are whole windows if `named`, or if the limits that bind follow without more work.
         """
         ends = self.ends_over_angles(numbers, count)
         return self.finish_ends(ends, numbers, named=named)
@@ -254,8 +254,8 @@ def _notes(problem: Problem) -> Iterator[str]:
     if problem.sampled_intervals:
         names = ", ".join(problem.sampled_intervals)
         yield (
-            f"{names}: {say.proved_word(say.SAMPLED)} at both ends of the interval; what lies between"
-            f" is {say.proved_word(say.OPEN)}"
+            f"{names}: {say.proved_word(say.SAMPLED)} at both ends of the interval; "
+            f"what lies between is {say.proved_word(say.OPEN)}"
         )
     if problem.whole_intervals:
         names = ", ".join(problem.whole_intervals)

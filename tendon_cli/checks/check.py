@@ -140,8 +140,8 @@ def _columns_of(limit: str) -> list[str]:
 def _breaches(columns: Mapping[str, Array], limits: Mapping[str, float]) -> Iterator[Breach]:
     """Yield every limit that each design breaks, SI.
 
-    The value of slack is its margin of pretension. `motion_excess` is a share of the bound, and -inf where
-    the limit is kept.
+    The value of slack is its margin of pretension. The excess is a share of the bound, and -inf
+    where the limit is kept.
     """
     needed = columns["required_pretension"]
     margin = columns["margin"]

@@ -94,9 +94,9 @@ class OverAngle:
     top: float
     """Upper edge of the picture."""
     texts: tuple[str, str]
-    """What is proved, and what the lines stand for."""
+    """Sentences on what is proved, and on what the lines mean."""
     works: tuple[str, str]
-    """What the window does, and the room between the tightest lines: "works at every angle"."""
+    """Words for the window, and for the room between the tightest lines: "works at every angle"."""
 
     def shown(self, values: Array) -> Array:
         """Return the values that lie in the picture; the others are NaN."""

@@ -11,7 +11,7 @@ one design a lane (`batch.h`). `arrays.h` lists, once, what goes in and out; `na
 Python hands over. Everything is compiled for each kind of processor, and the best that runs here is
 used.
 
-To add a fold: list its results in `arrays.h`, as EXTREMES does; write `your_fold.h` with a function
+To add a fold: list its results in `arrays.h`, as EXTREMES does; write a header with a function
 that `for_each_batch` calls for all designs in each direction, and that calls `lines_at` (and
 `state_at`, if it needs a pretension); let `entry.h` export it and `native.py` call it, like
 `find_extremes`. Write the same in `tendon_cli/model/` with NumPy, and choose between the two here.

@@ -1,11 +1,11 @@
 """Windows of pretension narrowed by limits on the whole motion, which no single state decides.
 
 Where all states are taut, spool angle, motor torque and dα/dθ are straight lines in pretension F.
-Limits on backlash and torque band are half-lines therefore, as those of `window_text`; spool travel is
+Limits on backlash and torque band are half-lines therefore, as those of `window`; spool travel is
 the largest of lines less the smallest, which is convex. Power is a product of two lines, friction's
 loss a sum of such, so that the pretensions that they allow may be in several intervals, of which
 the widest is used: their ends are sought by bisection between samples. Arguments broadcast as in
-`window_text`; SI units, angles in radians.
+`window`; SI units, angles in radians.
 """
 
 from __future__ import annotations

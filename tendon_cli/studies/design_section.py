@@ -123,7 +123,8 @@ class Goals(Part):
     pretension: Annotated[str | StudyNumber, _PretensionOrPlace("pretension", 0.0, 1e5)] = (
         field_default(
             "middle",
-            description="where in its window a choice is set, or the pretension that all are set to",
+            description="where in its window a choice is set, or the pretension that all are "
+            "set to",
         )
     )
 

@@ -211,7 +211,7 @@ class SingleField(FieldMark):
         return wanted(self.quantity.dimension)
 
     def read(self, value: object) -> StudyNumber | None:
-        """Return what the file says as `ColumnArray`; None for a key that is not given.
+        """Return what the file says as `StudyNumber`; None for a key that is not given.
 
         Raises:
             PydanticCustomError: The value is not one number within the bounds.

@@ -108,8 +108,9 @@ def facts_of(motion: Any, where: str) -> dict[str, Any]:
     acceleration = np.abs(trajectory.acceleration).max()
     note = (
         f"{shorten(where, 200)}: {len(time):,} samples at {rate:.4g} Hz, low-pass of {cutoff:.4g} "
-        f"Hz (Butterworth, second order, forward and back), which takes {residual:.2g} deg (rms); the "
-        f"largest speed is {speed:.4g} deg/s, the largest acceleration {acceleration:.4g} rad/s²"
+        f"Hz (Butterworth, second order, forward and back), which takes {residual:.2g} deg "
+        f"(rms); the largest speed is {speed:.4g} deg/s, "
+        f"the largest acceleration {acceleration:.4g} rad/s²"
     )
     warnings = []
     gap = int(np.argmax(steps))

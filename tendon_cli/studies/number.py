@@ -34,7 +34,7 @@ class NumberField(SingleField):
     """True if the number may be an interval, or have a distribution."""
 
     def read(self, value: object) -> StudyNumber | None:
-        """Return what the file says as `ColumnArray`; None for a key that is not given.
+        """Return what the file says as `StudyNumber`; None for a key that is not given.
 
         Raises:
             PydanticCustomError: The value is none of the forms of a number, or out of bounds.

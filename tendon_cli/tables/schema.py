@@ -71,7 +71,7 @@ class Column:
 
     @cached_property
     def dtype(self) -> np.dtype[Any]:
-        """NumPy type in which its values are collected; text by its position in `count_choices`."""
+        """NumPy type in which its values are collected; text by its position in `choices`."""
         position = np.int8 if len(self.choices) < 128 else np.int32
         types = {"number": np.float64, "text": position, "count": np.int64, "truth": np.bool_}
         return np.dtype(types[self.kind])

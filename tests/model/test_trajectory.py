@@ -75,8 +75,8 @@ def test_each_sample_is_known_by_its_angle_though_the_joint_rests():
     trajectory = Trajectory(np.arange(5.0), np.zeros(5), rates, 0.0)
     assert len(set(trajectory.angle)) == 5
     assert np.abs(trajectory.angle).max() < 1e-300
-    np.testing.assert_array_equal(trajectory.at(trajectory.angle), rates)
-    np.testing.assert_array_equal(trajectory.at(1.0), 0.0)
+    np.testing.assert_array_equal(trajectory.derivatives_at(trajectory.angle), rates)
+    np.testing.assert_array_equal(trajectory.derivatives_at(1.0), 0.0)
 
 
 def test_where_a_joint_drifts_and_where_it_is_set_it_stands_still():

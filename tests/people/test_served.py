@@ -63,7 +63,7 @@ def test_the_served_share_is_that_of_windows_counted_one_by_one(tmp_path):
     )
     weighting = problem.study.people.population.weighting
     (axis,) = named_axes(problem.study)
-    arms = {key.removeprefix("arm."): axis.numbers[key] for key in problem.study.of_the_body}
+    arms = {key.removeprefix("arm."): axis.numbers[key] for key in problem.study.body_numbers}
     for name in ("a1", "b1", "a2", "b2"):
         arms[name] = designs.BASELINE[name] * axis.numbers[scale_of(f"arm.{name}")]
     arms["elbow_radius"] = 0.045 * axis.numbers[scale_of("arm.elbow_radius")]

@@ -79,14 +79,14 @@ def test_a_sweep_over_persons_is_the_model_of_the_arm_of_each():
 def test_numbers_of_the_forearm_that_the_study_states_are_not_taken_from_the_body():
     from_body = study_from({"people": {"count": 3}})
     stated = study_from({"people": {"count": 3}, "arm": {"forearm_mass": "1.6 kg"}})
-    assert set(from_body.of_the_body) == {
+    assert set(from_body.body_numbers) == {
         "arm.forearm_mass",
         "arm.forearm_com",
         "arm.load_distance",
     }
-    assert set(stated.of_the_body) == {"arm.forearm_com", "arm.load_distance"}
+    assert set(stated.body_numbers) == {"arm.forearm_com", "arm.load_distance"}
     drawn = space_of(stated).axes[0].numbers.keys()
-    assert set(from_body.of_the_body) - drawn == {"arm.forearm_mass"}
+    assert set(from_body.body_numbers) - drawn == {"arm.forearm_mass"}
     for study in (from_body, stated):
         again = study_from(study.document())
         assert again.hash == study.hash

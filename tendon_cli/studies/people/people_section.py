@@ -35,7 +35,7 @@ def packed(content: bytes) -> str:
 
 
 def unpacked(text: str) -> bytes:
-    """Return what `pack_numbers` was given.
+    """Return the content that `packed` was given.
 
     Raises:
         PydanticCustomError: If the text is anything else, or more than a file of people has.

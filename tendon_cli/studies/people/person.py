@@ -114,7 +114,11 @@ def _anchor_formula(given: StudyNumber, dimension: str, reference: Body) -> str:
 
 
 def _person(study: Study, name: str) -> Population:
-    """Return one person of a study, or one of `STANDARD_PERSONS`. Raises UsageError for anyone else."""
+    """Return one person of a study, or one of `STANDARD_PERSONS`.
+
+    Raises:
+        UsageError: The study has no such person.
+    """
     if name in STANDARD_PERSONS:
         survey = study.people.survey if study.people is not None else ansur2()
         return standard_person(survey, name)
