@@ -47,7 +47,7 @@ def lines_of(content: bytes, source: str) -> list[str]:
     if b"\0" in content and not is_utf16:
         line = content.count(b"\n", 0, content.index(b"\0")) + 1
         place = f"{source}, line {line}"
-        raise InputError("a zero byte: this is not text", where=place, hint=_AS_CSV)
+        raise InputError("contains a zero byte, so it is not text", where=place, hint=_AS_CSV)
     encoding = "utf-16" if is_utf16 else "utf-8-sig"
     try:
         text = content.decode(encoding)

@@ -128,7 +128,7 @@ def _as_fault(error: Exception) -> TendonError:
     if isinstance(error, TendonError):
         return error
     if is_memory_short(error):
-        hint = "fewer --jobs need less; what was finished of a sweep is kept, --resume goes on"
+        hint = "fewer --jobs need less; what was finished of a sweep is kept, --resume continues"
         problem = f"there is not enough memory: {error or type(error).__name__}"
         return MemoryShortError(problem, hint=hint)
     message = getattr(error, "format_message", None)

@@ -156,7 +156,7 @@ class InterruptError(TendonError):
 
     def __init__(self, number: int, *, where: str) -> None:
         message = f"stopped by {signal.Signals(number).name}; the parts that were finished are kept"
-        super().__init__(message, where=where, hint="--resume goes on where it stopped")
+        super().__init__(message, where=where, hint="--resume continues where it stopped")
         self.exit = 128 + number
 
 

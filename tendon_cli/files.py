@@ -39,7 +39,7 @@ def path_of(given: object, *, in_utf8: bool = False) -> Path:
     """
     text = os.fspath(given) if isinstance(given, (str, os.PathLike)) else None
     if not isinstance(text, str):
-        raise UsageError(f"{described(given)} is no path, expected the name of a file or folder")
+        raise UsageError(f"{described(given)} is not a path, expected the name of a file or folder")
     if not text.strip():
         problem = "the name is empty, expected the name of a file or folder"
         raise UsageError(problem, hint=". is the current folder")

@@ -95,7 +95,7 @@ class Choices(Task):
         """Raise SizeError if there are too many choices for memory."""
         count = len(self.problem.choices)
         if count > MOST_IN_MEMORY:
-            raise SizeError(f"{count:,} choices are too many for memory", hint="name a folder")
+            raise SizeError(f"{count:,} choices do not fit into memory", hint="name a folder")
 
     def columns(self, table: str) -> tuple[Column, ...]:
         """Return the columns of a table."""

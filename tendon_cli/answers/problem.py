@@ -288,7 +288,7 @@ def rows_to_prove(problem: Problem) -> Rows:
     for text in texts:
         if not text.isdecimal() or int(text) >= count:
             raise UsageError(
-                f'"{shorten(text)}" is no row of choices.parquet',
+                f'"{shorten(text)}" is not a row of choices.parquet',
                 where="--prove",
                 hint=f"0 to {count - 1}",
             )

@@ -139,8 +139,10 @@ def _check_studies(ours: Study, theirs: Study, apart: Sequence[str]) -> None:
         if not _is_within(key, varied):
             lines.append(line)
     if lines:
-        hint = f"--except {lines[0].partition(' ')[0]} compares them all the same"
-        raise UsageError(f"the baseline is of another study: {'; '.join(lines[:4])}", hint=hint)
+        hint = f"--except {lines[0].partition(' ')[0]} compares them anyway"
+        raise UsageError(
+            f"the baseline belongs to another study: {'; '.join(lines[:4])}", hint=hint
+        )
 
 
 def _is_within(key: str, keys: Collection[str]) -> bool:
@@ -348,7 +350,8 @@ def _single(axis: Axis, other: Study) -> Ints:
     if len(axis) == 1:
         return np.array([0], dtype=np.int64)
     raise UsageError(
-        f"only one of the runs has the axis {axis.key}, and the other's value is not on it"
+        f"only one of the runs has the axis {axis.key}, "
+        "and it does not contain the other run's value"
     )
 
 

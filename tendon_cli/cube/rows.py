@@ -50,7 +50,7 @@ class TableRows:
         for name in names:
             if names.count(name) > 1:
                 raise UsageError(
-                    f"{name} stands in the list twice, expected each column once", where="--columns"
+                    f"{name} is in the list twice, expected each column once", where="--columns"
                 )
         return names or list(self.table.schema.names)
 
@@ -289,7 +289,7 @@ def export(rows: TableRows, path: Path, form: CsvForm | None = None) -> int:
     """
     if path.suffix.lower() != ".csv":
         raise UsageError(
-            f'"{shorten(path.name)}" is no name of a CSV file', hint="end it with .csv"
+            f'"{shorten(path.name)}" is not the name of a CSV file', hint="end it with .csv"
         )
     with whole_file(path) as temporary, output_errors(path), temporary.open("xb") as file:
         count = write_csv(rows, file, form=form)

@@ -114,7 +114,7 @@ def file_of(path: Path, wanted: str | None = None, *, order: Sequence[str] = TAB
     names = _tables_of(path, order)
     if not names:
         raise InputError(
-            "holds no table of tendon's", where=str(path), hint="`tendon sweep` writes some"
+            "holds no table written by tendon", where=str(path), hint="run `tendon sweep` first"
         )
     if wanted is not None and wanted not in names:
         hint = hint_at_nearest(wanted, names) or f"there is {', '.join(names)}"
@@ -151,7 +151,7 @@ def _states_in(path: Path, asked: Collection[str]) -> AnyTable | None:
     if table.facts["results_version"] != RESULTS_VERSION:
         hint = "`tendon sweep --overwrite` runs the study anew"
         raise InputError(
-            "is of a version with other results, its states cannot be worked out",
+            "was written by a version with other results, so its states cannot be computed",
             where=str(path),
             hint=hint,
         )

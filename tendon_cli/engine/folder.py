@@ -137,7 +137,7 @@ class RunFolder:
                 f"the disk has {free / 1e9:.3g} GB free",
                 where=str(self.path),
                 hint='`[output] tables = ["designs"]` leaves the states out; '
-                "--dry-run tells the size beforehand",
+                "--dry-run prints the size beforehand",
             )
 
     def header(self) -> dict[str, Any]:
@@ -287,9 +287,9 @@ class RunFolder:
             if path.lstat().st_size != size:
                 hint = "--resume computes it anew"
                 if study_hash_of(path) is None:
-                    message = "was damaged while the run went on"
+                    message = "was damaged during the run"
                     raise InputError(message, where=str(path), hint=hint)
-                message = "was replaced while the run went on"
+                message = "was replaced during the run"
                 raise WorkersLostError(message, where=str(path), hint=hint)
         write_record(self.path, record)
         with contextlib.suppress(OSError):

@@ -75,7 +75,7 @@ def read_record(folder: Path) -> dict[str, Any] | None:
         if record is not None:
             found.append({"verb": verb, **record})
     if len(found) > 1:
-        raise FolderError("holds the records of two runs", where=str(folder), hint=_ELSEWHERE)
+        raise FolderError("contains the records of two runs", where=str(folder), hint=_ELSEWHERE)
     return found[0] if found else None
 
 

@@ -144,7 +144,7 @@ def verified_record(path: Path) -> dict[str, Any]:
             verb = header.get("verb", "sweep")
             hint = f"`tendon {verb} --resume` finishes it; in Python {verb}(..., resume=True)"
             raise FolderError("holds an unfinished run", where=str(path), hint=hint)
-        message = f"is no run folder, it holds no {' or '.join(RECORDS.values())}"
+        message = f"is not a run folder: it holds no {' or '.join(RECORDS.values())}"
         hint = "`tendon sweep` or `tendon design` writes one"
         raise InputError(message, where=str(path), hint=hint)
     for name in lost(path, record):

@@ -87,7 +87,7 @@ def run_task(
             raise Stopped
         if out is None:
             if how.scheduler is not None:
-                raise UsageError("a cluster writes into a run folder", hint="name one")
+                raise UsageError("a cluster needs a folder to write to", hint="name one")
             return _in_memory(task.of(study, ended), kind, how)
         folder = RunFolder(out, task.of(study, ended))
         if how.lock:

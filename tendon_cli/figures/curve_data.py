@@ -264,4 +264,6 @@ def _raise_empty(plan: CurvePlan, asked: Sequence[Condition]) -> None:
         raise UsageError("no design has a margin, each has elbow angles without equilibrium")
     names = ", ".join(plan.quantities)
     hint = "fewer or wider filters" if asked else "--where chooses other rows"
-    raise UsageError(f"{names}: all null in the rows drawn", where="--where", hint=hint)
+    raise UsageError(
+        f"{names} has no value in any of the selected rows", where="--where", hint=hint
+    )

@@ -258,7 +258,7 @@ def settle(page: Page, grid: Any, bar: Axes | None = None, *, must_fit: bool = T
     width = (page.width - _EDGE - left.sum() - _GAP * (columns - 1) - right - at_bar) / columns
     height = (page.inner - below.sum() - above.sum() - _GAP * (rows - 1)) / rows
     if must_fit and min(width, height) < _SMALLEST:
-        hint = "a larger one, or fewer panels and quantities"
+        hint = "choose a larger size, or fewer panels and quantities"
         raise UsageError("the panels do not fit into this size", where="--size", hint=hint)
     width = max(width, 1.0)
     height = max(height, 1.0)

@@ -95,7 +95,7 @@ def plan_curves(cube: Cube, chosen: Mapping[str, Ints], spec: FigureSpec) -> Cur
     parts = [axis for axis in (x, colour, dash, panels) if axis is not None]
     if len(set(parts)) < len(parts):
         raise UsageError(
-            "one axis cannot play two parts", hint="x, colour and panels name different axes"
+            "one axis cannot have two roles", hint="x, colour and panels name different axes"
         )
     most_panels = MOST_PANELS if len(quantities) == 1 and spec.panels else MOST_PANELS_UNASKED
     most = {x: POINTS, colour: MOST_COLOURS, dash: 2, panels: most_panels}
@@ -139,7 +139,8 @@ def _along_x(cube: Cube, spec: FigureSpec, long: list[Axis]) -> tuple[str, Axis]
         raise UsageError(
             "no axis with several values is left to run along x",
             where="--x",
-            hint="`tendon state` prints a single design; colour and panels take axes away",
+            hint="`tendon state` prints a single design; "
+            "colour and panels already use the other axes",
         )
     return runs.column, runs
 

@@ -221,7 +221,7 @@ def format_of(path: Path, where: str) -> str:
     kind = path.suffix[1:].lower()
     if kind not in FORMATS:
         raise UsageError(
-            f'"{path.name}" has no ending of a figure', where=where, hint=".png, .svg or .pdf"
+            f'"{path.name}" does not end like a figure file', where=where, hint=".png, .svg or .pdf"
         )
     return kind
 

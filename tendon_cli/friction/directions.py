@@ -61,7 +61,7 @@ def stated_motion(readings: Readings) -> tuple[Integers, Mask]:
     )
     if way_of_name.any() and np.any((way_of_name == 0) & ~rest_of_name):
         shown = ", ".join(shorten(str(label), 20) for label in labels[:6])
-        problem = f"directions are named in two ways: {shown}"
+        problem = f"direction names are mixed: {shown}"
         hint = 'use "pull", "release" and "rest", or two other names'
         raise InputError(problem, where=readings.source, hint=hint)
     return way_of_name[code], rest_of_name[code]
@@ -148,8 +148,8 @@ def _sides_by_position(readings: Readings, way: Integers, log_ratio: Floats) -> 
         agreement = float(np.mean((way * np.sign(away))[counted]))
     if abs(agreement) < 0.2 and len(np.unique(way)) > 1:
         name = shorten(readings.position_name, 30)
-        problem = f'"{name}" turns at other times than the force ratio does'
-        hint = "is it the motor's position, and of the same clock?"
+        problem = f'"{name}" turns round at other times than the force ratio'
+        hint = "is it the position of the motor, recorded by the same clock?"
         raise InputError(problem, where=readings.source, hint=hint)
     return way if agreement >= 0.0 else -way
 

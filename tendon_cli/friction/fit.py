@@ -71,7 +71,7 @@ def fit_friction(
     0.074
     """
     if motor not in {None, "1", "2"}:
-        raise UsageError(f'"{motor}" is no load cell', where="--motor", hint='"1" or "2"')
+        raise UsageError(f'"{motor}" is not a load cell', where="--motor", hint='"1" or "2"')
     bend = bend_angle_of(bend_angle, None if route is None else path_of(route), path_smoothing)
     sources: list[Any] = list(path) if isinstance(path, list | tuple) else [path]
     parts = []
@@ -129,7 +129,7 @@ def _check_resists(readings: Readings, prepared: PreparedLog, result: FrictionEs
         travel = log.way * (log.log_ratio - average.log_gain)
         wrong = np.flatnonzero(travel < -rounding - 0.25 * abs(average.friction) * log.bend)
         if 0 < len(wrong) < len(travel):
-            problem = "friction would help the motion in this reading, against the others"
+            problem = "friction would help the motion in this reading, but not in the others"
             where = readings.place(int(prepared.rows[wrong[0]]))
             raise InputError(problem, where=where, hint=hint)
     if average.friction <= 0.0:

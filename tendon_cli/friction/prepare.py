@@ -63,7 +63,9 @@ _FAR_GAIN = 0.2
 """Difference of the cells' levels that no calibration leaves, as a share."""
 _AGAINST = 0.5
 """Correlation from which a load's cell that goes against the motor's is another tendon's."""
-_WRONG_COLUMN = "is the right column read, is the cell connected, are both of the same tendon?"
+_WRONG_COLUMN = (
+    "is this the right column, is the cell connected, and do both cells measure the same tendon?"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,8 +158,8 @@ def _good_rows(codes: npt.NDArray[np.int8], source: str) -> Mask:
     good = np.asarray(codes == USED)
     if saturated > _MOSTLY:
         problem = (
-            f"{100.0 * saturated:.0f} % of the rows are saturated,"
-            " and what slips there is not known"
+            f"{100.0 * saturated:.0f} % of the rows are saturated, "
+            "so it is not known what slips there"
         )
         raise InputError(problem, where=source, hint="use cells of a larger range")
     if not good.any():

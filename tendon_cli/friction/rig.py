@@ -129,7 +129,7 @@ def _noise_of_route(smoothing: str | float | None) -> float:
     else:
         noise = float(smoothing or 0.0)
     if not 0.0 <= noise < math.inf:
-        problem = f'"{smoothing}" is no noise of way-points: it is 0 or more'
+        problem = f'"{smoothing}" is not a noise of way-points, expected 0 or more'
         raise UsageError(problem, where="--path-smoothing")
     return noise
 
@@ -225,7 +225,7 @@ def force_of(given: str | float | None, option: str, unit: str | None) -> float:
                 hint = f'the file gives no unit of force; write the number alone: {option} "0.4"'
                 raise UsageError(problem, where=option, hint=hint)
             return newton / scale
-    problem = f'"{shorten(text)}" is no force'
+    problem = f'"{shorten(text)}" is not a force'
     raise UsageError(problem, where=option, hint='write "0.4 N" or "0.4 kgf"')
 
 
@@ -251,6 +251,6 @@ def cells_of(text: str | None, unit: str | None) -> tuple[float, float] | None:
         except UnitError as error:
             raise UsageError(error.problem, where=option, hint=hint) from error
     if zero < 0.0 or not 0.0 <= gain < 1.0:
-        problem = f'"{shorten(text)}" is no uncertainty: it is 0 or more'
+        problem = f'"{shorten(text)}" is not an uncertainty, expected 0 or more'
         raise UsageError(problem, where=option, hint=hint)
     return zero, gain

@@ -67,13 +67,13 @@ def draw_motor(path: Path, state: State, plan: Plan, *, turns: bool) -> Path:
     design = state.design
     if int(state.status.flat[0]) == NO_EQUILIBRIUM:
         raise UsageError(
-            "this state has no equilibrium, so there is no motor to draw",
+            "this state has no equilibrium, so the motor cannot be drawn",
             where="--plot",
             hint="--set 'motion.elbow_angle=60 deg' chooses another state",
         )
     if speed is None and not turns:
         raise UsageError(
-            "the study has no speed, so there is no motor to draw",
+            "the study has no speed, so the motor cannot be drawn",
             where="--plot",
             hint="--set 'motion.speed=60 deg/s', or --reversal",
         )

@@ -105,7 +105,8 @@ class CurveColumns(FieldMark):
         if not isinstance(value, dict) or set(value) != set(self.names):
             names = ", ".join(self.names)
             raise fault(
-                f"{described(value)} is no curve, expected the name of a CSV, or lists of {names}"
+                f"{described(value)} is not a curve, expected the name of a CSV file, "
+                f"or lists of {names}"
             )
         columns = {
             name: self._column(name, dimension, value[name]) for name, dimension in self.dimensions
@@ -123,7 +124,7 @@ class CurveColumns(FieldMark):
     def _column(self, name: str, dimension: str, values: object) -> tuple[float, ...]:
         """Return a list of values in SI. Raises PydanticCustomError if it is none."""
         if not isinstance(values, (list, tuple)) or len(values) > MOST_ROWS:
-            raise fault(f"{name}: {described(values)} is no list of values")
+            raise fault(f"{name}: {described(values)} is not a list of values")
         single = SingleField(_QUANTITIES[dimension], 0, 0)
         return tuple(single.measure(value).si for value in values)
 
@@ -293,7 +294,7 @@ def warnings_of(study: Any, table: CurveTable, where: str) -> list[str]:
     for side in ("flexor", "extensor"):
         slopes = table.spline(side)(table.angles, 1)
         if (slopes < 0.0).all():
-            hint = f"is the sign of {side} the other way? Both travels rise with flexion"
+            hint = f"is the sign of {side} the other way? Both travels increase with flexion"
             raise InputError(f"the travel of the {side} falls throughout", where=where, hint=hint)
         if (slopes <= 0.0).any():
             falling = np.degrees(table.angles[slopes <= 0.0])

@@ -172,7 +172,7 @@ def _reading_faults(study: Study) -> Iterator[Fault]:
     for case in study.cases:
         given.update(case_numbers(case))
     reading = f'setting.read = "{study.setting.read}"'
-    problem = f"cannot stand beside {reading}, which is one reading for both"
+    problem = f"cannot be given with {reading}, which is a single reading for both sides"
     for key in sorted({of_side(PRETENSION, side) for side in SIDES} & given):
         yield Fault(key, problem, "leave it out")
 
@@ -181,7 +181,7 @@ def _trajectory_limit_faults(study: Study) -> Iterator[Fault]:
     """Yield limits that a motion in time does not have: they compare the directions."""
     if study.motion.trajectory is None:
         return
-    problem = "compares the directions at one angle, which a trajectory does not"
+    problem = "compares flexion and extension at one angle, which a trajectory does not have"
     for name in sorted({"max_backlash", "max_torque_band"} & study.limits.keys()):
         yield Fault(f"limits.{name}", problem, "leave it out")
 
@@ -219,7 +219,7 @@ def _limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
             yield Fault("limits.min_spring_room", problem, "leave it out")
     has_radius = study.joint.excursion is None or study.arm.contact_radius is not None
     if "max_contact_pressure" in study.limits and not has_radius:
-        problem = "needs the radius of the strap, which measured travels do not tell"
+        problem = "needs the radius of the strap, which does not follow from measured travels"
         yield Fault("limits.max_contact_pressure", problem, 'such as arm.contact_radius = "45 mm"')
 
 
@@ -229,7 +229,7 @@ def _lack_of_room(study: Study) -> str | None:
     None if it has one, in the study and in each of its cases.
     """
     if study.joint.excursion is not None:
-        return "needs the anchors, which measured travels do not tell"
+        return "needs the anchors, which do not follow from measured travels"
     springs: list[Any] = [study.spring]
     springs += [getattr(case, "spring", None) for case in study.cases]
     for spring in springs:
@@ -269,7 +269,7 @@ def _condition_faults(study: Study) -> Iterator[Fault]:
     known = (*keys(), *NAMED_AXES)
     for name in study.design.conditions or ():
         if split_side(name)[0] == PRETENSION:
-            problem = f'"{name}" cannot be a condition, it is what tendon design solves for'
+            problem = f'"{name}" cannot be a condition: tendon design solves for it'
             yield Fault("design.conditions", problem, "leave it out")
         elif name not in known and name not in study.words:
             problem = f'"{shorten(name)}" is not an axis that a study can have'
@@ -290,7 +290,7 @@ def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
                 problem = f"no choice has a {name} without {lacking}"
                 yield Fault(f"design.{table}", problem, f"state {lacking}")
             elif table == "maximise" and name in study.design.minimise:
-                problem = f'"{name}" is minimised, too, expected one of both'
+                problem = f'"{name}" is both minimised and maximised, expected only one'
                 yield Fault("design.maximise", problem)
 
 
@@ -333,5 +333,7 @@ def _case_faults(study: Study) -> Iterator[Fault]:
                 problem = "is uncertain in this study and drawn, so a case cannot set it"
                 yield Fault(f"cases.{at}.{key}", problem)
             if key in study.body_numbers:
-                hint = f"state {key} in the study, too: then it holds for everyone but this case"
+                hint = (
+                    f"give {key} in the study, too: then it holds for everyone, except in this case"
+                )
                 yield Fault(f"cases.{at}.{key}", "comes from the body of each person", hint)

@@ -101,7 +101,7 @@ def _check_each_once(words: tuple[str, ...]) -> tuple[str, ...]:
     """Return the words; raise PydanticCustomError if one is repeated."""
     for word in words:
         if words.count(word) > 1:
-            raise fault(f'"{word}" stands in the list twice, expected each word once')
+            raise fault(f'"{word}" is in the list twice, expected each word once')
     return words
 
 

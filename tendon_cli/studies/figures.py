@@ -92,7 +92,7 @@ def _checked_by(read: Callable[[str], object]) -> Callable[[str], str]:
 def _check_figure_name(name: str) -> str:
     """Return the name of a figure; refuse those of the slack maps."""
     if name.startswith("slack_map"):
-        raise fault(f'"{name}" cannot name a figure', "slack_map is what the slack maps are called")
+        raise fault(f'"{name}" cannot name a figure', "slack_map is the name of the slack maps")
     return name
 
 

@@ -188,7 +188,7 @@ def plain_content(value: Any, path: tuple[str, ...] = ()) -> Any:
     if isinstance(value, Mapping):
         for name in value:
             if not isinstance(name, str):
-                raise refused(f"{described(name)} stands as a key, expected text", key=key)
+                raise refused(f"{described(name)} is used as a key, expected text", key=key)
         return {name: plain_content(inner, (*path, name)) for name, inner in value.items()}
     is_fit = hasattr(value, "gain_ratio")
     if is_fit:
@@ -319,7 +319,7 @@ def _apply(content: dict[str, Any], setting: str) -> str:
         example = """--set 'load.mass=["3 kg", "5 kg"]'"""
         raise UsageError(
             f"--set {shorten(key)}: {error.faults[0].problem}",
-            hint=f"what starts with [, {{ or a quote is TOML, such as {example}",
+            hint=f"a value that starts with [, {{ or a quote is read as TOML, such as {example}",
         ) from None
     _put(content, parts, value)
     return ".".join(parts)

@@ -84,7 +84,7 @@ def trajectory_fault(motion: Any) -> Fault | None:
     problem = (
         f"is {cutoff:.4g} Hz, expected less than {fastest:.4g} Hz, half the samples per second"
     )
-    return Fault("motion.cutoff", problem, "half of that at most leaves something to smooth")
+    return Fault("motion.cutoff", problem, "a cutoff of at most half of that smooths something")
 
 
 def facts_of(motion: Any, where: str) -> dict[str, Any]:

@@ -72,7 +72,7 @@ class NumberField(SingleField):
         numbers = tuple(self.number(item) for item in items)
         if len(set(numbers)) < len(numbers):
             twice = next(item for at, item in enumerate(items) if numbers[at] in numbers[:at])
-            raise fault(f"{described(twice)} stands in the list twice, expected each value once")
+            raise fault(f"{described(twice)} is in the list twice, expected each value once")
         return numbers
 
     def _grid(self, table: dict[Any, Any]) -> Grid:
@@ -94,7 +94,7 @@ class NumberField(SingleField):
             raise fault("a log grid that reaches zero, expected from and to above zero")
         if grid.num > 1 and first.si == last.si:
             raise fault(
-                "a grid of several values whose from and to are equal, expected two different ends"
+                "a grid of several values with equal from and to, expected two different ends"
             )
         return grid
 
@@ -104,7 +104,7 @@ class NumberField(SingleField):
         It is computed in rational numbers, so that a step that misses the end is refused.
         """
         if spacing == "log":
-            hint = "a log grid goes on by a factor, not by a step"
+            hint = "a log grid grows by a factor, not by a step"
             raise fault("a step in a log grid, expected num", hint)
         try:
             size = self.measure(step).exact
@@ -136,7 +136,7 @@ class NumberField(SingleField):
         high = self._inner(table, "to")
         if low.exact >= high.exact:
             hint = f"write {{ from = {high.quoted}, to = {low.quoted} }}, or a single value"
-            raise fault("an interval that does not go up, expected from below to", hint)
+            raise fault("an interval whose from is not below its to", hint)
         return Grid(low, high, 2)
 
     def _uncertain(self, table: dict[Any, Any], names: tuple[str, str]) -> StudyNumber:
@@ -185,7 +185,7 @@ class NumberField(SingleField):
         if first.exact > last.exact:
             given = described(f"{low} to {high}")
             hint = f'write "{high} to {low}"'
-            raise fault(f"{given} goes down, expected the lower end first", hint)
+            raise fault(f"{given} goes from high to low, expected the lower end first", hint)
         middle = (first.exact + last.exact) / 2
         spread = (last.exact - first.exact) / 2
         document = f"{first.document()} to {last.document()}"
@@ -222,7 +222,7 @@ class NumberField(SingleField):
             if not 0 <= share <= 1:
                 raise fault(f"{described(value)} is not possible, expected 0 % to 100 %")
             if share and not middle.exact:
-                raise fault(f"{described(value)} of zero is nothing, expected {self.wanted}")
+                raise fault(f"{described(value)} of zero is zero, expected {self.wanted}")
             return abs(middle.exact) * share, f"{terminating(share * 100)} %"
         if may_be_share and (dimension == "number" or not isinstance(value, str)):
             raise fault(

@@ -61,7 +61,9 @@ def _check_state_columns(names: tuple[str, ...]) -> tuple[str, ...]:
     """
     for name in names:
         if name in ("design", "direction", "elbow_angle"):
-            raise fault(f'"{name}" says which state a row is, and is always kept', "leave it out")
+            raise fault(
+                f'"{name}" identifies the state of a row, so it is always written', "leave it out"
+            )
         if name != "status" and name not in OF_STATES:
             hint = hint_at_nearest(name, ("status", *OF_STATES))
             raise fault(f'"{shorten(name)}" is not a result of the states', hint)

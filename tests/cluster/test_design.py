@@ -117,7 +117,7 @@ def test_an_answer_that_loses_its_scheduler_is_finished_without(
     ran = tendon(*DESIGN, "--out", "out", "--scheduler", cluster.address, "--jobs", "1")
     killer.join()
     assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")
-    assert "--resume goes on, with or without --scheduler" in ran.json["error"]["hint"]
+    assert "--resume continues, with or without --scheduler" in ran.json["error"]["hint"]
     assert not (out / "design.json").exists()
     assert leftovers(out) == []
     assert tendon(*DESIGN, "--out", "whole").exit == 0

@@ -87,7 +87,7 @@ def test_a_scheduler_that_is_killed_ends_the_run(tendon, study, start_cluster, l
     assert ran.exit == 6
     message = f"tendon: error: {cluster.address}: the scheduler went away"
     assert ran.err.splitlines()[-2].startswith(message)
-    assert "--resume goes on" in ran.err
+    assert "--resume continues" in ran.err
     assert 2 <= recorded() < PARTS
     assert tendon(*SWEEP, "--resume").exit == 0
     assert hashes_in(Path("run")) == local.hashes

@@ -104,7 +104,7 @@ REFUSED: dict[str, tuple[str | bytes, str, str]] = {
     "forces that no cell reads": (
         "cell 1,cell 2\n1.2e13,1e13\n1e13,1.2e13\n",
         "cells.csv",
-        "which no load cell reads",
+        "more than any load cell measures",
     ),
     "next to nothing": (
         "cell 1,cell 2\n1.2e-300,1e-300\n1e-300,1.2e-300\n",
@@ -128,7 +128,7 @@ REFUSED: dict[str, tuple[str | bytes, str, str]] = {
         "line 1",
         "do not compare",
     ),
-    "volts": (TABLE.replace("_kg", " (V)"), "line 1, column 2", "before their calibration"),
+    "volts": (TABLE.replace("_kg", " (V)"), "line 1, column 2", "not yet calibrated"),
     "a row of units": (
         "case,cell 1,cell 2\n,kg,kg\n" + BARE_ROWS,
         "line 2, column 2",

@@ -174,7 +174,7 @@ async def _close(client: Any) -> None:
 
 def _lost(client: Any, what: str) -> WorkersLostError:
     where = getattr(client.scheduler, "address", None)
-    hint = "the parts that were finished are kept; --resume goes on, with or without --scheduler"
+    hint = "the parts that were finished are kept; --resume continues, with or without --scheduler"
     return WorkersLostError(f"the scheduler {what}", where=where, hint=hint)
 
 
@@ -319,5 +319,5 @@ class _Flight:
         elif now - self.manned > PATIENCE:
             out = "; ".join(place(self.maker, index) for index in sorted(self.parts.values())[:4])
             message = f"no worker is left; {len(self.parts)} parts were being computed: {out}"
-            hint = "workers under a nanny are replaced when they die; --resume goes on"
+            hint = "workers with a nanny are replaced when they die; --resume continues"
             raise WorkersLostError(message, where=str(self.maker.folder), hint=hint)

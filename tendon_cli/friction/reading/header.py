@@ -249,9 +249,9 @@ def check_units(
     one = first.unit
     two = second.unit
     if one == two and one in _VOLTS:
-        problem = f'the cells are in "{one}", before their calibration'
+        problem = f'the cells are in "{one}", not yet calibrated'
         hint = (
-            "take off each cell's reading without load, multiply by its factor,"
+            "subtract each cell's reading without load, multiply by its factor,"
             " and save forces in N"
         )
         raise InputError(problem, where=place(first), hint=hint)
@@ -264,6 +264,6 @@ def check_units(
     factor_one = force_factor(one)
     factor_two = force_factor(two)
     if factor_one is None or factor_two is None:
-        problem = f'the cells are in "{one}" and "{two}", which do not compare'
+        problem = f'the cells are in "{one}" and "{two}", which cannot be compared'
         raise InputError(problem, where=place(first))
     return factor_one, factor_two

@@ -85,7 +85,7 @@ class Readings:
             return np.arange(len(self.rows), dtype=np.float64)
         back = np.flatnonzero(np.diff(time) < 0.0)
         if len(back):
-            problem = "time goes back in this row, so strokes are not known"
+            problem = "time goes backwards in this row, so strokes cannot be found"
             hint = "give one log per file, its rows in order of time"
             raise InputError(problem, where=self.place(int(back[0]) + 1), hint=hint)
         return time
@@ -303,14 +303,14 @@ def check_forces(readings: Readings) -> None:
     source = readings.source
     largest = max(float(np.nanmax(np.abs(cell), initial=0.0)) for cell in (one, two))
     if largest >= _STRONGEST:
-        problem = f"forces reach {largest:.3g}, which no load cell reads"
+        problem = f"forces reach {largest:.3g}, more than any load cell measures"
         raise InputError(problem, where=source, hint="is the unit right?")
     is_fixed = all(
         np.nanmin(cell, initial=np.inf) == np.nanmax(cell, initial=-np.inf) for cell in (one, two)
     )
     directions = len(readings.codes("direction")[0]) if "direction" in readings.rows else 0
     if is_fixed and (len(readings.rows) >= ENOUGH_ROWS or directions > 1):
-        hint = "are the right columns read, the cells alive?"
+        hint = "are these the right columns, and are both cells connected?"
         raise InputError("both cells read the same in every row", where=source, hint=hint)
     is_loaded = (one > 0.0) & (two > 0.0)
     if not is_loaded.any():

@@ -101,7 +101,7 @@ class Table:
         if not pc.all(good).as_py():
             row = int(np.argmin(good.to_numpy(zero_copy_only=False)))
             problem = f'"{shorten(text[row].as_py())}" is not a number'
-            hint = "numbers stand without unit and without a separator of thousands"
+            hint = "write numbers without a unit and without separators of thousands"
             raise InputError(problem, where=self.place(column, row), hint=hint)
         self._check_signs(text, column)
         plain = pc.utf8_ltrim(pc.replace_substring(text, ",", "."), "+")

@@ -46,7 +46,7 @@ def unpacked(text: str) -> bytes:
     except (ValueError, zlib.error):
         raise fault("not the packed content of a file of people") from None
     if len(content) > MAX_BYTES or not inflate.eof:
-        raise fault("more than any file of people has, or cut short")
+        raise fault("is too large for a file of people, or was cut short")
     return content
 
 
@@ -157,7 +157,7 @@ class People(Part):
                         f"people.{key}", "cannot be given with file", "leave one of them out"
                     )
         elif self.completions is not None and self.content is None:
-            problem = "draws what a file does not say of its persons, and this study names no file"
+            problem = "draws the measures that a file of people lacks, but this study names no file"
             yield Fault("people.completions", problem, 'file = "people.csv"')
         if self.statistics is not None:
             for key in ("source", "statistics_content"):
@@ -165,5 +165,5 @@ class People(Part):
                     problem = "cannot be given with statistics, which persons are drawn from"
                     yield Fault(f"people.{key}", problem, "leave one out")
         if self.women is not None and self.sex != "both":
-            problem = f'is a share among both sexes, and sex is "{self.sex}"'
+            problem = f'is a share among both sexes, but sex is "{self.sex}"'
             yield Fault("people.women", problem, 'sex = "both"')

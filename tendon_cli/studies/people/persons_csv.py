@@ -115,7 +115,7 @@ def _headers(sheet: Sheet) -> tuple[dict[str, _Header], list[str]]:
         if name in headers:
             first = shorten(sheet.header[headers[name].place], 30)
             second = shorten(text, 30)
-            problem = f'{name} stands in two columns, "{first}" and "{second}"'
+            problem = f'{name} is given by two columns, "{first}" and "{second}"'
             raise InputError(problem, where=sheet.where, hint="leave one of them out")
         headers[name] = _Header(place, unit)
     if not set(headers).intersection(DIMENSIONS):
@@ -192,7 +192,7 @@ def _weighting(sheet: Sheet, place: int) -> Array:
         problem = f"weighting is {weighting[row]:g}, expected 0 or more"
         raise InputError(problem, where=sheet.place(row))
     if not weighting.any():
-        raise InputError("every weighting is 0, so that nobody counts", where=sheet.where)
+        raise InputError("every weighting is 0, so nobody counts", where=sheet.where)
     return weighting
 
 
@@ -205,8 +205,10 @@ def _names(sheet: Sheet, place: int) -> tuple[str, ...]:
             raise InputError("a person without a name in a file of names", where=sheet.place(row))
         if name in rows:
             line = sheet.kept[rows[name]] + 1
-            problem = f'"{shorten(name)}" names two persons, the other in line {line}'
-            raise InputError(problem, where=sheet.place(row), hint="each name stands once")
+            problem = f'"{shorten(name)}" is the name of two persons, the other in line {line}'
+            raise InputError(
+                problem, where=sheet.place(row), hint="each name may be used only once"
+            )
         rows[name] = row
     return tuple(rows)
 
