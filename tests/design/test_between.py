@@ -171,7 +171,7 @@ def test_the_rows_asked_for_are_proved_and_a_row_that_does_not_exist_is_refused(
     assert [row["choice"] for row in answer.record["proved"]] == [1, 5]
     assert (answer.choices.between_samples[[1, 5]] == "proven").all()
     for name in ("6", "-1", "9" * 50, "ratio = 0.6"):
-        with pytest.raises(tendon.UsageError, match="is no row of choices"):
+        with pytest.raises(tendon.UsageError, match="is not a row of choices"):
             tendon.design(study.vary(**{"design.prove": [name]}))
 
 
