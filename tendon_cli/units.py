@@ -252,7 +252,7 @@ def _hint_of_unknown_unit(symbol: str, dimension: str) -> str:
 
 
 def wanted(dimension: str) -> str:
-    """Return words for the value that was expected, such as "a length such as "40 mm""."""
+    """Return words for the value that was expected: a length such as "40 mm"."""
     return f"{_with_article(dimension)} such as {EXAMPLES[dimension]}"
 
 

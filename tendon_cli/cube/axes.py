@@ -21,7 +21,10 @@ TIME = "time"
 
 
 def evenly_spaced(count: int, most: int) -> Ints:
-    """Choose at most `most` of `count` positions evenly: with both ends, or only the middle."""
+    """Choose at most `most` of `count` positions evenly, with both ends.
+
+    If `most` is 1, choose the middle.
+    """
     if count <= most:
         return np.arange(count, dtype=np.int64)
     if most == 1:

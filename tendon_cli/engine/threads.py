@@ -111,6 +111,7 @@ def _parts_failed(maker: PartMaker, faults: list[PartFailure]) -> TendonError:
 
 
 def _memory_short(maker: PartMaker, what: str) -> MemoryShortError:
+    """Return the error of too little memory for threads, or for a part."""
     hint = "fewer --jobs need less; --resume continues"
     return MemoryShortError(
         f"there is not enough memory for {what}", where=str(maker.folder), hint=hint

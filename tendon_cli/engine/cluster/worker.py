@@ -210,5 +210,5 @@ def _new_maker(assignment: Assignment) -> _RemoteMaker:
     except TendonError as error:
         raise Unfit(f"this worker cannot read the study: {error.message}") from None
     if (task.study.hash, task.parts) != (assignment.study_hash, assignment.parts):
-        raise Unfit("this worker understands the study otherwise: its tendon is another version")
+        raise Unfit("this worker reads the study differently: its tendon is another version")
     return _RemoteMaker(task, Path(assignment.folder), assignment=assignment)
