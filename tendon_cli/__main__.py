@@ -9,7 +9,7 @@ import sys
 
 
 def main() -> None:
-    """Run `tendon`, which a signal ends quietly from here on."""
+    """Run `tendon`; from here on a signal ends it without a traceback."""
     from tendon_cli.startup import quit_on_signals, spare_time
 
     quit_on_signals()

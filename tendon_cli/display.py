@@ -21,7 +21,7 @@ class Displayed:
 
         Args:
             what: What to draw; `tendon.plot` lists the choices.
-            out: File to write the picture to, too.
+            out: File to which the picture is written as well.
             how: Options of `tendon.plot`.
 
         Raises:
@@ -58,5 +58,8 @@ def shortened(text: str) -> str:
 
 
 def face() -> Any:
-    """Return the package, loaded before its modules: what draws lies above what is drawn."""
+    """Return the package tendon_cli, by which results reach the functions that draw them.
+
+    Modules of results cannot import those of figures, which import them.
+    """
     return sys.modules["tendon_cli"]

@@ -59,7 +59,7 @@ class UsageError(TendonError):
 
 @dataclass(frozen=True)
 class Fault:
-    """One thing wrong in a study: its key, what is wrong, what helps, and its line if known."""
+    """One fault of a study: its key, the problem, a hint, and its line if known."""
 
     key: str
     problem: str
@@ -135,7 +135,7 @@ _TEXTS_OF_SHORT_MEMORY = (
 
 
 def is_memory_short(error: BaseException) -> bool:
-    """Return True if an error is the system's way of saying that there is no memory left."""
+    """Return True if an error means that there is no memory left."""
     if isinstance(error, MemoryError):
         return True
     if isinstance(error, OSError) and error.errno == errno.ENOMEM:
@@ -168,4 +168,4 @@ class FolderError(TendonError):
 
 
 class Stopped(Exception):  # noqa: N818 - not a fault: somebody asked for it
-    """The work was asked to stop; what was being made leaves nothing behind."""
+    """The work was asked to stop; parts that were being made leave nothing behind."""

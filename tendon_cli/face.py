@@ -29,14 +29,14 @@ if TYPE_CHECKING:
 
 FileName: TypeAlias = str | PathLike[str]
 _MAX_PICTURED_DESIGNS = 10**5
-"""Designs of the largest run that a notebook draws without being asked."""
+"""Most designs of a run that a notebook draws without being asked."""
 
 
 class Options(TypedDict, total=False):
     """Further keyword arguments of `sweep` and `design`."""
 
     resume: bool
-    """True to finish an unfinished run."""
+    """True to finish an unfinished run, or to make damaged files of a finished one again."""
     overwrite: bool
     """True to replace the run in the folder."""
     lock: bool
@@ -65,7 +65,7 @@ def sweep(
         study: Study, a dictionary as a study file has it, or the path of a study file.
         out: Folder of the run; without one the run is kept in memory.
         jobs: Parts that are computed at once, by default one for each core.
-        figures: True to draw the figures, too. A declared figure that can have nothing to draw is
+        figures: True to draw the figures. A declared figure that can have nothing to draw is
             an error before anything is computed; any other that cannot be drawn is a warning.
         options: See `Options`.
 
@@ -162,10 +162,10 @@ def plot(result: Any, *what: str, out: str | PathLike[str] | None = None, **how:
 
     Args:
         result: Anything that the library gives.
-        what: Of a run the columns to draw; of an answer "tolerance_map", "window", "front" or
+        what: Columns of a run to draw; for an answer "tolerance_map", "window", "front" or
             "between".
-        out: File to write the picture to, too.
-        how: Of a run the keys of `[[figure]]`, such as `x`, `colour`, `where`, `unit`, `size`; of
+        out: File to which the picture is written as well.
+        how: For a run the keys of `[[figure]]`, such as `x`, `colour`, `where`, `unit`, `size`; for
             a study its `angles` in rad and a `case`.
 
     Raises:
@@ -214,7 +214,7 @@ def _settings_of_run(
     """Return the folder of a run and the settings by which the engine runs it.
 
     Raises:
-        UsageError: Figures are asked for without a folder, or `jobs` is no count.
+        UsageError: Figures are asked for without a folder, or `jobs` is not a count.
     """
     if out is None and draw is not None:
         hint = f"name one: {verb}(study, out, figures=True)"

@@ -28,7 +28,7 @@ _MAX_MARKED_FILE = 64 * 10**6  # bytes that are searched for the mark of tendon
 
 
 def path_of(given: object, *, in_utf8: bool = False) -> Path:
-    """Return the name of a file or folder that a user gives as a path.
+    """Return a user's name of a file or folder as a path, once it is checked.
 
     Args:
         given: Name of a file or folder.
@@ -62,7 +62,7 @@ def path_of(given: object, *, in_utf8: bool = False) -> Path:
 
 
 def result_path(given: object) -> Path:
-    """Return the name of a file or folder of results as a path, as `path_of` does."""
+    """Return a user's name of a file or folder of results as a path, which must be UTF-8."""
     return path_of(given, in_utf8=True)
 
 
@@ -186,7 +186,7 @@ def write_new(path: Path, content: bytes) -> bool:
 
 def _write(temporary: Path, content: bytes) -> None:
     """Write and flush a new file."""
-    # Exclusive, so that nothing that stands in the way is followed or written through.
+    # Exclusive, so that no file or link of this name is followed or overwritten.
     with temporary.open("xb") as file:
         file.write(content)
         file.flush()
@@ -194,7 +194,7 @@ def _write(temporary: Path, content: bytes) -> None:
 
 
 def _name(temporary: Path, path: Path) -> bool:
-    """Give a finished file its name. Return False if the name is taken, even since a moment ago."""
+    """Give a finished file its name. Return False if the name is taken, even by a new file."""
     try:
         path.hardlink_to(temporary)
     except FileExistsError:
@@ -279,7 +279,7 @@ def locked(folder: Path, *, use_lock: bool = True) -> Iterator[None]:
 
 
 def check_unlocked(folder: Path) -> None:
-    """Raise FolderError if another run writes there just now; leave no trace."""
+    """Raise FolderError if another run is writing there; leave no trace."""
     with contextlib.suppress(OSError):  # a folder in which no run ever was has no lock
         handle = os.open(folder / LOCK, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
         try:

@@ -227,7 +227,7 @@ _LENGTHS_OF_A_SIDE = (  # name, symbol, meaning
 
 
 def _of_figures() -> list[Quantity]:
-    """Return the quantities that no table has, and a figure may show."""
+    """Return the quantities that no table has, but that a figure may show."""
     quantities = [
         _quantity("radius_ratio", "H_f / H_e", "number", "flexor over extensor travel, Eq. 3")
     ]
@@ -281,4 +281,4 @@ The ranges are wide, so that a value outside of one is most likely a slip.
 """
 
 AS_READ = ("pretension", "pretension_from", "pretension_to", "required_pretension", "margin")
-"""Columns of pretensions, or of tensions if the study reads one in its place (`setting.read`)."""
+"""Columns of pretensions, or of tensions if the study sets a tension instead (`setting.read`)."""

@@ -28,6 +28,7 @@ _received: list[int] = []
 
 
 def _quit(number: int, _frame: FrameType | None) -> None:
+    """End the process at once with the exit code of a signal."""
     os._exit(128 + number)
 
 
@@ -41,7 +42,7 @@ def _interrupt(number: int, _frame: FrameType | None) -> None:
 
 
 def quit_on_signals() -> None:
-    """End at once if a signal arrives while modules are read.
+    """End at once if a signal arrives while modules are imported.
 
     Nothing has begun by then that could be left half done.
     """
@@ -110,10 +111,10 @@ def stopped_by_signals(where: str) -> Iterator[threading.Event]:
 
 
 def spare_time() -> None:
-    """Leave out what libraries do at the start and the end of a process that no command needs."""
-    # NumPy would start a thread per core for large matrices, and there are none.
+    """Skip work of libraries, at the start and the end of a process, that no command needs."""
+    # NumPy would start a thread per core for large matrices, and tendon has none.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    # Python would look for garbage a hundred times while it reads modules, which leave none,
+    # Python would look for garbage a hundred times while it imports modules, which leave none,
     gc.set_threshold(100_000)
     # and once more at the end, in all that the process is about to give back.
     atexit.register(gc.freeze)
@@ -127,7 +128,7 @@ def keep_freed_memory() -> None:
     """Make the C library keep freed memory for the next array.
 
     A sweep frees and asks for the same arrays many times a second. Otherwise the system takes each
-    back and clears it anew, which took as long as the arithmetic.
+    back and clears it again, which took as long as the arithmetic.
     """
     import ctypes  # not for every command
 

@@ -124,7 +124,7 @@ def run_facts(run: Run) -> list[tuple[str, str]]:
 
 
 def _conditions(record: dict[str, Any]) -> str:
-    """Return the axes of conditions in words: "load", "load and person at once"."""
+    """Return the axes of conditions in words, such as "load" or "load and person at once"."""
     names = [_condition(key) for key in recorded_study(record).conditions]
     together = " at once" if len(names) > 1 else ""
     return say.join_words(names) + together
@@ -176,7 +176,7 @@ def rows_text(rows: TableRows, shown: pa.Table, total: int, width: int) -> str:
         rows: Rows with their columns and units.
         shown: Rows that are shown.
         total: Number of all rows.
-        width: Signs in a line.
+        width: Characters in a line.
     """
     columns = [_column_text(rows, name, shown[name].to_pylist()) for name in rows.names]
     lines: list[str] = []

@@ -15,7 +15,7 @@ from tendon_cli.errors import OutputError, TendonError
 
 
 def harmless(text: str) -> str:
-    """Return a text whose unprintable characters, but ends of lines, are written as in JSON.
+    """Return a text whose unprintable characters, except ends of lines, are escaped as in JSON.
 
     Names of files, keys, cases and values of records are other people's; an escape sequence among
     them could rewrite a screen.
@@ -83,7 +83,7 @@ class _Closed(io.TextIOBase):
 
 
 def prepare_streams() -> None:
-    """Make the streams print unknown signs as question marks, and notice a closed stdout."""
+    """Make the streams print "?" for signs that they cannot encode, and notice a closed stdout."""
     if sys.stdout is None:
         sys.stdout = _Closed()
     for stream in (sys.stdout, sys.stderr):

@@ -93,7 +93,7 @@ EXAMPLES = {
     "power": '"20 W"',
     "energy": '"5 J"',
 }
-"""Value of each dimension as a study has it."""
+"""Example of a value of each dimension, as a study file states it."""
 
 
 class UnitError(ValueError):
@@ -150,7 +150,7 @@ class Measure:
 
 
 def factor_of(symbol: str) -> float:
-    """Return the SI value of one unit, by which SI values are divided to be shown; else 1."""
+    """Return one unit in SI, by which SI values are divided to be shown; 1 if it is not known."""
     return float(UNITS[symbol].factor) if symbol in UNITS else 1.0
 
 
@@ -204,30 +204,30 @@ def parse_measure(text: str, dimension: str) -> Measure:
 
 
 def with_unit(number: str, dimension: str) -> str:
-    """Return the readings of a number without its unit: angles come in degrees and in radians."""
+    """Return a bare number with its usual unit, for a hint: an angle in degrees or in radians."""
     usual_units = {"angle": ("deg", "rad"), "angular speed": ("deg/s", "rad/s")}
     symbols = usual_units.get(dimension, (SI_UNIT[dimension],))
     return " or ".join(f'"{number} {symbol}"' for symbol in symbols)
 
 
 def _advice(text: str) -> str | None:
-    """Return the usual remedy for a text that is no number and unit, if there is one."""
+    """Return a hint for a text that is not a number and a unit, None if no fault is recognised."""
     if not text.isprintable():
         return "a sign that cannot be printed is shown as ?"
     if re.search(r"\d,\d", text):
         return "the decimal sign is a point"
     if re.search(r"\d +\d", text):
-        return "digits stand together, without spaces"
+        return "write digits without spaces between them"
     return None
 
 
 def measure_of_number(value: float, dimension: str) -> Measure:
-    """Return a bare number, which is in SI; by its shortest decimal text 0.1 means one tenth."""
+    """Return a bare number as a measure in SI, exact as its shortest text: 0.1 is one tenth."""
     return Measure(repr(value), UNITS[SI_UNIT[dimension]])
 
 
 def _find_unit(symbol: str, dimension: str, expected: str) -> Unit:
-    """Return the unit with this symbol. Raise UnitError if it is none of the dimension."""
+    """Return the unit with this symbol. Raise UnitError if the dimension has no such unit."""
     unit = UNITS.get(symbol)
     if unit is None:
         hint = _hint_of_unknown_unit(symbol, dimension)
@@ -241,7 +241,7 @@ def _find_unit(symbol: str, dimension: str, expected: str) -> Unit:
 
 
 def _hint_of_unknown_unit(symbol: str, dimension: str) -> str:
-    """Return the nearest unit, or a list of units, for a symbol that is none."""
+    """Return the nearest unit, or a list of units, for a symbol that is not one."""
     same_but_case = [known for known in UNITS if known.lower() == symbol.lower()]
     if not same_but_case and any(sign.isdigit() for sign in symbol):
         return "only one number fits here; several form a list, a range is { from, to, num }"
@@ -252,7 +252,7 @@ def _hint_of_unknown_unit(symbol: str, dimension: str) -> str:
 
 
 def wanted(dimension: str) -> str:
-    """Return the value that an error says was expected: "a length such as ..."."""
+    """Return words for the value that was expected: a length such as "40 mm"."""
     return f"{_with_article(dimension)} such as {EXAMPLES[dimension]}"
 
 
@@ -280,11 +280,11 @@ def described(value: object) -> str:
 
 
 def counted(count: int, noun: str) -> str:
-    """Return a count with its noun."""
+    """Return a count with its noun, in the plural unless it is 1."""
     return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
 
 
 def shorten(text: str, width: int = 60) -> str:
-    """Return hostile or long text in a form fit for one line of an error message."""
+    """Return text for one line of an error message: printable, at most `width` characters."""
     clean = "".join(sign if sign.isprintable() else "?" for sign in text)
     return clean if len(clean) <= width else f"{clean[: width - 1]}…"

@@ -21,7 +21,10 @@ TIME = "time"
 
 
 def evenly_spaced(count: int, most: int) -> Ints:
-    """Choose at most `most` of `count` positions evenly, with both ends; of one, the middle."""
+    """Choose at most `most` of `count` positions evenly, with both ends.
+
+    If `most` is 1, choose the middle.
+    """
     if count <= most:
         return np.arange(count, dtype=np.int64)
     if most == 1:
@@ -30,14 +33,14 @@ def evenly_spaced(count: int, most: int) -> Ints:
 
 
 def thin_axes(lengths: Sequence[int], most: int) -> list[Ints]:
-    """Choose positions on each axis evenly, with both ends, so that their product is small.
+    """Choose positions on each axis evenly, so that few points are left; long axes lose most.
 
     Args:
         lengths: Number of values on each axis.
-        most: Largest product of the numbers of positions.
+        most: Most points, the product of the numbers of positions.
 
     Returns:
-        Positions on each axis.
+        Positions on each axis, with both ends; only the first if one position is left.
     """
     counts = list(lengths)
     while math.prod(counts) > most:
@@ -46,8 +49,9 @@ def thin_axes(lengths: Sequence[int], most: int) -> list[Ints]:
             counts[longest] = max(2, math.ceil(counts[longest] * 0.75))
         else:
             counts[longest] = 1
+    first = np.zeros(1, dtype=np.int64)
     return [
-        evenly_spaced(length, count) if count > 1 else np.zeros(1, dtype=np.int64)
+        evenly_spaced(length, count) if count > 1 else first
         for length, count in zip(lengths, counts, strict=True)
     ]
 

@@ -19,7 +19,10 @@ from tendon_cli.space.axis import Axis
 
 
 def position(axis: Axis, value: Any) -> Ints:
-    """Return the position of a value on an axis, or of the nearest, as an array of one."""
+    """Return the position of a value on an axis, or of the nearest value, as an array of one.
+
+    A word that the axis does not have gives the first position.
+    """
     is_same = np.array(axis.values == value)
     if is_same.any() or axis.is_text:
         return np.array([int(np.argmax(is_same))], dtype=np.int64)
@@ -37,7 +40,7 @@ def conflicts_of(read: Mapping[str, ColumnArray], bounds: Mapping[str, float]) -
 
     Args:
         read: Columns of choices: both ends of the window (an end that nothing bounds is NaN, as
-            in the table) and the limits that they are of.
+            in the table) and the limits that set them.
         bounds: Limits of the study, SI.
 
     Returns:
@@ -74,9 +77,9 @@ _ROOM = 1.6
 
 @dataclass(frozen=True)
 class OverAngle:
-    """Pretensions at which the choice named first keeps its limits, over the elbow angle, N.
+    """Window of the best choice over the elbow angle: the pretensions that keep its limits, N.
 
-    Pairs are of the lower end, then of the upper one.
+    In a pair the lower end comes first, then the upper one.
     """
 
     angle: Array
@@ -90,11 +93,11 @@ class OverAngle:
     at_samples: tuple[Array, Array]
     """Tightest ends at the samples; NaN above the picture."""
     window: tuple[float, float]
-    """Window of the choice; infinite if nothing bounds it."""
+    """Window of the choice over all angles; its upper end is infinite if nothing bounds it."""
     top: float
-    """Upper edge of the picture."""
+    """Pretension at the upper edge of the picture."""
     texts: tuple[str, str]
-    """Sentences on what is proved, and on what the lines mean."""
+    """Sentences about the proof and about the meaning of the lines."""
     works: tuple[str, str]
     """Words for the window, and for the room between the tightest lines: "works at every angle"."""
 
@@ -104,7 +107,7 @@ class OverAngle:
 
 
 def over_angle(record: Mapping[str, Any]) -> OverAngle | None:
-    """Return the window over the angle from the record of an answer; None if it has none."""
+    """Return the best choice's window over the angle; None if the record of the answer has none."""
     between = record.get("between_samples")
     best = record["best"]
     if not between or best is None:

@@ -82,7 +82,7 @@ class TableColumns:
         ]
 
     def stored(self, names: Iterable[str]) -> list[str]:
-        """Return the columns that must be read for some columns, each once."""
+        """Return the columns to be read from the table, so that `compute` can give some columns."""
         stored: list[str] = []
         for name in names:
             stored += needs(name, self.quantities) or [name]
@@ -93,7 +93,7 @@ class TableColumns:
 
         Args:
             names: Names of the columns.
-            read: The columns of `stored`.
+            read: Values of the columns that `stored` names.
         """
         columns = {}
         for name in names:
@@ -106,7 +106,7 @@ class TableColumns:
 
 
 def column_named(name: str) -> str:
-    """Return the column that a name means, which may be the key of a study."""
+    """Return the column of a name, which may be a key of a study such as load.mass."""
     return keys()[name].column if name in keys() else name
 
 
@@ -126,7 +126,7 @@ def needs(name: str, columns: Mapping[str, object]) -> list[str]:
 
 
 def with_derived(held: Mapping[str, Quantity | None]) -> dict[str, Quantity | None]:
-    """Return columns, and the derived quantities that follow from them."""
+    """Return the columns of a table and the derived quantities that follow from them."""
     offered = {
         name: derived.quantity
         for name, derived in DERIVED.items()
@@ -136,7 +136,7 @@ def with_derived(held: Mapping[str, Quantity | None]) -> dict[str, Quantity | No
 
 
 def quantity_in(field: pa.Field) -> Quantity:
-    """Return the quantity of a column; if it is not known, one of the column's name and unit."""
+    """Return the quantity of a column; an unknown one has the column's name and unit."""
     metadata = field.metadata or {}
     name = metadata.get(b"quantity", b"").decode()
     unit = metadata.get(b"unit", b"1").decode()

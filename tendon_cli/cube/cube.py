@@ -1,4 +1,4 @@
-"""A table by the axes of its study: its rows are their product; only those asked for are read."""
+"""A table by the axes of its study, whose product its rows are; only rows asked for are read."""
 
 from __future__ import annotations
 
@@ -41,7 +41,10 @@ class Cube:
     """A table of designs, states or choices by the axes of its study, slowest first."""
 
     kind: str
-    """designs, states, or choices; choices between the grid's points come after the product."""
+    """designs, states, or choices.
+
+    Choices between the points of the grid follow after its rows, and belong to no position.
+    """
     axes: tuple[Axis, ...]
     table_columns: TableColumns
     """Columns of the table, the derived ones included."""
@@ -51,7 +54,7 @@ class Cube:
     """The study itself."""
     study_hash: str
     table: AnyTable | None = None
-    """Rows of the table; None for one to come."""
+    """Table with the rows; None for columns alone."""
 
     @property
     def columns(self) -> Mapping[str, Quantity | None]:
@@ -138,7 +141,7 @@ class Cube:
         """Return the positions on each axis that conditions leave, by the axis's column.
 
         Raises:
-            UsageError: A condition leaves nothing of its axis, or has a word that the axis has not.
+            UsageError: A condition leaves nothing of its axis, or names a word that is not on it.
         """
         chosen = {axis.column: np.arange(axis.length, dtype=np.int64) for axis in self.axes}
         for condition in asked:
@@ -152,24 +155,26 @@ class Cube:
             if not len(left):
                 hint = f"values: {', '.join(self._listed(axis, positions))}"
                 raise UsageError(
-                    f'nothing is left by "{shorten(condition.text)}"', where="--where", hint=hint
+                    f'"{shorten(condition.text)}" leaves nothing of the axis',
+                    where="--where",
+                    hint=hint,
                 )
             chosen[axis.column] = left
         return chosen
 
     def _listed(self, axis: Axis, positions: Ints) -> list[str]:
-        """Return values of an axis as one writes them in a filter; of many, those at the ends."""
-        is_short = len(positions) <= _MOST_LISTED
-        values = axis.values[positions if is_short else positions[[0, 1, 2, -1]]]
+        """Return values of an axis as a filter states them; if they are many, those at the ends."""
+        are_few = len(positions) <= _MOST_LISTED
+        values = axis.values[positions if are_few else positions[[0, 1, 2, -1]]]
         if axis.is_text:
             texts = [str(value) for value in values]
         else:
             shown = self.shown(axis.column)
             texts = [shown.text(value).replace("−", "-") for value in values]
-        return texts if is_short else [*texts[:-1], "…", texts[-1]]
+        return texts if are_few else [*texts[:-1], "…", texts[-1]]
 
     def rows(self, order: Sequence[str], positions: Mapping[str, Ints]) -> Ints:
-        """Return row numbers over some axes.
+        """Return the row numbers of all combinations of positions on some axes.
 
         Args:
             order: Columns of these axes.
@@ -207,13 +212,13 @@ class Cube:
     def _stored(self, rows: Ints, names: list[str]) -> dict[str, ColumnArray]:
         """Read columns of the table at some rows, in the shape of `rows`."""
         if self.table is None:
-            raise ValueError("a table that is not written has no rows")
+            raise ValueError("this cube has columns but no rows")
         order = np.argsort(rows, axis=None, kind="stable")
         wanted = rows.ravel()[order]
         read = {}
         for name in names:
-            null, kind = _null_of(self.table.schema.field(name).type)
-            read[name] = np.full(rows.size, null, kind)
+            null, dtype = _null_of(self.table.schema.field(name).type)
+            read[name] = np.full(rows.size, null, dtype)
         for start, part in self.table.parts(names, wanted):
             low, high = np.searchsorted(wanted, (start, start + part.num_rows))
             if high <= low:
@@ -246,11 +251,11 @@ def _null_of(kind: pa.DataType) -> tuple[Any, Any]:
 
 
 def cube_of(table: AnyTable, kinds: Sequence[str] = ("designs", "states")) -> Cube:
-    """Return a table by the axes of the study that it knows of.
+    """Return a table by the axes of the study that its metadata hold.
 
     Args:
         table: The table.
-        kinds: Kinds of tables that are taken.
+        kinds: Kinds of tables that are accepted.
 
     Raises:
         InputError: It is a table of another kind, or not as tendon writes it.
@@ -304,7 +309,7 @@ def choices_of(table: AnyTable) -> Cube:
 
 
 def _is_ours(schema: pa.Schema) -> bool:
-    """Return True if columns have different names, and types that tendon writes."""
+    """Return True if all columns have different names, and types that tendon writes."""
     names = schema.names
     kinds = [field.type for field in schema]
     return len(set(names)) == len(names) and all(map(_is_written, kinds))

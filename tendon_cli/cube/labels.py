@@ -36,7 +36,7 @@ class ColumnLabel:
     def of(
         cls, column: str, quantity: Quantity, units: Mapping[str, str] | None = None
     ) -> ColumnLabel:
-        """Return a column of a quantity.
+        """Return the label of a column that holds a quantity.
 
         Args:
             column: Its name.
@@ -48,7 +48,7 @@ class ColumnLabel:
 
     @property
     def name(self) -> str:
-        """Name in words, the side included."""
+        """Name in words, with the side of a column that only one side has."""
         words = say.column(self.quantity.name)
         return f"{words}, {self.side}" if self.side else words
 
@@ -90,7 +90,7 @@ class ColumnLabel:
 
     def scaled(self, values: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Return SI values in the unit shown."""
-        with np.errstate(over="ignore"):  # what is too large in the unit shown is drawn nowhere
+        with np.errstate(over="ignore"):  # an infinite value is drawn nowhere
             return np.asarray(values, dtype=np.float64) / self.factor
 
     def text(self, value: float) -> str:
@@ -114,15 +114,15 @@ class ColumnLabel:
 
 
 def reading(document: Mapping[str, Any]) -> str:
-    """Return what a resolved study sets.
+    """Return words for what somebody sets in the study: a pretension or a tension.
 
-    It is "pretension", or for example "tension in the flexor at the joint".
+    They are "pretension", or for example "tension in the flexor at the joint".
     """
     return "".join(say.setting_words(document.get("setting", {}).get("read", "pretension")))
 
 
 def as_read(quantity: Quantity, document: Mapping[str, Any]) -> Quantity:
-    """Return a quantity of pretension by what the resolved study sets; any other as it is."""
+    """Return a quantity of pretension renamed to what the study sets; any other as it is."""
     words = reading(document)
     if quantity.name not in AS_READ or words == "pretension":
         return quantity
@@ -142,7 +142,7 @@ def symbol(text: str) -> str:
 
 
 def without_formulas(text: str) -> str:
-    """Return drawn text for a file's metadata, its formulas as they are written, F_o^f."""
+    """Return drawn text for a file's metadata, its formulas as plain symbols such as F_o^f."""
     unset = _FORMULA.sub(lambda match: match[1].replace("{", "").replace("}", ""), text)
     return unset.replace(r"\$", "$")
 
@@ -159,7 +159,7 @@ def _set(word: str) -> str:
 
 
 def plain(text: str, *, width: int | None = None, lines: int = 3) -> str:
-    """Return text of a user to be drawn as it stands.
+    """Return a user's text so that matplotlib draws it literally.
 
     A dollar sign makes no formula, and a control character breaks no line.
 

@@ -25,7 +25,7 @@ from tendon_cli.tables.schema import Column, array_of, as_numpy
 from tendon_cli.units import factor_of, shorten
 
 _FORMULA = r"^([=+\-@\t\r])"
-"""Beginnings of text that a spreadsheet would run."""
+"""Pattern of text that a spreadsheet would run as a formula."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class TableRows:
 
     @cached_property
     def names(self) -> list[str]:
-        """Names of the columns that are given."""
+        """Names of the columns of the rows, in their order; raises UsageError."""
         names = [self.table_columns.find(name, "--columns") for name in self.columns]
         for name in names:
             if names.count(name) > 1:
@@ -68,7 +68,7 @@ class TableRows:
         """Yield the rows that the filters leave, in their order, a stretch at a time.
 
         Args:
-            also: Columns that are given besides.
+            also: Further columns, after those in `names`.
         """
         wanted = list(dict.fromkeys([*self.names, *also]))
         filtered = [condition.column for condition in self.conditions]
@@ -92,8 +92,8 @@ class TableRows:
 
         Args:
             count: Most rows to return.
-            sort: Column by which rows are sorted, with - before it in falling order; None for the
-                order of the table.
+            sort: Column by which rows are sorted, with - before it in descending order; None for
+                the order of the table.
         """
         by = None
         order = "ascending"
@@ -119,7 +119,7 @@ class TableRows:
 
 
 def _sorted(column: pa.ChunkedArray, order: str) -> pa.Array:
-    """Return the row numbers of a column in an order, ascending or descending."""
+    """Return row numbers that sort a column, ascending or descending."""
     if pa.types.is_dictionary(column.type):
         column = column.cast(pa.string())
     return pc.sort_indices(pa.table({"by": column}), sort_keys=[("by", order)])
@@ -151,6 +151,7 @@ class CsvForm:
 
     @property
     def _has_comma(self) -> bool:
+        """True if the decimal sign is a comma."""
         return self.locale in _WITH_COMMA
 
     def header(self, name: str, quantity: Quantity | None) -> str:
@@ -163,7 +164,7 @@ class CsvForm:
     def column(
         self, column: pa.ChunkedArray, quantity: Quantity | None, *, is_rigid: bool
     ) -> pa.ChunkedArray:
-        """Return a column as it is written.
+        """Return a column as it is written to the file.
 
         Text that a spreadsheet would run has a ' before it.
 
@@ -194,10 +195,12 @@ def _check_known(value: str, known: Sequence[str], option: str) -> None:
 
 
 def _field(name: str, schema: pa.Schema) -> pa.Field:
+    """Return the field of a column, which may be a derived quantity."""
     return Column.of(DERIVED[name].quantity).field if name in DERIVED else schema.field(name)
 
 
 def _derived(name: str, values: ColumnArray) -> pa.Array:
+    """Return the values of a derived quantity as an Arrow array; NaN becomes null."""
     return array_of(Column.of(DERIVED[name].quantity), values, nulls=bool(np.isnan(values).any()))
 
 
@@ -208,7 +211,7 @@ def rows_in(
     columns: Sequence[str] = (),
     sort: str | None = None,
 ) -> TableRows:
-    """Return rows of the table that a path means, one with all columns that are asked for.
+    """Return rows of the table that a path means; it has all columns that are asked for.
 
     Args:
         path: As in `table_in`.

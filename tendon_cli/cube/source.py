@@ -24,7 +24,7 @@ from tendon_cli.units import shorten
 from tendon_cli.version import RESULTS_VERSION
 
 TABLES = ("designs", "choices", "states", "conditions", "persons", "draws")
-"""Tables of a run or an answer, those first that are shown by default."""
+"""Tables of a run or an answer; the first that is there is shown by default."""
 _OF_A_RUN = ("designs", "states")
 _ONLY_IN_STATES = {"direction", "elbow_angle", "status", *OF_STATES}
 
@@ -62,7 +62,7 @@ def table_at(
     *,
     order: Sequence[str] = TABLES,
 ) -> AnyTable:
-    """Open the table that a path means, as `table_in` does, but no CSV file of people."""
+    """Open the table that a path means, as `table_in` does, except CSV files of people."""
     asked = {column_named(name) for name in asked}
     is_folder = _is_folder(path)
     if not is_folder:
@@ -123,11 +123,12 @@ def file_of(path: Path, wanted: str | None = None, *, order: Sequence[str] = TAB
 
 
 def _is_folder(path: Path) -> bool:
-    """Return True if a path is a folder, but no folder of a table's parts."""
+    """Return True if a path is a folder other than that of a table's parts."""
     return path.is_dir() and path.suffix != ".parquet"
 
 
 def _tables_of(folder: Path, order: Sequence[str]) -> list[str]:
+    """Return the names of the tables that a folder holds, in this order."""
     return [name for name in order if (folder / f"{name}.parquet").exists()]
 
 
@@ -149,7 +150,7 @@ def _states_in(path: Path, asked: Collection[str]) -> AnyTable | None:
     if not set(asked) <= held | _ONLY_IN_STATES:
         return None
     if table.facts["results_version"] != RESULTS_VERSION:
-        hint = "`tendon sweep --overwrite` runs the study anew"
+        hint = "`tendon sweep --overwrite` runs the study again"
         raise InputError(
             "was written by a version with other results, so its states cannot be computed",
             where=str(path),

@@ -16,23 +16,23 @@ from tendon_cli.units import factor_of
 
 # Measured on 64-bit Linux.
 _BYTES_AT_REST = 110_000_000
-"""The interpreter with its libraries."""
+"""Memory of the interpreter with its libraries, bytes."""
 _ARRAYS_PER_BLOCK = 35
-"""Arrays of one number for each state of a block."""
+"""Arrays with a number for each state of a block, as many as are in memory at once."""
 _RESULTS = 16
-"""Numbers for each design of a part."""
+"""Numbers that are kept for each design of a part."""
 _SECONDS_TO_START = 0.3
 _SECONDS_FOR_FIGURES = 1.5
 
 _SAMPLES = 8
-"""Runs of designs in a sample, if the study has a table of states."""
+"""Ranges of designs in a sample, if the study has a table of states."""
 _MOST_STATES = 2**26
 """Most states in a sample, if it has none."""
 
 
 @dataclass(frozen=True)
 class AxisLine:
-    """An axis as people read it."""
+    """An axis in the units that people read: its key, number of values, first and last value."""
 
     key: str
     count: int
@@ -62,7 +62,7 @@ class Estimate:
     parts: int
 
     def record(self) -> dict[str, Any]:
-        """Return the estimate for a program."""
+        """Return the estimate as a dictionary for JSON, its times rounded."""
         rounded = {
             "seconds": round(self.seconds, 2),
             "figure_seconds": round(self.figure_seconds, 2),
@@ -121,20 +121,20 @@ def estimate(plan: Plan, jobs: int, *, figures: bool) -> Estimate:
 
 
 def _samples(plan: Plan) -> list[range]:
-    """Return runs of designs that are spread evenly over the product.
+    """Return ranges of designs that are spread evenly over the product.
 
-    So the size of their rows is that of all rows. Without rows of states it is one stretch of the
-    part in the middle, for designs side by side have much in common.
+    So their rows are on average as large as all rows. If the study has no table of states, return
+    one range of the middle part instead: designs side by side share much of their computation.
     """
     if "states" not in plan.study.output.tables:
         part = plan.part(plan.parts // 2)
         return [part[: max(1, _MOST_STATES // plan.states_per_design)]]
     most = min(plan.designs, plan.part_designs, max(1, STATES_PER_PART // plan.states_per_design))
-    runs = 1 if most == plan.designs else min(_SAMPLES, most)
+    count = 1 if most == plan.designs else min(_SAMPLES, most)
     samples = []
-    for index in range(runs):
-        length = most * (index + 1) // runs - most * index // runs
-        start = (plan.designs - length) * index // max(1, runs - 1)
+    for index in range(count):
+        length = most * (index + 1) // count - most * index // count
+        start = (plan.designs - length) * index // max(1, count - 1)
         samples.append(range(start, start + length))
     return samples
 

@@ -1,4 +1,4 @@
-"""The folder of a run: which run it is of, who may write to it, and what in it may be replaced."""
+"""The folder of a run: check that a task may write there, and put its files in place."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.engine.journal import JOURNAL, Journal
-from tendon_cli.engine.records import TABLES, difference, read_record, stands, write_record
+from tendon_cli.engine.records import TABLES, difference, is_intact, read_record, write_record
 from tendon_cli.engine.task import PartResult, Task
 from tendon_cli.errors import FolderError, InputError, OutputError, SizeError, WorkersLostError
 from tendon_cli.files import LOCK, OF_A_RUN, output_errors
@@ -32,13 +32,13 @@ _NO_JOURNAL = "holds a journal that is not as tendon wrote it"
 
 @dataclass(frozen=True)
 class RunFolder:
-    """A run folder, and the task that is to be carried out into it."""
+    """A run folder, and the task that is to be run into it."""
 
     path: Path
     task: Task
 
     def check(self, *, resume: bool, overwrite: bool) -> None:
-        """Raise FolderError, without a trace, if the task may not be carried out into the folder.
+        """Raise FolderError if the task may not be run into the folder; nothing is changed there.
 
         Args:
             resume: True if an unfinished run of the same study may be finished.
@@ -67,7 +67,7 @@ class RunFolder:
             raise self._refusal(_NO_JOURNAL, _ELSEWHERE)
         if not resume:
             done = f"{len(journal.parts)} of {self.task.parts} parts are done"
-            hint = "--resume finishes it (in Python resume=True), --overwrite starts anew"
+            hint = "--resume finishes it (in Python resume=True), --overwrite starts over"
             raise self._refusal(f"holds an unfinished run of this study, {done}", hint)
 
     def _check_not_foreign(self, journal: Journal) -> None:
@@ -141,11 +141,11 @@ class RunFolder:
             )
 
     def header(self) -> dict[str, Any]:
-        """Return the first entry of this run's journal."""
+        """Return the first entry of this run's journal: which run it is, its tables and parts."""
         return {**self.task.identity, "tables": list(self.task.tables), "parts": self.task.parts}
 
     def intact(self, journal: Journal) -> dict[int, PartResult]:
-        """Return the recorded parts whose files are as they were written, at first or at last."""
+        """Return the recorded parts whose files are as they were first or last written."""
         intact = {}
         for index, part in journal.parts.items():
             if index >= self.task.parts or not self.task.is_note(index, part.note):
@@ -153,7 +153,7 @@ class RunFolder:
             files = {}
             for name, first in part.files.items():
                 for written in (first, journal.last.get(name)):
-                    if written is not None and self._stands(name, written):
+                    if written is not None and self._is_intact(name, written):
                         files[name] = written
                         break
             is_whole = len(files) == len(part.files)
@@ -161,8 +161,9 @@ class RunFolder:
                 intact[index] = replace(part, files=files)
         return intact
 
-    def _stands(self, name: str, file: WrittenFile) -> bool:
-        return stands(self.path, {"path": name, **asdict(file)})
+    def _is_intact(self, name: str, file: WrittenFile) -> bool:
+        """Return True if a file in the folder has the recorded bytes."""
+        return is_intact(self.path, {"path": name, **asdict(file)})
 
     def prepare(self) -> None:
         """Make the folders of tables that have several parts; raises OutputError."""
@@ -236,7 +237,7 @@ class RunFolder:
     def place_figures(
         self, drawn: Path, names: list[str], before: list[str], journal: Journal | None
     ) -> list[str]:
-        """Put drawn figures in place of earlier ones; raises OutputError.
+        """Replace earlier figures by those that were drawn; raises OutputError.
 
         Args:
             drawn: The folder in which they were drawn.
@@ -252,7 +253,7 @@ class RunFolder:
             if name not in before and os.path.lexists(self.path / name):
                 names.remove(name)
                 faults.append(
-                    f"{name} is not drawn: a file of that name stands there, which no run wrote"
+                    f"{name} is not drawn: a file of that name is there, which no run wrote"
                 )
         if journal is not None and names:
             journal.announce(names)
@@ -267,12 +268,12 @@ class RunFolder:
     def finish(self, record: dict[str, Any]) -> None:
         """Declare the run finished: write its record last of all, then delete the journal.
 
-        A worker that an older run lost may have written late: parts that this run does not have are
-        deleted.
+        Parts that the record does not list are deleted: a worker that was lost may have written
+        them late.
 
         Raises:
             WorkersLostError: A file of the run was replaced.
-            InputError: A file of the run is no whole table any more.
+            InputError: A file of the run was damaged.
         """
         sizes = {entry["path"]: entry["size"] for entry in record["files"]}
         for table, parts in self.task.tables.items():
@@ -285,7 +286,7 @@ class RunFolder:
         for name, size in sizes.items():
             path = self.path / name
             if path.lstat().st_size != size:
-                hint = "--resume computes it anew"
+                hint = "--resume computes it again"
                 if study_hash_of(path) is None:
                     message = "was damaged during the run"
                     raise InputError(message, where=str(path), hint=hint)

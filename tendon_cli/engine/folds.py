@@ -34,7 +34,7 @@ _MOST_STATES_BEFOREHAND = 2**25
 """Most states that are folded to windows before any part is begun."""
 
 COUNTED = ("taut", "stable", "feasible", "slack", "no_equilibrium", "unstable")
-"""Counts of the record: designs by judgement; slack, unstable states and those without balance."""
+"""Counts in the record: designs by judgement; slack, unbalanced and unstable states."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class Folds:
 
     @cached_property
     def _arm_axes(self) -> frozenset[int]:
-        """Design axes along which the arm's motion varies, so that each elbow angle has values."""
+        """Design axes along which moment arms and travels at an elbow angle vary."""
         return self.plan.space.axes_of(lambda key: key.startswith(("arm.", "model.")))
 
     def small_blocks(self, block: Block) -> Iterator[Block]:
@@ -92,7 +92,7 @@ class Folds:
         return None
 
     def designs(self, block: Block) -> dict[str, npt.NDArray[Any]]:
-        """Return the columns of `designs` for a small block, and how many states are counted.
+        """Return the columns of `designs` for a small block, and its counts of states.
 
         Returns:
             Arrays in the shape of the block's design axes, SI: results, windows, judgements as
@@ -115,7 +115,7 @@ class Folds:
         return results | judgements | counts
 
     def windows(self, block: Block, design: Design) -> Extremes:
-        """Return the windows of a block, worked out once for designs that differ in pretension.
+        """Return the windows of a block; designs that differ only in pretension share one.
 
         Args:
             block: The designs.
@@ -140,7 +140,7 @@ class Folds:
 
     @cached_property
     def known_windows(self) -> Extremes | None:
-        """Windows of the whole plan, N; None unless blocks share them and they are few."""
+        """Windows of the whole plan, N; None if no designs share a window or there are too many."""
         plan = self.plan
         (whole,) = plan.blocks(range(plan.designs))
         different = whole.first_along(self._pretension_axes)
@@ -185,7 +185,7 @@ class Folds:
         }
 
     def _stretches(self, block: Block) -> Iterator[Block]:
-        """Yield the block cut along its angles; the results do not depend on where."""
+        """Yield the block cut along its elbow angles; the results do not depend on the cuts."""
         most = VALUES_AT_ONCE if kernel.kind() else self.plan.block_states
 
         def angle_axis(piece: Block) -> int | None:
@@ -194,7 +194,10 @@ class Folds:
         return block.cut(angle_axis)
 
     def _by_numpy(self, block: Block, design: Design) -> Extremes:
-        """Work out what compiled code does not know: forms of states, entries, and motion."""
+        """Work out the columns that compiled code does not know.
+
+        These are the extremes of forms, those of `extremes.OVER_STATES`, and those of motion.
+        """
         plan = self.plan
         speed = plan.study.motion.speed
         columns: Extremes = {}
@@ -217,13 +220,13 @@ class Folds:
 
 # --- Choices --------------------------------------------------------------------------------------
 #
-# A choice is a combination of the axes that are no condition. It is feasible if its designs are
+# A choice is a combination of the axes that are not conditions. It is feasible if its designs are
 # feasible under all conditions at once, and these may be spread over the whole run. So each part
 # notes which of its designs are feasible, one bit for each.
 
 
 def _choice_axes(plan: Plan) -> list[int]:
-    """Return the design axes that are no conditions."""
+    """Return the design axes that are not conditions."""
     return [axis for axis, key in enumerate(plan.study.axes) if key not in plan.study.conditions]
 
 

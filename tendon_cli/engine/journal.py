@@ -35,9 +35,9 @@ class Journal:
     parts: dict[int, PartResult] = field(default_factory=dict)
     """Finished parts by their indices."""
     last: dict[str, WrittenFile] = field(default_factory=dict)
-    """Files that are written last, or once more, by their names; each may be in place already."""
+    """Files that follow from the whole record, by their names; each may be in place already."""
     figures: tuple[str, ...] = ()
-    """Names that are about to appear in the folder."""
+    """Names of figures that are in the folder or about to appear there."""
     in_memory: bool = False
     """True for a run without a folder: nothing is written."""
 
@@ -71,7 +71,7 @@ class Journal:
         return _line(header).startswith(_content(self.path))
 
     def start(self, header: dict[str, Any]) -> None:
-        """Write the journal anew: a header, and what counts of an older one; raises OutputError."""
+        """Write a new journal: a header, then the parts and figures so far; raises OutputError."""
         self.header = header
         entries = [header, *map(_entry, self.parts.values())]
         if self.figures:
@@ -104,11 +104,13 @@ class Journal:
 
 
 def _line(entry: dict[str, Any]) -> bytes:
+    """Return an entry as a line: CRC-32 in hexadecimal digits, a space, JSON."""
     text = json.dumps(entry, sort_keys=True).encode()
     return b"%08x %s\n" % (zlib.crc32(text), text)
 
 
 def _content(path: Path) -> bytes:
+    """Return the bytes of a journal, none if there is no file; raises FolderError."""
     try:
         return read_file(path, MOST_BYTES)
     except (FileNotFoundError, NotADirectoryError):
@@ -133,7 +135,7 @@ def _entries(path: Path) -> list[dict[str, Any]]:
 
 
 def _is_header(entry: dict[str, Any]) -> bool:
-    """Return True if an entry says which run the journal is of."""
+    """Return True if an entry is a header, which says which run the journal is of."""
     tables = entry.get("tables")
     if not isinstance(tables, list) or not tables:
         return False
@@ -146,6 +148,7 @@ def _is_header(entry: dict[str, Any]) -> bool:
 
 
 def _entry(result: PartResult) -> dict[str, Any]:
+    """Return the entry of a finished part."""
     files = {name: asdict(file) for name, file in result.files.items()}
     return {"part": result.index, "note": result.note, "files": files}
 

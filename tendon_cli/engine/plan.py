@@ -265,7 +265,7 @@ class Plan:
         return self.space.design(block.designs)
 
     def state(self, block: Block, design: Design | None = None) -> State:
-        """Return the states of a block, as the model works them out.
+        """Return the states of a block, whose results the model computes when they are asked for.
 
         Args:
             block: The states.
@@ -298,6 +298,6 @@ def part_range(count: int, length: int, index: int) -> range:
 
 
 def bounds_of(study: Study) -> Bounds:
-    """Return the limits of a study, as the model holds states to them."""
+    """Return the limits of a study as the model takes them, with the speed of the elbow."""
     speed = study.motion.speed
     return Bounds(speed=math.nan if speed is None else speed.single, **study.limits)

@@ -1,4 +1,4 @@
-"""The record of a finished run, `run.json` or `design.json`; it counts only as tendon wrote it."""
+"""The record of a finished run, `run.json` or `design.json`; one that was changed is refused."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _ALWAYS: dict[str, type] = {
     **dict.fromkeys(("files", "figures"), list),
     "results_version": int,
 }
-"""Types of what every record has had since the first version."""
+"""Types of the entries that every record has had since the first version."""
 _COUNTS = {
     "sweep": (
         "designs",
@@ -47,7 +47,7 @@ _COUNTS = {
     ),
     "design": ("choices", "conditions", "feasible"),
 }
-"""Counts that every record has had, by the command."""
+"""Counts that every record of a command has had since the first version."""
 _LATER: dict[str, type] = {
     "sources": dict,
     "axes": list,
@@ -58,16 +58,16 @@ _LATER: dict[str, type] = {
         ("taut", "stable", "choices", "feasible_choices", "parts", "resumed_parts"), int
     ),
 }
-"""Types of what only later versions write."""
+"""Types of the entries that only later versions write."""
 
 
 def read_record(folder: Path) -> dict[str, Any] | None:
     """Return the record of the finished run in a folder; None if there is none.
 
-    Its `verb` is the command that it is of.
+    Its `verb` is the command that wrote it.
 
     Raises:
-        FolderError: There is one that tendon did not write, or there are two.
+        FolderError: A record is not as tendon wrote it, or there are two.
     """
     found = []
     for verb, name in RECORDS.items():
@@ -80,14 +80,14 @@ def read_record(folder: Path) -> dict[str, Any] | None:
 
 
 def write_record(folder: Path, record: dict[str, Any]) -> None:
-    """Put a record in place, whole, with its checksum; raises OutputError."""
+    """Write a record with its checksum, whole or not at all; raises OutputError."""
     record["checksum"] = checksum(record)
     content = json.dumps(record, indent=2, ensure_ascii=False) + "\n"
     write_whole(folder / RECORDS[record["verb"]], content.encode(), of_a_run=True)
 
 
 def checksum(record: dict[str, Any]) -> str:
-    """Return the SHA-256 of a record without its checksum; one that was changed does not count."""
+    """Return the SHA-256 of a record without its checksum, by which a change is noticed."""
     content = {key: value for key, value in record.items() if key != "checksum"}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
@@ -112,7 +112,7 @@ def _read_sealed(path: Path, verb: str) -> dict[str, Any] | None:
 
 
 def _is_sound(record: dict[str, Any], verb: str) -> bool:
-    """Return True if everything is of its type; anybody can compute a checksum."""
+    """Return True if every entry has its type, which a right checksum does not prove."""
     kinds = {**_ALWAYS, **dict.fromkeys(_COUNTS[verb], int)}
     kinds |= {name: kind for name, kind in _LATER.items() if name in record}
     for name, kind in kinds.items():
@@ -134,7 +134,7 @@ def _is_sound(record: dict[str, Any], verb: str) -> bool:
 
 
 def _is_file(entry: Mapping[str, Any]) -> bool:
-    """Return True if an entry of a record is that of a table's file."""
+    """Return True if an entry of a record describes a file of a table."""
     path = entry.get("path")
     return (
         isinstance(path, str)
@@ -150,7 +150,7 @@ def is_count(value: Any) -> bool:
     return type(value) is int and value >= 0
 
 
-def stands(folder: Path, entry: Mapping[str, Any]) -> bool:
+def is_intact(folder: Path, entry: Mapping[str, Any]) -> bool:
     """Return True if a file of a run has the bytes that were recorded."""
     path = folder / entry["path"]
     try:
@@ -163,25 +163,25 @@ def stands(folder: Path, entry: Mapping[str, Any]) -> bool:
         return False
 
 
-def lost(folder: Path, record: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the files of a record that are missing or not as they were written."""
-    return (entry["path"] for entry in record["files"] if not stands(folder, entry))
+def damaged_files(folder: Path, record: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the paths of the files of a run that are missing or not as they were written."""
+    return (entry["path"] for entry in record["files"] if not is_intact(folder, entry))
 
 
 def difference(recorded: Mapping[str, Any], verb: str, study: Study) -> str | None:
-    """Say in what a recorded run differs from one of a study; None if it is the same.
+    """Say how a recorded run differs from one of a study; None if it does not.
 
     Args:
         recorded: A record, or the header of a journal.
-        verb: The command.
-        study: The study.
+        verb: The command that is to be run.
+        study: Its study.
     """
     version = recorded.get("results_version")
     if version != RESULTS_VERSION:
         return f"results version {version}, this tendon gives {RESULTS_VERSION}"
     other = recorded.get("verb", "sweep")
     if other != verb:
-        return f"it is of `tendon {other}`, not of `tendon {verb}`"
+        return f"`tendon {other}` wrote it, not `tendon {verb}`"
     if recorded.get("study_hash") == study.hash:
         return None
     lines = differences(recorded.get("study") or {}, study.document())
@@ -192,7 +192,7 @@ def differences(theirs: Any, ours: Any, key: str = "") -> list[str]:
     """List the keys in which two resolved studies differ, each with both values.
 
     Args:
-        theirs: A study, or a value in one: shown as the former.
+        theirs: The recorded study, or a value in it.
         ours: The other study or value.
         key: Key of the values; empty for whole studies.
     """

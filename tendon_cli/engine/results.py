@@ -18,7 +18,7 @@ from tendon_cli import say
 from tendon_cli.display import Displayed, face
 from tendon_cli.engine.journal import Journal
 from tendon_cli.engine.plan import Plan
-from tendon_cli.engine.records import lost, read_record
+from tendon_cli.engine.records import damaged_files, read_record
 from tendon_cli.engine.states import WorkedOut
 from tendon_cli.engine.table_columns import PlanColumns
 from tendon_cli.errors import FolderError, InputError, UsageError, install_hint
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _LONGEST_LABEL = 30
+"""Most characters of a meaning that labels an axis."""
 Variable: TypeAlias = tuple[tuple[str, ...], npt.NDArray[Any], dict[str, str]]
 """Dimensions, values and attributes, as xarray takes them."""
 
@@ -45,7 +46,7 @@ class Result(Displayed):
     folder: Path | None = None
     """Folder of the result; None in memory."""
     up_to_date: bool = False
-    """True if it had been in the folder before."""
+    """True if it was in the folder already, and nothing was computed."""
     note: str | None = None
     """Why there is no slack map, if one was asked for."""
     tables: Mapping[str, pa.Table] = field(default_factory=dict, repr=False)
@@ -108,7 +109,7 @@ class Run(Result):
         return self.tables[name] if name in self.tables else self.kept(name).read()
 
     def kept(self, name: str) -> TableFiles:
-        """Return a table on the disk, every byte verified; raises as `table` does."""
+        """Return a table in the run folder, every byte verified; raises as `table` does."""
         where = str(self.folder or "in memory")
         if not self._is_kept(name):
             hint = f'[output] tables needs "{name}"'
@@ -147,8 +148,8 @@ def verified_record(path: Path) -> dict[str, Any]:
         message = f"is not a run folder: it holds no {' or '.join(RECORDS.values())}"
         hint = "`tendon sweep` or `tendon design` writes one"
         raise InputError(message, where=str(path), hint=hint)
-    for name in lost(path, record):
-        hint = f"`tendon {record['verb']} --resume` computes just this anew"
+    for name in damaged_files(path, record):
+        hint = f"`tendon {record['verb']} --resume` computes just this file again"
         raise InputError("is missing, or not as it was written", where=str(path / name), hint=hint)
     return record
 
@@ -203,7 +204,7 @@ def xarray_library() -> Any:
 
 
 def _dataset(record: Mapping[str, Any], table_of: Callable[[str], pa.Table]) -> xr.Dataset:
-    """Return those tables of a run that it has as one dataset; nulls are NaN, or None in text.
+    """Return the tables that a run keeps as one dataset; null becomes NaN, or None in text.
 
     Args:
         record: Record of the run.
@@ -271,22 +272,23 @@ def variables_of(table: pa.Table, sizes: dict[str, int]) -> dict[str, Variable]:
 
 
 def label_of(name: str, meaning: str) -> str:
-    """Return a name of a column that is short enough for an axis.
+    """Return the label of a column for an axis.
 
-    It is the column's meaning if that is short or the column's own, else its name in words.
+    It is the column's meaning if that is short, or if it differs from the meaning of the quantity
+    (as "pretension, read as ..." does), else the column's name in words.
     """
     if not meaning:
         return say.column(name)
-    is_its_own = name in QUANTITIES and meaning != QUANTITIES[name].long_name
-    if is_its_own or len(meaning) <= _LONGEST_LABEL:
+    has_own_meaning = name in QUANTITIES and meaning != QUANTITIES[name].long_name
+    if has_own_meaning or len(meaning) <= _LONGEST_LABEL:
         return meaning
     return say.column(name)
 
 
 def along_own_axes(name: str, variable: Variable) -> Variable:
-    """Return a coordinate along the axes that it varies with.
+    """Return a coordinate without the dimensions along which it does not vary.
 
-    The coordinate of an axis is along that axis alone, a constant along none.
+    The coordinate of an axis keeps that axis alone, a constant keeps none.
     """
     dimensions, values, attributes = variable
     for dimension in dimensions:

@@ -1,4 +1,4 @@
-"""Carrying a task out, in memory or into a folder that is locked, recorded and verified."""
+"""Run a task in memory, or into a folder that is locked, recorded and verified."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any, TypeAlias, TypeVar
 
 from tendon_cli.engine.folder import RunFolder
 from tendon_cli.engine.journal import Journal
-from tendon_cli.engine.records import lost, read_record, write_record
+from tendon_cli.engine.records import damaged_files, read_record, write_record
 from tendon_cli.engine.results import Result
 from tendon_cli.engine.task import InMemory, PartMaker, PartResult, Task
 from tendon_cli.engine.threads import (
@@ -31,9 +31,10 @@ from tendon_cli.tables.write import WrittenFile
 Draw: TypeAlias = Callable[
     [Study, Path, Path, dict[str, Any]], tuple[list[str], list[str], str | None]
 ]
-"""Draws figures of a study's run folder into another folder, from the record of the run.
+"""Draws the figures of a run: takes the study, the run folder, a folder for figures and the record.
 
-Returns their names, what could not be drawn, and why there is no slack map.
+Returns the names of the figures, warnings on those that could not be drawn, and why there is no
+slack map.
 """
 Progress: TypeAlias = Callable[[int, int], None]
 """Called with the number of finished parts and of all parts."""
@@ -42,16 +43,16 @@ ResultType = TypeVar("ResultType", bound=Result)
 
 @dataclass(frozen=True)
 class RunOptions:
-    """Options of carrying a task out."""
+    """Options for running a task."""
 
     jobs: int | None = None
-    """Parts made at once; None for one for each core."""
+    """Parts made at once; None for as many as there are cores."""
     resume: bool = False
-    """Finish an unfinished run, and make damaged files of a finished one anew."""
+    """True to finish an unfinished run, or to make damaged files of a finished one again."""
     overwrite: bool = False
-    """Replace the run in the folder."""
+    """True to replace the run in the folder."""
     lock: bool = True
-    """Lock the folder."""
+    """False for a file system that cannot lock."""
     scheduler: str | None = None
     """Address of a Dask cluster whose workers make the parts."""
     draw: Draw | None = None
@@ -59,7 +60,7 @@ class RunOptions:
     progress: Progress = lambda _done, _all: None
     """Called after each part."""
     stop: threading.Event | None = None
-    """Ends the run with Stopped; without it Ctrl-C does, which then raises KeyboardInterrupt."""
+    """Event that ends the run with Stopped; if None, Ctrl-C ends it with KeyboardInterrupt."""
 
 
 def run_task(
@@ -69,7 +70,7 @@ def run_task(
     out: Path | None = None,
     how: RunOptions | None = None,
 ) -> ResultType:
-    """Carry a task out; return when everything is written and recorded.
+    """Run a task and return its result, when everything is written and recorded.
 
     Args:
         task: Type of the task.
@@ -79,7 +80,7 @@ def run_task(
         how: Options.
 
     Raises:
-        TendonError: It could not be carried out.
+        TendonError: The task cannot be run, or its result cannot be written.
     """
     how = how or RunOptions()
     with ended_by_keyboard(how.stop) as ended:
@@ -105,6 +106,7 @@ def run_task(
 
 
 def _in_memory(task: Task, kind: type[ResultType], how: RunOptions) -> ResultType:
+    """Run a task without a folder; return its result with the tables in memory."""
     task.check_memory()
     maker = InMemory(task, Path())
     with _runner(how, task.parts) as runner:
@@ -117,8 +119,8 @@ def _runner(how: RunOptions, parts: int) -> Iterator[Runner]:
     """Yield the runner that makes parts, here or on a cluster.
 
     Raises:
-        UsageError: The address is none, or a package is missing.
-        WorkersLostError: The cluster is not reached, or has no fit workers.
+        UsageError: The address of the cluster is malformed, or a package is missing.
+        WorkersLostError: The cluster cannot be reached, has no workers, or one is unfit.
     """
     if how.scheduler is None:
         yield in_threads(min(how.jobs or available_cores(), parts))
@@ -138,10 +140,10 @@ def compute_parts(
     Whatever was finished before an exception is kept and can be resumed.
 
     Returns:
-        The record, and True if it is in the folder already; else it is to be written there.
+        The record, and True if the folder holds it already; else the caller must write it there.
 
     Raises:
-        FolderError: Something else is in the folder.
+        FolderError: The folder holds something else.
         SizeError: The study is too large.
         OutputError: A file could not be written.
         WorkersLostError: Parts failed.
@@ -168,7 +170,7 @@ def compute_parts(
 def _recorded(
     maker: PartMaker, journal: Journal, runner: Runner, progress: Progress
 ) -> dict[str, Any]:
-    """Make the missing parts of a task, then what follows from the whole; return the record."""
+    """Make the missing parts of a task, then the files that need all parts; return the record."""
     started = time.monotonic()
     task = maker.task
     study = task.study
@@ -208,7 +210,7 @@ def _written_last(
     announce: Callable[[str, WrittenFile], None] = lambda _name, _file: None,
     only: Collection[str] | None = None,
 ) -> dict[str, WrittenFile]:
-    """Write the files that follow from the whole record; return them by their names.
+    """Write the files that follow from the whole record; return their sizes and checksums by name.
 
     Args:
         maker: Writes a file.
@@ -228,7 +230,7 @@ def _written_last(
 def _repaired(
     folder: RunFolder, record: dict[str, Any], maker: PartMaker, runner: Runner | None
 ) -> tuple[dict[str, Any], bool]:
-    """Make damaged files of a finished run anew; the same parts give the same bytes.
+    """Make damaged files of a finished run again; the same parts give the same bytes.
 
     Args:
         folder: The folder.
@@ -240,7 +242,7 @@ def _repaired(
         The record, and True if it is in the folder already.
     """
     entries = {entry["path"]: entry for entry in record["files"]}
-    damaged = list(lost(folder.path, record))
+    damaged = list(damaged_files(folder.path, record))
     if not damaged:
         return record, True
     if runner is None:
@@ -248,23 +250,23 @@ def _repaired(
             f"{len(damaged)} of {len(entries)} files are missing or damaged, "
             f"the first is {damaged[0]}",
             where=str(folder.path),
-            hint="--resume computes just these anew",
+            hint="--resume computes just these files again",
         )
-    anew = set(damaged)
+    rewritten = set(damaged)
 
     def take(result: PartResult) -> None:
         for name, file in result.files.items():
-            anew.add(name)
+            rewritten.add(name)
             entries[name].update(asdict(file))
 
     folder.prepare()
     missing = [
         index
         for index in range(folder.task.parts)
-        if not anew.isdisjoint(folder.task.files(index).values())
+        if not rewritten.isdisjoint(folder.task.files(index).values())
     ]
     make_parts(maker, runner, missing, take)
-    for name, file in _written_last(maker, record, only=anew).items():
+    for name, file in _written_last(maker, record, only=rewritten).items():
         entries[name].update(asdict(file))
     return {**record, "repaired": damaged}, False
 
@@ -275,10 +277,9 @@ def _repaired(
 def _with_figures(
     folder: RunFolder, record: dict[str, Any], draw: Draw | None, *, up_to_date: bool
 ) -> str | None:
-    """Draw next to the folder's files, then put the figures in place, their names first.
+    """Draw the figures into a folder of their own, write their names down, then put them in place.
 
-    So each figure in the folder is one that a record or a journal lists, at whatever moment the
-    process ends.
+    So a record or a journal lists each figure in the run folder, whenever the process ends.
 
     Args:
         folder: The folder.
@@ -296,8 +297,8 @@ def _with_figures(
     faults: list[str] = []
     note = None
     try:
-        place = folder.figures() if draw is not None else nullcontext(folder.path)
-        with place as drawn:
+        drawing = folder.figures() if draw is not None else nullcontext(folder.path)
+        with drawing as drawn:
             if draw is not None:
                 names, faults, note = draw(folder.task.study, folder.path, drawn, record)
             if up_to_date:
@@ -316,7 +317,11 @@ def _with_figures(
 
 
 def _wants_figures(folder: RunFolder, record: dict[str, Any]) -> bool:
-    """Return True if figures of a finished run are missing, or those of the study may differ."""
+    """Return True if figures of a finished run are missing, or the study declares figures.
+
+    Declared figures are drawn again, since they may have changed: they do not count for the hash
+    of the study.
+    """
     drawn = record["figures"]
     declared = folder.task.verb == "sweep" and bool(folder.task.study.figure)
     return declared or not drawn or any(not (folder.path / name).exists() for name in drawn)

@@ -1,4 +1,4 @@
-"""States worked out when they are read: those that a run did not keep, or at a program's angles."""
+"""States worked out when they are read: those a run did not keep, and those at angles asked for."""
 
 from __future__ import annotations
 
@@ -27,7 +27,10 @@ _LEADING = ("design", "direction", "elbow_angle")
 
 @dataclass(frozen=True, eq=False)
 class WorkedOut(AnyTable):
-    """Table of designs or states with all rows and columns that a study gives, kept or not."""
+    """Table with all rows and columns that a study gives, whether a run keeps them or not.
+
+    A table of designs gives only its columns and their meaning: rows can be read of states alone.
+    """
 
     record: Mapping[str, Any]
     """Record of the study, as a run or a table keeps it."""
@@ -75,14 +78,15 @@ class WorkedOut(AnyTable):
         """
         names = columns or self.schema.names
         rows_per_design = self.plan.states_per_design
-        runs = [range(self.plan.designs)]
+        ranges = [range(self.plan.designs)]
         if wanted is not None:
             designs = np.unique(wanted // rows_per_design)
             gaps = np.flatnonzero(np.diff(designs) > 1)
-            runs = [range(run[0], run[-1] + 1) for run in np.split(designs, gaps + 1) if len(run)]
-        for run in runs:
-            first_row = run.start * rows_per_design
-            for block in self.plan.blocks(run, self.plan.block_states):
+            stretches = np.split(designs, gaps + 1)
+            ranges = [range(part[0], part[-1] + 1) for part in stretches if len(part)]
+        for consecutive in ranges:
+            first_row = consecutive.start * rows_per_design
+            for block in self.plan.blocks(consecutive, self.plan.block_states):
                 part = self._rows(block, names)
                 yield first_row, part
                 first_row += part.num_rows
@@ -113,7 +117,7 @@ def states(design: AnyStudy, angle: npt.ArrayLike, flexion: npt.ArrayLike = True
         and then those of `angle` and `flexion`.
 
     Raises:
-        UsageError: An angle is none, or the shapes do not fit.
+        UsageError: There is no angle, one is not a number, or the shapes do not broadcast.
         StudyError: An angle is out of range.
 
     >>> import numpy as np
@@ -127,7 +131,7 @@ def states(design: AnyStudy, angle: npt.ArrayLike, flexion: npt.ArrayLike = True
             np.asarray(angle, dtype=np.float64), np.asarray(flexion, dtype=np.bool_)
         )
     except (TypeError, ValueError) as error:
-        raise UsageError(f"angle and flexion are not arrays of one shape: {error}") from None
+        raise UsageError(f"angle and flexion do not broadcast as arrays: {error}") from None
     if not angles.size:
         raise UsageError("angle is empty, expected at least one")
     different, places = np.unique(angles, return_inverse=True)

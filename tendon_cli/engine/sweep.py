@@ -34,7 +34,7 @@ LeadingValues: TypeAlias = Mapping[str, npt.NDArray[Any]]
 """Values of the columns that say which design, or which state, a row is."""
 
 _BLOCKS_AT_ONCE = 8
-"""Blocks of a plan that compiled code is best given together; the rows do not depend on it."""
+"""Blocks of a plan that compiled code is given as one, for speed; the rows do not depend on it."""
 _LEAST_BYTES = {"designs": 10, "states": 20}
 """Least size of a row on the disk, by table."""
 
@@ -104,15 +104,15 @@ class Sweep(Task):
         return replace(layout, at_once=DESIGNS_AT_ONCE) if table == "designs" else layout
 
     def fill(self, tables: Mapping[str, RowTarget], index: int) -> Note:
-        """Evaluate a part into its tables; raises Stopped."""
+        """Evaluate a part, write its rows into the tables, return its note; raises Stopped."""
         return self.fill_designs(tables, self.plan.part(index))
 
     def fill_designs(self, tables: Mapping[str, RowTarget], designs: range) -> Note:
-        """Evaluate a range of designs into some tables; raises Stopped.
+        """Evaluate a range of designs and write their rows into the tables; raises Stopped.
 
         Returns:
-            The counts of COUNTED under `totals` and the feasible designs under `feasible`,
-            whichever tables there are.
+            Note with the counts of COUNTED under `totals` and the feasible designs under
+            `feasible`, also if no table is given.
         """
         if "states" in tables:
             self._fill_states(tables["states"], designs)
@@ -130,7 +130,7 @@ class Sweep(Task):
         return {"totals": totals, "feasible": encode_feasible(feasible)}
 
     def _fill_states(self, table: RowTarget, designs: range) -> None:
-        """Evaluate the states of a range of designs into a table; raises Stopped."""
+        """Evaluate the states of a range of designs, write them into a table; raises Stopped."""
         states_at_once = self.plan.block_states
         if kernel.kind():
             states_at_once *= _BLOCKS_AT_ONCE
@@ -142,7 +142,7 @@ class Sweep(Task):
     def _design_rows(
         self, block: Block, totals: dict[str, int], feasible: npt.NDArray[np.bool_]
     ) -> Filler:
-        """Return the function that writes all rows of a block at once, since they interlock.
+        """Return the function that writes all rows of a block; rows of its pieces interlock.
 
         Args:
             block: The designs.
@@ -169,7 +169,7 @@ class Sweep(Task):
         return write
 
     def keys(self, table: str, block: Block) -> LeadingValues:
-        """Return the columns that say which design, or which state, a row of a block is."""
+        """Return the values of the leading columns of a block, by the columns' names."""
         columns = self.every_column.leading
         if table == "states":
             columns = columns | self.every_column.of_states
@@ -179,7 +179,7 @@ class Sweep(Task):
         }
 
     def is_note(self, index: int, note: Any) -> bool:
-        """Return True if `note` is such as `fill` returns for a part."""
+        """Return True if a note that was read has the form of those that `fill` returns."""
         designs = len(self.plan.part(index))
         try:
             counts = note["totals"]
@@ -215,7 +215,7 @@ class Sweep(Task):
         }
 
     def warnings(self, record: Mapping[str, Any]) -> list[str]:
-        """Return what a reader of the tables has to know first."""
+        """Return the warnings that a reader of the tables needs first."""
         warnings = super().warnings(record)
         states = record["states"]
         remark = kernel.missing_compiler_hint()

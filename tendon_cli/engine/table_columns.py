@@ -36,10 +36,10 @@ JUDGEMENTS = {
     "stable": "no state has less than the least elbow stiffness",
     "feasible": "taut, stable and within every limit",
 }
-"""Truths of `designs`, with what they mean; the record counts each."""
+"""Columns of `designs` that are true or false, with their meanings; the record counts each."""
 
 _MOST_MOMENT_ARMS = 2**18
-"""Most moment arms, arms times elbow angles, that are worked out to know which results are null."""
+"""Most moment arms, arms times elbow angles, that are computed to see if results may be null."""
 
 BlockValues: TypeAlias = Callable[[Block], npt.ArrayLike]
 """Gives the values of a column in a block, to broadcast over its designs, directions and angles."""
@@ -124,6 +124,7 @@ class PlanColumns:
         )
 
     def _result(self, quantity: Quantity) -> Column:
+        """Return the column of a result, nullable only if the study may make it null."""
         return self._as_read(Column.of(quantity, nullable=self._may_be_null(quantity.null)))
 
     def _may_be_null(self, when: str) -> bool:
@@ -136,9 +137,9 @@ class PlanColumns:
 
     @cached_property
     def _always_balanced(self) -> bool:
-        """True if the flexor can balance a load in every state.
+        """True if both moment arms are positive in every state, so that tendons can hold any load.
 
-        False, too, if there are too many arms to look at them all.
+        False also if there are too many arms to look at them all.
         """
         space = self.plan.space
         elbow_angles = self.plan.elbow_angles
@@ -160,7 +161,7 @@ class PlanColumns:
     def _keys(self) -> dict[str, None]:
         """Return the common keys that have a column, each once and in order.
 
-        These are the keys of every table, those of axes and of what persons and draws change, and
+        These are the keys of every table, those of axes, those that persons or draws change, and
         those whose sides differ.
         """
         axes = [key for key in self.plan.study.axes if key in keys()]
@@ -182,7 +183,7 @@ class PlanColumns:
             numbers |= {f"{name}_{side}": space.number(key, side) for side in SIDES}
         columns: dict[Column, BlockValues] = {}
         for column_name, number in numbers.items():
-            # A bend that follows the joint is a curve, no number.
+            # A bend that follows the joint is a curve, not a number.
             is_number = number.value is not None and not isinstance(number.value, Spline)
             column = Column.of(quantity, column_name, is_axis=True, nullable=not is_number)
             columns[self._as_read(column)] = _within(number) if is_number else _null
@@ -194,11 +195,13 @@ class PlanColumns:
 
 
 def _design_numbers(block: Block) -> npt.ArrayLike:
+    """Return the numbers of the designs of a block (designs ..., 1, 1)."""
     shape = (*block.shape[:-2], 1, 1)
     return np.arange(block.first_design, block.first_design + block.design_count).reshape(shape)
 
 
 def _sampled(values: npt.NDArray[Any], block: Block) -> npt.ArrayLike:
+    """Return the values at a block's samples of a trajectory."""
     return values[block.angles]
 
 

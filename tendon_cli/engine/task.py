@@ -31,7 +31,7 @@ from tendon_cli.tables.write import (
 from tendon_cli.version import RESULTS_VERSION
 
 Note: TypeAlias = dict[str, Any]
-"""Counts and the like that a part gives besides its tables, as JSON has them."""
+"""Counts and other facts of a part besides its tables, as JSON."""
 FinalFile: TypeAlias = tuple[str, TableLayout, Filler]
 """A file that follows from the whole record: its name, its layout, and its filler."""
 Compute: TypeAlias = Callable[[Callable[[], Note]], Note]
@@ -39,14 +39,14 @@ Compute: TypeAlias = Callable[[Callable[[], Note]], Note]
 
 
 class Task(ABC):
-    """Points of a study's space and a fold over each, in parts.
+    """Work of a command on a study, cut into parts that are computed independently.
 
     The length of the parts follows from the study alone. Several threads may work on a task at
     once. `stop` is set when its results are not wanted any more.
     """
 
     verb: ClassVar[str]
-    """The command that carries it out."""
+    """Command that runs it, sweep or design."""
     stop: threading.Event
 
     @classmethod
@@ -57,7 +57,7 @@ class Task(ABC):
     @property
     @abstractmethod
     def study(self) -> Study:
-        """The study that is carried out."""
+        """The study that the task is of."""
 
     @property
     @abstractmethod
@@ -74,11 +74,11 @@ class Task(ABC):
 
     @abstractmethod
     def fill(self, tables: Mapping[str, RowTarget], index: int) -> Note:
-        """Compute a part into those of its tables that are given; raises Stopped."""
+        """Compute a part, write its rows into the given tables, return its note; raises Stopped."""
 
     @abstractmethod
     def is_note(self, index: int, note: Any) -> bool:
-        """Return True if `note` is such as `fill` returns for a part."""
+        """Return True if a note that was read has the form of those that `fill` returns."""
 
     @abstractmethod
     def place(self, index: int) -> str:
@@ -91,14 +91,14 @@ class Task(ABC):
 
     @abstractmethod
     def results(self, notes: Sequence[Note]) -> dict[str, Any]:
-        """Return the results that the record has; raises Stopped.
+        """Return the results for the record; raises Stopped.
 
         Args:
             notes: Notes of all parts, in their order.
         """
 
     def warnings(self, record: Mapping[str, Any]) -> list[str]:  # noqa: ARG002
-        """Return what a reader of the results has to know first."""
+        """Return the warnings that a reader of the results needs first."""
         return list(self.study.warnings)
 
     def final_files(
@@ -118,7 +118,7 @@ class Task(ABC):
         return iter(())
 
     def check_memory(self) -> None:  # noqa: B027 - a task is of any size, unless it says so
-        """Raise SizeError if the task is too large to be carried out in memory."""
+        """Raise SizeError if the task is too large to be run in memory."""
 
     @property
     def parts(self) -> int:
@@ -246,7 +246,7 @@ class PartMaker:
             return PartResult(index, note, written)
 
     def check(self) -> None:
-        """Raise an exception if written files may not be put in place."""
+        """Raise an exception if written files may not be put in place; here they always may."""
 
     def write(self, file: FinalFile, announce: Callable[[str, WrittenFile], None]) -> WrittenFile:
         """Write a file that follows from the whole record; raises OutputError.
@@ -302,7 +302,7 @@ class InMemory(PartMaker):
         return self.kept[name]
 
     def tables(self) -> dict[str, pa.Table]:
-        """Return the tables, each of all its parts, and let go of these."""
+        """Return the whole tables by name; their parts are not kept any longer."""
         tables = {}
         for table, parts in self.task.tables.items():
             count = max(1, parts)

@@ -24,10 +24,13 @@ from tendon_cli.errors import (
 )
 
 Runner: TypeAlias = Callable[[PartMaker, Iterator[int]], PartOutcomes]
-"""Makes parts, and gives them in whatever order they are finished."""
+"""Makes parts, and yields them in the order in which they are finished."""
 
 _ADDRESSES_PER_JOB = 300 * 10**6
-"""Three stacks, an arena of the C library (64 MB) for each, and the arrays of a part, bytes."""
+"""Address space for a job, bytes.
+
+That is three stacks, an arena of the C library (64 MB) for each, and the arrays of a part.
+"""
 
 
 def available_cores() -> int:
@@ -42,8 +45,8 @@ def make_parts(
 ) -> None:
     """Make parts, and hand each over as it is finished.
 
-    If parts fail, the others are finished first; then the failure is raised that says most: one
-    that ended the writing before any other, and a stop last.
+    If parts fail, the others are finished first, unless nothing more can be written. Then one error
+    is raised: a TendonError before any other, and Stopped only if there is nothing else.
 
     Args:
         maker: Makes a part.
@@ -52,7 +55,7 @@ def make_parts(
         take: Called with each finished part.
     """
     failures: list[PartFailure] = []
-    # Closing the results ends all work on parts before the folder is let go.
+    # Closing the results ends all work on parts before the folder is unlocked.
     with contextlib.closing(runner(maker, iter(parts))) as results:
         try:
             for result in results:
@@ -80,7 +83,7 @@ def make_parts(
 def _hand_over(
     result: PartResult | PartFailure, take: Callable[[PartResult], None]
 ) -> PartFailure | None:
-    """Hand a finished part over; return the failure of one that is not.
+    """Hand a finished part over; return a failure if it was not made or cannot be handed over.
 
     If handing over fails, that is a failure of the part, so that the others are still finished.
     """
@@ -94,12 +97,13 @@ def _hand_over(
 
 
 def _parts_failed(maker: PartMaker, faults: list[PartFailure]) -> TendonError:
+    """Return the error of parts that failed, with the first of their failures."""
     first = faults[0]
     where = place(maker, first.index)
     if is_memory_short(first.error):
         return _memory_short(maker, where)
     return WorkersLostError(
-        f"{len(faults)} of {maker.task.parts} parts failed, the others are kept; first "
+        f"{len(faults)} of {maker.task.parts} parts failed, the others are kept; the first is "
         f"{where}: {type(first.error).__name__}: {first.error}",
         where=str(maker.folder),
         hint="--resume tries the failed parts again",
@@ -107,6 +111,7 @@ def _parts_failed(maker: PartMaker, faults: list[PartFailure]) -> TendonError:
 
 
 def _memory_short(maker: PartMaker, what: str) -> MemoryShortError:
+    """Return the error of too little memory for threads, or for a part."""
     hint = "fewer --jobs need less; --resume continues"
     return MemoryShortError(
         f"there is not enough memory for {what}", where=str(maker.folder), hint=hint
@@ -122,17 +127,17 @@ def in_threads(jobs: int) -> Runner:
     """Return the runner that makes parts in threads of this process.
 
     Args:
-        jobs: Most parts computed at once; fewer if there are not enough addresses. A single one is
-            made in the calling thread.
+        jobs: Most parts computed at once; fewer if there is not enough address space. A single
+            one is made in the calling thread.
     """
     jobs = _affordable(jobs)
     return _one_by_one if jobs == 1 else partial(_at_once, jobs)
 
 
 def _affordable(jobs: int) -> int:
-    """Return the number of jobs that there are addresses for, at most `jobs`.
+    """Return the number of jobs that there is address space for, from 1 to `jobs`.
 
-    A thread without addresses would abort the process, and nothing could catch it.
+    A thread that gets no address space would abort the process, and nothing could catch it.
     """
     try:
         import resource  # not on every system
@@ -154,9 +159,9 @@ def _one_by_one(maker: PartMaker, missing: Iterator[int]) -> PartOutcomes:
 def _at_once(jobs: int, maker: PartMaker, missing: Iterator[int]) -> PartOutcomes:
     """Yield parts as they are finished, and failures among them.
 
-    A failure is a result, since joblib would end all parts at the first exception. As many threads
-    as there are jobs compute, so that the C library keeps memory for no others; twice as many parts
-    are begun, for some wait for the disk. However this ends, no thread works on a part any more.
+    A failure is a result, since joblib would end all parts at the first exception. Only as
+    many threads compute as there are jobs, since the C library keeps memory for each. Twice as many
+    parts are begun, since some wait for the disk. However this ends, no part is being made then.
     """
     from concurrent.futures import ThreadPoolExecutor
 
@@ -197,7 +202,7 @@ def _at_once(jobs: int, maker: PartMaker, missing: Iterator[int]) -> PartOutcome
 
 
 def _attempt(maker: PartMaker, index: int, *compute: Compute) -> PartResult | PartFailure:
-    """Make a part; return its failure with the part's index, so that the others go on."""
+    """Make a part; return an exception as its failure, so that the other parts go on."""
     try:
         return maker.make(index, *compute)
     except Exception as error:  # noqa: BLE001

@@ -108,7 +108,7 @@ def test_another_plan_is_refused(assignment):
     refusal = make_part(replace(assignment, parts=5), 0)
     assert isinstance(refusal, Refusal)
     assert refusal.kind == "unfit"
-    assert "understands the study otherwise" in refusal.reason
+    assert "reads the study differently" in refusal.reason
     assert names() == []
 
 

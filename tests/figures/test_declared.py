@@ -103,11 +103,11 @@ BILATERAL = {"model": {"slack": "bilateral"}}
     ("more", "spec", "key", "says"),
     [
         ({}, figure(quantity="margin"), "quantity", "not written"),
-        ({}, figure(where="load_mass = 4 kg"), "where", "nothing is left by"),
+        ({}, figure(where="load_mass = 4 kg"), "where", "leaves nothing of the axis"),
         (BILATERAL, figure(quantity="flexor_slack"), "quantity", "null in every row"),
         ({"load": {}}, figure(quantity="max_tension"), "x", "no axis with several"),
         ({"spool": {"ratio": [0.7, 1.0]}}, figure(quantity="efficiency"), "quantity", "no column"),
-        ({}, figure(colour="elbow_angle", panels="elbow_angle"), "", "two parts"),
+        ({}, figure(colour="elbow_angle", panels="elbow_angle"), "", "two roles"),
     ],
 )
 def test_a_figure_that_cannot_be_drawn_is_a_fault_beforehand_and_a_warning_after(

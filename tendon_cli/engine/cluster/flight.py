@@ -1,7 +1,6 @@
 """A task on a running Dask cluster: parts go out to its workers and come back as they are finished.
 
-All that the library does happens in one event loop, which turns in the calling thread: no thread
-outlives a run.
+The Dask client works in one event loop, which runs in the calling thread: no thread outlives a run.
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ _LOOK = 0.2
 _COUNT = 2.0
 """Seconds between two counts of the workers' threads."""
 _RECALL = 3.0
-"""Seconds within which workers must let go of parts that are called back."""
+"""Seconds within which workers must drop parts that are called back."""
 _CLOSE = 2.0
 """Seconds within which the library must leave the cluster."""
 _ADDRESS = re.compile(r"(?:tcp|tls)://([\w.-]+|\[[0-9A-Fa-f:.]+\]):(\d{1,5})", re.ASCII)
@@ -68,8 +67,8 @@ def connected(address: str, jobs: int | None) -> Iterator[Runner]:
         jobs: Parts that are out at once; None for two for each of the workers' threads.
 
     Raises:
-        UsageError: The address is none, or the library is not installed.
-        WorkersLostError: Within seconds, if the cluster is not reached or a worker is unfit.
+        UsageError: The address is malformed, or the package distributed is not installed.
+        WorkersLostError: The cluster cannot be reached within seconds, or a worker is unfit.
     """
     match = _ADDRESS.fullmatch(address)
     if match is None or not 0 < int(match[2]) < 2**16:
@@ -106,7 +105,7 @@ async def _connect(address: str, host: str, port: int) -> Any:
     client = None
     try:
         async with asyncio.timeout(CONNECT):
-            # Tried without the library first, which would not say what is wrong.
+            # Tried first without the library, whose errors do not say what is wrong.
             _, writer = await asyncio.open_connection(host, port)
             writer.close()
             client = _library().Client(
@@ -165,7 +164,7 @@ async def _ask_everywhere(
 
 
 async def _close(client: Any) -> None:
-    """Leave the cluster; what it still has of ours is forgotten there."""
+    """Leave the cluster, which then forgets our parts."""
     if client is not None:
         with contextlib.suppress(Exception):
             async with asyncio.timeout(_CLOSE):
@@ -173,6 +172,12 @@ async def _close(client: Any) -> None:
 
 
 def _lost(client: Any, what: str) -> WorkersLostError:
+    """Return the error of a scheduler that was lost during the run.
+
+    Args:
+        client: Its client.
+        what: Verb phrase after "the scheduler".
+    """
     where = getattr(client.scheduler, "address", None)
     hint = "the parts that were finished are kept; --resume continues, with or without --scheduler"
     return WorkersLostError(f"the scheduler {what}", where=where, hint=hint)
@@ -208,16 +213,16 @@ class _Flight:
     suspects: list[int] = field(default_factory=list)
     """Parts whose workers died.
 
-    Each goes out once more, alone, since another part may have been the cause.
+    Each goes out again, alone, since another part may have been the cause.
     """
     alone: bool = False
     """True once suspects go out, one at a time."""
     at_once: int = 1
     """Parts that may be out at once."""
     asked: float = field(default_factory=time.monotonic)
-    """Time at which the threads were last asked for."""
+    """Time at which the numbers of threads were last asked for, s, by the monotonic clock."""
     manned: float = field(default_factory=time.monotonic)
-    """Time at which there last was a worker."""
+    """Time at which the cluster last had a worker, s, by the monotonic clock."""
 
     async def prepare(self) -> None:
         """Make every worker ready for this run; raises WorkersLostError if one is unfit."""
@@ -239,7 +244,8 @@ class _Flight:
         return bool(self.parts)
 
     def _send(self, index: int) -> None:
-        self.parts[asyncio.create_task(self._made(index))] = index
+        """Send a part out without waiting for it."""
+        self.parts[asyncio.create_task(self._outcome(index))] = index
 
     async def landed(self) -> list[PartResult | PartFailure]:
         """Return the parts that came back, after a moment at most; raises WorkersLostError."""
@@ -259,11 +265,10 @@ class _Flight:
                     await asyncio.gather(*self.parts, return_exceptions=True)
                     await self.client.run(halt, self.assignment.run, on_error="ignore")
 
-    async def _made(self, index: int) -> PartResult | PartFailure | None:
-        """Return what comes of a part that is sent out; None if it is to be sent once more.
+    async def _outcome(self, index: int) -> PartResult | PartFailure | None:
+        """Send a part out and return its result or failure; None if it is to be sent again.
 
-        A worker that dies before it hands over what it made is no loss: the scheduler has the part
-        made again.
+        If a worker dies before it hands its part over, the scheduler has another one make it.
         """
         suffix = "-alone" if self.alone else ""
         key = (f"tendon-part-{self.assignment.run}{suffix}", index)
@@ -292,7 +297,11 @@ class _Flight:
         return PartFailure(index, result.error())
 
     def _watch(self) -> None:
-        """Count the workers' threads now and then, and see by it that the scheduler lives."""
+        """Ask for the workers' threads now and then, which also shows that the scheduler is alive.
+
+        Raises:
+            WorkersLostError: The scheduler does not answer, or no worker is left.
+        """
         waited = time.monotonic() - self.asked
         is_answered = self.count.done()
         if self.client.status != "running":
@@ -304,7 +313,7 @@ class _Flight:
             self.count = asyncio.create_task(self.client.nthreads())
             self.asked = time.monotonic()
         elif not is_answered and waited > PATIENCE:
-            raise _lost(self.client, f"does not answer for {PATIENCE:.0f} s")
+            raise _lost(self.client, f"has not answered for {PATIENCE:.0f} s")
 
     def _counted(self, threads: dict[str, int]) -> None:
         """Set the number of parts that may be out; raises WorkersLostError if no worker is left.
@@ -317,7 +326,9 @@ class _Flight:
         if threads:
             self.manned = now
         elif now - self.manned > PATIENCE:
-            out = "; ".join(place(self.maker, index) for index in sorted(self.parts.values())[:4])
-            message = f"no worker is left; {len(self.parts)} parts were being computed: {out}"
+            places = "; ".join(
+                place(self.maker, index) for index in sorted(self.parts.values())[:4]
+            )
+            message = f"no worker is left; {len(self.parts)} parts were being computed: {places}"
             hint = "workers with a nanny are replaced when they die; --resume continues"
             raise WorkersLostError(message, where=str(self.maker.folder), hint=hint)

@@ -76,7 +76,7 @@ class Assignment:
     def is_in_folder(self) -> bool:
         """Return True if the run folder is seen from here and holds this study.
 
-        The run is unfinished, which its journal says, or repaired, which its record says.
+        The journal of an unfinished run names the study, or the record of one that is repaired.
         """
         mark = f'"study_hash": "{self.study_hash}"'.encode()
         for name in (JOURNAL, *RECORDS.values()):
@@ -89,7 +89,7 @@ class Assignment:
 
 @dataclass(frozen=True)
 class Refusal:
-    """Reason why a worker did not make a part; `unfit` if it can make no part of this run."""
+    """Reason why a worker did not make a part; "unfit" if it can make no part of this run."""
 
     kind: Literal["unfit", "output", "stopped", "failed"]
     reason: str
@@ -98,7 +98,7 @@ class Refusal:
     host: str = field(default_factory=platform.node)
 
     def error(self) -> Exception:
-        """Return the exception that the run raises for it."""
+        """Return the exception that the run raises for this refusal."""
         if self.kind == "unfit":
             where = f"worker {self.host}"
             if self.where:
@@ -119,12 +119,12 @@ class Unfit(Exception):  # noqa: N818 - a state of this worker
 
 
 def all_versions() -> dict[str, str]:
-    """Return all versions that the bytes of a table follow from, besides the study."""
+    """Return all versions on which the bytes of a table depend."""
     return {**versions(), "results": str(RESULTS_VERSION)}
 
 
 def check_versions(expected: dict[str, str]) -> Refusal | None:
-    """Refuse if this worker's versions would give other bytes; None if they are as expected."""
+    """Return a refusal if this worker's versions would give other bytes, else None."""
     installed = all_versions()
     wrong = [
         f"{name} {installed[name]} instead of {version}"
@@ -138,7 +138,7 @@ def check_versions(expected: dict[str, str]) -> Refusal | None:
 
 
 def prepare_worker(assignment: Assignment) -> Refusal | None:
-    """Prepare this worker for a run; refuse if it cannot take part, else return None."""
+    """Prepare this worker for a run; return a refusal if it cannot take part, else None."""
     try:
         _maker(assignment)
     except Unfit as error:
@@ -151,7 +151,7 @@ def prepare_worker(assignment: Assignment) -> Refusal | None:
 
 
 def make_part(assignment: Assignment, index: int) -> PartResult | Refusal:
-    """Make a part and put its files in place, or say why not."""
+    """Make a part and put its files in place, or return a refusal with the reason."""
     refusal = check_versions(assignment.versions) or prepare_worker(assignment)
     if refusal is not None:
         return refusal
@@ -181,7 +181,7 @@ class _RemoteMaker(PartMaker):
     assignment: Assignment = field(kw_only=True)
 
     def check(self) -> None:
-        """Raise Unfit if the run has gone on without this worker."""
+        """Raise Unfit if the folder does not hold this run any more."""
         if not self.assignment.is_in_folder():
             raise Unfit("the run folder is gone, or holds another run by now")
 
@@ -199,6 +199,7 @@ def _maker(assignment: Assignment) -> _RemoteMaker:
 
 
 def _new_maker(assignment: Assignment) -> _RemoteMaker:
+    """Build the maker of a run as soon as its folder is seen from here; raises Unfit."""
     deadline = time.monotonic() + _PATIENCE
     while not assignment.is_in_folder():
         if time.monotonic() > deadline:
@@ -209,5 +210,5 @@ def _new_maker(assignment: Assignment) -> _RemoteMaker:
     except TendonError as error:
         raise Unfit(f"this worker cannot read the study: {error.message}") from None
     if (task.study.hash, task.parts) != (assignment.study_hash, assignment.parts):
-        raise Unfit("this worker understands the study otherwise, its tendon is another")
+        raise Unfit("this worker reads the study differently: its tendon is another version")
     return _RemoteMaker(task, Path(assignment.folder), assignment=assignment)
