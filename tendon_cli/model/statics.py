@@ -28,7 +28,8 @@ STATUS_NAMES = ("taut", "flexor slack", "extensor slack", "both slack", "no equi
 Status = npt.NDArray[np.int8]
 SLACK_TOLERANCE = 1e-9
 """Rounding of a tension, as a share of the largest force of its state: a tension counts as negative
-only if it is further below zero. At exactly the required pretension a third of random designs would otherwise be slack by rounding."""
+only if it is further below zero. At exactly the required pretension a third of random designs would
+otherwise be slack by rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,15 +95,16 @@ class Response:
         x = flexor_floor + flexor_gain v,   y = extensor_floor + extensor_gain v
 
     Above F* both tendons are taut; below, unilateral tendons keep the tensions that balance the
-    load, and the rest of the path is loose. Nothing here depends on F, so a sweep over pretension needs it once.
+    load, and the rest of the path is loose. Nothing here depends on F, so a sweep over pretension
+    needs it once.
     """
 
     required: Array
     """F*, the smallest pretension of both sides that keeps the state taut, N; NaN without an
     equilibrium.
 
-    It is (max(η c_f τ_a / J_f, -c_e τ_a / J_e) - h) / (η c_f + c_e), negative where any pretension would do.
-    The largest over a design's states, and 0, is the required pretension F0*.
+    It is (max(η c_f τ_a / J_f, -c_e τ_a / J_e) - h) / (η c_f + c_e), negative where any pretension
+    would do. The largest over a design's states, and 0, is the required pretension F0*.
     """
     unilateral: Flag
     """True where tendons cannot push; else the paper's bilateral model."""
@@ -138,8 +140,8 @@ def respond(state: Coupling, *, unilateral: Flag = True) -> Response:
 
     The two equations give x_b and y_b, both rising with F; each side's tension vanishes at its own
     pretension. With τ_a >= 0 the extensor is the first to go slack as F falls, else the flexor; the
-    other tension then balances the load alone. Unilateral tendons, which cannot push, stay there:
-    a complementarity problem with this one solution for J > 0. Bilateral ones follow the same lines
+    other tension then balances the load alone. Unilateral tendons, which cannot push, stay there: a
+    complementarity problem with this one solution for J > 0. Bilateral ones follow the same lines
     below zero.
     """
     extensor_arm = np.asarray(state.extensor_arm)

@@ -45,7 +45,7 @@ def angle_grid(elbow_angle: Array) -> Array:
 
 
 def with_edges(angles: Array) -> Array:
-    """Add to the angles of `angle_grid` one just inward of the first and of the last, (1, K + 2), rad."""
+    """Add to the angles of `angle_grid` one just inward of either end, (1, K + 2), rad."""
     ahead = _AHEAD * (angles[0, 1] - angles[0, 0])
     edges = [angles[0, 0] + ahead, angles[0, -1] - ahead]
     return np.insert(angles, [1, angles.size - 1], edges, axis=1)

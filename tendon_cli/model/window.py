@@ -48,12 +48,13 @@ class Ends:
     high: Array
     """Largest pretension, N; infinite if nothing bounds it."""
     low_state: Positions
-    """Index of the binding state among the design's states; where the ends are NaN, of the first state
-    that no pretension satisfies; -1 if the limit belongs to no state."""
+    """Index of the binding state among the design's states; where the ends are NaN, of the first
+    state that no pretension satisfies; -1 if the limit belongs to no state."""
     high_state: Positions
     """The same for the largest."""
     low_angle: Array
-    """Elbow angle that binds, rad, if it differs from that of the state (`whole_motion`), else NaN."""
+    """Elbow angle that binds, rad, if it differs from that of the state (`whole_motion`), else
+    NaN."""
     high_angle: Array
     """The same for the largest."""
 
