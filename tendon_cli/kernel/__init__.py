@@ -1,15 +1,15 @@
 """Fold the model's arithmetic over whole blocks of states, in compiled code or in NumPy.
 
-Both give the same bits; NumPy does it all if there is no compiled code.
+Both give the same bits; NumPy does all of it if there is no compiled code.
 
-In C the arithmetic of a state stands once, in `state.h`: `drive_at` computes what a design has in
-one direction, `lines_at` some of its states as straight lines in pretension, and `state_at` these
-states at a pretension. Everything computed of many states is a *fold* over that: `rows.h` writes
-the row of each state, `extremes.h` finds the smallest and largest values and counts, and
-`window.h` finds the pretensions at which every limit is kept. The last two take designs in batches,
-one design a lane (`batch.h`). `arrays.h` lists, once, what goes in and out; `native.py` checks what
-Python hands over. Everything is compiled for each kind of processor, and the best that runs here is
-used.
+In C the arithmetic of a state is written once, in `state.h`: `drive_at` computes the quantities of
+a design in one direction, `lines_at` some of its states as straight lines in pretension, and
+`state_at` these states at a pretension. Everything computed of many states is a *fold* over that:
+`rows.h` writes the row of each state, `extremes.h` finds the smallest and largest values and
+counts, and `window.h` finds the pretensions at which every limit is kept. The last two take designs
+in batches, one design a lane (`batch.h`). `arrays.h` lists all inputs and results once; `native.py`
+checks the arrays that Python passes. Everything is compiled for each kind of processor, and the
+best that runs here is used.
 
 To add a fold: list its results in `arrays.h`, as EXTREMES does; write a header with a function
 that `for_each_batch` calls for all designs in each direction, and that calls `lines_at` (and
@@ -38,7 +38,7 @@ from tendon_cli.model.forms import is_nothing
 from tendon_cli.model.kinematics import Array, Real
 
 NO_COMPILED_VARIABLE = "TENDON_NO_COMPILED"
-"""Environment variable that, set to anything, makes NumPy do it all."""
+"""Environment variable that, if it is set to anything, makes NumPy do all of the work."""
 
 VERSION = 18
 """Version of the C code, compiled into it. Raise it with every change of numbers or of the calling
@@ -66,7 +66,7 @@ def native() -> Native | None:
 
 @cache
 def kind() -> str | None:
-    """Return the kind of processor whose code is used, or None if NumPy does it all."""
+    """Return the kind of processor whose code is used, or None if NumPy does all."""
     code = native()
     return code.kinds[-1] if code else None
 
@@ -82,10 +82,10 @@ def missing_compiler_hint() -> str | None:
 
 
 def row_writer(at: State, shape: tuple[int, ...], keys: Columns) -> RowWriter:
-    """Return a function that writes rows of a block of states; it is safe from several threads.
+    """Return a function that writes rows of a block of states.
 
-    Of the results it computes only the columns that it is given. NumPy computes those that the
-    compiled code does not know.
+    Several threads may call it at once. It computes only the result columns that it is given. NumPy
+    computes those that the compiled code does not know.
 
     Args:
         at: States of the block.
@@ -185,9 +185,10 @@ def _bound_inputs(
         f"{share}_{end}": _as_input(bound) for share in SHARES for end, bound in _UNBOUNDED.items()
     }
     forms = []
-    for held in bounded_forms(at, bounds):
-        shares = {share: getattr(held.form, share) for share in SHARES}
-        ends = {end: getattr(held, end) for end in _UNBOUNDED if getattr(held, end) is not None}
+    for bounded in bounded_forms(at, bounds):
+        shares = {share: getattr(bounded.form, share) for share in SHARES}
+        both_ends = {end: getattr(bounded, end) for end in _UNBOUNDED}
+        ends = {end: bound for end, bound in both_ends.items() if bound is not None}
         single = _single_share(shares)
         if single is None:
             values = shares | _UNBOUNDED | ends
@@ -210,6 +211,7 @@ def _single_share(shares: Mapping[str, Real]) -> str | None:
 
 
 def _as_input(value: npt.ArrayLike) -> Array:
+    """Return a contiguous array of float64."""
     return np.ascontiguousarray(value, dtype=np.float64)
 
 

@@ -1,4 +1,4 @@
-/* Arrays that Python hands over, as `native.py` describes them, and a walk over their axes: those
+/* Arrays that Python passes, as `native.py` describes them, and a walk over their axes: those
  * of designs, then direction, then elbow angle. */
 
 #ifndef TENDON_ARRAYS_H

@@ -23,7 +23,7 @@ typedef struct {
 } Indices;
 
 /* Inputs and results that change between designs, inputs that change between directions, and all
- * that change between either. Everything else is looked at once. */
+ * that change between either. Everything else is loaded once. */
 typedef struct {
     Indices by_design;
     Indices by_direction;

@@ -9,7 +9,7 @@
 #include "batch.h"
 
 #define ANGLES_AT_ONCE 24      /* their lines fit the innermost cache */
-#define PRETENSIONS_AT_ONCE 32 /* that share the lines of some angles */
+#define PRETENSIONS_AT_ONCE 32 /* they share the lines of some angles */
 
 /* Extremes over some states of each design at one pretension. */
 typedef struct {
@@ -175,7 +175,7 @@ INLINE void store_extremes(const Accumulators *to, const Extremes *e, const Load
 }
 
 /* Fold angles `start` to `stop` of a batch in one direction, at `count` pretensions from `first`
- * on. `step` is from one pretension to the next, of each array. */
+ * on. `step` has the bytes from one pretension to the next in each array. */
 INLINE void fold_pretensions(const ExtremesCall *call, const Batch *b, const long *step,
                              const Lanes *in, const Drive *d, long first, long count, long start,
                              long stop, int is_plain) {

@@ -1,8 +1,8 @@
 """Call the compiled code of `native.c` and `entry.h` with checked arrays.
 
-A call runs without Python's lock. Its shape is that of states: the axes of designs, direction and
-elbow angle. Inputs broadcast to it; results have the shape of the designs. ValueError and KeyError
-say what does not fit.
+A call runs without Python's lock. The shape of a call is that of its states: the axes of designs,
+direction and elbow angle. Inputs broadcast to it; results have the shape of the designs. ValueError
+and KeyError say what does not fit.
 """
 
 from __future__ import annotations
@@ -118,7 +118,7 @@ class Native:
         sources = _input_places(given, self._given, shape)
         sources += [_place(values, name, shape, values.dtype) for name, values in keys.items()]
         if first < 0 or not 0 <= count <= math.prod(shape) - first:
-            raise ValueError("there are no such rows")
+            raise ValueError(f"rows {first} to {first + count} are not among the states")
 
         types: dict[str, np.dtype[Any]] = dict.fromkeys(self.results, np.dtype(np.float64))
         types["status"] = np.dtype(np.int8)
@@ -188,7 +188,7 @@ class Native:
             total: Number of all elbow angles in each direction.
         """
         if len(forms) > self.most_forms:
-            raise ValueError("more forms than there is room for")
+            raise ValueError(f"{len(forms)} forms, expected at most {self.most_forms}")
         places = _input_places(given, self._given, shape)
         places += _input_places(bounds, self._bounds, shape)
         for form in forms:
@@ -205,6 +205,7 @@ class Native:
         self._run(kind, "window", call)
 
     def _run(self, kind: str, name: str, call: Structure) -> None:
+        """Call the function of a name that was compiled for a kind of processor."""
         if kind not in self.kinds:
             raise ValueError(f"this processor has no code named {kind}")
         function = self._library[f"tendon_{kind}_{name}"]
@@ -212,9 +213,11 @@ class Native:
         function(byref(call))
 
     def _number(self, name: str) -> int:
+        """Return a number that the library exports."""
         return c_long.in_dll(self._library, f"tendon_{name}").value
 
     def _names(self, name: str) -> tuple[str, ...]:
+        """Return a list of names that the library exports."""
         text = c_char_p.in_dll(self._library, f"tendon_{name}").value or b""
         return tuple(text.decode().split())
 
@@ -276,7 +279,7 @@ def _place(
     is_contiguous = steps[-1:] in ([], [0], [values.itemsize])
     if not fits or not is_contiguous:
         raise ValueError(
-            f"{name} has the shape {values.shape}, expected {shape}, the last axis side by side"
+            f"{name} has the shape {values.shape}, expected {shape}, contiguous along the last axis"
         )
     return [values.__array_interface__["data"][0], *[0] * missing, *steps]
 

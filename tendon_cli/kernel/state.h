@@ -1,8 +1,8 @@
 /* The arithmetic of a state: what `statics.respond`, `statics.solve` and `actuator.State` do in
  * NumPy, operation by operation and to the same bits, for as many states as there are lanes.
  *
- * `drive_at` computes what a design has in one direction, `lines_at` how the tensions of its states
- * follow pretension (straight lines), and `state_at` these states at a pretension. Every other
+ * `drive_at` computes the quantities of a design in one direction, `lines_at` the tensions of its
+ * states as straight lines in pretension, and `state_at` these states at a pretension. Every other
  * result is a fold over these. Along the lanes lie angles (`rows.h`) or designs (`batch.h`).
  *
  * A drive is plain if it is the same at all angles: then it is computed once. If a sheath bends
@@ -41,7 +41,7 @@ typedef struct {
     Lanes motor_y;           /* motor torque per distal newton of the extensor, m */
     Lanes lowest;            /* least v: 0 if unilateral, else minus infinity, N */
     Lanes taut_slack;        /* slack length of a taut side: 0 if unilateral, else NaN, m */
-    Lanes slope_y;           /* stiffness per newton of the extensor, m */
+    Lanes slope_y;           /* stiffness gained per newton of the extensor, m/rad */
     Lanes c_x_resting;       /* c_x in the posture in which the pretension is set, m/N */
     Lanes c_y_resting;       /* c_y in that posture, m/N */
     Lanes common_compliance; /* compliance in that posture, m/N */
@@ -51,8 +51,8 @@ typedef struct {
 } Drive;
 
 /* Tensions of states as lines in pretension: with v = max(F - required, lowest) they are x =
- * floor_x + gain_x v and y = floor_y + gain_y v, in newtons. Where the flexor cannot balance
- * anything all but the last two fields are NaN. */
+ * floor_x + gain_x v and y = floor_y + gain_y v, in newtons. Where there is no equilibrium
+ * all but the last two fields are NaN. */
 typedef struct {
     Lanes required; /* smallest pretension that keeps the state taut, N */
     Lanes limit;    /* pretension below which either side is slack, N */
@@ -62,12 +62,12 @@ typedef struct {
     Lanes gain_y;
     Lanes stiffness;       /* of a taut state, without - slope_x x + slope_y y, N m/rad */
     Lanes slack_stiffness; /* the same of a slack state */
-    Lanes slope_x;         /* stiffness lost per newton of the flexor, m */
+    Lanes slope_x;         /* stiffness lost per newton of the flexor, m/rad */
     Lanes per_path;        /* slack length per length of the loose path; NaN if not determined */
     Lanes flexor_limit;    /* pretension below which the flexor is slack, N */
     Lanes extensor_limit;  /* pretension below which the extensor is slack, N */
     Lanes torque;          /* elbow torque, N m */
-    Mask able;             /* set where the flexor can balance the elbow */
+    Mask able;             /* set where there is an equilibrium */
 } Lines;
 
 /* States at a pretension. */
@@ -113,14 +113,14 @@ INLINE Drive drive_at(const Lanes *in) {
     return d;
 }
 
-/* True if the terms vanish that a drive has more than a plain one. */
+/* True if all the terms vanish that only a drive that is not plain has. */
 INLINE int has_plain_terms(const Drive *d) {
     Mask differs_x = d->c_x_resting != d->c_x;
     Mask differs_y = d->c_y_resting != d->c_y;
     return !any((d->slope_y != 0.0) | differs_x | differs_y);
 }
 
-/* Pretension of both sides that does what two different ones do, N. */
+/* Pretension of both sides that is equivalent to two different ones, N. */
 INLINE Lanes common_pretension(const Drive *d, Lanes flexor, Lanes extensor) {
     return extensor + d->share_x_resting * (flexor - extensor);
 }

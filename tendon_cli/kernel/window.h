@@ -1,9 +1,10 @@
 /* Windows of pretension in which designs keep every bound in all their states: a fold over
  * `lines_at`, as `model/window.py` has it.
  *
- * Limits are not known here by name. Bounded are both tensions, the elbow stiffness, and forms of
- * all three; over v = F - F* each is a line, base + gain v. So a bound gives an end of the window,
- * on the side that the sign of the gain says; if the gain is zero, pretension changes nothing.
+ * This code knows no limit by name. Bounds are on both tensions, the elbow stiffness, and forms of
+ * all three; over v = F - F* each of these is a line, base + gain v. So a bound sets an end of the
+ * window, the lower or the upper one by the sign of the gain; if the gain is zero, pretension
+ * changes nothing.
  */
 
 #include "batch.h"
@@ -20,7 +21,7 @@ typedef struct {
     Lanes blocked;
 } Ends;
 
-/* Ends of one state of each design, as v; blocked where no pretension keeps its bounds. */
+/* Ends of one state of each design, in v; blocked where no pretension keeps its bounds. */
 typedef struct {
     Lanes low;
     Lanes high;

@@ -1,8 +1,8 @@
-"""The whole actuator, arm, two sheathed tendons with springs and one motor: states of a design.
+"""States of the whole actuator: an arm, two sheathed tendons with springs, and one motor.
 
-Composes a joint (`kinematics`), two sheaths (`sheath`) and their balance (`statics`). All fields of
-`Design` and both `elbow_angle` and `flexion` are scalars or arrays that broadcast against each
-other; a result has the shape of what it depends on. SI units, angles in radians.
+A state composes a joint (`kinematics`), two sheaths (`sheath`) and their balance (`statics`). All
+fields of `Design` and both `elbow_angle` and `flexion` are scalars or arrays that broadcast against
+each other; a result has the broadcast shape of its inputs. SI units, angles in radians.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ SIDES = ("flexor", "extensor")
 class State:
     """Designs at elbow angles, moving in a direction, with all results; each is computed on demand.
 
-    The fields hold the roots, sines and exponentials, each where it varies; all else is plain
-    arithmetic, here or in C. Where status is NO_EQUILIBRIUM all but the motion is NaN; where both
-    tendons are slack the spool angle and the slack lengths are not determined, and NaN; slack
-    lengths are NaN in the bilateral model, which has none.
+    The fields hold the results of roots, sines and exponentials, each only along the axes on which
+    it varies; the rest is plain arithmetic, here or in C. Where status is NO_EQUILIBRIUM everything
+    but the motion is NaN. Where both tendons are slack the spool angle and the slack lengths are
+    undetermined, and NaN. Slack lengths are NaN in the bilateral model, which has none.
     """
 
     design: Design
@@ -44,9 +44,9 @@ class State:
     cosine: Array
     """Cosine of the forearm's inclination from the vertical."""
     other_torque: Array
-    """Torque that joint, task and inertia ask for besides the weights, N m."""
+    """Torque for joint, task and inertia, to which that for the weights is added, N m."""
     other_slope: Array
-    """Its slope but for inertia, N m/rad."""
+    """Slope of that torque over the elbow angle, without inertia, N m/rad."""
     resting: tuple[Sheathed, Sheathed] | None = None
     """Both sheaths in the posture in which the pretension is set; None if they are the same."""
     speed: Array | None = None
@@ -115,10 +115,10 @@ class State:
 
     @cached_property
     def arm_slopes(self) -> tuple[Array, Real]:
-        """J_f' - J_f c_f'/c_f and J_e' - J_e c_e'/c_e, m.
+        """Changes of the elbow stiffness per newton of each tendon, m/rad.
 
-        A newton of the flexor takes the first from the elbow's stiffness, a newton of the extensor
-        adds the second.
+        They are J_f' - J_f c_f'/c_f, which each newton of the flexor takes from the stiffness, and
+        J_e' - J_e c_e'/c_e, which each newton of the extensor adds to it.
         """
         motion = self.motion
         flexor_slope = motion.flexor_moment_arm_slope
@@ -134,7 +134,7 @@ class State:
 
     @property
     def torque_slope(self) -> Array:
-        """dτ_a/dθ, N m/rad."""
+        """Slope of the elbow torque, dτ_a/dθ, N m/rad."""
         return np.asarray(self.gravity_moment * self.cosine + self.other_slope)
 
     @cached_property
@@ -144,9 +144,9 @@ class State:
 
     @cached_property
     def held_stiffness(self) -> tuple[Array, Array]:
-        """J_f²/c_f + J_e²/c_e + dτ_a/dθ of a taut and of a slack state, N m/rad.
+        """Elbow stiffness without the terms of `arm_slopes`, of a taut and a slack state, N m/rad.
 
-        A slack tendon adds nothing.
+        It is J_f²/c_f + J_e²/c_e + dτ_a/dθ, to which a slack tendon adds nothing.
         """
         coupling = self.coupling
         flexor = np.square(coupling.moment_arm) * (1.0 / coupling.flexor_compliance)
@@ -159,7 +159,7 @@ class State:
 
     @cached_property
     def motor_arms(self) -> tuple[Array, Array]:
-        """τ_m per distal newton of the flexor and, against it, of the extensor (Eq. 17), m."""
+        """Motor torque per distal newton of flexor and, against it, extensor (Eq. 17), m."""
         radius = self.design.flexor_radius
         flexor = np.asarray(radius / self.flexor.capstan)
         extensor = np.asarray(self.design.ratio * radius / self.extensor.capstan)
@@ -167,7 +167,7 @@ class State:
 
     @cached_property
     def balance(self) -> Balance:
-        """Distal tensions, and which side is slack."""
+        """Distal tensions and slack sides."""
         design = self.design
         return statics.solve(
             self.coupling,
@@ -189,7 +189,7 @@ class State:
 
     @property
     def flexor_slack(self) -> Array:
-        """Length of the loose path, which belongs to the slack side, m."""
+        """Length of the loose path if the flexor is slack, m."""
         return self._slack_length(self.balance.flexor_slack)
 
     @property
@@ -199,26 +199,26 @@ class State:
 
     @property
     def longest_slack(self) -> Array:
-        """Length of the side that is slack, 0 if none is, m."""
+        """Length of the loose path on the side that is slack, 0 if neither is, m."""
         return self._slack_length(self.balance.is_slack)
 
-    def _slack_length(self, slack: Flags) -> Array:
-        """Return the length where a side is slack, m: 0 where it is taut, NaN if undefined."""
+    def _slack_length(self, is_slack: Flags) -> Array:
+        """Return the length of the loose path where slack, m: 0 where taut, NaN if undetermined."""
         unilateral = np.asarray(self.design.unilateral)
-        per_extensor_path = 1.0 / np.asarray(self.design.ratio)
-        per_path = np.where(self.coupling.elbow_torque < 0.0, per_extensor_path, 1.0)
+        flexor_per_path = 1.0 / np.asarray(self.design.ratio)  # the path counts as the extensor's
+        per_path = np.where(self.coupling.elbow_torque < 0.0, flexor_per_path, 1.0)
         per_path = np.where(unilateral & ~self.response.idle, per_path, np.nan)
         taut = np.where(unilateral & ~np.isnan(self.coupling.moment_arm), 0.0, np.nan)
-        return np.where(slack, self.balance.path * per_path, taut)
+        return np.where(is_slack, self.balance.path * per_path, taut)
 
     @property
     def elbow_torque(self) -> Array:
-        """τ_a, N m."""
+        """Torque τ_a that the tendons balance at the elbow, N m; NaN without equilibrium."""
         return np.where(np.isnan(self.coupling.moment_arm), np.nan, self.coupling.elbow_torque)
 
     @property
     def motor_torque(self) -> Array:
-        """τ_m (Eq. 17), N m."""
+        """Motor torque τ_m (Eq. 17), N m."""
         flexor_arm, extensor_arm = self.motor_arms
         return np.asarray(self.balance.flexor * flexor_arm - self.balance.extensor * extensor_arm)
 
@@ -226,10 +226,11 @@ class State:
     def elbow_stiffness(self) -> Array:
         """Elbow stiffness with the motor held, N m/rad.
 
-        k = J_f²/c_f + J_e²/c_e + dτ_a/dθ - (J_f' - J_f c_f'/c_f) x + (J_e' - J_e c_e'/c_e) y.
+        k = J_f²/c_f + J_e²/c_e + dτ_a/dθ - (J_f' - J_f c_f'/c_f) x + (J_e' - J_e c_e'/c_e) y
 
-        Negative where the arm is unstable: there the spool must turn back while the elbow goes on,
-        and the direction of friction that the state assumes is wrong.
+        with x and y the distal tensions of flexor and extensor. It is negative where the arm is
+        unstable: there the spool must turn back while the elbow goes on, and the direction of
+        friction that the state assumes is wrong.
         """
         taut, slack = self.held_stiffness
         flexor_slope, extensor_slope = self.arm_slopes
@@ -241,9 +242,9 @@ class State:
 
     @property
     def spool_angle(self) -> Array:
-        """α from the pretensioned state, rad.
+        """Spool angle α from the pretensioned state, rad.
 
-        It is read from a side under tension, and NaN where neither is, since any angle does there.
+        It follows from a side under tension. Where both are slack it is NaN: any angle will do.
         """
         design = self.design
         motion = self.motion

@@ -1,8 +1,8 @@
-"""A body and the arm on it that a suit is put on.
+"""The body of a wearer, and the measures of the arm that follow from it.
 
-The paper's one arm is taken as that of a mean man; on another body each anchor moves with the
-dimension that it lies along or around, and weight and lever of forearm and hand follow from the
-body itself. All arguments broadcast; lengths in metres, masses in kilograms.
+The arm of the paper is taken as that of an average man. On another body each anchor scales with the
+dimension that it lies along or around, and mass and centre of mass of forearm and hand follow from
+the body itself. All arguments broadcast; lengths in metres, masses in kilograms.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ import numpy as np
 from tendon_cli.model.kinematics import Array, Real
 
 FOREARM_MASS_SHARE = 0.022
-"""Mass of forearm and hand over that of the body (Winter 2009, Table 4.1)."""
+"""Mass of forearm and hand as a share of body mass (Winter 2009, Table 4.1)."""
 
 FOREARM_COM_SHARE = 0.682
-"""Distance of their centre from the elbow over the length from elbow to ulnar styloid (Winter 2009,
-Table 4.1)."""
+"""Distance of their centre of mass from the elbow, as a share of the length from elbow to ulnar
+styloid (Winter 2009, Table 4.1)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,17 +30,17 @@ class Body:
     weight: Real
     """Body mass, kg."""
     acromion_radiale_length: Real
-    """Shoulder to elbow, m."""
+    """Distance from shoulder to elbow, m."""
     radiale_stylion_length: Real
-    """Elbow to wrist, m."""
+    """Distance from elbow to wrist, m."""
     forearm_grip_length: Real
-    """Elbow to the centre of a held rod, m."""
+    """Distance from elbow to the centre of a held rod, m."""
     biceps_circumference: Real
-    """Around the flexed upper arm, m."""
+    """Circumference of the flexed upper arm, m."""
     forearm_circumference: Real
-    """Around the flexed forearm, m."""
+    """Circumference of the flexed forearm, m."""
     wrist_circumference: Real
-    """Around the wrist, m; no part of the arm follows from it."""
+    """Circumference of the wrist, m; no part of the arm follows from it."""
 
 
 DIMENSIONS = tuple(field.name for field in fields(Body))
@@ -52,11 +52,11 @@ ANCHOR_ALONG = {
     "b2": "radiale_stylion_length",
     "elbow_radius": "forearm_circumference",
 }
-"""Dimension of the body to which each of `Anchors` is in proportion."""
+"""Body dimension to which each measure of `Anchors` is proportional."""
 
 
 def anchor_scales(body: Body, reference: Body) -> dict[str, Array]:
-    """Return the ratio of each of `Anchors` on a body to that on the reference.
+    """Return the ratio of each measure of `Anchors` on a body to that on the reference.
 
     Args:
         body: Body that wears the suit.
@@ -69,12 +69,12 @@ def anchor_scales(body: Body, reference: Body) -> dict[str, Array]:
 
 
 def forearm_mass(body: Body) -> Array:
-    """Mass of forearm and hand, kg."""
+    """Return the mass of forearm and hand, kg."""
     return np.asarray(np.multiply(FOREARM_MASS_SHARE, body.weight))
 
 
 def forearm_com(body: Body) -> Array:
-    """Distance of the centre of mass of forearm and hand from the elbow, m."""
+    """Return the distance of the centre of mass of forearm and hand from the elbow, m."""
     return np.asarray(np.multiply(FOREARM_COM_SHARE, body.radiale_stylion_length))
 
 

@@ -1,8 +1,8 @@
-"""Bounds on designs as bounds on straight lines: each limit on a form of a state over its margin v.
+"""Limits on forms of states, as bounds on straight lines in the margin v of each state.
 
-The margin v is how far the pretension is above what keeps the state taut. With it the tensions are
-x = flexor_floor + flexor_gain v and y likewise (`statics.Response`), and the elbow stiffness is a
-line, too. Compiled code takes what `bounded_forms` gives, and knows no limit by name. Arguments
+The margin v is the pretension less the smallest that keeps the state taut. The tensions are lines
+in it, x = flexor_floor + flexor_gain v and y likewise (`statics.Response`), and so is the elbow
+stiffness. Compiled code takes the result of `bounded_forms`, and knows no limit by name. Arguments
 broadcast as in `actuator`; SI units, angles in radians.
 """
 
@@ -32,14 +32,14 @@ SHARES = ("flexor", "extensor", "stiffness")
 
 
 class Bounds(Mapping[str, "Real"]):
-    """Values of the limits that designs must keep, by name, SI; infinite where nothing is asked.
+    """Values of the limits that designs must keep, by name, SI; infinite if there is no limit.
 
     Attributes:
         speed: Speed of the elbow, rad/s; NaN if none is given.
     """
 
     def __init__(self, *, speed: Real = np.nan, **limits: Real) -> None:
-        """Take values of limits over their defaults. Raises KeyError for an unknown limit."""
+        """Set limits, the others to their defaults. Raise KeyError for an unknown limit."""
         defaults = {
             limit.name: limit.default for limit in LIMITS.values() if limit.default is not None
         }
@@ -63,7 +63,7 @@ class Bounds(Mapping[str, "Real"]):
 
     @cached_property
     def asked(self) -> list[DesignLimit]:
-        """Limits that hold for any of the designs, in the order of the table."""
+        """Limits that bound at least one of the designs, in the order of LIMITS."""
         return [
             limit
             for name, limit in LIMITS.items()
@@ -72,18 +72,19 @@ class Bounds(Mapping[str, "Real"]):
 
     @property
     def of_motion(self) -> list[DesignLimit]:
-        """Limits among them that compare states of the whole motion."""
+        """Limits in `asked` that compare states of the whole motion."""
         return [limit for limit in self.asked if limit.of_motion]
 
 
 @dataclass(frozen=True, eq=False)
 class BoundedForm:
-    """A form without its constant, and the range that a limit asks of it."""
+    """A form without its constant, and the range that a limit allows it."""
 
     limit: int
     """Index into LIMIT_NAMES."""
     form: Form
-    """A form of one of x, y and k alone is divided by its share, which is then the number 1.0."""
+    """Form of the state. If it has x, y or k alone, it is divided by that share, which becomes the
+    number 1.0."""
     least: Real | None
     """Lower bound; None if there is none."""
     most: Real | None
@@ -91,7 +92,7 @@ class BoundedForm:
 
 
 def bounded_forms(at: State, bounds: Bounds) -> list[BoundedForm]:
-    """Return the forms of states that bounds hold, in the order of the table."""
+    """Return the forms of states with the bounds on them, in the order of LIMITS."""
     return [
         _bounded_form(limit, form, bounds[limit.name])
         for limit in bounds.asked
@@ -101,6 +102,7 @@ def bounded_forms(at: State, bounds: Bounds) -> list[BoundedForm]:
 
 
 def _bounded_form(limit: DesignLimit, form: Form, bound: Real) -> BoundedForm:
+    """Return a form with the range that a bound on its limit leaves, as `BoundedForm` has it."""
     code = LIMIT_NAMES.index(limit.name)
     least, most = (
         None if end is None else end - np.asarray(form.constant) for end in limit.range_of(bound)
@@ -119,12 +121,12 @@ def _bounded_form(limit: DesignLimit, form: Form, bound: Real) -> BoundedForm:
 def stiffness_line(at: State) -> tuple[Array, Array]:
     """Return k of a taut state over the margin v: base (N m/rad) and gain (N m/rad per newton)."""
     response = at.response
-    of_flexor, of_extensor = at.arm_slopes
-    base = at.held_stiffness[0] - response.flexor_floor * of_flexor
-    gain = -(response.flexor_gain * of_flexor)
-    if np.any(of_extensor):
-        base = base + response.extensor_floor * of_extensor
-        gain = gain + response.extensor_gain * of_extensor
+    flexor_slope, extensor_slope = at.arm_slopes
+    base = at.held_stiffness[0] - response.flexor_floor * flexor_slope
+    gain = -(response.flexor_gain * flexor_slope)
+    if np.any(extensor_slope):
+        base = base + response.extensor_floor * extensor_slope
+        gain = gain + response.extensor_gain * extensor_slope
     return base, gain
 
 
@@ -145,7 +147,7 @@ class BoundEnd:
 
 
 def bound_ends(at: State, bounds: Bounds) -> Iterator[BoundEnd]:
-    """Yield the end that every bound on a form of states sets to the margin v."""
+    """Yield, for every bound on a form of states, the margin v at which it is just kept."""
     response = at.response
     stiffness_base, stiffness_gain = stiffness_line(at)
     for held in bounded_forms(at, bounds):

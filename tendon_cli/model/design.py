@@ -1,4 +1,4 @@
-"""A design: the arm that wears it, two tendons in sheaths with springs, and a motor's spool.
+"""A design: the arm of its wearer, two sheathed tendons with springs, and the motor's spool.
 
 All fields are scalars or arrays that broadcast against each other. SI units, angles in radians.
 """
@@ -23,21 +23,21 @@ class Limb:
     forearm_mass: Real
     """Mass of forearm and hand, kg."""
     forearm_com: Real
-    """Distance of its centre from the elbow, m."""
+    """Distance of their centre of mass from the elbow, m."""
     load_distance: Real
     """Distance of the load from the elbow, m."""
     upper_arm_angle: Real
-    """ψ, inclination of the upper arm, forward positive, rad."""
+    """Inclination of the upper arm ψ, forward positive, rad."""
     contact_width: Real = np.nan
     """Width of the extensor's strap around the elbow, m."""
     contact_radius: Real = np.nan
-    """Radius of curvature of that strap, m; NaN if the joint tells."""
+    """Radius of curvature of that strap, m; NaN to take it from the joint."""
     stiffness: Real = 0.0
     """Stiffness of the joint itself, N m/rad."""
     rest_angle: Real = 0.0
-    """Angle at which that stiffness asks for no torque, rad."""
+    """Angle at which that stiffness exerts no torque, rad."""
     torque: Spline | None = None
-    """Torque that the joint asks for by itself, N m over rad, instead of the two."""
+    """Passive torque of the joint, N m over rad, instead of stiffness and rest angle."""
     inertia: Real = 0.0
     """Moment of inertia of forearm and hand about the joint, kg m²."""
 
@@ -47,7 +47,7 @@ class Limb:
         return np.where(np.isnan(self.contact_radius), self.joint.strap_radius, self.contact_radius)
 
     def passive(self, angle: Real, derivative: int = 0) -> Real:
-        """Return the torque that the joint asks for by itself to be flexed further.
+        """Return the passive torque of the joint, positive where it resists flexion.
 
         Args:
             angle: Angles of the joint, rad.
@@ -65,21 +65,22 @@ class Side:
     """One tendon with its sheath, its series spring and its anchor."""
 
     friction: Real
-    """μ."""
+    """Coefficient of friction μ between tendon and sheath."""
     bend_angle: Real | Spline
-    """φ = ∫κ ds, rad; a curve over the joint's angle if the sheath follows the joint."""
+    """Total curvature of the sheath φ = ∫κ ds, rad; a curve over the joint's angle if the sheath
+    follows the joint."""
     length: Real
-    """L, m."""
+    """Length of the tendon L, m."""
     diameter: Real
-    """d, m."""
+    """Diameter of the tendon d, m."""
     youngs_modulus: Real
-    """E, Pa."""
+    """Young's modulus of the tendon E, Pa."""
     spring_stiffness: Real
-    """K_SE, N/m; infinite without a spring."""
+    """Stiffness of the series spring K_SE, N/m; infinite without a spring."""
     pretension: Real
-    """F0, distal tension before motion, N."""
+    """Distal tension before motion F0, N."""
     anchor_stiffness: Real = np.inf
-    """K_t, of tissue and cuff behind the anchor, N/m."""
+    """Stiffness of tissue and cuff behind the anchor K_t, N/m."""
     spring_at_motor: Flag = False
     """True where the spring sits at the motor's end of the tendon, else at the joint's."""
 
@@ -99,12 +100,12 @@ READINGS = (F0, "flexor at joint", "extensor at joint", "flexor at motor", "exte
 
 @dataclass(frozen=True, eq=False)
 class Posture:
-    """Posture in which the pretension is set, the limb at rest after a direction of motion."""
+    """Posture in which the pretension is set; the limb rests after a motion in one direction."""
 
     angle: Real = 0.0
-    """θ0 of the joint, rad."""
+    """Angle of the joint θ0, rad."""
     upper_arm_angle: Real = 0.0
-    """ψ, inclination of the upper arm, rad."""
+    """Inclination of the upper arm ψ, rad."""
     load_mass: Real = 0.0
     """Mass in the hand, kg."""
     after_flexion: Flag = False
@@ -119,25 +120,25 @@ class Design:
     flexor: Side
     extensor: Side
     flexor_radius: Real
-    """R_m^f, m."""
+    """Radius of the flexor's spool R_m^f, m."""
     ratio: Real
-    """η = R_m^e / R_m^f."""
+    """Extensor over flexor radius of the spool, η = R_m^e / R_m^f."""
     load_mass: Real
     """Mass of the load, kg."""
     unilateral: Flag = True
     """True where a tendon cannot push; otherwise the paper's bilateral model."""
     load_torque: Spline | None = None
-    """Torque that a task asks for besides the weights, N m over rad."""
+    """Torque that a task needs besides that for the weights, N m over rad."""
     load_scale: Real = 1.0
     """Factor of that torque."""
     trajectory: Trajectory | None = None
-    """Motion in time, if it is one: at its samples inertia asks for torque, too."""
+    """Motion in time, at the samples of which inertia needs torque, too; None if quasi-static."""
     setting: Posture = field(default_factory=Posture)
     read: str = F0
     """Reading in which the pretension is given, one of READINGS."""
     given: Mapping[str, Real] = field(default_factory=dict)
-    """Numbers that a limit alone needs, by key (`limits.GIVEN`); that of the flexor if both sides
-    have one."""
+    """Numbers that only a limit needs, by key (`limits.GIVEN`); those of the flexor if both sides
+    have them."""
 
     @property
     def bend_follows_joint(self) -> bool:
@@ -154,7 +155,7 @@ class Design:
 
     @property
     def knots(self) -> Array:
-        """Angles at which any of its curves has a kink in a derivative, rad."""
+        """Angles at which a derivative of any of the design's curves has a kink, rad."""
         curves = [
             self.arm.torque,
             self.load_torque,
@@ -167,7 +168,7 @@ class Design:
         return np.unique(np.concatenate([np.zeros(0), *knots]))
 
     def other_torque(self, angle: Real, derivative: int = 0) -> Real:
-        """Return the torque that joint and task ask for besides the weights.
+        """Return the torque that joint and task need, to which that for the weights is added.
 
         Args:
             angle: Angles of the joint, rad.
@@ -179,25 +180,25 @@ class Design:
         return joint + self.load_scale * self.load_torque(angle, derivative)
 
 
-def map_arrays(made: Any, change: Callable[..., Any], *others: Any) -> Any:
-    """Return a design, or an object of one, with each of its arrays changed.
+def map_arrays(part: Any, change: Callable[..., Any], *others: Any) -> Any:
+    """Return a design, or a part of one, with each of its arrays changed.
 
     Args:
-        made: Design, a dataclass or mapping in it, or an array.
+        part: Design, a dataclass or mapping in it, or an array.
         change: Function of an array, and of the same array of each of the others.
-        others: Objects that are made likewise.
+        others: Designs or parts with the same structure.
     """
-    if isinstance(made, np.ndarray):
-        return change(made, *others)
-    if isinstance(made, Mapping):
+    if isinstance(part, np.ndarray):
+        return change(part, *others)
+    if isinstance(part, Mapping):
         return {
             key: map_arrays(value, change, *(other[key] for other in others))
-            for key, value in made.items()
+            for key, value in part.items()
         }
-    if not is_dataclass(made):
-        return made
-    parts = {}
-    for name in (part.name for part in fields(made)):
-        other_parts = (getattr(other, name) for other in others)
-        parts[name] = map_arrays(getattr(made, name), change, *other_parts)
-    return replace(made, **parts)  # type: ignore[type-var]
+    if not is_dataclass(part):
+        return part
+    changed = {}
+    for name in (entry.name for entry in fields(part)):
+        of_others = (getattr(other, name) for other in others)
+        changed[name] = map_arrays(getattr(part, name), change, *of_others)
+    return replace(part, **changed)  # type: ignore[type-var]

@@ -3,7 +3,7 @@
 An interval is a midpoint and a radius, which grows by what each operation may round (outward
 rounding). A `Series` holds intervals of f, f', f''/2 ... over each cell of the variable, by the
 usual recurrences. It also holds the partial derivatives of f with respect to other numbers, as
-series of lower order. Nothing here knows of joints.
+series of lower order. This module knows nothing of joints.
 
 Arrays broadcast. What cannot be enclosed, such as 1/f where f may vanish, has an infinite radius
 or is NaN.
@@ -104,12 +104,12 @@ def _highest_term(a: Sequence[Term], b: Sequence[Term]) -> Term:
 class Series(np.lib.mixins.NDArrayOperatorsMixin):
     """Taylor series of a function over cells: intervals of f, f', f''/2 ...
 
-    NumPy's operators, `np.where`, and those of its functions that the model uses take series in
-    the place of arrays, so that one text of the model serves numbers and proofs.
+    NumPy's operators, `np.where`, and those of its functions that the model uses take series
+    instead of arrays, so that the same code of the model serves numbers and proofs.
 
     Attributes:
         terms: Interval of each coefficient over each cell; None if it is exactly zero.
-        partials: Partial derivatives with respect to other numbers, by the place of the number.
+        partials: Partial derivatives with respect to numbers of a box, by the number's index.
     """
 
     def __init__(self, terms: Sequence[Term], partials: Mapping[int, Series] | None = None) -> None:
@@ -118,7 +118,7 @@ class Series(np.lib.mixins.NDArrayOperatorsMixin):
 
     @classmethod
     def of(cls, value: Any, rounded: float = 0.0) -> Series:
-        """Return a constant as a series; return a series as it is.
+        """Return a constant as a series, or a series unchanged.
 
         Args:
             value: A number, an array or a series.
@@ -141,9 +141,9 @@ class Series(np.lib.mixins.NDArrayOperatorsMixin):
 
         Args:
             middle: Midpoint of the number in each cell.
-            radius: Distance from the midpoint that the number may have.
+            radius: Largest distance of the number from its midpoint.
             slope: Derivative of the number with respect to the number at `place`.
-            place: Place of the number among those of the box.
+            place: Index of the number among those of the box.
         """
         rounding = (abs(middle) + abs(slope)) * COMPUTED
         derivative = cls([(slope, rounding), *[None] * (_ORDER_OF_PARTIALS - 1)])
@@ -188,7 +188,7 @@ class Series(np.lib.mixins.NDArrayOperatorsMixin):
     def _compose(self, derivatives: Sequence[Interval]) -> Series:
         """Return g(f), from enclosures of g, g', g'' ... over the values of f.
 
-        Derivatives are one more than there are terms.
+        There is one derivative more than there are terms.
         """
         change = Series([None, *self.terms[1:]])
 
@@ -277,7 +277,7 @@ class Series(np.lib.mixins.NDArrayOperatorsMixin):
         return self._compose([derivative for _ in _DERIVATIVES])
 
     def sin(self, quarters: int = 0) -> Series:
-        """Return the sine, or the sine of what is so many quarters of a turn ahead."""
+        """Return the sine of f + quarters π/2."""
         middle, radius = self.value
         sine = np.sin(middle)
         cosine = np.cos(middle)

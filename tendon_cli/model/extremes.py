@@ -1,8 +1,8 @@
 """Extremes of designs over all their states: smallest, largest, counted. A fold of states.
 
 A fold starts from `begin`, takes states in any order and in any portions by `fold`, and ends in
-`finish`, whose results are the columns of a table of designs. Nothing is rounded on the way but
-what the rows of states are, so that the columns are the extremes of the rows to the last bit.
+`finish`, whose results are the columns of a table of designs. Only the values of single states are
+rounded, as in the rows of states, so that the columns are the extremes of the rows to the last bit.
 """
 
 from __future__ import annotations
@@ -47,13 +47,13 @@ OVER_STATES = {
     for quantity in (QUANTITIES[name] for name in OF_DESIGNS)
     if quantity.value is not None and quantity.over is not None
 }
-"""Columns that `quantities` defines alone: their values in states, and what is made of these."""
+"""Columns that only `quantities` defines: for each its values in states, and their reduction."""
 
 
 def begin(shape: tuple[int, ...]) -> Extremes:
     """Return the extremes over no state yet, for designs of a shape.
 
-    Other axes or angles of the same designs may be folded in turn.
+    States of the same designs may then be folded in several portions.
     """
     starts = (
         dict.fromkeys(_SMALLEST, np.inf)
@@ -64,7 +64,7 @@ def begin(shape: tuple[int, ...]) -> Extremes:
 
 
 def fold(folded: Extremes, at: State, elbow_angle: Array) -> None:
-    """Take more states into extremes, in place.
+    """Fold more states into the extremes of designs, in place.
 
     Args:
         folded: Extremes so far.
@@ -78,7 +78,7 @@ def fold(folded: Extremes, at: State, elbow_angle: Array) -> None:
     proximal_x = at.flexor_tension_proximal
     proximal_y = at.extensor_tension_proximal
     stiffness = at.elbow_stiffness
-    least = np.minimum(at.design.flexor.pretension, at.design.extensor.pretension)
+    lower_pretension = np.minimum(at.design.flexor.pretension, at.design.extensor.pretension)
     columns = {
         "min_flexor_tension": np.fmin(x, proximal_x),
         "min_extensor_tension": np.fmin(y, proximal_y),
@@ -92,23 +92,23 @@ def fold(folded: Extremes, at: State, elbow_angle: Array) -> None:
         "min_elbow_stiffness": stiffness,
         "max_slack": at.longest_slack,
         "required_pretension": at.response.required,
-        "margin": np.fmin(at.balance.margin, least),
+        "margin": np.fmin(at.balance.margin, lower_pretension),
         "first_slack_angle": np.where(slack, elbow_angle, np.inf),
         "slack": slack,
         "unstable": stiffness < 0.0,
         "no_equilibrium": np.isnan(at.coupling.moment_arm),
     }
-    motion = np.broadcast_shapes(at.flexor.capstan.shape, np.shape(elbow_angle))[-2:]
+    motion_shape = np.broadcast_shapes(at.flexor.capstan.shape, np.shape(elbow_angle))[-2:]
     for name, column in columns.items():
         reduction = _reduction(name)
         values = np.atleast_2d(column)  # not yet broadcast: most columns vary along few axes
-        of_motion = np.broadcast_to(values, (*values.shape[:-2], *motion))
-        extreme = reduction.reduce(of_motion, axis=(-2, -1))
+        over_motion = np.broadcast_to(values, (*values.shape[:-2], *motion_shape))
+        extreme = reduction.reduce(over_motion, axis=(-2, -1))
         reduction(folded[name], extreme, out=folded[name])
 
 
 def _reduction(name: str) -> np.ufunc:
-    """Return the function by which an extreme or a count comes from values of states."""
+    """Return the function that reduces values of states to an extreme or a count."""
     if name in COUNTS:
         return np.add
     if name in _SMALLEST:
@@ -147,7 +147,7 @@ def finish(folded: Extremes, states: int) -> Extremes:
 
 
 def as_read(columns: Extremes, design: Design) -> Extremes:
-    """Return the result columns of designs with pretensions as the design's own is read."""
+    """Return the columns with pretensions in the reading in which the design's own is given."""
     if design.read == F0:
         return columns
     reading = Reading.of(design)
@@ -164,8 +164,8 @@ def as_read(columns: Extremes, design: Design) -> Extremes:
 def judge(columns: Extremes, limits: Mapping[str, float]) -> dict[str, Flags]:
     """Return which designs are `taut` in every state, `stable` in each, and `feasible`.
 
-    A feasible design is both, and within every limit on a column as well. Limits are kept with the
-    tolerance of slack. Limits on columns that are not there are left out, and NaN keeps a limit.
+    A feasible design is both, and within every limit on a column as well. Limits are compared with
+    the tolerance of slack. Limits on missing columns are skipped, and NaN counts as within a limit.
 
     Args:
         columns: Result columns of designs, SI.
@@ -184,9 +184,9 @@ def judge(columns: Extremes, limits: Mapping[str, float]) -> dict[str, Flags]:
 
 
 def of_design(design: Design, folded: Extremes) -> Extremes:
-    """Return what limits bound of designs but no state has, by the limit's name.
+    """Return the quantities of whole designs that limits bound, by the limit's name.
 
-    The contact pressure (Pa) is among it.
+    They include the contact pressure (Pa) at the largest tension of the extensor.
     """
     values = {
         name: limit.of_design(design)
@@ -200,9 +200,13 @@ def of_design(design: Design, folded: Extremes) -> Extremes:
 
 
 def of_forms(names: Iterable[str], at: State) -> Extremes:
-    """Return the extremes of limits on forms of states, over the last two axes.
+    """Return the extremes of the quantities that limits bound, over the last two axes of states.
 
     They are NaN where no state has a result.
+
+    Args:
+        names: Names of limits on forms of states.
+        at: States.
     """
     columns = {}
     for name in names:
@@ -217,7 +221,7 @@ def of_forms(names: Iterable[str], at: State) -> Extremes:
 
 
 def over_states(at: State, shape: tuple[int, ...]) -> Extremes:
-    """Return the columns of OVER_STATES, from all states of a block of designs of a shape."""
+    """Return the columns of OVER_STATES, from all states of a block, which have a shape."""
     return {
         name: over(np.broadcast_to(value(at), shape).reshape(*shape[:-2], -1))
         for name, (value, over) in OVER_STATES.items()

@@ -15,7 +15,7 @@ from tendon_cli.model.kinematics import Array, Real
 class Form:
     """Quantity of a state: flexor x + extensor y + stiffness k + constant.
 
-    A share that is the number 0.0 has no part in it.
+    A share that is the number 0.0 means that the form has no such part.
     """
 
     flexor: Real = 0.0
@@ -25,9 +25,10 @@ class Form:
     stiffness: Real = 0.0
     """Share of the elbow stiffness k."""
     constant: Real = 0.0
+    """Part that depends on none of the three."""
 
     def of(self, flexor: Array, extensor: Array, stiffness: Array) -> Array:
-        """Return the quantity but for its constant.
+        """Return the quantity without its constant.
 
         Args:
             flexor: Distal flexor tension, N.
@@ -39,7 +40,7 @@ class Form:
 
 
 def is_nothing(share: Real) -> bool:
-    """Return True if a form has no such part."""
+    """Return True if a share is the number 0.0: the form has no such part."""
     return isinstance(share, float) and share == 0.0
 
 
@@ -89,9 +90,9 @@ class DesignLimit:
     lines: Callable[[Any], Any] | None = None
     """Quantity of a `Motor`, bounded in magnitude: straight lines in pretension, or None."""
     excess: Callable[[Any, Real], Callable[[Array], Array]] | None = None
-    """Excess of a `Motor` over a bound as a function of pretension, which is no straight line."""
+    """Excess of a `Motor` over a bound, as a function of pretension that is no straight line."""
     column: str = ""
-    """Column of designs that it bounds; by default of its name."""
+    """Column of designs that it bounds, by default the one of its name."""
     needs: tuple[Need, ...] = ()
     """Numbers that a study must state."""
     default: float | None = None
@@ -124,7 +125,7 @@ class DesignLimit:
         return None, bound
 
     def beyond(self, values: Array, bound: Real) -> Array:
-        """Return by how much values are outside of a bound: above 0 they break it."""
+        """Return the excess of values over a bound; above 0 they break it."""
         if self.from_below:
             return np.asarray(bound - values)
         if self.in_magnitude:
@@ -132,17 +133,17 @@ class DesignLimit:
         return np.asarray(values - bound)
 
     def value(self, state: Any, speed: Real = np.nan) -> Array:
-        """Return the quantity in states; of several forms the one nearest to the bound.
+        """Return the quantity in states; if it has several forms, the worst of them.
 
         Args:
             state: A `State`.
             speed: Speed of the elbow, rad/s.
 
         Raises:
-            TypeError: If the limit is none on single states.
+            TypeError: If the limit is not on single states.
         """
         if self.forms is None:
-            raise TypeError(f"{self.name} is no limit on single states")
+            raise TypeError(f"{self.name} is not a limit on single states")
         parts = state.balance.flexor, state.balance.extensor, state.elbow_stiffness
         first, *others = (form.of(*parts) + form.constant for form in self.forms(state, speed))
         worst = first

@@ -1,11 +1,11 @@
 """A joint: travels of both tendons as it turns, and their moment arms (Eqs. 1-3).
 
-A joint says at each angle by how much the flexor's path has shortened and the extensor's
-lengthened, with the slopes of these curves: more of it does not enter the model. `Anchors` is the
-arm of the paper, whose flexor tendon runs straight from the anchor r on the upper arm to the anchor
-q on the forearm (Fig. 2) while the extensor tendon wraps a virtual pulley at the elbow; `Excursion`
-is any other joint, by measured travels. A value whose slope came from another curve would not close
-the balance of energy. All functions broadcast their arguments; lengths in metres, angles in
+A joint gives at each angle how much the flexor's path has shortened and the extensor's lengthened,
+with the slopes of these curves; nothing else of it enters the model. `Anchors` is the arm of the
+paper, whose flexor tendon runs straight from the anchor r on the upper arm to the anchor q on the
+forearm (Fig. 2) while the extensor tendon wraps a virtual pulley at the elbow; `Excursion` is any
+other joint, given by measured travels. Slopes are derivatives of the same curves as the values, or
+else energy would not balance. All functions broadcast their arguments; lengths in metres, angles in
 radians.
 """
 
@@ -23,7 +23,7 @@ Flags = npt.NDArray[np.bool_]
 Flag = bool | Flags
 
 DEAD_CENTRE = 1e-9
-"""Share of all anchor offsets together below which a moment arm is none."""
+"""Moment arm below which it counts as zero, as a share of the sum of all anchor offsets."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,10 +47,10 @@ class Travels:
     for rounding, or where J_e <= 0."""
     flexor_path: Array | None = None
     """L_c, length of the flexor's path outside of its sheath (Eq. 1), m; None if the joint does not
-    tell."""
+    define it."""
 
     def mismatch(self, ratio: Real) -> Array:
-        """Return h = H_e - η H_f, what the springs must give for the spool's ratio η, m."""
+        """Return h = H_e - η H_f, length that the springs must take up at spool ratio η, m."""
         return np.asarray(self.extensor_travel - ratio * self.flexor_travel)
 
 
@@ -122,7 +122,7 @@ def flexor_path(anchors: Anchors, elbow_angle: Real) -> Array:
 
 
 def _dead_centre(anchors: Anchors) -> Array:
-    """Moment arm below which it is a rounded zero, m.
+    """Return the moment arm below which it is zero but for rounding, m.
 
     A straight arm with both anchors on the bone has 7e-17 m.
     """
@@ -130,7 +130,7 @@ def _dead_centre(anchors: Anchors) -> Array:
 
 
 def _anchor_offset(anchors: Anchors, elbow_angle: Real) -> tuple[Array, Array]:
-    """Components of q - r: forward, and up the upper arm (the two squares in Eq. 1), m."""
+    """Return q - r, m: its components forward and up the upper arm, squared in Eq. 1."""
     sine = np.sin(elbow_angle)
     cosine = np.cos(elbow_angle)
     forward = anchors.b2 * sine + anchors.a2 * cosine - anchors.a1
@@ -176,7 +176,7 @@ class Spline:
 
 @dataclass(frozen=True, eq=False)
 class Excursion:
-    """A joint by measured travels of both tendons, from its angle `origin` on."""
+    """A joint given by measured travels of both tendons, which are zero at its angle `origin`."""
 
     flexor: Spline
     """Shortening of the flexor's path over the angle, m, from any zero."""
@@ -185,9 +185,9 @@ class Excursion:
     origin: Real = 0.0
     """Posture in which both travels are zero, rad."""
     scale: Real = 1.0
-    """Ratio of the travels to those measured, on another body."""
+    """Factor on the measured travels, for another body."""
     strap_radius: Real = np.nan
-    """Radius of curvature of the extensor's strap, m; a table of travels does not tell it."""
+    """Radius of curvature of the extensor's strap, m; a table of travels does not give it."""
 
     def motion(self, angle: Real) -> Travels:
         """Return travels and moment arms.

@@ -1,11 +1,12 @@
-"""Limits of designs, each once: an entry of LIMITS says all that the package knows of it.
+"""Limits of designs: one entry of LIMITS says all that the package knows of a limit.
 
 From this table follow the schema of `[limits]`, the bounds that windows are held to, here and in
 compiled code, the column of designs that a limit bounds, `feasible`, the state that breaks it
 worst, its words, and its row of the reference. In a taut state the tensions x and y and the elbow
 stiffness k are straight lines in the common pretension F (`statics.Response`), so a limit on a
-*form*, a x + b y + c k + d, is a half-line in F. A limit that is no form compares states of the
-whole motion (`motor_window`). SI units, angles in radians; arguments broadcast as in `actuator`.
+*form*, a x + b y + c k + d, is a half-line in F. The other limits bound a number of the design or
+compare states of the whole motion (`motor_window`). SI units, angles in radians; arguments
+broadcast as in `actuator`.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ CONTACT_WIDTH = Need("arm.contact_width", "the width of the strap around the elb
 
 
 def spool_to_tendon(design: Design) -> Array:
-    """Return the smaller ratio of spool to tendon diameter, by which bending wears a rope."""
+    """Return the smaller ratio of spool to tendon diameter; a rope wears sooner if it is small."""
     flexor = 2.0 * np.asarray(design.flexor_radius) / design.flexor.diameter
     extensor = 2.0 * np.asarray(design.ratio) * design.flexor_radius / design.extensor.diameter
     return np.minimum(flexor, extensor)
@@ -41,7 +42,7 @@ def contact_pressure(design: Design, extensor_tension: Array) -> Array:
     """Return p = T / (R w) of the extensor's strap, Pa, with R its radius of curvature.
 
     Args:
-        design: Designs, whose arms may have series for numbers, in proofs.
+        design: Designs; in proofs their arms may hold series instead of numbers.
         extensor_tension: T, distal tension of the extensor, N.
     """
     pressure: Array = extensor_tension / (design.arm.strap_radius * design.arm.contact_width)
@@ -62,9 +63,9 @@ def _largest_end(capstan: Array) -> Array:
 
 
 def _room(at: Any) -> Real:
-    """Return the path between the flexor's anchors less the spring's length without load, m.
+    """Return the length between the flexor's anchors less the spring's length without load, m.
 
-    It is infinite where the joint has no path.
+    It is infinite if the joint does not define that length.
     """
     path = np.inf if at.motion.flexor_path is None else at.motion.flexor_path
     room: Real = path - at.design.given[FREE_LENGTH.key]
@@ -76,24 +77,26 @@ def _motor_speed(at: Any, speed: Real) -> Form:
 
     Along a trajectory inertia adds to θ̇ k.
     """
-    tied = at.coupling
-    by_extensor = tied.ratio * tied.extensor_arm / tied.extensor_compliance
-    pull = tied.moment_arm / tied.flexor_compliance + by_extensor
+    coupling = at.coupling
+    by_extensor = coupling.ratio * coupling.extensor_arm / coupling.extensor_compliance
+    pull = coupling.moment_arm / coupling.flexor_compliance + by_extensor
+    torque_per_turn = at.design.flexor_radius * pull  # of the elbow, N m/rad
     if at.speed is None:
-        return Form(stiffness=speed / (at.design.flexor_radius * pull))
-    per = np.where(at.speed < 0.0, -1.0, 1.0) / (at.design.flexor_radius * pull)
-    return Form(stiffness=at.speed * per, constant=at.torque_rate * per)
+        return Form(stiffness=speed / torque_per_turn)
+    turn_per_torque = np.where(at.speed < 0.0, -1.0, 1.0) / torque_per_turn
+    return Form(stiffness=at.speed * turn_per_torque, constant=at.torque_rate * turn_per_torque)
 
 
 def _lost_efficiency(motor: Any, least: Real) -> Callable[[Array], Array]:
-    """Return friction's loss beyond what an efficiency allows, J, over pretension.
+    """Return a function of pretension: friction's loss beyond what an efficiency allows, J.
 
-    Without work there is no efficiency, and nothing that could be held to one.
+    If the motor does no work there is no efficiency, and the limit is kept.
     """
 
-    def excess(at: Array) -> Array:
-        allowed = (1.0 - least) * motor.work(at)
-        return np.where(motor.work(at) > 0.0, motor.loss(at) - allowed, -np.inf)
+    def excess(pretension: Array) -> Array:
+        work = motor.work(pretension)
+        allowed = (1.0 - least) * work
+        return np.where(work > 0.0, motor.loss(pretension) - allowed, -np.inf)
 
     return excess
 
@@ -350,13 +353,13 @@ LIMIT_NAMES = ("flexor slack", "extensor slack", "no equilibrium", *LIMITS)
 FLEXOR_SLACK, EXTENSOR_SLACK, NO_EQUILIBRIUM = range(3)
 PRETENSION = LIMIT_NAMES.index("max_pretension")
 NOTHING = -1
-"""Code if no limit binds: no pretension is below 0, and none need be too high."""
+"""Code if no limit binds: the window begins at 0, or has no upper end."""
 GIVEN = tuple(
     dict.fromkeys(
         need.key for limit in _ALL for need in limit.needs if need not in (SPEED, CONTACT_WIDTH)
     )
 )
-"""Keys of numbers that limits alone need; a study's designs have them in `Design.given`, NaN if it
+"""Keys of numbers that only limits need; a study's designs have them in `Design.given`, NaN if it
 states none."""
 ALWAYS = {
     "flexor slack": LimitWords(

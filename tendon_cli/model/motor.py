@@ -4,13 +4,13 @@ The spool turns with the elbow by dα/dθ; everything else follows from that. Pe
 
     τ_m dα/dθ = τ_a + dU/dθ + dW/dθ
 
-with U what tendons and springs store and W what friction takes. Along a sheath the tendon slides by
-u(s) and friction takes dF/ds du ds: W comes from friction itself, and the balance above is used
-nowhere. SI units, angles in radians.
+with U the energy that tendons and springs store and W the energy that friction takes. Along a
+sheath the tendon slides by u(s) and friction takes dF/ds du ds: W is computed from friction itself,
+and the balance above is used nowhere. SI units, angles in radians.
 
-A cycle is both strokes of a design. Its works are integrals over the elbow angle; where a tendon
-goes slack or the motor turns from driving to braking they have a kink, which bisection finds. The
-cost of the turns between the strokes is left out.
+A cycle is both strokes of a design. Its work and loss are integrals over the elbow angle; where a
+tendon goes slack or the motor turns from driving to braking they have a kink, which bisection
+finds. The cost of the turns between the strokes is left out.
 """
 
 from __future__ import annotations
@@ -28,23 +28,24 @@ from tendon_cli.model.trajectory import Trajectory
 
 _LONGEST_STEP = float(np.radians(1.0))
 """Longest step of an integral over the elbow angle, rad."""
+# Of Gauss's rule in each step
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
-_HALVINGS = 30
+_HALVINGS = 30  # of a step, to find a kink
 
 
 @dataclass(frozen=True, eq=False)
 class MotorRates:
     """Rates of states per radian of the elbow (θ, whichever way it moves); shapes as in `State`.
 
-    Along a trajectory they are per second: the inertia that asks for more torque has the motor
-    stretch the springs, too.
+    Along a trajectory they are per second: the motor then also stretches the springs as inertia
+    needs more torque.
 
     Where both tendons are slack the spool is free: its angle and speed are NaN, and nothing is
     driven, stored or lost.
     """
 
     spool_angle: Array
-    """α + c_f F0/R_f, counted from one unstretched flexor for both directions, rad."""
+    """Spool angle α + c_f F0/R_f from the unstretched flexor, a zero for both directions, rad."""
     spool_speed: Array
     """dα/dθ."""
     power: Array
@@ -91,25 +92,25 @@ def motor_rates(state: State) -> MotorRates:
     # Rates of both distal tensions, by the lengths that each side takes up.
     x = state.balance.flexor
     y = state.balance.extensor
-    shortens = coupling.moment_arm * turning
-    lengthens = np.asarray(coupling.extensor_arm) * turning
-    x_takes = wound - shortens
-    y_takes = lengthens - coupling.ratio * wound
+    path_shortening = coupling.moment_arm * turning
+    path_lengthening = np.asarray(coupling.extensor_arm) * turning
+    flexor_stretching = wound - path_shortening
+    extensor_stretching = path_lengthening - coupling.ratio * wound
     resting_flexor = state.flexor
     if state.resting is not None:  # a bend that follows the joint stretches the tendons, too
-        x_takes = x_takes - state.flexor.compliance_rate * x * turning
-        y_takes = y_takes - state.extensor.compliance_rate * y * turning
+        flexor_stretching = flexor_stretching - state.flexor.compliance_rate * x * turning
+        extensor_stretching = extensor_stretching - state.extensor.compliance_rate * y * turning
         resting_flexor = state.resting[0]
-    x_rate = flexor_pulls * x_takes / coupling.flexor_compliance
-    y_rate = extensor_pulls * y_takes / coupling.extensor_compliance
+    x_rate = flexor_pulls * flexor_stretching / coupling.flexor_compliance
+    y_rate = extensor_pulls * extensor_stretching / coupling.extensor_compliance
 
-    started = resting_flexor.compliance * design.flexor.pretension
+    resting_stretch = resting_flexor.compliance * design.flexor.pretension
     flexor_storing = state.flexor.storage_rate(x, x_rate, turning)
     extensor_storing = state.extensor.storage_rate(y, y_rate, turning)
-    flexor_friction = state.flexor.friction_rate(x, x_rate, shortens, turning)
-    extensor_friction = state.extensor.friction_rate(y, y_rate, -lengthens, turning)
+    flexor_friction = state.flexor.friction_rate(x, x_rate, path_shortening, turning)
+    extensor_friction = state.extensor.friction_rate(y, y_rate, -path_lengthening, turning)
     return MotorRates(
-        spool_angle=state.spool_angle + started / design.flexor_radius,
+        spool_angle=state.spool_angle + resting_stretch / design.flexor_radius,
         spool_speed=winding / design.flexor_radius,
         power=np.asarray(state.motor_torque * wound / design.flexor_radius),
         stored=0.5
@@ -125,8 +126,8 @@ def cycle_columns(
     """Return the columns of both strokes of designs, from the least angle to the largest and back.
 
     Peaks, travel and differences are those of the states at these angles. They are NaN if no state
-    tells, differences also if there is one direction alone, and works and losses if any state has
-    no equilibrium.
+    has a value, differences also if there is a single direction. Work and loss are NaN if any state
+    has no equilibrium.
 
     Args:
         design: Designs, over axes before the last two.
@@ -142,14 +143,14 @@ def cycle_columns(
     rates = motor_rates(state)
     spool_speed = speed * rates.spool_speed
     power = np.where(flexion, speed, -speed) * rates.power
-    works = _works(design, angles, flexion)
-    return _columns(state, rates, spool_speed, power, works, flexion)
+    work_and_loss = _work_and_loss(design, angles, flexion)
+    return _columns(state, rates, spool_speed, power, work_and_loss, flexion)
 
 
 def motion_columns(design: Design, trajectory: Trajectory) -> dict[str, Array]:
     """Return the columns of designs along a trajectory, as `cycle_columns` does.
 
-    Sums over time are those of its samples. Differences are NaN, because there is no other
+    Integrals over time are sums over its samples. Differences are NaN, because there is no other
     direction at the same angle to compare with.
     """
     state = evaluate(design, trajectory.angle[np.newaxis], trajectory.flexion[np.newaxis])
@@ -180,7 +181,7 @@ def _columns(
     rates: MotorRates,
     spool_speed: Array,
     power: Array,
-    works: tuple[Array, Array],
+    work_and_loss: tuple[Array, Array],
     flexion: Flags,
 ) -> dict[str, Array]:
     """Return the columns of designs from their states.
@@ -190,26 +191,27 @@ def _columns(
         rates: Their rates.
         spool_speed: Speed of the spool in each state, rad/s.
         power: Power of the motor in each state, W.
-        works: Work of the motor where it drives, and work that friction takes, J.
+        work_and_loss: Work of the motor where it drives, and work that friction takes, J.
         flexion: Directions, True for flexion.
     """
-    work, loss = works
+    work, loss = work_and_loss
     with np.errstate(divide="ignore", invalid="ignore"):
         efficiency = np.asarray(np.where(work > 0.0, 1.0 - loss / work, np.nan))
     return {
-        "peak_motor_speed": _over(np.fmax, np.abs(spool_speed)),
-        "peak_motor_power": np.maximum(_over(np.fmax, power), 0.0),
-        "peak_braking_power": np.maximum(_over(np.fmax, -power), 0.0),
+        "peak_motor_speed": _extreme_of_states(np.fmax, np.abs(spool_speed)),
+        "peak_motor_power": np.maximum(_extreme_of_states(np.fmax, power), 0.0),
+        "peak_braking_power": np.maximum(_extreme_of_states(np.fmax, -power), 0.0),
         "motor_work_in": work,
         "friction_loss": loss,
         "efficiency": efficiency,
-        "spool_travel": _over(np.fmax, rates.spool_angle) - _over(np.fmin, rates.spool_angle),
+        "spool_travel": _extreme_of_states(np.fmax, rates.spool_angle)
+        - _extreme_of_states(np.fmin, rates.spool_angle),
         "max_backlash": _largest_gap(rates.spool_angle, flexion),
         "max_torque_band": _largest_gap(state.motor_torque, flexion),
     }
 
 
-def _works(design: Design, angles: Array, flexion: Flags) -> tuple[Array, Array]:
+def _work_and_loss(design: Design, angles: Array, flexion: Flags) -> tuple[Array, Array]:
     """Return the work of the motor where it drives, and the work that friction takes, J."""
     edges = _steps(angles)
     low = edges[:-1]
@@ -236,7 +238,7 @@ def _works(design: Design, angles: Array, flexion: Flags) -> tuple[Array, Array]
 
 
 def _steps(angles: Array, longest: float = _LONGEST_STEP) -> Array:
-    """Return ascending angles with others between them, so that no step is longer than a length."""
+    """Insert angles between ascending ones, so that no step is longer than `longest`, rad."""
     counts = np.maximum(1, np.ceil(np.diff(angles) / longest - 1e-9)).astype(np.int64)
     steps = [
         np.linspace(low, high, count, endpoint=False)
@@ -246,10 +248,10 @@ def _steps(angles: Array, longest: float = _LONGEST_STEP) -> Array:
 
 
 def gauss_rule(angles: Array, longest: float = _LONGEST_STEP) -> tuple[Array, Array]:
-    """Return nodes and weights of Gauss's rule for integrals of what has no kinks.
+    """Return nodes and weights of Gauss's rule for integrals of functions without kinks.
 
     Args:
-        angles: Ascending angles between which the integral is smooth, rad.
+        angles: Ascending angles between which the integrand is smooth, rad.
         longest: Longest step, rad.
 
     Returns:
@@ -307,7 +309,7 @@ def _next_kink(design: Design, start: Array, stop: Array, flexion: Flags) -> Arr
 def select_points(
     design: Design, shape: tuple[int, ...], at: tuple[npt.NDArray[np.int64], ...]
 ) -> Design:
-    """Return the designs of some points, one after the other.
+    """Select the designs at some points of a shape, along a single axis.
 
     Args:
         design: Designs whose arrays broadcast to a shape.
@@ -322,17 +324,17 @@ def select_points(
     return selected
 
 
-def _over(extreme: np.ufunc, values: Array) -> Array:
-    """Return the extreme over directions and angles, NaN left out."""
+def _extreme_of_states(extreme: np.ufunc, values: Array) -> Array:
+    """Return the extreme over directions and angles, without regard to NaN."""
     spread = np.broadcast_to(values, np.broadcast_shapes(values.shape, (1, 1)))
     return np.asarray(extreme.reduce(spread, axis=(-2, -1)))
 
 
 def _largest_gap(values: Array, flexion: Flags) -> Array:
-    """Return the largest difference between both directions at one elbow angle."""
+    """Return the largest difference between the directions at any elbow angle."""
     directions = np.ravel(flexion)
     if directions.all() or not directions.any():
         return np.full(values.shape[:-2], np.nan)
-    forward = np.compress(directions, values, axis=-2)[..., :1, :]
-    back = np.compress(~directions, values, axis=-2)[..., :1, :]
-    return _over(np.fmax, np.abs(forward - back))
+    in_flexion = np.compress(directions, values, axis=-2)[..., :1, :]
+    in_extension = np.compress(~directions, values, axis=-2)[..., :1, :]
+    return _extreme_of_states(np.fmax, np.abs(in_flexion - in_extension))

@@ -1,10 +1,10 @@
 """Windows of pretension narrowed by limits on the whole motion, which no single state decides.
 
 Where all states are taut, spool angle, motor torque and dα/dθ are straight lines in pretension F.
-Limits on backlash and torque band are half-lines therefore, as those of `window`; spool travel is
-the largest of lines less the smallest, which is convex. Power is a product of two lines, friction's
-loss a sum of such, so that the pretensions that they allow may be in several intervals, of which
-the widest is used: their ends are sought by bisection between samples. Arguments broadcast as in
+So limits on backlash and torque band are half-lines, as those of `window`; spool travel is the
+largest of lines less the smallest, which is convex. Power is a product of two lines, and friction's
+loss a sum of such products, so limits on them may allow several intervals of pretension. The widest
+is used; its ends are found by bisection between samples. Arguments broadcast as in
 `window`; SI units, angles in radians.
 """
 
@@ -25,12 +25,12 @@ from tendon_cli.model.motor import gauss_rule, motor_rates, select_points
 from tendon_cli.model.statics import SLACK_TOLERANCE
 from tendon_cli.model.window import Positions, Window
 
-_STEP = 100.0  # N; how far the search for an end begins where a window has none
+_STEP = 100.0  # N; first step of the search for an upper end, where a window has none
 _DOUBLINGS = 16  # of that step, until some limit is broken
 _SAMPLES = 65  # pretensions of a window between which ends are sought
 _HALVINGS = 45  # of the distance between two samples
-_UNIT = 100.0  # N; between multiples of it lines and parabolas are drawn
-_LOSS_STEP = float(np.radians(7.5))  # longest step of Gauss's rule for what has no kinks, rad
+_UNIT = 100.0  # N; lines and parabolas go through values at multiples of it
+_LOSS_STEP = float(np.radians(7.5))  # rad; longest step of Gauss's rule for smooth functions
 
 Measure = Callable[[Array], Array]
 """Excess over a limit at one pretension of each design, (designs,): above 0 the limit is broken."""
@@ -41,7 +41,9 @@ class Lines:
     """Straight lines base + gain F of states, (designs, states)."""
 
     base: Array
+    """Values without pretension."""
     gain: Array
+    """Slopes over pretension, per newton."""
 
     def at(self, pretension: Array) -> Array:
         """Return values at one pretension of each design, (designs,)."""
@@ -56,7 +58,7 @@ def narrow(
     bounds: Bounds,
     loads: tuple[float, float] | None = None,
 ) -> Window:
-    """Return windows within the limits on the whole motion, too: the widest interval that is left.
+    """Narrow windows to the widest interval that keeps the limits on the whole motion, too.
 
     Empty windows stay as they are.
 
@@ -66,7 +68,7 @@ def narrow(
         elbow_angle: Angles, (1, K), rad.
         flexion: Directions of motion, (D, 1), or (1, K) along a trajectory.
         bounds: Limits of the designs.
-        loads: Least and largest load, kg; the motor's power is then that of all loads between.
+        loads: Least and largest load, kg; the motor's power is then the largest between.
     """
     shape = windows.low.shape or (1,)
     open_places = np.nonzero(windows.is_open.reshape(shape))
@@ -74,8 +76,10 @@ def narrow(
         return windows
     columns = {name: np.array(values).reshape(shape) for name, values in vars(windows).items()}
     cut = Window(**{name: values[open_places] for name, values in columns.items()})
-    of_open = select_points(design, (*shape, 1, 1), open_places)
-    motor = Motor(of_open, np.asarray(elbow_angle), flexion, cut.low.shape, bounds.speed, loads)
+    open_designs = select_points(design, (*shape, 1, 1), open_places)
+    motor = Motor(
+        open_designs, np.asarray(elbow_angle), flexion, cut.low.shape, bounds.speed, loads
+    )
     measures: dict[int, Measure] = {}
     for limit in bounds.of_motion:
         code = LIMIT_NAMES.index(limit.name)
@@ -101,45 +105,45 @@ def motion_excess(
     pretension: complex,
     state: int,
 ) -> complex:
-    """Return by how much one design exceeds a limit on the whole motion at a pretension.
+    """Return the excess of one design over a limit on the whole motion, at a pretension.
 
     Numbers may be complex, for derivatives.
 
     Args:
         name: Name of the limit.
-        design: One design, whose own axes are two, of one each.
+        design: One design, with two axes of length 1.
         elbow_angle: Angles, (1, K), rad.
         flexion: Directions of motion, (D, 1).
         bounds: Limits of the design.
         pretension: Pretension, N.
-        state: State that binds, as windows have it, where the limit is kept state by state.
+        state: Index of the binding state, as in `Window`, if the limit compares single angles.
 
     Raises:
-        ValueError: If the limit is none on the whole motion.
+        ValueError: If the limit is not on the whole motion.
     """
     motor = Motor(design, elbow_angle, flexion, (1, 1), bounds.speed)
-    at = np.array([pretension])
+    pretensions = np.array([pretension])
     limit = LIMITS[name]
     bound = bounds[name]
     if limit.lines is not None and (lines := limit.lines(motor)) is not None:
-        value = complex(lines.at(at)[0, state])
+        value = complex(lines.at(pretensions)[0, state])
         magnitude = value if value.real > 0.0 else -value
         return magnitude - complex(bound)
     if limit.excess is None:
-        raise ValueError(f"{name} is no limit on the whole motion")
-    return complex(limit.excess(motor, bound)(at)[0])
+        raise ValueError(f"{name} is not a limit on the whole motion")
+    return complex(limit.excess(motor, bound)(pretensions)[0])
 
 
 @dataclass(eq=False)
 class Motor:
-    """Straight lines in pretension of the motor's quantities over all states of designs, all taut.
+    """Quantities of the motor in all states of designs, as lines in pretension while all are taut.
 
     Attributes:
         signs: 1 for states in flexion, -1 in extension, (directions, angles).
         trajectory: Motion in time, along which rates are per second; or None.
         velocity: Speed of the elbow in each state with its sign, rad/s; 1 along a trajectory.
         spool_angle: Spool angle, rad.
-        spool_speed: Turning of the spool over that of the elbow; along a trajectory rad/s.
+        spool_speed: Rotation of the spool per radian of the elbow; along a trajectory rad/s.
         torque: Motor torque, N m.
     """
 
@@ -153,7 +157,7 @@ class Motor:
     speed: Real
     """Speed of the elbow, rad/s."""
     loads: tuple[float, float] | None = None
-    """Least and largest load, kg; power is then that of all loads between."""
+    """Least and largest load, kg; power is then the largest for any load between."""
 
     def __post_init__(self) -> None:
         states = len(self.flexion), self.angles.size
@@ -192,16 +196,16 @@ class Motor:
         )
 
     def between(self, lines: Lines) -> Lines | None:
-        """Return flexion less extension at each angle; None if there is one direction alone."""
+        """Return flexion less extension at each angle; None if there is a single direction."""
         flexion = np.ravel(self.flexion)
         if flexion.all() or not flexion.any():
             return None
-        forth = int(np.argmax(flexion))
-        back = int(np.argmin(flexion))
+        flexing = int(np.argmax(flexion))
+        extending = int(np.argmin(flexion))
 
         def difference(values: Array) -> Array:
-            of_directions = values.reshape(len(values), len(flexion), -1)
-            return np.asarray(of_directions[:, forth] - of_directions[:, back])
+            by_direction = values.reshape(len(values), len(flexion), -1)
+            return np.asarray(by_direction[:, flexing] - by_direction[:, extending])
 
         return Lines(difference(lines.base), difference(lines.gain))
 
@@ -212,13 +216,13 @@ class Motor:
             at: Pretensions, (designs,), N.
 
         Returns:
-            Power, (designs, states), W; with `loads` the largest of any load between.
+            Power, (designs, states), W; with `loads` the largest for any load between.
         """
         velocity = self._flat(self.velocity)
         power = np.asarray(velocity * self.torque.at(at) * self.spool_speed.at(at))
         if self.loads is None:
             return power
-        least, largest = self._of_loads
+        least, largest = self._motors_at_loads
         torque = least.torque.at(at)
         turning = least.spool_speed.at(at)
         # Torque and speed are lines in the load, so power is a parabola; `top` is its vertex.
@@ -226,12 +230,12 @@ class Motor:
             torque_rise = largest.torque.at(at) - torque
             turning_rise = largest.spool_speed.at(at) - turning
             top = -0.5 * (torque / torque_rise + turning / turning_rise)
-            most = velocity * (torque + top * torque_rise) * (turning + top * turning_rise)
-        return np.where((top > 0.0) & (top < 1.0), np.fmax(power, most), power)
+            at_top = velocity * (torque + top * torque_rise) * (turning + top * turning_rise)
+        return np.where((top > 0.0) & (top < 1.0), np.fmax(power, at_top), power)
 
     @cached_property
-    def _of_loads(self) -> list[Motor]:
-        """Motor with the least and with the largest load."""
+    def _motors_at_loads(self) -> list[Motor]:
+        """Motors with the least and with the largest load; empty without `loads`."""
         return [
             Motor(
                 replace(self.design, load_mass=load),
@@ -245,9 +249,9 @@ class Motor:
 
     @cached_property
     def work(self) -> Measure:
-        """Work of the motor where it drives over pretension, J.
+        """Function of pretension: work of the motor where it drives, J.
 
-        It is summed in fine steps, for it has kinks where the motor begins to brake.
+        It is summed in fine steps, because power has kinks where the motor begins to brake.
         """
         if self.trajectory is not None:
             seconds = self.trajectory.weights
@@ -265,7 +269,7 @@ class Motor:
 
     @cached_property
     def loss(self) -> Measure:
-        """Work that friction takes over pretension, J: a parabola, and smooth over all angles."""
+        """Function of pretension: work that friction takes, J: a parabola, smooth in the angle."""
         if self.trajectory is not None:
             nodes = self.trajectory.angle
             weight = self.trajectory.weights
@@ -364,10 +368,10 @@ def _is_broken(pretension: Array, measures: dict[int, Measure]) -> Flags:
 
 
 def _edge(inside: Array, outside: Array, measures: dict[int, Measure]) -> tuple[Array, Positions]:
-    """Find between two pretensions where the limits are just kept, by bisection.
+    """Bisect between two pretensions for the one at which the limits are just kept.
 
     Returns:
-        That pretension, N, and the code of the limit that is broken beyond.
+        That pretension, N, and the code of the limit that is broken most beyond it.
     """
     for _ in range(_HALVINGS):
         middle = 0.5 * (inside + outside)
@@ -380,7 +384,7 @@ def _edge(inside: Array, outside: Array, measures: dict[int, Measure]) -> tuple[
 
 
 def _close(windows: Window, code: int | Positions, where: Flags) -> None:
-    """Leave no pretension at all in some windows, for the reason `code`, in place."""
+    """Empty some windows because of the limit `code`, in place."""
     where = where & ~np.isnan(windows.low)
     for ends, by in ((windows.low, windows.low_by), (windows.high, windows.high_by)):
         ends[where] = np.nan

@@ -2,13 +2,13 @@
 
 A limit on a form of states (`limits`) is g(θ) >= 0 at a pretension. On a cell of half-width h about
 m it is at least the smallest of g(m) + g'(m) t + t²/2 inf g'' over |t| <= h; a cell where that is
-negative is halved. As g is linear in pretension and in what the load asks for together, it holds
-between two of either if it does at both. All is by the general balance,
+negative is halved. As g is linear in pretension and load together, a limit that is kept at two
+values of either is kept between them. The tensions follow from the general balance,
 
     x = (τ c_e + J_e D)/det,   y = (J_f D - η c_f τ)/det,   det = J_f c_e + η J_e c_f
     D = H_e - η H_f + (η c_f + c_e)_0 F
 
-so that joints and bends that follow measured curves are enclosed, too; cells end at their knots. SI
+which encloses joints and bends that follow measured curves, too; cells end at their knots. SI
 units, angles in radians.
 
 Numbers of a design may be any within a box. A cell then has a range of each, as a share p of the
@@ -37,7 +37,7 @@ FIRST_CELLS = 8
 """Cells of the angle that a proof begins with, besides those that end at knots."""
 MOST_CELLS = 2**20
 """Cells after which a proof is given up."""
-_BOX_COST = 8  # cells of angles alone that take as long as one of a box
+_BOX_COST = 8  # one cell of a box takes as long as so many of angles alone
 _AT_ONCE = 2**14  # cells
 _NARROWEST = 1e-9  # rad, or share of the box: narrower cells are left undecided
 _TYPICAL_HALF_WIDTH = 0.1  # rad; counts as much as a whole box if nothing says what to halve
@@ -49,7 +49,7 @@ _ROUNDING = 1e-15  # relative error of a lower bound
 class Cells:
     """Parts of the motion of designs, each at one end of a window, in one direction.
 
-    Arrays have one length.
+    All arrays have one entry per cell.
     """
 
     row: Positions
@@ -76,7 +76,7 @@ class Cells:
         return Cells(**{name: values[which] for name, values in vars(self).items()})
 
     def halved(self, along: Positions) -> Cells:
-        """Halve each cell along one of its variables: 0 is the angle."""
+        """Halve each cell along one of its variables, (cells,): 0 is the angle."""
         rows = np.arange(len(self))
         middle = self.middle[rows, along]
         high = self.high.copy()
@@ -87,6 +87,7 @@ class Cells:
 
 
 def _concatenate(parts: list[Cells]) -> Cells:
+    """Concatenate cells of several parts."""
     names = vars(parts[0])
     return Cells(
         **{name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
@@ -98,11 +99,11 @@ class Proof:
     """Outcome of a proof; it succeeded if no cell is broken or left."""
 
     cells: int
-    """Cells that were looked at."""
+    """Number of cells that were examined."""
     broken: Cells
-    """Cells in the middle of which a limit is not kept."""
+    """Cells in the middle of which a limit is broken."""
     left: Cells
-    """Cells that are not decided, for they are too many or too narrow."""
+    """Cells that are left undecided, because they were too many or too narrow."""
 
 
 def first_cells(
@@ -115,7 +116,7 @@ def first_cells(
         angles: First and last elbow angle, rad.
         flexion: Directions of motion.
         knots: Angles at which cells must end, rad.
-        numbers: Numbers of a design that lie in a box; cells have all of it.
+        numbers: Count of numbers of a design that lie in a box; each cell spans the whole box.
     """
     low, high = angles
     inner_knots = knots[(knots > low) & (knots < high)]
@@ -145,7 +146,7 @@ def prove(
     """Try to prove that designs keep all limits on states at both ends of their windows, in cells.
 
     Args:
-        design: Designs, (designs, 1, 1); with a box those in its middle.
+        design: Designs, (designs, 1, 1); with a box, the designs in its middle.
         cells: Cells to begin with.
         low: Lower ends of the windows, (designs,), N.
         high: Upper ends of the windows, (designs,), N.
@@ -154,13 +155,13 @@ def prove(
     """
     none = cells.select(slice(0))
     todo = cells
-    count = 0
+    examined = 0
     broken = [none]
     undecided = [none]
     at_once = _AT_ONCE // (1 + len(ends))
-    most = MOST_CELLS // _BOX_COST if ends else MOST_CELLS
-    while len(todo) and count + len(todo) <= most:
-        count += len(todo)
+    most_cells = MOST_CELLS // _BOX_COST if ends else MOST_CELLS
+    while len(todo) and examined + len(todo) <= most_cells:
+        examined += len(todo)
         halves = [none]
         for start in range(0, len(todo), at_once):
             part = todo.select(slice(start, start + at_once))
@@ -178,10 +179,12 @@ def prove(
             is_halved = is_open & ~is_narrow
             halves.append(part.select(is_halved).halved(verdict.along[is_halved]))
         todo = _concatenate(halves)
-    return Proof(count, _concatenate(broken), _concatenate([*undecided, todo]))
+    return Proof(examined, _concatenate(broken), _concatenate([*undecided, todo]))
 
 
 class _Verdict(NamedTuple):
+    """Decision on each cell, (cells,)."""
+
     is_kept: Flags
     """True where all limits are kept in all of the cell."""
     is_broken: Flags
@@ -208,17 +211,22 @@ def _judge(
     box_halves = halves[:, 1:]
     at_point = box_design(design, ends, middle[:, 1:], 0.0 * box_halves)
     over_box = box_design(design, ends, middle[:, 1:], box_halves)
-    in_middle = enclose_states(at_point, angle, np.zeros(()), cells.flexion, pretension, ORDER - 1)
-    over_cell = enclose_states(over_box, angle, halves[:, 0], cells.flexion, pretension, ORDER)
+    state_in_middle = enclose_states(
+        at_point, angle, np.zeros(()), cells.flexion, pretension, ORDER - 1
+    )
+    state_over_cell = enclose_states(
+        over_box, angle, halves[:, 0], cells.flexion, pretension, ORDER
+    )
 
     is_kept = np.ones(len(cells), dtype=np.bool_)
     is_broken = np.zeros(len(cells), dtype=np.bool_)
     worst = np.full(len(cells), np.inf)
     worst_falls = np.zeros(middle.shape)  # (cells, 1 + numbers)
-    limits = zip(_limit_values(in_middle, bounds), _limit_values(over_cell, bounds), strict=True)
-    for of_middle, of_cell in limits:
-        value, radius = of_middle.value
-        lowest, falls = _lower_bound(of_middle, of_cell, halves)
+    values_in_middle = _limit_values(state_in_middle, bounds)
+    values_over_cell = _limit_values(state_over_cell, bounds)
+    for in_middle, over_cell in zip(values_in_middle, values_over_cell, strict=True):
+        value, radius = in_middle.value
+        lowest, falls = _lower_bound(in_middle, over_cell, halves)
         is_kept &= lowest >= 0.0
         is_broken |= value + radius < 0.0
         lowest = np.where(np.isnan(lowest), -np.inf, lowest)
@@ -226,7 +234,7 @@ def _judge(
         worst_falls[is_worse] = falls[is_worse]
         worst = np.minimum(worst, lowest)
 
-    # Halve what lets the worst limit fall most; the widest side where that is not bounded.
+    # Halve the variable that lets the worst limit fall most, or the widest if that is unbounded.
     sizes = halves / np.append(_TYPICAL_HALF_WIDTH, np.ones(len(ends)))
     is_bounded = np.isfinite(worst_falls).all(axis=1, keepdims=True)
     worst_falls = np.where(is_bounded, worst_falls, sizes)
@@ -267,7 +275,7 @@ def _lower_bound(in_middle: Series, over_cell: Series, halves: Array) -> tuple[A
 
 
 def box_design(design: Design, ends: Sequence[Design], middle: Array, half: Array) -> Design:
-    """Return designs whose numbers in a box are series, as straight lines of their shares.
+    """Return designs in which the numbers of a box are series, linear in their shares.
 
     Args:
         design: Designs in the middle of the box, (cells,).
@@ -291,7 +299,7 @@ def box_design(design: Design, ends: Sequence[Design], middle: Array, half: Arra
 
 
 def _limit_values(state: Any, bounds: Bounds) -> Iterator[Series]:
-    """Yield what must not be negative: moment arms, tensions, and the distance to each limit."""
+    """Yield series that must not be negative: moment arms, tensions and distances to limits."""
     yield from state.arms
     yield state.x
     yield state.y
@@ -351,14 +359,14 @@ def enclose_states(
     det = arm * c_e + extensor_arm * (ratio * c_f)
     x = (torque * c_e + extensor_arm * stretch) / det
     y = (arm * stretch - ratio * c_f * torque) / det
-    of_flexor = arm.slope() - arm * c_f.slope() / c_f
-    of_extensor = extensor_arm.slope() - extensor_arm * c_e.slope() / c_e
+    flexor_slope = arm.slope() - arm * c_f.slope() / c_f
+    extensor_slope = extensor_arm.slope() - extensor_arm * c_e.slope() / c_e
     stiffness = (
         arm * arm / c_f
         + extensor_arm * extensor_arm / c_e
         + torque.slope()
-        - of_flexor * x
-        + of_extensor * y
+        - flexor_slope * x
+        + extensor_slope * y
     )
     return SimpleNamespace(
         arms=(arm, extensor_arm),
@@ -385,7 +393,7 @@ def enclose_states(
 
 
 def _travels(joint: AnyJoint, angle: Any) -> tuple[Any, Any, Any]:
-    """Return the flexor's path, None if the joint does not tell, and both travels, m."""
+    """Return the flexor's path, None if the joint does not define it, and both travels, m."""
     if isinstance(joint, Excursion):
         origin: Any = Series.of(joint.origin)
         flexor_travel = (joint.flexor(angle) - joint.flexor(origin)) * joint.scale
@@ -402,7 +410,7 @@ def _travels(joint: AnyJoint, angle: Any) -> tuple[Any, Any, Any]:
 
 
 def _torque(design: Design, angle: Any) -> Any:
-    """Return the torque that weights, joint and task ask for, N m."""
+    """Return the torque that weights, joint and task need, N m."""
     weights: Any = Series.of(design.gravity_moment, COMPUTED)
     return weights * np.sin(angle + design.arm.upper_arm_angle) + design.other_torque(angle)
 

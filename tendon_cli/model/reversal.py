@@ -1,4 +1,4 @@
-"""Turns of the spool, and the drift of a joint that is let go: both apart from the motion itself.
+"""Turns of the spool, and the drift of a joint that is let go, neither part of the motion itself.
 
 As the spool turns back, friction changes its direction from the motor's end on, up to a front that
 walks along the sheath; beyond it the tendon sticks with the tension that it had. With Coulomb
@@ -7,16 +7,16 @@ between them is what the spool winds in or lets out (docs/physics.md). Until the
 tension at the elbow is that of the turn, and the elbow stands still.
 
 M. Kaneko, M. Wada, H. Maekawa, K. Tanie, "A new consideration on tendon-tension control system of
-robot hands", IEEE International Conference on Robotics and Automation, 1991, call what is lost so
+robot hands", IEEE International Conference on Robotics and Automation, 1991, call this lost motion
 the equivalent backlash. SI units, angles in radians.
 
-With the spool held at α the distal tensions are those that the paths leave (Eqs. 13 to 16 solved
-for the tensions),
+With the spool held at α the distal tensions follow from the paths (Eqs. 13 to 16 solved for the
+tensions),
 
     x = max(0, F0 + (R_f α - H_f)/c_f),   y = max(0, F0 + (H_e - η R_f α)/c_e)
 
-and what drives the joint is J_f x - J_e y - τ_a. The spool that holds a state where the elbow is
-unstable holds another one, stable, further on: in between the joint is driven there.
+and the torque that drives the joint is J_f x - J_e y - τ_a. The spool that holds a state where the
+elbow is unstable holds another one, stable, further on: in between the joint is driven there.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags, Real
 from tendon_cli.model.sheath import Sheathed, sheaths_of
 
-_POINTS = 2001
+_POINTS = 2001  # angles at which a drift is computed
 
 
 @dataclass(frozen=True, eq=False)
 class SideReversal:
-    """A turn of one tendon; NaN where it is not under tension."""
+    """Turn of one tendon between two motions; NaN where it is not under tension."""
 
     tension_before: Array
     """Tension at the motor as the motion stops, N."""
@@ -73,7 +73,7 @@ class SideReversal:
 
 @dataclass(frozen=True, eq=False)
 class Reversal:
-    """A turn of both tendons."""
+    """Turn of both tendons between two motions."""
 
     flexor: SideReversal
     extensor: SideReversal
@@ -94,7 +94,7 @@ class Reversal:
 
 
 def reversal(state: State, elbow_angle: Real, flexion: Flags) -> Reversal:
-    """Return the turn of the motion at states.
+    """Return the turn of both tendons as the motion reverses at states.
 
     Args:
         state: States at which the motion stops.
@@ -103,8 +103,8 @@ def reversal(state: State, elbow_angle: Real, flexion: Flags) -> Reversal:
     """
     design = state.design
     radius = np.asarray(design.flexor_radius)
-    turned = ~np.asarray(flexion)
-    flexor_after, extensor_after = sheaths_of(design.flexor, design.extensor, elbow_angle, turned)
+    opposite = ~np.asarray(flexion)
+    flexor_after, extensor_after = sheaths_of(design.flexor, design.extensor, elbow_angle, opposite)
     return Reversal(
         flexor=_side(state.flexor, flexor_after, state.balance.flexor, radius),
         extensor=_side(

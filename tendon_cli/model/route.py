@@ -1,11 +1,11 @@
-"""Total curvature of a route from way-points that scatter, with its uncertainty.
+"""Total curvature of a route from noisy way-points, with its uncertainty.
 
 Noise has curvature: the turns between the chords of noisy way-points add up to far more than the
-route bends. So the direction of the route is taken by straight lines through windows of several
-way-points each, and the turns between neighbouring windows are added up. In a plane, where a route
-bends to one side, their sum does not depend on the length of the windows; turns that the scatter
-explains are taken for none, and what such turns add on average is taken off. Of all lengths the one
-with the least expected error is used. With windows of one step it is the plain sum of turns.
+route bends. So straight lines are fitted to windows of several way-points each, and the turns
+between neighbouring windows are added up. In a plane, where a route bends to one side, their sum
+does not depend on the length of the windows; turns that noise explains count as zero, and the
+average that such turns add is subtracted. The length with the least expected error is used. With
+windows of one step it is the plain sum of turns.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _SHORTEST_STEP = 1e-3  # of the median step
 _FEWEST_WINDOWS = 5
 _MOST_OFFSETS = 8
 _ORDERS = range(2, 8)  # of divided differences
-# A turn by noise alone, of two components of variance v: its square is beyond 4v for e^-2 of them.
+# A turn by noise alone has two components of variance v: its square exceeds 4v in e^-2 of cases.
 _SIGNIFICANT = 4.0
 _MISSED = 1.0 - math.exp(-2.0)
 _LEFT = 0.2977  # mean of sqrt(θ² - v), counted where θ² > 4v, in units of sqrt(v)
@@ -49,20 +49,20 @@ class MeasuredRoute:
     sum_of_turns: float
     """Sum of turns without regard to noise."""
     noise: float | None
-    """Standard deviation of each coordinate of the way-points as the points show; None if they are
-    too few."""
+    """Standard deviation of each coordinate, estimated from the way-points; None if they are too
+    few."""
     largest_turn: float
     """Largest turn at one way-point that noise does not explain; above about 0.5 the route is
     sampled coarsely."""
 
 
 def measured_route(points: Array, stated_noise: float | None = None) -> MeasuredRoute:
-    """Return the total curvature of way-points, of which the noise is known or estimated.
+    """Return the total curvature of noisy way-points.
 
     Args:
         points: Way-points, (n, 3), m.
-        stated_noise: Standard deviation of each coordinate, m; the larger of this and the estimated
-            one counts.
+        stated_noise: Standard deviation of each coordinate, m; the larger of this and the one
+            estimated from the points counts.
 
     Raises:
         ValueError: If there are fewer than two different way-points.
@@ -123,7 +123,7 @@ def _chord_lengths(route: Array) -> Array:
 
 
 def _divided_differences(route: Array, along: Array, order: int) -> Array:
-    """Return divided differences of way-points along a parameter, by weights of norm 1.
+    """Return divided differences of way-points along a parameter, with weights of norm 1.
 
     There is one difference for every `order` + 1 way-points in succession, (differences, 3).
     """
@@ -138,12 +138,12 @@ def _divided_differences(route: Array, along: Array, order: int) -> Array:
 
 @dataclass(frozen=True)
 class _Scale:
-    """Sum of turns between windows of one length, averaged over where the first one starts."""
+    """Sum of turns between windows of one length, averaged over the start of the first."""
 
     total: float
     """Sum of turns less what noise adds, rad."""
     scatter: float
-    """Variance of the total by noise and by what its ends leave open, rad²."""
+    """Variance of the total by noise and by the uncertain bend of both ends, rad²."""
     taken_off: float
     """Turns that noise adds on average, rad."""
     variance: float
@@ -163,7 +163,7 @@ def _lengths(count: int) -> list[int]:
 
 
 def _with_error(scales: dict[int, _Scale], length: int) -> tuple[float, float]:
-    """Return the total at a scale, extrapolated to windows of no length, and its expected error."""
+    """Return the total at a scale, extrapolated to length zero, and its expected error, rad."""
     scale = scales[length]
     correction, lost = _correction(scales, length)
     variances = (
@@ -176,12 +176,12 @@ def _with_error(scales: dict[int, _Scale], length: int) -> tuple[float, float]:
 
 
 def _correction(scales: dict[int, _Scale], length: int) -> tuple[float, float]:
-    """Estimate what windows of this length lose, from those about twice as long.
+    """Estimate the bend that windows of a length lose, from those about twice as long.
 
     This is Richardson's extrapolation: the loss is of second order.
 
     Returns:
-        What is to be added, and how large it may be, rad. Without longer windows it is not known.
+        Correction to add and its possible size, rad. Without longer windows the correction is 0.
     """
     total = scales[length].total
     longer = min(scales, key=lambda other: abs(math.log(other / (2.0 * length))))
@@ -225,24 +225,24 @@ def _at_offset(route: Array, along: Array, length: int, offset: int, noise: floa
 
     # Turns and their variances by noise; neighbouring windows share a way-point
     turns = _angles(slopes[:-1], slopes[1:])
-    of_window = np.sum(weights**2, axis=1)
+    per_window = np.sum(weights**2, axis=1)
     shared = 2.0 * weights[:-1, -1] * weights[1:, 0]
-    variances = noise**2 * (of_window[:-1] + of_window[1:] - shared)
-    counts = turns**2 > _SIGNIFICANT * variances
-    real = np.where(counts, np.sqrt(np.maximum(turns**2 - variances, 0.0)), 0.0)
-    idle = min(1.0, float(np.mean(~counts)) / _MISSED) if noise > 0.0 else 0.0
-    taken_off = idle * _LEFT * float(np.sum(np.sqrt(variances)))
+    variances = noise**2 * (per_window[:-1] + per_window[1:] - shared)
+    is_significant = turns**2 > _SIGNIFICANT * variances
+    bends = np.where(is_significant, np.sqrt(np.maximum(turns**2 - variances, 0.0)), 0.0)
+    noise_share = min(1.0, float(np.mean(~is_significant)) / _MISSED) if noise > 0.0 else 0.0
+    taken_off = noise_share * _LEFT * float(np.sum(np.sqrt(variances)))
 
     steps = np.diff(centres)
-    first_bend, first_error = _end(real[:3] / steps[:3], centres[0] - along[0])
-    last_bend, last_error = _end(real[:-4:-1] / steps[:-4:-1], along[-1] - centres[-1])
+    first_bend, first_error = _end(bends[:3] / steps[:3], centres[0] - along[0])
+    last_bend, last_error = _end(bends[:-4:-1] / steps[:-4:-1], along[-1] - centres[-1])
     variance = float(np.mean(variances))
-    by_noise = variance * (1.5 + 0.5 * len(turns) * idle)
+    by_noise = variance * (1.5 + 0.5 * len(turns) * noise_share)
     scatter = by_noise + (first_error**2 + last_error**2)
-    total = max(0.0, float(real.sum()) - taken_off) + (first_bend + last_bend)
-    # Noise alone hardly makes one of so many turns.
-    certain = turns**2 > 2.0 * variances * (math.log(len(turns)) + 5.0)
-    return _Scale(total, scatter, taken_off, variance, float(real[certain].max(initial=0.0)))
+    total = max(0.0, float(bends.sum()) - taken_off) + (first_bend + last_bend)
+    # By noise alone hardly one of so many turns would be as large.
+    is_certain = turns**2 > 2.0 * variances * (math.log(len(turns)) + 5.0)
+    return _Scale(total, scatter, taken_off, variance, float(bends[is_certain].max(initial=0.0)))
 
 
 def _end(curvatures: Array, distance: float) -> tuple[float, float]:

@@ -3,7 +3,7 @@
 F0 is a number of the model that no gauge shows. In the posture of the setting, at rest after a
 direction of motion, the forearm's weight, the joint's torque and the load of the setting act, and
 both tensions are lines in F0 with one kink (`response`), at the joint and, by the capstan's factor,
-at the motor. Arguments broadcast as in `actuator`; SI.
+at the motor. Arguments broadcast as in `actuator`; SI units.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def all_readings(design: Design, pretension: Real) -> dict[str, Array]:
 
 
 def reading_at(design: Design, pretension: Real) -> Array:
-    """Return F0 as the design's pretension is read, N.
+    """Return the reading at F0, of the kind in which the design's pretension is given, N.
 
     Args:
         design: Designs.
@@ -103,7 +103,7 @@ def reading_at(design: Design, pretension: Real) -> Array:
 
 
 def pretension_of(design: Design, reading: Real) -> Array:
-    """Return the F0 of a reading that the design's pretension is given in, N.
+    """Return F0 from a reading of the kind in which the design's pretension is given, N.
 
     Args:
         design: Designs.
@@ -113,7 +113,7 @@ def pretension_of(design: Design, reading: Real) -> Array:
 
 
 def with_set_pretension(design: Design) -> Design:
-    """Return a design with F0 in the place of the pretension that was given as a reading."""
+    """Return a design whose pretension, given as a reading, is converted to F0; `read` stays."""
     if design.read == F0:
         return design
     pretension = pretension_of(design, design.flexor.pretension)

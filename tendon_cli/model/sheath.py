@@ -107,26 +107,26 @@ class Sheathed:
     """Extension of the spring per distal newton: 1 / K_SE at the joint, e^(-σμφ) / K_SE at the
     motor, m/N."""
     anchor: Array
-    """1 / K_t, displacement of the tissue behind the anchor per newton, m/N."""
+    """Displacement of the tissue behind the anchor per newton, 1 / K_t, m/N."""
     at_motor: Flag = False
     """True where the spring sits at the motor's end, else at the joint's."""
     exponent_rate: Real = 0.0
-    """-σμ dφ/dθ; 0 unless the bend follows the joint."""
+    """Derivative of `exponent` by θ, -σμ dφ/dθ; 0 unless the bend follows the joint."""
 
     @cached_property
     def compliance(self) -> Array:
-        """c, elongation of tendon, spring and anchor per distal newton, m/N."""
+        """Elongation of tendon, spring and anchor per distal newton, c, m/N."""
         return self.tendon + self.spring + self.anchor
 
     @property
     def compliance_rate(self) -> Array:
-        """dc/dθ, m/(N rad)."""
+        """Derivative of the compliance by θ, dc/dθ, m/(N rad)."""
         spring_exponent_rate = np.where(self.at_motor, self.exponent_rate, 0.0)
         return np.asarray(self._tendon_rate + self.spring * spring_exponent_rate)
 
     @property
     def exponent(self) -> Array:
-        """-σμφ: proximal over distal tension is e to that."""
+        """Natural logarithm of proximal over distal tension, -σμφ."""
         return np.asarray(-np.log(self.capstan))
 
     @property
@@ -137,10 +137,10 @@ class Sheathed:
 
     @property
     def strain(self) -> Array:
-        """∫ (F/T)² ds / AE, twice the tendon's strain energy over T², m/N; T is the distal tension.
+        """Twice the tendon's strain energy over T², ∫ (F/T)² ds / AE, m/N; T is the distal tension.
 
-        With F = T e^(as/L) from the elbow on it is L/(AE) (e^(2a) - 1)/(2a), where c_Ten has a
-        once.
+        With F = T e^(as/L) from the elbow on it is L/(AE) (e^(2a) - 1)/(2a), where c_Ten has
+        a instead of 2a.
         """
         doubled = self.tendon * relative_elongation(2.0 * self.exponent)
         return np.asarray(doubled / relative_elongation(self.exponent))
@@ -182,10 +182,10 @@ class Sheathed:
         """Return ∫ dF/ds du/dθ ds over the sheath, the rate of the work that friction takes, N m.
 
         The path outside of the sheath shortens by `path_rate`, so that the tendon moves toward the
-        motor by that and by what gives at the joint's end. Further along it moves faster by
-        dT/dθ w(s), w the elongation from the joint to s per newton, so that the integral is
-        (e^a - 1) T slides + T dT/dθ ∫ (dF/ds)/T w ds; by parts the last one is e^a c_Ten less
-        `strain`. A bend that follows the joint adds T² (e^a dc_Ten/dθ - dstrain/dθ / 2).
+        motor by that and by the give at the joint's end. Further along it moves faster by dT/dθ
+        w(s), w the elongation from the joint to s per newton, so that the integral is (e^a - 1) T
+        sliding + T dT/dθ ∫ (dF/ds)/T w ds; by parts the last one is e^a c_Ten less `strain`. A bend
+        that follows the joint adds T² (e^a dc_Ten/dθ - dstrain/dθ / 2).
 
         Args:
             tension: Distal tension T, N.
@@ -193,12 +193,12 @@ class Sheathed:
             path_rate: Shortening of the path outside of the sheath, m/rad or m/s.
             turning: Rate of the joint: 1, or its speed in rad/s if rates are per second.
         """
-        near = 1.0 / self.capstan
-        gives_at_joint = self.anchor + np.where(self.at_motor, 0.0, self.spring)
-        slides = path_rate + gives_at_joint * tension_rate
-        bending = (near * self._tendon_rate - 0.5 * self._strain_rate) * turning
-        along = tension_rate * (near * self.tendon - self.strain) + tension * bending
-        return np.asarray(tension * ((near - 1.0) * slides + along))
+        proximal = 1.0 / self.capstan  # tension over distal tension
+        give_at_joint = self.anchor + np.where(self.at_motor, 0.0, self.spring)
+        sliding = path_rate + give_at_joint * tension_rate
+        bending = (proximal * self._tendon_rate - 0.5 * self._strain_rate) * turning
+        along = tension_rate * (proximal * self.tendon - self.strain) + tension * bending
+        return np.asarray(tension * ((proximal - 1.0) * sliding + along))
 
 
 def sheath_of(side: Side, toward: Real, angle: Real) -> Sheathed:

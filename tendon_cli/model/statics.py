@@ -6,11 +6,11 @@ side,
     J_f x - J_e y = τ_a                                   elbow balance, Eq. 5, whose J^e is -J_e
     η (c_f x - c_f0 F0_f) + c_e y - c_e0 F0_e = H_e - η H_f    both spools turn together, Eqs. 12-16
 
-with c0 the compliance in the posture in which the pretension is set; only a bend that follows the
-joint makes it another.
+with c0 the compliance in the posture in which the pretension is set; it differs from c only if a
+bend follows the joint.
 
-The sign of the right side and the simultaneous solution depart from the paper's text; only so do
-its own figures come out (see docs/physics.md).
+The sign of the right side and the simultaneous solution depart from the paper's text; its own
+figures come out only with both (see docs/physics.md).
 """
 
 from __future__ import annotations
@@ -27,8 +27,9 @@ TAUT, FLEXOR_SLACK, EXTENSOR_SLACK, BOTH_SLACK, NO_EQUILIBRIUM = range(5)
 STATUS_NAMES = ("taut", "flexor slack", "extensor slack", "both slack", "no equilibrium")
 Status = npt.NDArray[np.int8]
 SLACK_TOLERANCE = 1e-9
-"""Share of the largest force of a state, below minus which a tension counts as negative. At exactly
-the required pretension a third of random designs would otherwise be slack by rounding."""
+"""Rounding of a tension, as a share of the largest force of its state: a tension counts as negative
+only if it is further below zero. At exactly the required pretension a third of random designs would
+otherwise be slack by rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,25 +43,24 @@ class Coupling:
     ratio: Real
     """η, extensor over flexor radius of the spool."""
     flexor_compliance: Array
-    """c_f, elongation of tendon and spring per distal newton, m/N."""
+    """Distal compliance of the flexor c_f, m/N."""
     extensor_compliance: Array
-    """c_e, m/N."""
+    """Distal compliance of the extensor c_e, m/N."""
     mismatch: Array
-    """h = H_e - η H_f, what the springs must give, m."""
+    """h = H_e - η H_f, length that the springs must take up, m."""
     elbow_torque: Array
-    """τ_a, N m."""
-
+    """Torque that the tendons must balance at the elbow τ_a, N m."""
     resting: tuple[Array, Array] | None = None
     """c_f and c_e in the posture in which the pretension is set, m/N; None if they are the same."""
 
     @cached_property
     def compliance(self) -> Array:
-        """η c_f + c_e, m/N."""
+        """Compliance of both sides together, η c_f + c_e, m/N."""
         return np.asarray(self.ratio * self.flexor_compliance + self.extensor_compliance)
 
     @cached_property
     def flexor_share(self) -> Array:
-        """η c_f as a share of η c_f + c_e."""
+        """Share of η c_f in η c_f + c_e."""
         return np.asarray(self.ratio * self.flexor_compliance * (1.0 / self.compliance))
 
     @cached_property
@@ -72,9 +72,9 @@ class Coupling:
         return np.asarray(self.ratio * flexor + extensor)
 
     def common_pretension(self, flexor: Real, extensor: Real) -> Array:
-        """Return the pretension of both sides that does what two different ones do, N.
+        """Return the pretension of both sides that is equivalent to two different ones, N.
 
-        Each side's pretension counts by its compliance.
+        Each side's pretension is weighted by its compliance.
 
         Args:
             flexor: Pretension of the flexor, N.
@@ -94,16 +94,17 @@ class Response:
 
         x = flexor_floor + flexor_gain v,   y = extensor_floor + extensor_gain v
 
-    Above F* both tendons are taut; below, unilateral tendons keep what balances the load, and the
-    rest of the path is loose. Nothing here depends on F, so a sweep over pretension needs it once.
+    Above F* both tendons are taut; below, unilateral tendons keep the tensions that balance the
+    load, and the rest of the path is loose. Nothing here depends on F, so a sweep over pretension
+    needs it once.
     """
 
     required: Array
     """F*, the smallest pretension of both sides that keeps the state taut, N; NaN without an
     equilibrium.
 
-    It is (max(η c_f τ_a / J_f, -c_e τ_a / J_e) - h) / (η c_f + c_e), negative where any would do.
-    The largest over a design's states, and 0, is the required pretension F0*.
+    It is (max(η c_f τ_a / J_f, -c_e τ_a / J_e) - h) / (η c_f + c_e), negative where any pretension
+    would do. The largest over a design's states, and 0, is the required pretension F0*.
     """
     unilateral: Flag
     """True where tendons cannot push; else the paper's bilateral model."""
@@ -121,11 +122,11 @@ class Response:
     extensor_gain: Array
     """dy/dF where taut."""
     idle: Flags
-    """True where there is next to no load, so that unilateral tendons go slack both at once."""
+    """True where there is next to no load, so that unilateral tendons both go slack at once."""
 
     @cached_property
     def lowest(self) -> Array:
-        """Least v, N: 0 for unilateral tendons, minus infinity for bilateral ones, without kink."""
+        """Least v, N: 0 for unilateral tendons, minus infinity for bilateral ones."""
         return np.where(self.unilateral, np.zeros_like(self.required), -np.inf)
 
     @cached_property
@@ -137,37 +138,38 @@ class Response:
 def respond(state: Coupling, *, unilateral: Flag = True) -> Response:
     """Return the tensions of a state as functions of its pretension.
 
-    The two equations give x_b and y_b, both rising with F; each side's tension vanishes at another
+    The two equations give x_b and y_b, both rising with F; each side's tension vanishes at its own
     pretension. With τ_a >= 0 the extensor is the first to go slack as F falls, else the flexor; the
-    other tension is then what balances the load. Unilateral tendons, which cannot push, stay there:
-    a complementarity problem with this one solution for J > 0. Bilateral ones go on along the same
-    lines.
+    other tension then balances the load alone. Unilateral tendons, which cannot push, stay there: a
+    complementarity problem with this one solution for J > 0. Bilateral ones follow the same lines
+    below zero.
     """
-    radius = np.asarray(state.extensor_arm)
+    extensor_arm = np.asarray(state.extensor_arm)
     arm = state.moment_arm
     per_compliance = 1.0 / state.compliance
-    per_radius = 1.0 / radius
+    per_extensor_arm = 1.0 / extensor_arm
     per_arm = 1.0 / arm
     flexor_share = state.flexor_share
     extensor_share = state.extensor_compliance * per_compliance
 
     floor_x = np.maximum(state.elbow_torque * per_arm, 0.0)
-    floor_y = np.maximum(-state.elbow_torque * per_radius, 0.0)
-    spread = flexor_share * radius + extensor_share * arm
+    floor_y = np.maximum(-state.elbow_torque * per_extensor_arm, 0.0)
+    spread = flexor_share * extensor_arm + extensor_share * arm
     required = flexor_share * floor_x + extensor_share * floor_y - state.mismatch * per_compliance
     if state.resting is not None:
         grown = state.common_compliance / state.compliance
         spread = spread / grown
         required = required / grown
-    flexor_gain = radius / spread
-    extensor_gain = flexor_gain * (arm * per_radius)
+    flexor_gain = extensor_arm / spread
+    extensor_gain = flexor_gain * (arm * per_extensor_arm)
 
-    # Without a torque to balance, unilateral tendons go slack both at once, else the one that the
-    # torque does not load.
+    # Without a torque to balance, unilateral tendons both go slack at once; otherwise only the one
+    # that the torque does not load.
     load = np.maximum(floor_x, floor_y)
     backward = state.elbow_torque < 0.0
     idle = load <= SLACK_TOLERANCE * np.abs(required)
-    limit = required - _tolerance(load, required) * spread * np.where(backward, per_radius, per_arm)
+    per_loaded_arm = np.where(backward, per_extensor_arm, per_arm)
+    limit = required - _tolerance(load, required) * spread * per_loaded_arm
     flexor_limit = np.where(idle | backward, limit, -np.inf)
     extensor_limit = np.where(idle | ~backward, limit, -np.inf)
     if not np.all(unilateral):
@@ -190,7 +192,7 @@ def respond(state: Coupling, *, unilateral: Flag = True) -> Response:
 def _bilateral_limits(
     state: Coupling, flexor_gain: Array, extensor_gain: Array
 ) -> tuple[Array, Array]:
-    """Pretensions below which flexor and extensor tension is negative, N: the bilateral model."""
+    """Return the pretensions below which each tension is negative in the bilateral model, N."""
     common = state.common_compliance
     at_flexor = state.elbow_torque / state.moment_arm
     at_extensor = -state.elbow_torque / state.extensor_arm
@@ -203,7 +205,7 @@ def _bilateral_limits(
 
 
 def _tolerance(tension: Array, pretension: Array) -> Array:
-    """Rounding of a tension below zero, N: a share of the largest force of the state."""
+    """Return the rounding of a tension, N: a share of the largest force of the state."""
     return np.asarray(SLACK_TOLERANCE * np.maximum(np.abs(tension), np.abs(pretension)))
 
 
@@ -214,7 +216,7 @@ class Balance:
     coupling: Coupling
     response: Response
     pretension: Array
-    """Pretension of both sides, or the one that does the same, N."""
+    """Pretension of both sides, or the one equivalent to two different ones, N."""
 
     @cached_property
     def margin(self) -> Array:
@@ -260,12 +262,12 @@ class Balance:
 
     @property
     def path(self) -> Array:
-        """η c_f x + c_e y - D of a slack state, m."""
+        """Path length that no tendon takes up in a slack state, η c_f x + c_e y - D, m."""
         return np.asarray(-self.coupling.common_compliance * self.margin)
 
     @property
     def loose(self) -> Array:
-        """σ >= 0, path length that no tendon takes up; 0 where taut, m."""
+        """Path length that no tendon takes up, σ >= 0; 0 where taut, m."""
         taut = np.where(np.isnan(self.coupling.moment_arm), np.nan, np.zeros_like(self.margin))
         return np.where(self.is_slack & np.asarray(self.response.unilateral), self.path, taut)
 
@@ -278,7 +280,7 @@ def solve(
     unilateral: Flag = True,
     response: Response | None = None,
 ) -> Balance:
-    """Solve for distal tensions and status.
+    """Return the solution of states at pretensions: distal tensions, slack sides and status.
 
     Args:
         state: Equations of the state.

@@ -26,7 +26,8 @@ class Trajectory:
             time: Times (K,), s.
             angle: Angles (K,), rad.
             derivatives: First three derivatives of the angle by time (3, K), rad/s, rad/s², rad/s³.
-            reversal: Angle by which friction's direction lags behind a turn (`ways`), rad.
+            reversal: Angle by which friction's direction lags behind a turn, as in
+                `friction_directions`, rad.
         """
         self.time = time
         self.derivatives = derivatives
@@ -75,9 +76,9 @@ class Trajectory:
 
     @property
     def with_shifted_turns(self) -> tuple[Trajectory, Trajectory]:
-        """The motion with friction that turns a sample earlier, and one with a sample later.
+        """The motion with friction that turns one sample earlier, and with friction one later.
 
-        They include every turn that is possible with peaks between the samples.
+        Together they cover every turn that is possible with peaks between the samples.
         """
         # A parabola rises above its samples by up to an eighth of their second difference.
         peak = np.abs(np.diff(self.angle, 2)).max() / 8.0
@@ -91,9 +92,9 @@ class Trajectory:
 
 
 def friction_directions(angle: Array, reversal: float) -> Flags:
-    """Return the samples of an angle at which friction is that of flexion.
+    """Return True for samples at which friction has the direction of flexion.
 
-    Friction turns once the angle has come back by `reversal`. At rest it is that of the last
+    Its direction turns once the angle has come back by `reversal`. At rest it is that of the last
     motion; before the first motion it is that of the next.
 
     Args:

@@ -1,8 +1,8 @@
-"""Windows over the whole motion, between the angles at which states were taken, too.
+"""Windows of pretension over the whole motion, also between the angles of a grid.
 
-An end of a window is the largest (the smallest) over all angles of what each state asks for. Taken
-over some angles it errs on the unsafe side, by the square of their distance. So it is sought around
-the angle that binds among these, where it lies between two of them. Arguments broadcast as in
+The lower end of a window is the largest pretension that any state needs, the upper end the smallest
+that any state allows. Over a grid of angles both err on the unsafe side, by the square of its step.
+So each end is refined around the angle of the grid that binds. Arguments broadcast as in
 `actuator`; SI units, angles in radians.
 """
 
@@ -19,7 +19,7 @@ from tendon_cli.model.setting import reading_at
 from tendon_cli.model.window import Positions, ends_of_states, slack_codes
 
 ANGLES = 91
-"""Angles taken of any motion, whichever a study lists; what lies between is sought from there."""
+"""Angles of the grid over any motion, whatever angles a study lists."""
 _ROUNDS = 3
 """Rounds of a search, each of which goes to the top of the parabola through three angles."""
 _NARROWER = 12.0
@@ -45,18 +45,18 @@ def angle_grid(elbow_angle: Array) -> Array:
 
 
 def with_edges(angles: Array) -> Array:
-    """Add to `grid` angles one just inward of the first and of the last, (1, K + 2), rad."""
+    """Add to the angles of `angle_grid` one just inward of either end, (1, K + 2), rad."""
     ahead = _AHEAD * (angles[0, 1] - angles[0, 0])
     edges = [angles[0, 0] + ahead, angles[0, -1] - ahead]
     return np.insert(angles, [1, angles.size - 1], edges, axis=1)
 
 
 def without_edges(state: Positions, angles: Array) -> Flags:
-    """Renumber states among angles `with_edges` as those of the nearest `grid` angles, in place.
+    """Renumber states among angles `with_edges` as those of the nearest grid angles, in place.
 
     Args:
-        state: Places of states among both directions of angles `with_edges`; -1 for none.
-        angles: The `grid` angles, (1, K), rad.
+        state: Indices of states over both directions and the angles `with_edges`; -1 for none.
+        angles: Angles of `angle_grid`, (1, K), rad.
 
     Returns:
         True where the state was not at the first or the last angle.
@@ -70,18 +70,18 @@ def without_edges(state: Positions, angles: Array) -> Flags:
 def end_curves(
     design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds, counts: Flags
 ) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Return the pretensions that each limit on states asks for at each angle.
+    """Return the pretensions that each limit on states needs or allows at each angle.
 
     Args:
         design: Designs.
         elbow_angle: Angles, (1, K), rad.
         flexion: Directions of motion, (D, 1).
         bounds: Limits of the designs.
-        counts: Designs that count, of their shape, then (1, 1).
+        counts: True for the designs that count; their shape, then (1, 1).
 
     Returns:
         Least and largest pretensions by the name of the limit, (K,), N, over both directions and
-        the designs that count, as their pretension is read; infinite where a limit asks for none.
+        the designs that count, as their pretension is read; infinite where a limit sets none.
     """
     at = State.of(design, elbow_angle, flexion)
     required = at.response.required
@@ -120,22 +120,22 @@ def refine_ends(
     upper: bool,
     start: Array | None = None,
 ) -> tuple[Array, Positions, Array]:
-    """Return ends of windows over all angles, from ends over `grid` angles.
+    """Return ends of windows over all angles, from ends over the angles of `angle_grid`.
 
     Args:
         design: Designs, (N, 1, 1).
-        state: States that bind among the `grid` angles, (N,).
+        state: Indices of the binding states over directions and grid angles, (N,).
         value: Ends of the windows in these states, (N,), N.
-        angles: The `grid` angles, (K,), rad.
+        angles: Angles of `angle_grid`, (K,), rad.
         flexion: Directions of motion, (D, 1).
         bounds: Limits of the designs.
         upper: True for upper ends of windows.
-        start: Angles to begin from, (N,), rad. The ends are then sought in the direction of their
-            states and within a part of a step, for another peak may lie as near as a step.
+        start: Angles to begin from, (N,), rad. The ends are then sought only in the direction of
+            their states and within part of a step, as another peak may be only a step away.
 
     Returns:
         Ends (N), states nearest to the angles that bind, and these angles (rad), (N,) each; the
-        angle is NaN where the end over the `grid` angles stays the tightest.
+        angle is NaN where the end over the grid angles stays the tightest.
     """
     sign = -1.0 if upper else 1.0
     step = (angles[-1] - angles[0]) / (len(angles) - 1)
@@ -143,9 +143,9 @@ def refine_ends(
     rows = np.arange(len(state))
 
     def tightness(where: Array, directions: Flags) -> Array:
-        """Return what is asked for at angles (N, angles), the larger the tighter.
+        """Return ends of states at angles (N, angles), N, signed so that a larger one is tighter.
 
-        The result is (N, directions, angles), in newtons.
+        The result has the shape (N, directions, angles).
         """
         ends = ends_of_states(State.of(design, where[:, np.newaxis, :], directions), bounds)
         values = sign * (ends.high if upper else ends.low)
@@ -153,7 +153,7 @@ def refine_ends(
         return np.broadcast_to(np.where(np.isnan(values), -np.inf, values), shape)
 
     def flexion_of_each() -> Flags:
-        """Return the direction that each end is sought in, (N, 1, 1)."""
+        """Return the direction in which each end is sought, (N, 1, 1)."""
         return flexion.ravel()[direction, np.newaxis, np.newaxis]
 
     centre = angles[place] if start is None else start

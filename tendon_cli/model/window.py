@@ -32,7 +32,7 @@ from tendon_cli.model.setting import pretension_of, reading_at
 from tendon_cli.model.statics import SLACK_TOLERANCE
 
 Positions = npt.NDArray[np.int64]
-"""Places in an array, such as those of states among all states of a design."""
+"""Indices into an array, such as those of states among all states of a design."""
 Element = TypeVar("Element", bound=np.generic)
 
 
@@ -40,20 +40,21 @@ Element = TypeVar("Element", bound=np.generic)
 class Ends:
     """Pretensions at which designs keep all limits in all states, from `low` to `high`.
 
-    A window is empty where low > high. Both are NaN where no pretension could do.
+    A window is empty where low > high. Both are NaN where no pretension keeps some limit.
     """
 
     low: Array
     """Smallest pretension of both sides, at least 0, N."""
     high: Array
-    """Largest, N; infinite where nothing bounds it."""
+    """Largest pretension, N; infinite if nothing bounds it."""
     low_state: Positions
-    """Place of the state that binds among the design's states; where no pretension could do, of the
-    first in which that is so; -1 where the limit belongs to no state."""
+    """Index of the binding state among the design's states; where the ends are NaN, of the first
+    state that no pretension satisfies; -1 if the limit belongs to no state."""
     high_state: Positions
     """The same for the largest."""
     low_angle: Array
-    """Elbow angle that binds, rad, if it lies beside that of the state (`whole_motion`), or NaN."""
+    """Elbow angle that binds, rad, if it differs from that of the state (`whole_motion`), else
+    NaN."""
     high_angle: Array
     """The same for the largest."""
 
@@ -68,7 +69,7 @@ AnyEnds = TypeVar("AnyEnds", bound=Ends)
 
 @dataclass(frozen=True, eq=False)
 class Window(Ends):
-    """Ends of windows with the limits that bind there; the reason where no pretension could do."""
+    """Ends of windows with the limits that bind there, or that no pretension keeps."""
 
     low_by: Codes
     """Index into LIMIT_NAMES, or NOTHING."""
@@ -86,9 +87,9 @@ class StateEnds(NamedTuple):
     low_by: Codes
     """Limit that sets the smallest, index into LIMIT_NAMES."""
     high_by: Codes
-    """Limit that sets the largest; where nothing bounds it, the side that goes slack first."""
+    """Limit that sets the largest; if nothing bounds it, the side that goes slack first."""
     blocked: Codes
-    """First limit that no pretension could keep, or NOTHING."""
+    """First limit that no pretension keeps, or NOTHING."""
 
 
 def window(design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds) -> Window:
@@ -117,7 +118,7 @@ def begin(shape: tuple[int, ...]) -> Extremes:
     """Return the tightest ends over no state yet, for designs of a shape.
 
     They are `low` and `high` (N), the states that set them, and the first state that is `blocked`.
-    Other angles of the same designs may be folded in turn.
+    States of the same designs may then be folded in several portions.
     """
     starts = {
         "low": -np.inf,
@@ -136,7 +137,7 @@ def fold(folded: Extremes, at: State, bounds: Bounds, states: Positions) -> None
         folded: Tightest ends so far.
         at: States, which lie along the last two axes.
         bounds: Limits of the designs.
-        states: Places of these states among the design's, of the shape of the last two axes.
+        states: Indices of these states among the design's, in the shape of the last two axes.
     """
     ends = ends_of_states(at, bounds)
     shape = (*folded["low"].shape, *states.shape)
@@ -166,16 +167,16 @@ def fold(folded: Extremes, at: State, bounds: Bounds, states: Positions) -> None
 
 def finish(folded: Extremes, design: Design, bounds: Bounds) -> Ends:
     """Return the ends, from the tightest over all states and from what holds for whole designs."""
-    is_broken = _over_design(_broken_by_design(design, bounds)) != NOTHING
-    ceiling = _over_design(_ceiling(design, bounds))
+    is_broken = _drop_state_axes(_broken_by_design(design, bounds)) != NOTHING
+    ceiling = _drop_state_axes(_ceiling(design, bounds))
     low = folded["low"]
     high = folded["high"]
     is_empty = np.isfinite(folded["blocked"]) | is_broken
     blocked_state = np.where(is_broken, -1.0, folded["blocked"])
-    is_by_floor = ~(low > 0.0)
-    is_by_ceiling = (ceiling < high) | np.isinf(high)
-    low_state = np.where(is_by_floor, -1.0, folded["low_state"])
-    high_state = np.where(is_by_ceiling, -1.0, folded["high_state"])
+    is_low_zero = ~(low > 0.0)
+    is_high_ceiling = (ceiling < high) | np.isinf(high)
+    low_state = np.where(is_low_zero, -1.0, folded["low_state"])
+    high_state = np.where(is_high_ceiling, -1.0, folded["high_state"])
     return Ends(
         low=np.where(is_empty, np.nan, np.maximum(low, 0.0)),
         high=np.where(is_empty, np.nan, np.minimum(high, ceiling)),
@@ -187,7 +188,7 @@ def finish(folded: Extremes, design: Design, bounds: Bounds) -> Ends:
 
 
 def _ceiling(design: Design, bounds: Bounds) -> Array:
-    """Return the largest F0 that `max_pretension` allows; it is read as the design's pretension."""
+    """Return the largest F0 that `max_pretension` allows, itself a reading of the design's kind."""
     largest = bounds.get("max_pretension")
     if largest is None:
         return np.full((), np.inf)
@@ -195,7 +196,7 @@ def _ceiling(design: Design, bounds: Bounds) -> Array:
 
 
 def as_read(ends: AnyEnds, design: Design) -> AnyEnds:
-    """Return ends as the design's pretension is read."""
+    """Return ends in the reading in which the design's pretension is given."""
 
     def read(pretension: Array) -> Array:
         return reading_at(design, pretension[..., np.newaxis, np.newaxis])[..., 0, 0]
@@ -223,7 +224,7 @@ def _broken_by_design(design: Design, bounds: Bounds) -> Codes:
 def with_binding_limits(
     ends: Ends, design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds
 ) -> Window:
-    """Return ends with the limits that bind, worked out anew in the states that bind alone.
+    """Return ends with the limits that bind, computed anew in the binding states only.
 
     Args:
         ends: Ends of windows.
@@ -232,11 +233,11 @@ def with_binding_limits(
         flexion: Directions of all states, (D, 1), or (1, K) along a trajectory.
         bounds: Limits of the designs.
     """
-    broken = _over_design(_broken_by_design(design, bounds))
+    broken = _drop_state_axes(_broken_by_design(design, bounds))
     directions = np.broadcast_to(flexion, (len(flexion), elbow_angle.size))
 
     def binding(state: Positions, beside: Array, *, upper: bool) -> Codes:
-        """Return the codes of the limits that bind in states, or at angles beside these."""
+        """Return the codes of the limits that bind in states, or at the angles `beside` them."""
         direction, place = np.divmod(np.maximum(state, 0), elbow_angle.size)
         angle = np.where(np.isnan(beside), elbow_angle.ravel()[place], beside)
         flexing = directions[direction, place]
@@ -246,8 +247,8 @@ def with_binding_limits(
             flexing[..., np.newaxis, np.newaxis],
         )
         of_states = ends_of_states(at, bounds)
-        in_state = _over_design(of_states.high_by if upper else of_states.low_by)
-        blocked = _over_design(of_states.blocked)
+        in_state = _drop_state_axes(of_states.high_by if upper else of_states.low_by)
+        blocked = _drop_state_axes(of_states.blocked)
         in_no_state = np.full((), NOTHING)
         if upper:
             in_no_state = np.where(np.isfinite(ends.high), PRETENSION, NOTHING)
@@ -291,6 +292,6 @@ def slack_codes(at: State) -> Codes:
     return np.where(at.coupling.elbow_torque < 0.0, np.int8(FLEXOR_SLACK), np.int8(EXTENSOR_SLACK))
 
 
-def _over_design(values: npt.NDArray[Element]) -> npt.NDArray[Element]:
+def _drop_state_axes(values: npt.NDArray[Element]) -> npt.NDArray[Element]:
     """Drop the two axes of states, each one long, from values of designs that have axes."""
     return values.reshape(values.shape[:-2]) if values.ndim else values

@@ -2,8 +2,8 @@
 
 A Parquet page carries a checksum, but page headers and the footer do not, and there a flipped bit
 may change a name, a unit or a number without anybody noticing. So the footer holds the SHA-256 of
-the whole file, taken with zeros in the place of the digest itself. It lets a table that was moved
-away from its run folder vouch for itself.
+the whole file, taken with zeros instead of the digest itself. So a table can be verified even if it
+was moved away from its run folder.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class StampedSink(RawIOBase):
         self.footer = b""
         """Footer with the digest; empty before `stamp`."""
         self.discards = False
-        """True if the file is given up: nothing more is written."""
+        """True if the file was abandoned, so that nothing more is written."""
 
     def write(self, data: Any) -> int:
         """Pass bytes on to the file."""

@@ -61,7 +61,7 @@ class AnyTable(ABC):
 
     @cached_property
     def facts(self) -> dict[str, Any]:
-        """Facts of the table: `table`, `study`, `study_hash`, `versions`, `part`."""
+        """Facts in the table's metadata: `table`, `study`, `study_hash`, `versions`, `part`."""
         return _facts(self.schema)
 
     def read(self, columns: Sequence[str] | None = None) -> pa.Table:
@@ -140,7 +140,7 @@ class TableFiles(AnyTable):
 
 
 def _read_part(file: Path, columns: list[str] | None) -> pa.Table:
-    """Read a file; raises InputError if it is damaged."""
+    """Read a file. Raise InputError if it is damaged."""
     # pq.read_table would import pandas.
     with _damage_in(file):
         source = pa.memory_map(str(file))
@@ -150,7 +150,7 @@ def _read_part(file: Path, columns: list[str] | None) -> pa.Table:
 
 @contextlib.contextmanager
 def _damage_in(file: Path) -> Iterator[None]:
-    """Raise errors of the library about a damaged file as InputError."""
+    """Raise pyarrow's and the system's errors about a file as InputError."""
     try:
         yield
     except UnicodeDecodeError:
@@ -277,7 +277,7 @@ def _verify(file: Path) -> None:
 
 
 def _facts(schema: pa.Schema) -> dict[str, Any]:
-    """Return the facts that a schema holds, by name."""
+    """Return the facts of a table that its schema holds, by name."""
     metadata = schema.metadata or {}
     prefix = b"tendon."
     return {
@@ -288,6 +288,7 @@ def _facts(schema: pa.Schema) -> dict[str, Any]:
 
 
 def _damaged(file: Path, reason: str) -> InputError:
+    """Return the error for a damaged table."""
     return InputError(
         f"the table is damaged: {reason}", where=str(file), hint="`tendon sweep` writes it anew"
     )

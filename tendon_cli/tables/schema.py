@@ -32,14 +32,13 @@ class Column:
     unit: str
     long_name: str
     is_axis: bool = False
-    """True if few values repeat in it."""
+    """True if the column repeats a few values."""
     choices: tuple[str, ...] = ()
     """Words of a text column, which holds positions in them."""
     quantity: str = ""
-    """Name in `quantities`; without one the column's name stands for it."""
+    """Name in `quantities`, by default that of the column."""
     nullable: bool = True
-    """False if a column of numbers is never null in its table: it is smaller, and sooner
-    written."""
+    """False if a column of numbers is never null: its table is smaller and faster to write."""
 
     @classmethod
     def of(
@@ -153,7 +152,7 @@ def array_of(column: Column, values: npt.NDArray[Any], *, nulls: bool | None = N
     Args:
         column: Column of the values.
         values: Numbers, in which NaN stands for null, or positions of text.
-        nulls: True if any value is NaN, False if none is; None to search them.
+        nulls: True if any value is NaN, False if none is; None to look for NaN here.
 
     Raises:
         RuntimeError: A value is NaN in a column that cannot be null.
@@ -175,9 +174,10 @@ def _from_buffers(kind: pa.DataType, values: npt.NDArray[Any], *, nulls: bool = 
 
 
 def _has_nan(values: npt.NDArray[Any]) -> bool:
-    """Return True if any value is NaN: then the smallest is, which one thread finds soonest.
+    """Return True if any value is NaN.
 
-    A sum of squares by BLAS starts threads, whose waiting took half of a sweep's processor time.
+    The smallest value is then NaN, too, and finding it takes one thread. A sum of squares by BLAS
+    starts threads, whose waiting took half of a sweep's processor time.
     """
     return values.dtype.kind == "f" and math.isnan(values.min(initial=math.inf))
 
@@ -195,9 +195,9 @@ def arrays_of(columns: Sequence[Column], table: pa.Table) -> dict[str, npt.NDArr
 
 
 def as_numpy(column: pa.ChunkedArray) -> npt.NDArray[Any]:
-    """Return a column as NumPy has it: numbers and truths with NaN for null, words with "".
+    """Return a column as a NumPy array: numbers and truths with NaN for null, words with "".
 
-    It goes without those functions of pyarrow that import pandas.
+    It avoids the functions of pyarrow that import pandas.
     """
     if pa.types.is_string(column.type):
         return np.array([word or "" for word in column.to_pylist()], dtype=object)

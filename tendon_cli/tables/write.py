@@ -24,14 +24,13 @@ _ROWS_AT_ONCE = 1 << 17
 """Largest number of rows in a page, and of rows that are encoded at once."""
 
 _BYTES_AT_ONCE = 1 << 16
-"""Bytes that are collected before they are passed on to Python, which holds its lock for each
-write: most are of a few bytes, those of a header."""
+"""Bytes that are collected before they are passed on to Python, which holds its lock during each
+write: most writes are headers of a few bytes."""
 
 Filler = Callable[[Mapping[str, npt.NDArray[Any]], range], Collection[str] | None]
 """Writes some rows of a block into arrays of that many rows, by column; NaN stands for null.
 
-It returns the names of the columns in which it wrote NaN, or None if these are to be searched for
-it.
+It returns the names of the columns in which it wrote NaN, or None if it does not know them.
 """
 
 
@@ -64,7 +63,7 @@ class RowsInMemory:
         return pa.concat_tables(self._pieces) if self._pieces else self._layout.schema.empty_table()
 
     def close(self) -> WrittenFile:
-        """Return the number of rows as that of a file without a size."""
+        """Return the record of a file with these rows, but without size or digest."""
         return WrittenFile(self._layout.rows, 0, "")
 
     def flush(self) -> None:
@@ -154,7 +153,7 @@ class RowGroups:
 
 
 class TableFile(RowGroups):
-    """A table's file under a temporary name; raises OutputError if it cannot be written."""
+    """A table's file under a temporary name. Raises OutputError if it cannot be written."""
 
     def __init__(self, path: Path, temporary: Path, file: BinaryIO, layout: TableLayout) -> None:
         super().__init__(file, layout)
@@ -194,14 +193,14 @@ def table_file(path: Path, layout: TableLayout) -> Iterator[TableFile]:
     """
     with whole_file(path, of_a_run=True) as temporary, ExitStack() as stack:
         with output_errors(path):
-            # Exclusive, so that nothing that stands in the way is followed or written through.
+            # Exclusive, so that a link or a file of that name is neither followed nor overwritten.
             file = stack.enter_context(temporary.open("xb"))
             rows = TableFile(path, temporary, file, layout)
         try:
             yield rows
         except BaseException:
             rows.abandon()
-            with contextlib.suppress(OSError):  # raised again for what is not written yet
+            with contextlib.suppress(OSError):  # closing writes what is left, and may fail again
                 file.close()
             raise
 

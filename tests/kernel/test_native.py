@@ -129,7 +129,10 @@ GIVEN = {name: np.ones((2, 1, 4)) for name in NAMES}
     [
         ({"kind": "abacus"}, "no code named abacus"),
         ({"given": GIVEN | {"sine": np.zeros((2, 3))}}, "sine has the shape"),
-        ({"given": GIVEN | {"sine": np.zeros((2, 1, 8))[..., ::2]}}, "the last axis side by side"),
+        (
+            {"given": GIVEN | {"sine": np.zeros((2, 1, 8))[..., ::2]}},
+            "contiguous along the last axis",
+        ),
         ({"given": GIVEN | {"ratio": np.zeros((2, 1, 4), np.float32)}}, "values of float32"),
         ({"given": {}}, "moment_arm"),
         ({"shape": (3, 1, 4)}, "moment_arm has the shape"),
@@ -140,8 +143,8 @@ GIVEN = {name: np.ones((2, 1, 4)) for name in NAMES}
         ({"columns": {"motor_torque": np.zeros(7)}}, "motor_torque has the shape"),
         ({"columns": {"motor_torque": np.zeros(16)[::2]}}, "motor_torque has the shape"),
         ({"columns": {"status": np.zeros(8)}}, "values of float64"),
-        ({"first": 1}, "no such rows"),
-        ({"first": -1}, "no such rows"),
+        ({"first": 1}, "are not among the states"),
+        ({"first": -1}, "are not among the states"),
         ({"keys": {"design": np.zeros((2, 1, 4))}}, "design"),
     ],
 )
