@@ -138,7 +138,7 @@ def _scale_of_names(label: str, names: Sequence[str], order: npt.NDArray[np.intp
 
 
 def plain_numbers() -> Any:
-    """Return a formatter that writes all ticks with as many decimals, without an offset."""
+    """Return a formatter that writes all ticks with equally many decimals, without an offset."""
     formatter = ticker.ScalarFormatter(useOffset=False)
     formatter.set_powerlimits((-4, 7))
     return formatter

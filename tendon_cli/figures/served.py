@@ -1,4 +1,4 @@
-"""Figures of a population: whom a pretension serves, how probably it does, and whom it does not.
+"""Figures of a population: who is served by a pretension, how probable that is, and why not all.
 
 They are drawn from the record of an answer and from its table of persons, or of draws, by column
 (NaN and "" for null).
@@ -180,7 +180,7 @@ def _draw_bodies(
 
 
 def members(rows: Table, reason: Mapping[str, Any], pretension: float) -> npt.NDArray[np.int64]:
-    """Return the rows of those whom a pretension does not serve for one of the reasons.
+    """Return the rows of those whom a pretension does not serve, for the given reason.
 
     Args:
         rows: Table of persons, or of draws, by column.
@@ -284,7 +284,7 @@ def how_sure(record: Mapping[str, Any]) -> Page:
 
 
 def _draw_bars(axes: Axes, end: Mapping[str, Any], *, with_names: bool) -> None:
-    """Draw the Sobol indices of one end of the window: its variance by input, alone and in all."""
+    """Draw the Sobol indices of one end of the window, in per cent of its variance."""
     inputs = end["inputs"].values()
     place = np.arange(len(inputs), dtype=np.float64)[::-1]
     for shift, (order, (_, colour)) in zip((0.2, -0.2), _INDICES.items(), strict=True):
