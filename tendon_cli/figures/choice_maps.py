@@ -256,13 +256,13 @@ def _begin_map(
     notes: list[str],
 ) -> tuple[Page, Axes]:
     """Begin the page of a map over two axes of choices, and mark the choice named first in it."""
-    signs = list(key)
+    entries = list(key)
     if chosen["feasible"]:
-        signs.append(star(label=choice_text(cube, chosen)))
+        entries.append(star(label=choice_text(cube, chosen)))
     lines = list(notes)
     if part.title:
         lines.append(f"At {part.title}.")
-    page = answer_page(cube, record, title, 95.0, signs, lines)
+    page = answer_page(cube, record, title, 95.0, entries, lines)
     panel = page.figure.subplots()
     x, y = part.scales
     x.apply(panel, "x", cells=True)

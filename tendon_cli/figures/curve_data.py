@@ -80,20 +80,20 @@ class CurveData:
 
 
 def curve_data(
-    cube: Cube, plan: CurvePlan, asked: Sequence[Condition], spec: FigureSpec
+    cube: Cube, plan: CurvePlan, conditions: Sequence[Condition], spec: FigureSpec
 ) -> CurveData:
     """Read the lines of a plan.
 
     Args:
         cube: The table.
         plan: The part that each axis plays.
-        asked: Conditions that rows must meet. Those on an axis are already in the plan.
+        conditions: Conditions that rows must meet. The plan already obeys those on an axis.
         spec: The figure as the user asks for it.
 
     Raises:
         UsageError: The filters, or nulls, leave nothing to draw.
     """
-    masks = [condition for condition in asked if cube.axis(condition.column) is None]
+    masks = [condition for condition in conditions if cube.axis(condition.column) is None]
     read = _read_columns(cube, plan, masks)
     is_kept = np.ones(read[plan.x_column].shape, dtype=np.bool_)
     for condition in masks:
@@ -108,7 +108,7 @@ def curve_data(
     )
     is_known = np.isfinite(values)
     if not is_known.any():
-        _raise_empty(plan, asked)
+        _raise_empty(plan, conditions)
     # Of shape (quantities, marks, panels, colours, dashes, x).
     marks = np.array([_marks(cube, read, name) for name in plan.quantities])
     slack, any_slack, unstable = np.moveaxis(marks & is_known[:, np.newaxis], 1, 0)
@@ -261,12 +261,12 @@ def _all_equal(values: npt.NDArray[np.generic], first: npt.NDArray[np.generic]) 
     return np.array_equal(values, np.broadcast_to(first, values.shape), equal_nan=True)
 
 
-def _raise_empty(plan: CurvePlan, asked: Sequence[Condition]) -> None:
+def _raise_empty(plan: CurvePlan, conditions: Sequence[Condition]) -> None:
     """Raise UsageError because every value to draw is null."""
-    if plan.quantities == (MARGIN,) and not asked:
+    if plan.quantities == (MARGIN,) and not conditions:
         raise UsageError("no design has a margin, each has elbow angles without equilibrium")
     names = ", ".join(plan.quantities)
-    hint = "fewer or wider filters" if asked else "--where chooses other rows"
+    hint = "fewer or wider filters" if conditions else "--where chooses other rows"
     raise UsageError(
         f"{names} has no value in any of the selected rows", where="--where", hint=hint
     )

@@ -145,14 +145,14 @@ def draw_run(
             raise
         except UsageError as error:
             no_map = error.message
-        except Exception as error:  # noqa: BLE001 - whatever it is, the run stands
+        except Exception as error:  # noqa: BLE001 - whatever it is, the run is valid
             warnings.append(f"the slack map is not drawn: {_reason(error)}")
     for spec in study.figure:
         try:
             files += draw_declared(spec, folder, out)
         except InputError:
             raise
-        except Exception as error:  # noqa: BLE001 - whatever it is, the run stands
+        except Exception as error:  # noqa: BLE001 - whatever it is, the run is valid
             warnings.append(f'figure "{spec.name}" is not drawn: {_reason(error)}')
     return [file.name for file in files], warnings, no_map
 

@@ -49,15 +49,15 @@ class Page:
     figure: Figure
     title: str
     says: str
-    """Caption of the figure, without formulas."""
+    """Caption, without formulas, for the file's metadata."""
     study: str
     """Name and hash of the study shown."""
     width: float
     height: float
     head: float
-    """Height of what is above the panels."""
+    """Height of the title with the space around it."""
     foot: float
-    """Height of what is below the panels."""
+    """Height of the key and the notes."""
 
     @property
     def inner(self) -> float:

@@ -1,7 +1,8 @@
 """The figure of a friction fit.
 
-Readings are drawn against the fitted line, those that slip apart from those that stick, with the
-residuals below.
+Readings are drawn with the fitted line: in colour if they slip, in grey if they are set aside.
+Below are the residuals, two checks of the rig, the hysteresis loop, and the error budget or the
+speeds.
 """
 
 from __future__ import annotations

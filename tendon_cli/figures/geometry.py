@@ -155,10 +155,10 @@ def _draw_view(
         zorder=2,
         rasterized=len(inner) > 2000,
     )
-    sign: dict[str, Any] = {"markersize": 4.5, "color": "white", "markeredgecolor": INK}
+    end_style: dict[str, Any] = {"markersize": 4.5, "color": "white", "markeredgecolor": INK}
     for point, marker, text in ((route[0], "o", "first"), (route[-1], "s", "last")):
         end = (point[across], point[up])
-        axes.plot(*end, marker=marker, zorder=3, **sign)
+        axes.plot(*end, marker=marker, zorder=3, **end_style)
         axes.annotate(text, end, xytext=(4, 4), textcoords="offset points", size=6.5)
     axes.set(xlabel=f"{'xyz'[across]} (mm)", ylabel=f"{'xyz'[up]} (mm)", aspect="equal")
     low = route.min(axis=0)

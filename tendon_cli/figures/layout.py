@@ -183,7 +183,7 @@ def _thin_out(
     An axis without an entry in `most` has no part in the figure and keeps one position.
 
     Returns:
-        The positions by column, and a note of what is left out, if anything is.
+        The positions by column, and a note if values are left out.
     """
     positions = {}
     fewer = []
@@ -221,7 +221,7 @@ class MapPlan:
 
 
 def long_axes(cube: Cube, chosen: Mapping[str, Ints]) -> list[Axis]:
-    """Return the axes other than the load of which more than one value is chosen."""
+    """Return the axes other than the load with more than one chosen value."""
     return [axis for axis in cube.axes if axis.column != LOAD and len(chosen[axis.column]) > 1]
 
 

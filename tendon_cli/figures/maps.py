@@ -214,8 +214,8 @@ def _zero_crossings(places: Floats, values: Floats) -> list[tuple[float, bool]]:
 def _hatch_negative(axes: Axes, x: Scale, y: Scale, room: Floats) -> None:
     """Hatch where `room` is negative, up to the line where it is zero.
 
-    If an axis is of names, or has one value, whole cells are hatched. NaN, which stands for no
-    equilibrium, is not hatched.
+    If an axis is of names, or has one value, whole cells are hatched. Cells of NaN (no equilibrium)
+    are not.
     """
     is_negative = room < 0.0
     if not is_negative.any():

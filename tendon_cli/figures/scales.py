@@ -20,7 +20,7 @@ from tendon_cli.space.axis import SIDES, Axis
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.study import Study, keys
-from tendon_cli.studies.values import StudyNumber as Number
+from tendon_cli.studies.values import StudyNumber
 
 _FEW = 6
 """Fewer values than this have a tick each."""
@@ -211,8 +211,8 @@ def off_default(study: Study, named: Collection[str], units: Mapping[str, str]) 
     return texts
 
 
-def _number_text(shown: ColumnLabel, values: Number | None) -> str:
-    """Write a number of a study with its symbol; None stands for a curve over the angle."""
+def _number_text(shown: ColumnLabel, values: StudyNumber | None) -> str:
+    """Write a number of a study with its symbol; None means a curve over the angle."""
     if values is None:
         return f"{shown.symbol} over the angle"
     if values.uncertain is not None:

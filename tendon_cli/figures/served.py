@@ -184,7 +184,7 @@ def members(rows: Table, reason: Mapping[str, Any], pretension: float) -> npt.ND
 
     Args:
         rows: Table of persons, or of draws, by column.
-        reason: A reason of the record: what is needed, and the limits that bind.
+        reason: A reason of the record: need (more, less, another suit) and the limits that bind.
         pretension: The pretension, N.
     """
     low = rows["pretension_from"]
