@@ -25,7 +25,7 @@ from tendon_cli.studies.values import StudyNumber
 _FEW = 6
 """Fewer values than this have a tick each."""
 _MOST_NAMES = 12
-"""Of more names than this only every second or third one is written."""
+"""Largest number of names that are all written along an axis; of more, some are left out."""
 _LONGEST_NAME = 40
 """Characters of a name that a title or a key shows."""
 
