@@ -1,6 +1,6 @@
 """Check that every design of a run is within its limits.
 
-It says which design is not, by how much, and in which state.
+The result lists the designs that are not, by how much, and in which state.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def check(
         baseline: Another run, or its folder; the limits are then not checked.
         tolerance: Share of a column's scale by which numbers may differ.
         apart: Keys in which the studies may differ.
-        worst: Number of breaches, or of designs that became feasible or not, that are listed.
+        worst: Number of breaches that are listed, or of designs whose feasibility changed.
 
     Returns:
         The result, with `holds`, `text` and `record`.
@@ -132,16 +132,16 @@ def _check_designs(table: TableFiles, study: Study, worst: int) -> dict[str, Any
 
 
 def _columns_of(limit: str) -> list[str]:
-    """Column that a limit bounds, and those of the sides if they differ in it."""
+    """Return the column that a limit bounds, and those of flexor and extensor if there are any."""
     column = LIMITS[limit].column
     return [column, *(f"{column}_{side}" for side in SIDES)]
 
 
 def _breaches(columns: Mapping[str, Array], limits: Mapping[str, float]) -> Iterator[Breach]:
-    """Yield every limit that each design breaks, SI.
+    """Yield every breach of a limit by a design, in SI.
 
-    The value of slack is its margin of pretension. The excess is a share of the bound, and -inf
-    where the limit is kept.
+    Slack and no equilibrium count as limits. The value of slack is the margin of pretension. The
+    excess is a share of the bound, or for slack of the pretension needed; -inf marks limits kept.
     """
     needed = columns["required_pretension"]
     margin = columns["margin"]
@@ -171,7 +171,7 @@ def _breaches_of(
     is_failing: npt.NDArray[np.bool_],
     columns: Mapping[str, Array],
 ) -> Iterator[Breach]:
-    """Yield the designs that break one limit."""
+    """Yield the breaches of one limit, of designs that are not feasible and have an excess."""
     for row in np.flatnonzero(is_failing & (excess > -np.inf)):
         yield {
             "design": int(columns["design"][row]),
@@ -185,9 +185,9 @@ def _breaches_of(
 
 
 def _with_state(breach: Breach, plan: Plan) -> Breach:
-    """Add direction and elbow angle (rad) of the state that breaks the limit worst.
+    """Add direction and elbow angle (rad) of the state that breaks the limit worst, and return it.
 
-    Nothing is added if no single state does.
+    Nothing is added if the limit is not on states.
     """
     limit = LIMITS.get(breach["limit"])
     speed = plan.study.motion.speed
@@ -198,15 +198,15 @@ def _with_state(breach: Breach, plan: Plan) -> Breach:
         directions = plan.directions[block.directions]
         angles = plan.elbow_angles[block.angles]
         state = plan.state(block)
-        badness: Array
+        severity: Array
         if limit is not None:
             value = limit.value(state, np.nan if speed is None else speed.single)
-            badness = limit.beyond(value, 0.0)
+            severity = limit.beyond(value, 0.0)
         elif breach["limit"] == SLACK:
-            badness = state.response.required
+            severity = state.response.required
         else:
-            badness = np.where(np.isnan(state.elbow_torque), 1.0, 0.0)
-        values = np.broadcast_to(badness, block.shape).reshape(len(directions), -1)
+            severity = np.where(np.isnan(state.elbow_torque), 1.0, 0.0)
+        values = np.broadcast_to(severity, block.shape).reshape(len(directions), -1)
         if np.isnan(values).all() or np.nanmax(values) <= worst:
             continue
         worst = float(np.nanmax(values))

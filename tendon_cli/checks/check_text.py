@@ -16,7 +16,7 @@ from tendon_cli.units import counted
 NO_EQUILIBRIUM = "no equilibrium"
 SLACK = "slack"
 WORST = 10
-"""Number of breaches or flips that are listed by default."""
+"""Number of breaches, or of designs whose feasibility changed, that are listed by default."""
 
 Record = Mapping[str, Any]
 _ESCAPES = {"&": "&amp;", "<": "&lt;", ">": "&gt;", "|": "\\|", "`": "\\`", "[": "\\["}
@@ -33,7 +33,7 @@ class CheckResult:
 
 
 def finite(value: Any) -> Any:
-    """Convert a record for a program: what is infinite becomes null."""
+    """Replace numbers of a record that are infinite or NaN by None, for JSON."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, Mapping):
@@ -44,7 +44,7 @@ def finite(value: Any) -> Any:
 
 
 def verdict_text(record: Record, cube: Cube, name: str) -> str:
-    """Return one line if all is well, else what is broken and where, the worst first."""
+    """Return one line if every design is within its limits, else the breaches, the worst first."""
     designs = record["designs"]
     if record["holds"] and designs == 1:
         return f"{name}: the design is within its limits"
@@ -93,14 +93,14 @@ def _excess_text(breach: Record) -> str:
 
 
 def _shown(column: str, value: float) -> str:
-    """Value of a column in the unit that people read."""
+    """Write a value of a column in the unit that people read."""
     if column not in QUANTITIES:
         return number(value)
     return ColumnLabel.of(column, QUANTITIES[column]).text(value)
 
 
 def comparison_text(record: Record, cube: Cube, names: tuple[str, str]) -> str:
-    """Say what was compared, what changed, the worst first, and what could not be compared."""
+    """Say what was compared, what could not be, and what changed, the worst first."""
     head = "nothing changed" if record["holds"] else "changed"
     tables = [
         f"{counted(columns, 'column')} of {counted(record[table], table[:-1])}"
@@ -108,7 +108,7 @@ def comparison_text(record: Record, cube: Cube, names: tuple[str, str]) -> str:
     ]
     compared = " and ".join(tables)
     if "states" not in record["columns"]:
-        compared += "; no states, which are not kept by both"
+        compared += "; no states, because not both runs keep them"
     lines = [f"{names[0]}: {head} since {names[1]}", f"  compared: {compared}"]
     if record["within"] is not None:
         largest = _change_text(record["within"], cube)
@@ -140,7 +140,7 @@ def _change_text(change: Record, cube: Cube) -> str:
 
 
 def _flip_text(flip: Record, cube: Cube) -> str:
-    """Say that a design became feasible, or is no longer."""
+    """Say that a design has become feasible, or no longer is."""
     text = "feasible now, was not" if flip["now"] else "not feasible now, was"
     before = flip["margin_before"]
     now = flip["margin_now"]
@@ -150,7 +150,7 @@ def _flip_text(flip: Record, cube: Cube) -> str:
 
 
 def _place_text(where: Record, cube: Cube) -> str:
-    """Name a row by its values on the axes."""
+    """Name a design or a state by its values on the axes."""
     words = []
     for column, value in where.items():
         if isinstance(value, str):
@@ -175,7 +175,7 @@ def as_markdown(text: str, *, holds: bool) -> str:
 
 
 def _escaped(text: str) -> str:
-    """Escape names from studies, so that they say no Markdown and no HTML."""
+    """Escape names from studies, so that nothing in them is read as Markdown or HTML."""
     for sign, escape in _ESCAPES.items():
         text = text.replace(sign, escape)
     return text

@@ -29,7 +29,7 @@ from tendon_cli.tables.read import TableFiles
 from tendon_cli.units import counted, shorten
 
 FLAGS = ("status", *JUDGEMENTS)
-"""Columns of words and truths, which are compared exactly."""
+"""Columns of words, and of true or false, which are compared exactly."""
 TOLERANCE = 1e-9
 """Share of a column's scale by which numbers may differ."""
 _MAY_DIFFER = (
@@ -41,12 +41,12 @@ _MAY_DIFFER = (
     "output",
     "figure",
 )
-"""Keys that say which rows a study has, and those that change no number."""
+"""Keys that only say which rows a study has, or that change no number."""
 _RESULTS = frozenset({*OF_DESIGNS, *OF_CYCLES, *OF_STATES, *FLAGS})
-"""Columns that are computed; the others say which design or state a row is."""
+"""Columns that are computed; the others define the design or state of a row."""
 
 Record = dict[str, Any]
-"""A change, a flip, or all of them, for text and programs alike."""
+"""Change of a column, flip of a design, or the whole comparison, as in JSON."""
 
 
 def compare(
@@ -59,15 +59,15 @@ def compare(
 ) -> CheckResult:
     """Find what changed since another run.
 
-    Numbers are compared within a tolerance, flags exactly, and designs that became feasible, or are
-    no longer, are listed.
+    Numbers are compared within a tolerance, flags exactly. Designs that are feasible in one run
+    only are listed.
 
     Args:
         folder: Folder of the run.
         baseline: Folder of the other run.
         tolerance: Share of a column's scale by which numbers may differ.
         apart: Keys in which the studies may differ.
-        worst: Number of designs that are listed.
+        worst: Number of designs whose feasibility changed that are listed.
 
     Raises:
         InputError: if something is damaged or is no run.
@@ -146,7 +146,7 @@ def _check_studies(ours: Study, theirs: Study, apart: Sequence[str]) -> None:
 
 
 def _is_within(key: str, keys: Collection[str]) -> bool:
-    """True if a key is one of `keys`, or in a table of these."""
+    """Return True if a key is one of `keys`, or in a table that is."""
     return any(f"{key}.".startswith(f"{table}.") for table in keys)
 
 
@@ -231,7 +231,7 @@ class TablePair:
         return values
 
     def changes(self, tolerance: float) -> list[Record]:
-        """List the columns that differ, those first that do so by the largest share of scale."""
+        """List the columns that differ, that with the largest share of its scale first."""
         changes = []
         for name in self.columns:
             change = self._change(name, tolerance)
@@ -240,7 +240,7 @@ class TablePair:
         return sorted(changes, key=lambda change: -change["share"])
 
     def _change(self, name: str, tolerance: float) -> Record | None:
-        """Describe the change of a column. Return None if there is none."""
+        """Describe the largest change of a column. Return None if there is none."""
         is_flag = name in FLAGS
         first, second = self.both(name)
         size = difference(first, second, is_flag=is_flag)
@@ -278,45 +278,45 @@ class TablePair:
                 "margin_now": _known(margin_now[row]),
             }
             flips.append(flip)
-        return sorted(flips, key=_moved, reverse=True)
+        return sorted(flips, key=_margin_change, reverse=True)
 
 
 def _results(cube: Cube) -> list[str]:
-    """Columns of a table that are computed."""
+    """Return the columns of a table that are computed."""
     if cube.table is None:
         return []
     return [name for name in cube.table.schema.names if name in _RESULTS]
 
 
 def _largest(values: ColumnArray) -> float:
-    """Largest magnitude of a column; 0 if nothing in it is finite."""
+    """Return the largest magnitude in a column; 0 if nothing in it is finite."""
     return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
 
 
 def _known(margin: float) -> float | None:
-    """Margin of a design; None if it has none."""
+    """Return the margin of a design; None if it has none."""
     return float(margin) if math.isfinite(margin) else None
 
 
 def difference(
     first: ColumnArray, second: ColumnArray, *, is_flag: bool
 ) -> npt.NDArray[np.float64]:
-    """Return the difference of each row: 1 for another flag, infinite if only one is null."""
+    """Return the difference in each row: for flags 0 or 1; infinite if only one value is null."""
     if is_flag:
         return np.asarray(first != second, dtype=np.float64)
     one_is_null = np.isnan(first) != np.isnan(second)
     return np.where(one_is_null, np.inf, np.abs(np.nan_to_num(first - second)))
 
 
-def _moved(flip: Record) -> float:
-    """Change of the margin, N; infinite if a design has none."""
+def _margin_change(flip: Record) -> float:
+    """Return the change of the margin, N; infinite if either run has none."""
     before = flip["margin_before"]
     now = flip["margin_now"]
     return math.inf if before is None or now is None else abs(now - before)
 
 
 def _only(key: str, here: int, there: int) -> str:
-    """Say how many values of an axis only one of the runs has; empty if both have the same."""
+    """Say how many values of an axis only one of the runs has; "" if there are none."""
     parts = []
     if here:
         parts.append(f"{counted(here, 'value')} in this run only")
@@ -326,7 +326,7 @@ def _only(key: str, here: int, there: int) -> str:
 
 
 def _common(axis: Axis, other: Axis) -> tuple[Ints, Ints]:
-    """Find the positions on two axes at which both have the same value."""
+    """Find the positions of the common values on two axes, in the order of the first."""
     ours = np.array([_token(value) for value in axis.values])
     theirs = np.array([_token(value) for value in other.values])
     _, first, second = np.intersect1d(ours, theirs, return_indices=True)
@@ -340,7 +340,7 @@ def _common(axis: Axis, other: Axis) -> tuple[Ints, Ints]:
 
 
 def _single(axis: Axis, other: Study) -> Ints:
-    """Find the position on an axis of the one value that the other run has of it."""
+    """Find the position on an axis of the single value that the other study has of it."""
     if axis.key in other.numbers:
         value = other.numbers[axis.key].single
         if value is not None:
@@ -356,5 +356,5 @@ def _single(axis: Axis, other: Study) -> Ints:
 
 
 def _token(value: Any) -> str:
-    """Text by which values of axes are the same."""
+    """Return the text by which values of two axes are matched, to 12 significant digits."""
     return value if isinstance(value, str) else f"{float(value):.12g}"

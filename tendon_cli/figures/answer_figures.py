@@ -35,8 +35,10 @@ _WINDOW = "#b4d4ea"
 _CHOICE = "#b8c4cc"
 _LOWER = OKABE_ITO[1]
 _UPPER = OKABE_ITO[0]
-_MOST_ALONG = 4
+_MOST_PANELS = 4
+"""Largest number of axes along which the window is drawn."""
 _MOST_POINTS = 20_000
+"""Largest number of choices drawn next to the front."""
 _LABEL_SIZE = 6.5
 """Size of the names of limits, pt."""
 _LABEL_GAP = 3.0
@@ -48,9 +50,15 @@ Floats = npt.NDArray[np.float64]
 
 
 def draw_answer(folder: Path, record: dict[str, Any], out: Path) -> tuple[list[str], list[str]]:
-    """Draw the answer in a folder, whose tables are complete, into another folder.
+    """Draw the figures of an answer, as far as there is something to draw.
 
-    A figure never costs an answer: errors are reported, not raised.
+    The figure `between` is drawn only on request, by `draw_between_samples`. A figure never costs
+    an answer: errors are reported, not raised.
+
+    Args:
+        folder: Folder of the answer, whose tables are complete.
+        record: Record of the answer.
+        out: Folder of the figures.
 
     Returns:
         The names of the files, and a sentence for each figure that could not be drawn.
@@ -60,7 +68,7 @@ def draw_answer(folder: Path, record: dict[str, Any], out: Path) -> tuple[list[s
     cube = choices_of(open_table(folder / "choices.parquet"))
     for name in FIGURES:
         if name == "between":
-            continue  # is drawn if it is asked for
+            continue  # is drawn on request only
         try:
             page = answer_figure(name, cube, record)
             if page is not None:
@@ -73,7 +81,7 @@ def draw_answer(folder: Path, record: dict[str, Any], out: Path) -> tuple[list[s
 
 
 def answer_figure(name: str, cube: Cube, record: dict[str, Any]) -> Page | None:
-    """Draw one of FIGURES. Return None if there is nothing to draw."""
+    """Draw one of FIGURES by its name. Return None if there is nothing to draw."""
     chosen = named_first(record)
     if not chosen:
         return None
@@ -83,7 +91,12 @@ def answer_figure(name: str, cube: Cube, record: dict[str, Any]) -> Page | None:
 
 
 def draw_between_samples(folder: Path, record: dict[str, Any], out: Path | None) -> Path:
-    """Draw the window over the angle of the answer in a folder, into a file.
+    """Draw the window over the angle for an answer.
+
+    Args:
+        folder: Folder of the answer.
+        record: Record of the answer.
+        out: The file; by default a PNG in the working directory, named after the study.
 
     Raises:
         UsageError: The answer has no window over the angle.
@@ -100,7 +113,7 @@ def draw_between_samples(folder: Path, record: dict[str, Any], out: Path | None)
 def named_first(record: dict[str, Any]) -> dict[str, Any]:
     """Return the choice that the answer names first; empty if it names none.
 
-    It is the best choice, or if no choice has a window the one that comes nearest to having one.
+    It is the best choice. If no choice has a window, it is the one that comes nearest to one.
     """
     best = record["best"]
     if best is not None:
@@ -117,9 +130,9 @@ def draw_windows(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
     """Draw the window against each axis, all else as in the choice named first.
 
     Returns:
-        The page; None if no axis of several values is one of numbers.
+        The page; None if no axis of numbers has more than one value.
     """
-    along = [axis for axis in long_axes(cube) if not axis.is_text][:_MOST_ALONG]
+    along = [axis for axis in long_axes(cube) if not axis.is_text][:_MOST_PANELS]
     if not along:
         return None
     parts = [Slice.of(cube, [axis], chosen) for axis in along]
@@ -147,7 +160,7 @@ def draw_windows(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
     for panel in list(grid.flat)[len(along) :]:
         panel.set_visible(False)
     FigureCanvasAgg(page.figure)
-    page.figure.draw_without_rendering()  # so that it is known how steep lines are
+    page.figure.draw_without_rendering()  # so that transforms know how steep lines are
     for panel, part in zip(grid.flat, parts, strict=False):
         _name_limits(panel, part)
     return page
@@ -161,11 +174,11 @@ def _draw_window(panel: Axes, part: Slice) -> None:
     high = np.where(is_open, np.nan, part.high)
     top = 1.2 * float(np.nanmax([low, high], initial=0.0)) or 1.0
     roof = np.where(is_open, top, high)
-    between: dict[str, Any] = {"interpolate": True, "step": None}
+    fill: dict[str, Any] = {"interpolate": True, "step": None}
     window = (roof >= low).tolist()
     no_window = (roof <= low).tolist()
-    panel.fill_between(x.places, low, roof, where=window, facecolor=_WINDOW, **between)
-    panel.fill_between(x.places, roof, low, where=no_window, **unknown_hatch(), **between)
+    panel.fill_between(x.places, low, roof, where=window, facecolor=_WINDOW, **fill)
+    panel.fill_between(x.places, roof, low, where=no_window, **unknown_hatch(), **fill)
     marker = "o" if len(x.places) < 12 else ""
     panel.plot(x.places, low, color=_LOWER, marker=marker, markersize=2.5)
     panel.plot(x.places, high, color=_UPPER, marker=marker, markersize=2.5)
@@ -177,7 +190,7 @@ def _name_limits(panel: Axes, part: Slice) -> None:
     """Name the limits that bind along the lower and the upper end of the window.
 
     A name goes outside of the window, clear of its line and of other names, once for each stretch
-    along which one limit binds. Where the ends have changed places, its side changes too.
+    along which one limit binds. Where the lower end lies above the upper one, names change sides.
     """
     boxes: list[Any] = []
     upward = np.where(part.low > part.high, -1.0, 1.0)
@@ -196,7 +209,7 @@ def _name_stretches(
 ) -> None:
     """Name the limit of each stretch of a line, the longest stretch first.
 
-    Names are tried where the window is widest first.
+    Each name is tried first where the window is widest.
 
     Args:
         panel: The panel.
@@ -205,7 +218,7 @@ def _name_stretches(
         limits: Limit that binds at each place of the line, or "".
         colour: Colour of the line.
         sides: 1 where a name goes above the line, -1 where it goes below.
-        boxes: Places taken by names, to which new ones are added.
+        boxes: Boxes of the names written so far, pixels; those of new names are appended.
     """
     width = np.nan_to_num(np.abs(part.high - part.low))
     starts = np.flatnonzero(np.concatenate([[True], limits[1:] != limits[:-1]]))
@@ -232,10 +245,10 @@ def _write_name(
     sides: Floats,
     boxes: list[Any],
 ) -> None:
-    """Write a name at the first of some places of a line where it fits.
+    """Write a name next to a line, at the first of some places where it fits.
 
-    It is moved away from its line by as much as the line rises under it. Where that leads into
-    another name, or out of the panel, there is none.
+    The steeper the line, the farther the name is from it, so that they do not touch. If the name
+    would overlap another one or leave the panel at every place, it is not written.
 
     Args:
         panel: The panel.
@@ -245,7 +258,7 @@ def _write_name(
         text: The name.
         colour: Colour of the name.
         sides: 1 where the name goes above the line, -1 where it goes below.
-        boxes: Places taken by names, to which this one is added.
+        boxes: Boxes of the names written so far, pixels; that of this name is appended.
     """
     canvas: Any = panel.figure.canvas
     renderer = canvas.get_renderer()
@@ -258,11 +271,11 @@ def _write_name(
     for place in places[np.isfinite(y[places])]:
         align = ends.get(int(place), "center")
         reach = 1.0 if align == "center" else 2.0  # in halves of the name's width
-        clear = sides[place] * (_LABEL_GAP + rise[place] * half * reach)
+        distance = sides[place] * (_LABEL_GAP + rise[place] * half * reach)
         note = panel.annotate(
             text,
             (x[place], y[place]),
-            (0, clear),
+            (0, distance),  # pt
             textcoords="offset points",
             ha=align,
             va="bottom" if sides[place] > 0.0 else "top",
@@ -285,18 +298,18 @@ def _write_name(
 
 
 def draw_front(cube: Cube, record: dict[str, Any], _chosen: dict[str, Any]) -> Page | None:
-    """Draw the choices with a window by the first two goals, and the front.
+    """Draw the choices that have a window over the first two goals, and the front.
 
     Returns:
-        The page; None if there are not two goals, or no front.
+        The page; None if there are fewer than two goals, or no front.
     """
     goals = record["goals"][:2]
     if len(goals) < 2 or not record["front"] or cube.table is None:
         return None
     names = [goal["column"] for goal in goals]
     shown = [cube.shown(name) for name in names]
-    read = cube.gather(evenly_spaced(cube.table.rows, _MOST_POINTS), [*names, "feasible"])
-    has_window = read["feasible"] == 1.0
+    values = cube.gather(evenly_spaced(cube.table.rows, _MOST_POINTS), [*names, "feasible"])
+    has_window = values["feasible"] == 1.0
     front = np.array(sorted([row[name] for name in names] for row in record["front"])).T
     best = record["best"]
     key = [
@@ -312,11 +325,11 @@ def draw_front(cube: Cube, record: dict[str, Any], _chosen: dict[str, Any]) -> P
     page = answer_page(cube, record, "what one goal costs the other", 95.0, key, notes)
     panel = page.figure.subplots()
 
-    def draw(values: Sequence[Any], **style: Any) -> None:
-        x, y = (quantity.scaled(value) for quantity, value in zip(shown, values, strict=True))
+    def draw(points: Sequence[Any], **style: Any) -> None:
+        x, y = (quantity.scaled(value) for quantity, value in zip(shown, points, strict=True))
         panel.plot(x, y, **style)
 
-    choices = [read[name][has_window] for name in names]
+    choices = [values[name][has_window] for name in names]
     draw(choices, color=_CHOICE, marker="o", linestyle="", markersize=2.5)
     draw(list(front), color=OKABE_ITO[1], marker="o")
     compromise: dict[str, Any] = {"color": INK, "markersize": 11, "markeredgecolor": "white"}

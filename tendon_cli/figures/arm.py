@@ -22,6 +22,7 @@ from tendon_cli.studies.study import Study
 
 FLEXOR, EXTENSOR = OKABE_ITO[:2]
 _MOST_ANGLES = 5
+"""Largest number of elbow angles at which the arm is drawn."""
 _DIMENSIONS_ANGLE = math.radians(70.0)
 """Dimensions are drawn at the elbow angle nearest to this one, rad."""
 _MOTION = "#eceff2"
@@ -87,8 +88,8 @@ def arm_page(study: Study, elbow_angles: Sequence[float] = (), case: str | None 
         shapes = [ArmShape(sizes, angle) for angle in angles]
         for place, shape in enumerate(shapes):
             axes = page.figure.add_subplot(lower[place])
-            _draw_small(axes, shape)
-            # All to one scale.
+            _draw_posture(axes, shape)
+            # All postures are drawn to one scale.
             _set_limits(axes, *shapes, margin=1.3 * float(sizes.anchors.elbow_radius))
     return page
 
@@ -99,9 +100,9 @@ def _source(study: Study) -> str:
 
 
 def _travels_page(study: Study, angles: Sequence[float]) -> Page:
-    """Draw the travel of each tendon over the angle with its measured points, and its slope.
+    """Draw the travel of each tendon over the angle with its measured points, and its moment arm.
 
-    Both travels are counted from the setting's angle, as the model counts them. `angles` (rad) are
+    Both travels are counted from the angle of the setting, as in the model. `angles` (rad) are
     marked.
     """
     table: Any = study.joint.excursion
@@ -150,7 +151,7 @@ def _line(axes: Axes, *points: Points, **style: Any) -> None:
 
 
 def _draw_limbs(axes: Axes, shape: ArmShape, width: float) -> None:
-    """Draw bones, virtual pulley, tendons and anchors; `width` is that of the tendons in pt."""
+    """Draw bones, virtual pulley, tendons and anchors; the tendons are `width` pt wide."""
     sizes = shape.sizes
     points = shape.anchors
     bones = (sizes.upper_arm * shape.up, _ZERO, sizes.forearm * shape.along)
@@ -256,8 +257,8 @@ def _draw_angle(
     axes.text(x, y, text, ha="center", va="center", bbox=_PAPER, zorder=4)
 
 
-def _draw_small(axes: Axes, shape: ArmShape) -> None:
-    """Draw the arm at an angle, with the moment arm and the path of the flexor in words."""
+def _draw_posture(axes: Axes, shape: ArmShape) -> None:
+    """Draw the arm at one angle, and write the flexor's moment arm and path length above it."""
     _draw_limbs(axes, shape, 0.8)
     if shape.moment_arm > 0.0:
         text = f"J = {number(round(shape.moment_arm, 1))} mm"
@@ -308,9 +309,9 @@ def _draw_spool(
     """Draw one part of the spool; its tendon leaves it on top if `side` is 1, below if it is -1."""
     disc: dict[str, Any] = {"facecolor": "#f4f4f4", "edgecolor": colour, "linewidth": 1.6}
     axes.add_patch(Circle(tuple(centre), radius, gid="spool", **disc))
-    leaves = centre + np.array([0.0, side * radius])
-    end = leaves + np.array([2.2 * largest, 0.0])
-    _line(axes, leaves, end, color=colour, linewidth=1.6)
+    tangent = centre + np.array([0.0, side * radius])
+    end = tangent + np.array([2.2 * largest, 0.0])
+    _line(axes, tangent, end, color=colour, linewidth=1.6)
     axes.plot(*centre, marker="o", markersize=3.0, color=INK)
     _draw_arrow(axes, centre, centre + radius * np.array([math.cos(2.5), math.sin(2.5)]))
     axes.annotate(
@@ -322,8 +323,8 @@ def _draw_spool(
         va="top" if side > 0 else "bottom",
         size=7.0,
     )
-    upright = "bottom" if side > 0 else "top"
-    axes.text(end[0], end[1], name, color=colour, size=7.0, ha="right", va=upright)
+    vertical = "bottom" if side > 0 else "top"
+    axes.text(end[0], end[1], name, color=colour, size=7.0, ha="right", va=vertical)
 
 
 def _set_limits(axes: Axes, *shapes: ArmShape, margin: float) -> None:
@@ -340,7 +341,7 @@ def _set_limits(axes: Axes, *shapes: ArmShape, margin: float) -> None:
 
 
 def _name_point(axes: Axes, point: Points, text: str, toward: Points) -> None:
-    """Name a point on the side that `toward` points to."""
+    """Write a text next to a point, on the side to which the unit vector `toward` points."""
     axes.annotate(
         text,
         tuple(point),
@@ -365,20 +366,20 @@ def _alignment(part: float, names: tuple[str, str, str]) -> Any:
 
 
 def _degrees(angle: float) -> str:
-    """Write an angle given in rad."""
+    """Write an angle, given in rad, in degrees."""
     return f"{number(round(math.degrees(angle), 3))} deg"
 
 
 def _draw_dimension(axes: Axes, end: Points, text: str, shift: Points) -> None:
-    """Draw a dimension from the elbow to `end`, moved by `shift`, with thin lines leading to it."""
+    """Draw a dimension line from the elbow to `end`, moved by `shift`, with extension lines, mm."""
     for point in (_ZERO, end):
         _line(axes, point, point + shift * 1.04, color="#9a9a9a", linewidth=0.35, zorder=1.1)
     _draw_arrow(axes, shift, end + shift, style="<|-|>")
     angle = math.degrees(math.atan2(end[1], end[0]))
-    upright = -((90.0 - angle) % 180.0 - 90.0)  # text along the line is not upside down
+    rotation = -((90.0 - angle) % 180.0 - 90.0)  # deg, so that no text is upside down
     x, y = end / 2.0 + shift
     centred: dict[str, Any] = {"ha": "center", "va": "center", "bbox": _PAPER}
-    axes.text(x, y, text, rotation=upright, size=6.5, zorder=6, **centred)
+    axes.text(x, y, text, rotation=rotation, size=6.5, zorder=6, **centred)
 
 
 def _draw_arrow(

@@ -18,7 +18,8 @@ from tendon_cli.studies.study import Study
 
 Points = npt.NDArray[np.float64]
 
-_ARC_STEP = 0.02  # rad
+_ARC_STEP = 0.02
+"""Angle between points of the extensor around the virtual pulley, rad."""
 _ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")
 _NOT_LENGTHS = ("upper_arm_angle", "ratio")
 
@@ -34,7 +35,7 @@ class ArmSizes:
     flexor_radius: float
     ratio: float
     remarks: tuple[str, ...]
-    """Sentences that say which of several values of the study is drawn."""
+    """Sentences that say which values are drawn if the study has several."""
 
     @property
     def upper_arm(self) -> float:
@@ -79,8 +80,10 @@ class ArmShape:
         q = p + joint.a2 * self.forearm_front
         r = s + joint.a1 * self.front
         self.anchors: dict[str, Points] = {"p": p, "q": q, "r": r, "s": s}
-        length = float((r - q) @ (r - q))
-        self.moment_arm_foot: Points = q - (r - q) * float(q @ (r - q)) / (length or 1.0)
+        flexor = r - q
+        length_squared = float(flexor @ flexor)
+        projection = float(q @ flexor)
+        self.moment_arm_foot: Points = q - flexor * projection / (length_squared or 1.0)
         self.moment_arm = float(joint.motion(elbow_angle).flexor_moment_arm)
         self.flexor_path = float(flexor_path(joint, elbow_angle))
 
@@ -89,6 +92,7 @@ class ArmShape:
         """Points of the extensor tendon (points, 2), mm.
 
         It runs down the back of the upper arm, around the virtual pulley and along the forearm.
+        If the elbow is not flexed, it turns in one corner instead.
         """
         radius = float(self.sizes.anchors.elbow_radius)
         lean = self.sizes.upper_arm_angle
@@ -107,7 +111,7 @@ class ArmShape:
 def arm_sizes(study: Study, case: str | None = None) -> ArmSizes:
     """Return the sizes of the arm and spool of a study, or of one of its cases.
 
-    The first value of each axis is taken, and `remarks` says so.
+    If the study has several values of a size, the first is taken, and `remarks` says so.
 
     Raises:
         UsageError: The study does not have this case.

@@ -1,8 +1,8 @@
 """Import matplotlib so that nothing in the working directory or the environment reaches a figure.
 
 A `matplotlibrc` in the working directory, MATPLOTLIBRC and MPLBACKEND could change every figure.
-Each is drawn with the settings that matplotlib ships (`style.house_style`). The canvases are used
-directly, so no backend is ever chosen. Only modules of figures import this one.
+Figures are drawn with the settings that matplotlib ships (`style.house_style`). The canvases are
+used directly, so no backend is ever chosen. Modules that draw import matplotlib only from here.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ _LOCAL = Path("matplotlibrc")
 
 @contextlib.contextmanager
 def _shipped_settings() -> Iterator[None]:
-    """Make matplotlib read the settings that it ships.
+    """Make matplotlib read the settings that it ships while it is imported.
 
     Raises:
         InputError: A matplotlibrc in the working directory would stop matplotlib.
     """
-    # Notes on caches and settings files are not for the people who asked for a figure.
+    # Whoever asks for a figure need not read matplotlib's notes on caches and settings files.
     logging.getLogger("matplotlib").setLevel(logging.CRITICAL)
     spec = importlib.util.find_spec("matplotlib")
     if "matplotlib" in sys.modules or spec is None or spec.origin is None:
@@ -43,7 +43,7 @@ def _shipped_settings() -> Iterator[None]:
     os.environ.update(shipped)
     try:
         if _LOCAL.exists() and not _LOCAL.is_dir():
-            # OSError for a pipe or a device, which matplotlib would wait for.
+            # Raises OSError for a pipe or a device, on which matplotlib would wait.
             open_file(_LOCAL).close()
         yield
     except Exception as error:

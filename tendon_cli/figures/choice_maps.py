@@ -22,23 +22,23 @@ from tendon_cli.figures.style import INK, SEQUENTIAL
 from tendon_cli.space.axis import Axis
 
 _PALE = ("#f6d9c5", "#e9e2f3", "#dcebe4", "#f7ecc8", "#e5e5e5", "#dbe7f3")
-"""Grounds of cells without a window, one for each pair of limits; the others share the last."""
+"""Background of cells without a window, one for each reason; further reasons share the last."""
 _HATCHES = ("", "....", "----", "\\\\\\\\", "xxxx", "++++")
 _BLUES = ListedColormap(
     [mpl.colormaps["Blues"](place) for place in np.linspace(0.15, 0.95, 256)], name="tendon_window"
 )
 _MOST_WRITTEN = 120
-"""Largest number of cells of a map in which values are written in figures."""
+"""Largest number of cells of a map whose values are also written in them."""
 _MEANING = (
     "Tolerance: the share by which the pretension may be off on either side of the middle of its "
     "window. Pale: no pretension suits all conditions, for the reason given."
 )
-_READ = ("pretension_from", "pretension_to", "tolerance", "served", "from_by", "to_by")
+_SLICE_COLUMNS = ("pretension_from", "pretension_to", "tolerance", "served", "from_by", "to_by")
 
 
 @dataclass(frozen=True)
 class Slice:
-    """Choices of the grid along one or two of its axes, all else as in one choice.
+    """Choices along one or two axes of the grid, all else as in one choice.
 
     Arrays are of shape (y, x) or (x,).
     """
@@ -46,15 +46,16 @@ class Slice:
     axes: tuple[Axis, ...]
     """Axis of x, and of y if there are two."""
     scales: tuple[Scale, ...]
+    """Scale of each of these axes."""
     columns: dict[str, ColumnArray]
     title: str
-    """The values of the other axes."""
+    """Values of the other axes, in words."""
     bounds: dict[str, float]
-    """Limits of the study, by key."""
+    """Limits of the study by name, SI."""
 
     @classmethod
     def of(cls, cube: Cube, axes: Sequence[Axis], choice: dict[str, Any]) -> Slice:
-        """Read the choices along some axes through a choice, in the order of the scales."""
+        """Read the choices that differ from a choice along some axes only, in the scales' order."""
         scales = [axis_scale(cube, axis, slice(None), {}, is_log=False) for axis in axes]
         positions = {}
         texts = []
@@ -66,12 +67,12 @@ class Slice:
         for axis, scale in zip(axes, scales, strict=True):
             positions[axis.column] = scale.order.astype(np.int64)
         rows = cube.rows([axis.column for axis in reversed(axes)], positions)
-        columns = cube.gather(rows, _READ)
+        columns = cube.gather(rows, _SLICE_COLUMNS)
         return cls(tuple(axes), tuple(scales), columns, ", ".join(texts), cube.limits)
 
     @property
     def low(self) -> ColumnArray:
-        """Lower end of each window, N; NaN where no pretension could do."""
+        """Lower end of each window, N; NaN where no pretension balances the arm."""
         return self.columns["pretension_from"]
 
     @property
@@ -90,7 +91,10 @@ class Slice:
 def answer_page(
     cube: Cube, record: dict[str, Any], title: str, panels: float, key: list[Any], notes: list[str]
 ) -> Page:
-    """Begin a page of an answer's figure, to which the choice and the study's settings are added.
+    """Begin a page of an answer's figure.
+
+    Below the notes it says to which tensions the best choice is set, and which values of the study
+    are not the default.
 
     Args:
         cube: Choices of the answer.
@@ -125,7 +129,7 @@ def _bench_text(best: Mapping[str, Any] | None) -> list[str]:
 
 
 def star(**more: Any) -> Line2D:
-    """Return the sign of the choice named first, for the key."""
+    """Return the star that marks the choice named first, for the key."""
     return Line2D([], [], color=INK, marker="*", markersize=9, linestyle="", **more)
 
 
@@ -140,7 +144,7 @@ def long_axes(cube: Cube) -> list[Axis]:
 
 
 def place_of(cube: Cube, axis: Axis, value: Any, scale: Scale) -> float:
-    """Return the place of a value along an axis of a figure."""
+    """Return the coordinate of a value on an axis of a figure, by the scale of that axis."""
     if axis.is_text:
         return float(scale.names.index(str(value)))
     shown = cube.shown(axis.column)
@@ -155,6 +159,8 @@ def place_of(cube: Cube, axis: Axis, value: Any, scale: Scale) -> float:
 def draw_tolerance(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> Page | None:
     """Draw the tolerance over the first two axes of more than one value.
 
+    Cells without a window have a pale background for the reason.
+
     Args:
         cube: Choices of the answer.
         record: Record of the answer.
@@ -168,12 +174,12 @@ def draw_tolerance(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -
         return None
     part = Slice.of(cube, axes, chosen)
     reasons = part.conflicts
-    grounds = _grounds(reasons)
-    key = [Patch(label=reason, linewidth=0.4, **style) for reason, style in grounds.items()]
+    backgrounds = _backgrounds(reasons)
+    key = [Patch(label=reason, linewidth=0.4, **style) for reason, style in backgrounds.items()]
     title = "by how much the pretension may be off"
-    page, panel = _map(cube, record, chosen, part, title, key, [_MEANING])
+    page, panel = _begin_map(cube, record, chosen, part, title, key, [_MEANING])
     x, y = part.scales
-    for reason, style in grounds.items():
+    for reason, style in backgrounds.items():
         cells = np.ma.masked_where(reasons != reason, np.zeros(part.low.shape))
         panel.pcolor(
             x.edges,
@@ -198,16 +204,16 @@ def draw_tolerance(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -
     return page
 
 
-def _grounds(reasons: ColumnArray) -> dict[str, dict[str, Any]]:
+def _backgrounds(reasons: ColumnArray) -> dict[str, dict[str, Any]]:
     """Select a colour and a hatch for each reason why choices have no window."""
-    grounds: dict[str, dict[str, Any]] = {}
+    backgrounds: dict[str, dict[str, Any]] = {}
     last = len(_PALE) - 1
     for reason in dict.fromkeys(reasons.ravel().tolist()):
         if reason:
-            place = min(len(grounds), last)
+            place = min(len(backgrounds), last)
             style = {"facecolor": _PALE[place], "hatch": _HATCHES[place], "edgecolor": "#8a8a8a"}
-            grounds[str(reason)] = style
-    return grounds
+            backgrounds[str(reason)] = style
+    return backgrounds
 
 
 def _window_text(low: float, high: float) -> str:
@@ -220,7 +226,7 @@ def _window_text(low: float, high: float) -> str:
 
 
 def draw_served(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> Page | None:
-    """Draw the largest share that one pretension serves, over the same axes as the tolerance.
+    """Draw the largest share of the population that one pretension serves, over the same axes.
 
     Returns:
         The page; None if there are not two such axes, or if the answer is not for a population.
@@ -230,7 +236,7 @@ def draw_served(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> P
         return None
     part = Slice.of(cube, axes, chosen)
     title = "the largest share that one pretension serves"
-    page, panel = _map(cube, record, chosen, part, title, [], [])
+    page, panel = _begin_map(cube, record, chosen, part, title, [], [])
     percent = np.ma.masked_invalid(100.0 * part.columns["served"])
     filled = percent.filled(0.0)
     texts = [f"{share:.3g} %" for share in filled.ravel()]
@@ -240,7 +246,7 @@ def draw_served(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> P
     return page
 
 
-def _map(
+def _begin_map(
     cube: Cube,
     record: dict[str, Any],
     chosen: dict[str, Any],
@@ -249,14 +255,14 @@ def _map(
     key: list[Any],
     notes: list[str],
 ) -> tuple[Page, Axes]:
-    """Begin a page with one panel over two choices, and mark the choice named first in it."""
-    signs = list(key)
+    """Begin the page of a map over two axes of choices, and mark the choice named first in it."""
+    entries = list(key)
     if chosen["feasible"]:
-        signs.append(star(label=choice_text(cube, chosen)))
+        entries.append(star(label=choice_text(cube, chosen)))
     lines = list(notes)
     if part.title:
         lines.append(f"At {part.title}.")
-    page = answer_page(cube, record, title, 95.0, signs, lines)
+    page = answer_page(cube, record, title, 95.0, entries, lines)
     panel = page.figure.subplots()
     x, y = part.scales
     x.apply(panel, "x", cells=True)
@@ -293,7 +299,7 @@ def _draw_cells(
         most: Value at the upper end of the colour bar.
         label: Label of the colour bar.
         texts: Text of each cell, row by row.
-        is_dark: True for each cell that is so dark that its text is white (y, x).
+        is_dark: True for each cell (y, x) that is so dark that its text is white.
     """
     x, y = part.scales
     mesh = panel.pcolormesh(x.edges, y.edges, values, cmap=colours, vmin=0.0, vmax=most)

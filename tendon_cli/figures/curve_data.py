@@ -23,12 +23,15 @@ from tendon_cli.studies.filters import Condition, Truth
 
 Floats = npt.NDArray[np.float64]
 
-_SLACK_OF = {"flexor": ("flexor slack", "both slack"), "extensor": ("extensor slack", "both slack")}
+_SLACK_STATUSES = {
+    "flexor": ("flexor slack", "both slack"),
+    "extensor": ("extensor slack", "both slack"),
+}
 _ANY_SLACK = ("flexor slack", "extensor slack", "both slack")
 _STIFFNESS = "elbow_stiffness"
-_OF_GEOMETRY = ("flexor_moment_arm", "flexor_travel", "extensor_travel", "radius_ratio")
+_GEOMETRY = ("flexor_moment_arm", "flexor_travel", "extensor_travel", "radius_ratio")
 """Quantities that no tension changes, so that nothing is marked on them."""
-_OF_A_TENDON = (
+_TENDON_ENDINGS = (
     "_tension_distal",
     "_tension_proximal",
     "_elongation",
@@ -36,7 +39,7 @@ _OF_A_TENDON = (
     "_flexor_tension",
 )
 """Endings of tensions and lengths, which fall below zero in a model in which tendons push."""
-_OF_EACH_QUANTITY = ("values", "slack", "turned", "unstable")
+_ARRAYS = ("values", "slack", "any_slack", "unstable")
 """Fields of CurveData of shape (quantities, panels, colours, dashes, x)."""
 
 
@@ -55,42 +58,42 @@ class CurveData:
     values: Floats
     """Values in the unit shown, NaN where there is none."""
     slack: Truth
-    """True where a tendon that the quantity speaks of is slack."""
-    turned: Truth
-    """True where any tendon is slack: where this changes, the line has a kink."""
+    """True where the quantity's tendon is slack, or either tendon if it is not of one side."""
+    any_slack: Truth
+    """True where either tendon is slack; the line has a kink where this changes."""
     unstable: Truth
     """True where the elbow stiffness is below its limit."""
     colours: tuple[tuple[str, Colour], ...]
-    """Text and colour of each line; at least one."""
+    """Text in the key and colour of the lines, by the index of their colour; at least one."""
     dashes: tuple[str, ...]
     panels: tuple[str, ...]
     has_kinks: bool
-    """True if lines turn where a tendon goes slack; none does if tendons push in the model."""
+    """True if lines have a kink where a tendon goes slack; not if tendons push in the model."""
     is_slack_below_zero: bool
     """True if a negative value of every quantity means slack."""
     notes: tuple[str, ...]
 
     @property
     def is_line(self) -> bool:
-        """True if values along x have places between them; names have none."""
+        """True if points are joined by lines; False if names run along x."""
         return not (self.x and self.x.names)
 
 
 def curve_data(
-    cube: Cube, plan: CurvePlan, asked: Sequence[Condition], spec: FigureSpec
+    cube: Cube, plan: CurvePlan, conditions: Sequence[Condition], spec: FigureSpec
 ) -> CurveData:
     """Read the lines of a plan.
 
     Args:
         cube: The table.
         plan: The part that each axis plays.
-        asked: Conditions that rows must meet. Those on an axis are already in the plan.
+        conditions: Conditions that rows must meet. The plan already obeys those on an axis.
         spec: The figure as the user asks for it.
 
     Raises:
         UsageError: The filters, or nulls, leave nothing to draw.
     """
-    masks = [condition for condition in asked if cube.axis(condition.column) is None]
+    masks = [condition for condition in conditions if cube.axis(condition.column) is None]
     read = _read_columns(cube, plan, masks)
     is_kept = np.ones(read[plan.x_column].shape, dtype=np.bool_)
     for condition in masks:
@@ -105,10 +108,10 @@ def curve_data(
     )
     is_known = np.isfinite(values)
     if not is_known.any():
-        _raise_empty(plan, asked)
+        _raise_empty(plan, conditions)
     # Of shape (quantities, marks, panels, colours, dashes, x).
     marks = np.array([_marks(cube, read, name) for name in plan.quantities])
-    slack, turned, unstable = np.moveaxis(marks & is_known[:, np.newaxis], 1, 0)
+    slack, any_slack, unstable = np.moveaxis(marks & is_known[:, np.newaxis], 1, 0)
     x, x_label, x_values = _along_x(cube, plan, read, spec)
     panels = _axis_texts(cube, plan, plan.panels, spec)
     colours = _axis_texts(cube, plan, plan.colour, spec)
@@ -116,7 +119,7 @@ def curve_data(
     lines, _ = caption(cube, spec, read, varied=varied)
     meaning = [meaning_of_margin(cube)] if MARGIN in plan.quantities else []
     # Negative means slack for a margin and, if tendons push, for their tensions and lengths.
-    endings = (MARGIN, *_OF_A_TENDON) if cube.has_pushing_tendons else (MARGIN,)
+    endings = (MARGIN, *_TENDON_ENDINGS) if cube.has_pushing_tendons else (MARGIN,)
     data = CurveData(
         title=spec.title or cube.title,
         study=cube.source,
@@ -126,7 +129,7 @@ def curve_data(
         quantities=tuple(quantities),
         values=values,
         slack=slack,
-        turned=turned,
+        any_slack=any_slack,
         unstable=unstable,
         colours=tuple(zip(colours or ("",), _colours(plan, len(colours)), strict=True)),
         dashes=_axis_texts(cube, plan, plan.dash, spec),
@@ -168,30 +171,30 @@ def _axis_texts(
 
 
 def _marks(cube: Cube, read: Mapping[str, ColumnArray], name: str) -> tuple[Truth, Truth, Truth]:
-    """Mark where lines of a column are slack, where any tendon is, and where the elbow is unstable.
+    """Find where a column's tendon is slack, where either is, and where the elbow is unstable.
 
     Tables of states have the status and the stiffness, tables of designs `taut` and `stable`.
     """
     nowhere = np.zeros(read[name].shape, dtype=np.bool_)
-    if name in _OF_GEOMETRY:
+    if name in _GEOMETRY:
         return nowhere, nowhere, nowhere
     slack = nowhere
-    turned = nowhere
+    any_slack = nowhere
     unstable = nowhere
     if "status" in read:
-        side = next((side for side in _SLACK_OF if name.startswith(side)), "")
-        slack = np.isin(read["status"], _SLACK_OF.get(side, _ANY_SLACK))
-        turned = np.isin(read["status"], _ANY_SLACK)
+        side = next((side for side in _SLACK_STATUSES if name.startswith(side)), "")
+        slack = np.isin(read["status"], _SLACK_STATUSES.get(side, _ANY_SLACK))
+        any_slack = np.isin(read["status"], _ANY_SLACK)
     elif "taut" in read and name != MARGIN:
         slack = read["taut"] == 0.0
-        turned = slack
+        any_slack = slack
     if _STIFFNESS in read:
         stiffness = read[_STIFFNESS]
         limit = cube.limit("min_elbow_stiffness")
         unstable = stiffness < limit - 1e-9 * np.nanmax(np.abs(stiffness), initial=0.0)
     elif "stable" in read:
         unstable = read["stable"] == 0.0
-    return slack, turned, unstable
+    return slack, any_slack, unstable
 
 
 def _along_x(
@@ -213,39 +216,39 @@ def _colours(plan: CurvePlan, count: int) -> Sequence[Colour]:
     if plan.colour is None:
         return sequence(1)
     if plan.colour.is_text:
-        return _qualitative(count)
+        return _qualitative_colours(count)
     values = plan.colour.values[plan.positions[plan.colour.column]]
     return load_colours(values) if plan.colour.column == LOAD else sequence(count)
 
 
-def _qualitative(count: int) -> list[Colour]:
-    """Select colours for values without an order."""
+def _qualitative_colours(count: int) -> list[Colour]:
+    """Select colours for so many values without an order."""
     return [OKABE_ITO[place % len(OKABE_ITO)] for place in range(count)]
 
 
 def _overlay(data: CurveData) -> CurveData:
-    """Put all quantities into each panel, a colour each."""
+    """Draw all quantities in the same panel, each in its own colour."""
     first = data.quantities[0]
     common = replace(first.quantity, name=first.quantity.dimension, symbol="", shown_in=first.unit)
     names = [quantity.titled for quantity in data.quantities]
-    swapped = {part: np.swapaxes(getattr(data, part), 0, 2) for part in _OF_EACH_QUANTITY}
+    swapped = {part: np.swapaxes(getattr(data, part), 0, 2) for part in _ARRAYS}
     return replace(
         data,
         quantities=(ColumnLabel(common.name, common, first.unit, first.factor),),
         x_values=np.repeat(data.x_values, len(names), axis=1),
-        colours=tuple(zip(names, _qualitative(len(names)), strict=True)),
+        colours=tuple(zip(names, _qualitative_colours(len(names)), strict=True)),
         **swapped,
     )
 
 
 def _merge_equal_panels(data: CurveData) -> CurveData:
-    """Draw panels once that all show the same picture, and say so in a note."""
+    """Keep one panel if all show the same picture, and say so in a note."""
     if len(data.panels) < 2:
         return data
-    first = {part: getattr(data, part)[:, :1] for part in _OF_EACH_QUANTITY}
+    first = {part: getattr(data, part)[:, :1] for part in _ARRAYS}
     first_x = data.x_values[:1]
-    is_same = _repeats(data.x_values, first_x) and all(
-        _repeats(getattr(data, part), values) for part, values in first.items()
+    is_same = _all_equal(data.x_values, first_x) and all(
+        _all_equal(getattr(data, part), values) for part, values in first.items()
     )
     if not is_same:
         return data
@@ -253,17 +256,17 @@ def _merge_equal_panels(data: CurveData) -> CurveData:
     return replace(data, **first, x_values=first_x, panels=(), notes=(*data.notes, note))
 
 
-def _repeats(values: npt.NDArray[np.generic], first: npt.NDArray[np.generic]) -> bool:
+def _all_equal(values: npt.NDArray[np.generic], first: npt.NDArray[np.generic]) -> bool:
     """Return True if all panels of an array are equal to the first."""
     return np.array_equal(values, np.broadcast_to(first, values.shape), equal_nan=True)
 
 
-def _raise_empty(plan: CurvePlan, asked: Sequence[Condition]) -> None:
+def _raise_empty(plan: CurvePlan, conditions: Sequence[Condition]) -> None:
     """Raise UsageError because every value to draw is null."""
-    if plan.quantities == (MARGIN,) and not asked:
+    if plan.quantities == (MARGIN,) and not conditions:
         raise UsageError("no design has a margin, each has elbow angles without equilibrium")
     names = ", ".join(plan.quantities)
-    hint = "fewer or wider filters" if asked else "--where chooses other rows"
+    hint = "fewer or wider filters" if conditions else "--where chooses other rows"
     raise UsageError(
         f"{names} has no value in any of the selected rows", where="--where", hint=hint
     )

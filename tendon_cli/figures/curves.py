@@ -41,18 +41,20 @@ _KINK: dict[str, Any] = {
     "color": INK,
 }
 _FEW_POINTS = 12
+"""Lines of at most so many points have a marker at each."""
 _MOST_CELLS = 12
+"""Largest number of panels on a page of several quantities."""
 _MOST_UNLIKE = 5.0
 """Panels whose values differ by more than this factor do not share an axis."""
 _SLACK_AREA = "#fbeae0"
 _SLACK_WORD = "#8a3b12"
 
 Cell = tuple[int, int]
-"""A panel on a page: place of its quantity, and place among the data's panels."""
+"""A panel on a page: indices of its quantity and of its value among the data's panels."""
 
 
 def draw_curves(data: CurveData, width: float, height: float | None) -> list[Page]:
-    """Draw curves on one page, or on a page per panel if several quantities need many panels.
+    """Draw curves on one page, or if that takes too many panels, each of `data.panels` on its own.
 
     Args:
         data: The lines.
@@ -84,7 +86,7 @@ def _page(
     width: float,
     height: float | None,
 ) -> Page:
-    """Draw a page of panels in so many columns, or in one if the page is as narrow as a column."""
+    """Draw a page of panels in so many columns, or in one if it is as narrow as a text column."""
     if width <= COLUMN_WIDTH:
         columns = 1
     rows = -(-len(cells) // columns)
@@ -109,7 +111,7 @@ def _page(
     shares_left = _share_y(grid, data, cells, columns)
     label_width = int(0.8 * page.inner / rows / 1.5)
     for axes, (quantity, _), is_shared in zip(grid.flat, cells, shares_left, strict=False):
-        _mark_zero(axes)
+        _fit_y_axis(axes)
         if not is_shared:
             axes.set_ylabel(_y_label(data, data.quantities[quantity], label_width))
     if data.is_slack_below_zero and _is_seen_below_zero(data, cells):
@@ -120,7 +122,7 @@ def _page(
 
 
 def _is_seen_below_zero(data: CurveData, cells: Sequence[Cell]) -> bool:
-    """Return True if values lie so far below zero that it is seen."""
+    """Return True if values lie visibly below zero."""
     values = np.array([data.values[cell] for cell in cells])
     lowest_value = np.nanmin(values, initial=0.0)
     highest_value = np.nanmax(values, initial=0.0)
@@ -128,7 +130,7 @@ def _is_seen_below_zero(data: CurveData, cells: Sequence[Cell]) -> bool:
 
 
 def _draw_lines(axes: Axes, data: CurveData, cell: Cell) -> None:
-    """Draw all lines of one panel; along x, by colour and by dashes."""
+    """Draw all lines of one panel, and hatch where none of them has a value."""
     values = data.values[cell]  # (colours, dashes, x)
     for colour, dash in np.ndindex(*values.shape[:2]):
         _draw_line(axes, data, cell, colour, dash)
@@ -147,7 +149,7 @@ def _draw_line(axes: Axes, data: CurveData, cell: Cell, colour: int, dash: int) 
     x = x[order]
     y = data.values[place][order]
     slack = data.slack[place][order]
-    turned = data.turned[place][order]
+    any_slack = data.any_slack[place][order]
     unstable = data.unstable[place][order]
     style = _line_style(data, colour, dash, len(x))
     if slack.any() and data.is_line:
@@ -159,8 +161,8 @@ def _draw_line(axes: Axes, data: CurveData, cell: Cell, colour: int, dash: int) 
     if unstable.any() and data.is_line:
         axes.plot(*_stretches(x, y, unstable), **_UNSTABLE, gid="unstable")
     if data.has_kinks and data.is_line and data.x:
-        # Half way between the last taut state and the first slack one.
-        change = turned[:-1] != turned[1:]
+        # A kink is drawn half way between the last taut state and the first slack one.
+        change = any_slack[:-1] != any_slack[1:]
         axes.plot(_middle(x)[change], _middle(y)[change], **_KINK, gid="kink")
 
 
@@ -198,9 +200,10 @@ def _middle(values: Floats) -> Floats:
 
 
 def _line_style(data: CurveData, colour: int, dash: int, points: int) -> dict[str, Any]:
-    """Return the style of a line, told apart by colour and in grey print by markers and lightness.
+    """Return the style of a line; `colour` and `dash` are its indices, `points` its length.
 
-    No two lines have their markers at the same place, so that lines that coincide are seen to.
+    Lines differ by colour, and in grey print by markers and lightness. No two lines have their
+    markers at the same points, so that two lines that coincide are recognised.
     """
     lines = len(data.colours)
     step = max(2, points // 6)
@@ -235,12 +238,12 @@ def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
             label = f"{text}, {('filled', 'open')[place]}"
         key.append(Line2D([], [], **style, label=label))
     slack = np.array([data.slack[cell] for cell in cells])
-    turned = np.array([data.turned[cell] for cell in cells])
+    any_slack = np.array([data.any_slack[cell] for cell in cells])
     unstable = np.array([data.unstable[cell] for cell in cells])
     if data.is_line and slack.any():
         band: dict[str, Any] = {"color": INK, "alpha": 0.25, "linewidth": _BAND}
         key.append(Line2D([], [], label="a tendon is slack", **band))
-    has_changes = bool((turned[..., 1:] != turned[..., :-1]).any())
+    has_changes = bool((any_slack[..., 1:] != any_slack[..., :-1]).any())
     if data.is_line and data.has_kinks and data.x and has_changes:
         key.append(Line2D([], [], **_KINK, label="one goes slack"))
     if data.is_line and unstable.any():
@@ -266,7 +269,7 @@ def _title(data: CurveData, cell: Cell) -> str:
 
 
 def _share_y(grid: Any, data: CurveData, cells: Sequence[Cell], columns: int) -> list[bool]:
-    """Let panels of one quantity share y, and those in a row of one unit and like size.
+    """Let panels share y if they show one quantity, or in a row one unit and similar sizes.
 
     Returns:
         True for each panel whose y axis is that of its left neighbour, which then labels both.
@@ -289,8 +292,8 @@ def _share_y(grid: Any, data: CurveData, cells: Sequence[Cell], columns: int) ->
     return shares_left
 
 
-def _mark_zero(axes: Axes) -> None:
-    """Fit the y axis to its values, and draw where it is zero."""
+def _fit_y_axis(axes: Axes) -> None:
+    """Fit the y axis to its values, and draw a line at zero if it is among them."""
     axes.yaxis.set_major_formatter(plain_numbers())
     axes.autoscale(axis="y")
     axes.margins(y=0.05)

@@ -1,4 +1,4 @@
-"""Figures of a table or a run, by one specification for studies, the command line and Python.
+"""Draw figures of a table or a run. Studies, commands and Python describe them by `FigureSpec`.
 
 The modules that draw are imported when something is drawn, so that the figures of a study are
 checked without matplotlib.
@@ -34,8 +34,8 @@ def plot(
     """Draw a figure of a table.
 
     Args:
-        source: A table, or its file, or the folder of a run, of which the table is drawn that has
-            the quantities asked for.
+        source: A table, its file, or the folder of a run. Of a run the table is drawn that has the
+            quantities of the figure.
         spec: The figure; by default the usual one of the table.
         out: A file, whose ending gives the format, or a folder; by default the working directory.
 
@@ -58,7 +58,8 @@ def pages_of(
 ) -> list[Page]:
     """Draw the pages of a figure.
 
-    By default states are drawn as curves, and designs as slack maps if they have two axes for one.
+    By default states are drawn as curves, and designs as slack maps if two axes other than the load
+    have several values.
 
     Args:
         table: The table.
@@ -85,8 +86,8 @@ def pages_of(
 def check_figures_of(study: Study) -> None:
     """Check that every declared figure of a study has something to draw.
 
-    It costs no matplotlib. A figure that it accepts may still come out empty, of which `draw_run`
-    then warns.
+    Matplotlib is not imported for it. A figure that it accepts may still come out empty; `draw_run`
+    then warns of it.
 
     Raises:
         StudyError: Some figures have nothing to draw.
@@ -120,7 +121,7 @@ def draw_run(
 ) -> tuple[list[str], list[str], str | None]:
     """Draw the slack maps of a finished run, and the figures that its study declares.
 
-    A figure never costs a run.
+    A figure never costs a run: errors become warnings, unless a table is damaged.
 
     Args:
         study: The study of the run.
@@ -144,14 +145,14 @@ def draw_run(
             raise
         except UsageError as error:
             no_map = error.message
-        except Exception as error:  # noqa: BLE001 - whatever it is, the run stands
+        except Exception as error:  # noqa: BLE001 - whatever it is, the run is valid
             warnings.append(f"the slack map is not drawn: {_reason(error)}")
     for spec in study.figure:
         try:
             files += draw_declared(spec, folder, out)
         except InputError:
             raise
-        except Exception as error:  # noqa: BLE001 - whatever it is, the run stands
+        except Exception as error:  # noqa: BLE001 - whatever it is, the run is valid
             warnings.append(f'figure "{spec.name}" is not drawn: {_reason(error)}')
     return [file.name for file in files], warnings, no_map
 
@@ -159,7 +160,7 @@ def draw_run(
 def draw_declared(
     spec: FigureSpec, run: Path, out: Path | None = None, finish: Finish | None = None
 ) -> list[Path]:
-    """Draw a declared figure of the tables of a run.
+    """Draw a figure that a study declares from the tables of a run, in each of its formats.
 
     Args:
         spec: The figure.
@@ -181,7 +182,12 @@ def draw_declared(
 
 
 def table_of(path: Path, spec: FigureSpec, wanted: str | None = None) -> AnyTable:
-    """Open the table of a path, or of a run's folder the one that has what a figure shows.
+    """Open a table from its file, or from a run's folder the one that has the figure's columns.
+
+    Args:
+        path: File of a table, or folder of a run.
+        spec: The figure.
+        wanted: Kind of the table to open; None if the columns decide.
 
     Raises the errors of `table_of_study`.
     """
@@ -245,7 +251,7 @@ def _save_pages(pages: list[Page], targets: list[Path]) -> list[Path]:
 
 
 def _targets(table: AnyTable, spec: FigureSpec, out: Path | None) -> list[Path]:
-    """Return the first file to write in each format."""
+    """Return the file of the first page in each format."""
     from tendon_cli.figures.style import format_of
 
     if out is not None and not out.is_dir():

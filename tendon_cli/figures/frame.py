@@ -30,12 +30,12 @@ _KEY_LINE = 4.4
 """Height of a line of the key, mm."""
 _PAD = 1.5
 """Space around title and notes, mm."""
-_TITLE_SIGN = 1.75
-"""Mean width of a sign of the title, mm."""
-_NOTE_SIGN = 1.25
-"""Mean width of a sign of a note, mm."""
-_KEY_SIGN = 1.42
-"""Mean width of a sign of the key, mm."""
+_TITLE_CHARACTER = 1.75
+"""Mean width of a character of the title, mm."""
+_NOTE_CHARACTER = 1.25
+"""Mean width of a character of a note, mm."""
+_KEY_CHARACTER = 1.42
+"""Mean width of a character of the key, mm."""
 _KEY_HANDLE = 11.0
 """Width of the sample in the key, with the space around it, mm."""
 _LOWEST_PANELS = 30.0
@@ -49,15 +49,15 @@ class Page:
     figure: Figure
     title: str
     says: str
-    """Caption of the figure, without formulas."""
+    """Caption, without formulas, for the file's metadata."""
     study: str
     """Name and hash of the study shown."""
     width: float
     height: float
     head: float
-    """Height of what is above the panels."""
+    """Height of the title with the space around it."""
     foot: float
-    """Height of what is below the panels."""
+    """Height of the key and the notes."""
 
     @property
     def inner(self) -> float:
@@ -111,12 +111,12 @@ def framed(
         subtitle: Second title, which may hold formulas.
         study: Name and hash of the study for the file's metadata.
     """
-    heads = plain(title, width=int(width / _TITLE_SIGN)).splitlines()
+    heads = plain(title, width=int(width / _TITLE_CHARACTER)).splitlines()
     if subtitle:
         heads.append(subtitle)
     lines: list[str] = []
     for note in notes:
-        lines += textwrap.wrap(note, int(width / _NOTE_SIGN), break_long_words=False)
+        lines += textwrap.wrap(note, int(width / _NOTE_CHARACTER), break_long_words=False)
     texts, columns, key_height = _key_shape([str(entry.get_label()) for entry in key], width)
     head = len(heads) * _TITLE_LINE + _PAD if heads else 0.0
     notes_height = len(lines) * _NOTE_LINE + _PAD
@@ -155,14 +155,14 @@ def _key_shape(texts: Sequence[str], width: float) -> tuple[list[str], int, floa
     Returns:
         The texts, broken to the width; the number of entries side by side; and the height, mm.
     """
-    room = max(8, int((width - _KEY_HANDLE) / _KEY_SIGN))
+    room = max(8, int((width - _KEY_HANDLE) / _KEY_CHARACTER))
     broken = []
     for text in texts:
         if len(text) > room:
             broken.append("\n".join(textwrap.wrap(text, room, break_long_words=False)))
         else:
             broken.append(text)
-    longest = max((_KEY_HANDLE + len(text) * _KEY_SIGN for text in broken), default=1.0)
+    longest = max((_KEY_HANDLE + len(text) * _KEY_CHARACTER for text in broken), default=1.0)
     columns = max(1, min(len(texts), int((width + 4.0) / longest)))
     lines = math.ceil(len(texts) / columns) + sum(text.count("\n") for text in broken)
     return broken, columns, lines * _KEY_LINE
@@ -173,7 +173,7 @@ def grid_shape(panels: int, in_row: int = 1, *, most: int = 4) -> tuple[int, int
 
     Args:
         panels: Number of panels.
-        in_row: Number of panels that belong side by side, if there are more than these.
+        in_row: Number of panels that belong side by side. It counts if they fill several rows.
         most: Largest number of columns.
     """
     fits = 2 <= in_row <= most and panels % in_row == 0 and panels > in_row
@@ -205,8 +205,8 @@ def empty_panels(page: Page, rows: int, columns: int, count: int, **shared: Any)
         page: The page.
         rows: Number of rows.
         columns: Number of columns.
-        count: Number of panels that are seen; the last ones are hidden.
-        **shared: `sharex` and `sharey` as of `Figure.subplots`.
+        count: Number of panels that are shown; the last ones are hidden.
+        **shared: `sharex` and `sharey` of `Figure.subplots`.
 
     Returns:
         The axes (rows, columns).
@@ -227,21 +227,21 @@ def empty_panels(page: Page, rows: int, columns: int, count: int, **shared: Any)
 
 
 def lowest(grid: Any, count: int) -> list[Axes]:
-    """Return those of the first `count` panels of a grid that have none below them."""
+    """Return the lowest panel of each column, if the first `count` panels of a grid are shown."""
     return list(grid.flat[max(0, count - grid.shape[1]) : count])
 
 
 def settle(page: Page, grid: Any, bar: Axes | None = None, *, must_fit: bool = True) -> None:
-    """Put panels, and perhaps a colour bar at their right, in their places.
+    """Place panels, and a colour bar to their right, so that there is room for all labels.
 
-    All labels must be written by then. Constrained layout does the same by drawing everything
-    twice.
+    All labels must be written before. Constrained layout would do the same, but would draw
+    everything twice.
 
     Args:
         page: The page.
         grid: Axes (rows, columns).
         bar: Axes of the colour bar.
-        must_fit: True if it is an error that there is no room.
+        must_fit: True to raise an error if there is no room; otherwise panels get tiny.
 
     Raises:
         UsageError: There is no room for the panels.
@@ -277,8 +277,8 @@ def settle(page: Page, grid: Any, bar: Axes | None = None, *, must_fit: bool = T
 def _reach(page: Page, axes: Axes) -> tuple[float, float, float, float]:
     """Return the reach of a panel's labels beyond it to the left, below, right and above, mm.
 
-    Above is the title. To the right are the labels of the x axis, and of a colour bar those of its
-    y axis.
+    The title is above the panel. To its right reach the labels of the x axis, or for a colour bar
+    those of the y axis.
     """
     if not axes.get_visible():
         return 0.0, 0.0, 0.0, _EDGE

@@ -1,7 +1,8 @@
 """The figure of a friction fit.
 
-Readings are drawn against the fitted line, those that slip apart from those that stick, with the
-residuals below.
+Readings are drawn with the fitted line: in colour if they slip, in grey if they are set aside.
+Below are the residuals, two checks of the rig, the hysteresis loop, and the error budget or the
+speeds.
 """
 
 from __future__ import annotations
@@ -26,9 +27,11 @@ _HEIGHT = 205.0
 MARK = "tendon fit-friction"
 """Mark in the metadata of a figure; a file without it is not overwritten."""
 _MOST_POINTS = 20_000
+"""Readings of a log are thinned out to about this number."""
 _STROKE_POINTS = 60
+"""Largest number of points of the fitted line of a stroke."""
 _LEVEL = 0.02
-"""A force that varies by a smaller share than this is drawn as the constant it is."""
+"""Values along x that vary by a smaller share than this are drawn close together."""
 _DIRECTIONS = ((1, _PULLED, "o", "toward motor"), (-1, _DRAGGED, "s", "toward load"))
 """Sign, colour, marker and name of each direction of slip."""
 
@@ -57,7 +60,7 @@ def fit_page(fit: Any) -> Page:
     note = f"{source}, bend angle {fit.bend.text}, gain ratio {fit.gain_ratio:.4f}"
     verdict = _verdict(fit)
     colour = _DRAGGED if fit.warnings else _LINE
-    # In letters that every format keeps as they are, so that tendon knows its own figure again.
+    # ASCII, which every format keeps as it is, so that tendon recognises its own figure.
     study = f"{MARK} {source.encode('ascii', 'replace').decode()}, SHA-256 {fit.sha256}"
     with house_style():
         page = framed(title, _HEIGHT, _key(fit), [plain(note)], study=study)
@@ -103,7 +106,7 @@ def _draw_panels(figure: Figure, fit: Any) -> Axes:
 
 
 def _key(fit: Any) -> list[Line2D]:
-    """Return the key to the signs that are in the figure."""
+    """Return the key to the markers and lines in the figure."""
     rows = fit.rows.to_records(index=False)
     key = []
     for sign, colour, marker, name in _DIRECTIONS:
@@ -124,7 +127,7 @@ def _key(fit: Any) -> list[Line2D]:
 
 
 def _verdict(fit: Any) -> list[str]:
-    """Return sentences that say what is wrong with the readings, if anything is."""
+    """Return sentences that say what may be wrong with the readings, or that nothing is."""
     sentences = [f"Warning: {text}" for text in fit.warnings]
     if not sentences:
         sentences.append("Nothing in the readings makes this number wrong.")
@@ -133,7 +136,7 @@ def _verdict(fit: Any) -> list[str]:
 
 
 def _draw_check(axes: Axes, fit: Any, along: Any, name: str, label: str) -> None:
-    """Draw the part of the log ratio that offsets or a delay explain.
+    """Draw the residual before offsets and delay are fitted, and the part that they explain.
 
     Offsets show as a slope along 1/F, a delay as one along d ln F/dt. Without them the points lie
     level.
@@ -176,9 +179,9 @@ def _widen(axes: Axes, along: Any, margin: float) -> None:
 
 
 def _draw_loop(axes: Axes, fit: Any) -> None:
-    """Draw the loop of hysteresis: the motor's force over its position, or over the load's force.
+    """Draw the hysteresis loop: the force at the motor over its position.
 
-    It is over the position of the motor if that is read.
+    If the file has no position, it is drawn over the force at the load.
     """
     rows = fit.rows.to_records(index=False)
     unit = f", {fit.unit}" if fit.unit else ""
@@ -201,7 +204,7 @@ def _draw_loop(axes: Axes, fit: Any) -> None:
 
 
 def _draw_budget(axes: Axes, fit: Any) -> None:
-    """Draw the parts of the standard error in per cent of the number."""
+    """Draw each contribution to the standard error, in per cent of the fitted number."""
     parts = sorted(fit.uncertainty.parts, key=lambda part: part.contribution)
     widths = [100.0 * part.contribution / fit.fitted for part in parts]
     axes.barh(range(len(parts)), widths, color=_PULLED, height=0.55)
@@ -225,9 +228,9 @@ def _draw_speed(axes: Axes, fit: Any) -> None:
 
 
 def _draw_settled(upper: Axes, lower: Axes, fit: Any) -> None:
-    """Draw every reading at plus or minus its bend angle.
+    """Draw settled readings over the bend angle, positive if they slip toward the motor.
 
-    The slope is the coefficient, the height at 0 the gain.
+    The slope of the line is the coefficient, its height at 0 the log of the gain ratio.
     """
     rows = fit.rows.to_records(index=False)
     signed = np.degrees(rows.way * rows.bend_angle)
@@ -248,9 +251,10 @@ def _draw_settled(upper: Axes, lower: Axes, fit: Any) -> None:
 
 
 def _draw_log(upper: Axes, lower: Axes, fit: Any) -> None:
-    """Draw the log in its own order.
+    """Draw a log over its time, or over its lines if it has no time.
 
-    The ratio reaches two limits; the way between them is in grey.
+    The log ratio goes back and forth between two levels, one for each direction of slip. Readings
+    on the way from one to the other are set aside and grey.
     """
     rows = fit.rows.to_records(index=False)
     has_time = "time" in fit.rows

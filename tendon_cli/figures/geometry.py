@@ -43,7 +43,7 @@ class RouteCurve:
     curvature: Floats
     """Turn over the mean of its two chords, 1/m."""
     turned: Floats
-    """Sum of the turns up to each inner point, deg."""
+    """Sum of the turns up to each inner point and at it, deg."""
     length: float
     """Length of the route, mm."""
 
@@ -76,6 +76,7 @@ def route_page(
     with house_style():
         page = framed(title, 118.0, notes=(count, *notes), study=study)
         grid = page.figure.add_gridspec(2, 3, height_ratios=(1.2, 1.0))
+        # A few sharp turns do not set the scale of colours.
         most = float(np.quantile(curve.curvature, 0.98)) if len(curve.curvature) else 0.0
         colour = mpl.cm.ScalarMappable(mpl.colors.Normalize(0.0, most or 1.0), SEQUENTIAL)
         views = [page.figure.add_subplot(grid[0, column]) for column in range(len(_VIEWS))]
@@ -105,7 +106,7 @@ def route_curve(points: npt.ArrayLike) -> RouteCurve:
     route = route[np.append(True, is_moved)]
     steps = steps[is_moved]
     if not len(steps):
-        raise InputError("holds fewer than two different way-points")
+        raise InputError("the route has fewer than two different way-points")
     chords = np.diff(route, axis=0)
     across = np.linalg.norm(np.cross(chords[:-1], chords[1:]), axis=1)
     turns = np.arctan2(across, np.sum(chords[:-1] * chords[1:], axis=1))
@@ -154,10 +155,10 @@ def _draw_view(
         zorder=2,
         rasterized=len(inner) > 2000,
     )
-    sign: dict[str, Any] = {"markersize": 4.5, "color": "white", "markeredgecolor": INK}
+    end_style: dict[str, Any] = {"markersize": 4.5, "color": "white", "markeredgecolor": INK}
     for point, marker, text in ((route[0], "o", "first"), (route[-1], "s", "last")):
         end = (point[across], point[up])
-        axes.plot(*end, marker=marker, zorder=3, **sign)
+        axes.plot(*end, marker=marker, zorder=3, **end_style)
         axes.annotate(text, end, xytext=(4, 4), textcoords="offset points", size=6.5)
     axes.set(xlabel=f"{'xyz'[across]} (mm)", ylabel=f"{'xyz'[up]} (mm)", aspect="equal")
     low = route.min(axis=0)
@@ -192,9 +193,10 @@ def draw_geometry(
     out: Path | None = None,
     case: str | None = None,
 ) -> list[Path]:
-    """Draw the arm of a study file, and the routes of its sheaths into files next to it.
+    """Draw the arm of a study file, and the routes of its sheaths, each into a file.
 
-    Routes are drawn as the model takes them, smoothed alike.
+    Routes are drawn as the model takes them, smoothed if the study says so. Their files are next to
+    that of the arm.
 
     Args:
         file: The study file.
@@ -223,7 +225,7 @@ def draw_geometry(
 def _routes(
     study: Study, file: Path, settings: tuple[str, ...], case: str | None
 ) -> Iterator[tuple[str, Page]]:
-    """Yield the route of both sheaths, or of either side, after the end of its file's name."""
+    """Yield the page of each route, after the ending of its name: "route", "route-flexor"."""
     case_prefix = "" if case is None else f"cases.{case_place(study, case)}."
     for side in ("", *SIDES):
         key = f"sheath.{side}.path" if side else "sheath.path"
@@ -248,7 +250,7 @@ def _routes(
 
 
 def _path_given(file: Path, settings: tuple[str, ...], key: str) -> str:
-    """Return the path that the last setting, or else the study file, gives a key."""
+    """Return the path of a key as the last setting gives it, or else as the study file does."""
     for setting in reversed(settings):
         name, _, text = setting.partition("=")
         if name.strip() == key:

@@ -22,8 +22,11 @@ MOST_COLOURS = 6
 MOST_PANELS = 24
 PANELS_PER_PAGE = 12
 MOST_PANELS_UNASKED = 4
+"""Largest number of panels of curves if the user names no axis for them."""
 POINTS = 1000
+"""Largest number of points of a line."""
 CELLS_PER_AXIS = 400
+"""Largest number of cells of a map along either axis."""
 
 STATE_PAIRS = (
     "flexor_tension_distal",
@@ -161,14 +164,14 @@ def _named_axis(cube: Cube, name: str | None, where: str) -> Axis | None:
 
 
 def _usual_colour(free: list[Axis], panels: Axis | None) -> Axis | None:
-    """Select the load, or else the first axis that has no part yet."""
+    """Select the axis of the colours: the load, or else the first that has no part yet."""
     open_axes = [axis for axis in free if axis.column != DIRECTION and axis != panels]
     first = open_axes[0] if open_axes else None
     return next((axis for axis in open_axes if axis.column == LOAD), first)
 
 
 def _usual_panels(free: list[Axis]) -> Axis | None:
-    """Select the load, or else the first axis that runs neither along x nor by dashes."""
+    """Select the axis of the panels: the load, or else the first but angle and direction."""
     return _usual_colour([axis for axis in free if axis.column != ANGLE], None)
 
 
@@ -177,8 +180,10 @@ def _thin_out(
 ) -> tuple[dict[str, Ints], tuple[str, ...]]:
     """Select the positions drawn of each axis, evenly if there are more than `most`.
 
+    An axis without an entry in `most` has no part in the figure and keeps one position.
+
     Returns:
-        The positions by column, and a note of what is left out, if anything is.
+        The positions by column, and a note if values are left out.
     """
     positions = {}
     fewer = []
@@ -216,7 +221,7 @@ class MapPlan:
 
 
 def long_axes(cube: Cube, chosen: Mapping[str, Ints]) -> list[Axis]:
-    """Return the axes other than the load of which more than one value is chosen."""
+    """Return the axes other than the load with more than one chosen value."""
     return [axis for axis in cube.axes if axis.column != LOAD and len(chosen[axis.column]) > 1]
 
 
@@ -243,7 +248,7 @@ def plan_maps(cube: Cube, chosen: Mapping[str, Ints]) -> MapPlan:
 def _panel_counts(lengths: list[int], most: int) -> list[int]:
     """Select the number of values of each axis, so that their product is at most `most`.
 
-    The first axis, the load, gets as many as there are, but no more than four beside others.
+    The first axis is the load. If there are others, it gets at most four.
     """
     counts = [1] * len(lengths)
     for place, length in enumerate(lengths):

@@ -35,9 +35,9 @@ class MapData:
     margins: Floats
     """Margins in the unit shown."""
     rooms: Mapping[str, Floats]
-    """Distance to each limit; negative where the limit is not held."""
+    """Distance to each limit, SI, by its name; negative where the limit is broken."""
     limits: Mapping[str, str]
-    """Text of each limit in the key."""
+    """Text of each limit in the key, by its name."""
     titles: tuple[str, ...]
     """Titles of the panels."""
     in_row: int
@@ -46,7 +46,7 @@ class MapData:
 
 
 def map_data(cube: Cube, plan: MapPlan, spec: FigureSpec) -> MapData:
-    """Read the data of a slack map, and nothing else.
+    """Read the data of a slack map.
 
     Panels that would repeat a picture are one panel, and its title or a note names them all.
 
@@ -104,7 +104,7 @@ def _in_order(values: Floats, x: Scale, y: Scale) -> Floats:
 
 
 def _panel_titles(cube: Cube, plan: MapPlan, spec: FigureSpec) -> list[str]:
-    """Return a title for each panel, in which the load, whose panels stand in a row, is first."""
+    """Return a title for each panel. The load is first in it, and varies fastest over panels."""
     texts = [
         value_texts(cube, axis, plan.positions[axis.column], spec.units)
         for axis in reversed(plan.titled)
@@ -115,7 +115,7 @@ def _panel_titles(cube: Cube, plan: MapPlan, spec: FigureSpec) -> list[str]:
 def _group_pictures(
     margins: Floats, rooms: Mapping[str, Floats], titles: list[str]
 ) -> list[tuple[list[int], list[str]]]:
-    """Group the panels that show the same picture: their places, and their titles."""
+    """Group the panels that show the same picture. Return the indices and titles of each group."""
     groups: dict[bytes, tuple[list[int], list[str]]] = {}
     for panel, title in enumerate(titles):
         picture = b"".join(values[panel].tobytes() for values in (margins, *rooms.values()))
@@ -126,7 +126,7 @@ def _group_pictures(
 
 
 def _distance_to_limit(values: Floats, key: str, limit: float) -> Floats:
-    """Return the distance to a limit, negative where it is not held; rounding breaks no limit.
+    """Return the distance to a limit, negative where it is broken; rounding breaks no limit.
 
     A limit min_ bounds from below, max_ from above, and peak_ bounds the magnitude.
     """
@@ -151,7 +151,7 @@ def _join_titles(titles: list[str]) -> str:
 
 
 def margin_shown(cube: Cube, spec: FigureSpec) -> ColumnLabel:
-    """Return the margin as it is shown.
+    """Return the label and unit by which the margin is shown.
 
     If the pretensions of the two sides differ, it is the least margin that both have.
     """

@@ -1,7 +1,7 @@
 """Pages of a slack map.
 
-The margin is in colour, with lines where a tendon goes slack, where a limit is no longer held, and
-where the elbow is unstable.
+The margin is in colour. Lines show where a tendon goes slack and where a limit is just kept, and an
+unstable elbow is hatched.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _LIMIT_WIDTH = 0.8
 _HATCH = "xxxx"
 _HATCH_EDGE: dict[str, Any] = {"edgecolor": "#4d4d4d", "linewidth": 0.0}
 # Contours run with the higher values on their left. The ticks are on the right, where a limit is
-# not held.
+# broken.
 _EFFECTS = [
     TickedStroke(spacing=5.0, angle=-90.0, length=0.45, linewidth=0.6),
     mpl.patheffects.Normal(),
@@ -140,7 +140,7 @@ def colour_scale(margins: Floats) -> tuple[float, list[float], str]:
 
 
 def _draw_panel(axes: Axes, data: MapData, panel: int, colour: Any, ticks: int) -> None:
-    """Draw one panel, its cells whole, with at most so many ticks on x."""
+    """Draw the margins and limits of one panel, with at most so many ticks on x."""
     x = data.x
     y = data.y
     margin = np.ma.masked_invalid(data.margins[panel])
@@ -167,9 +167,9 @@ def _limit_colour(place: int) -> str:
 def _draw_limit(
     axes: Axes, x: Scale, y: Scale, room: Floats, *, gid: str, width: float, colour: str
 ) -> None:
-    """Draw the line where a limit is just held, with ticks on the side where it is not.
+    """Draw the line where a limit is just kept, with ticks on the side where it is broken.
 
-    If an axis is of names, there is a stroke per name instead.
+    If an axis is of names, there is a stroke across each name instead.
 
     Args:
         axes: The panel.
@@ -192,14 +192,14 @@ def _draw_limit(
 
 
 def _crosses_zero(room: Floats) -> bool:
-    """Return True if some designs hold a limit and others do not."""
+    """Return True if some designs keep a limit and others break it."""
     return bool(np.nanmin(room, initial=np.inf) < 0.0 <= np.nanmax(room, initial=-np.inf))
 
 
 def _zero_crossings(places: Floats, values: Floats) -> list[tuple[float, bool]]:
     """Return the places where values cross zero, and whether they rise there.
 
-    Between two places values are taken as linear.
+    Values are interpolated linearly between places.
     """
     low = values[:-1]
     high = values[1:]
@@ -214,8 +214,8 @@ def _zero_crossings(places: Floats, values: Floats) -> list[tuple[float, bool]]:
 def _hatch_negative(axes: Axes, x: Scale, y: Scale, room: Floats) -> None:
     """Hatch where `room` is negative, up to the line where it is zero.
 
-    If an axis is of names, or has one value, whole cells are hatched. NaN, which stands for no
-    equilibrium, is not hatched.
+    If an axis is of names, or has one value, whole cells are hatched. Cells of NaN (no equilibrium)
+    are not.
     """
     is_negative = room < 0.0
     if not is_negative.any():
@@ -255,15 +255,15 @@ def _extend_to_edges(x: Scale, y: Scale, values: Floats) -> tuple[Floats, Floats
     x_places = np.concatenate((x.edges[:1], x.places, x.edges[-1:]))
     y_places = np.concatenate((y.edges[:1], y.places, y.edges[-1:]))
     for axis in (0, 1):
-        first, second, last, before = (np.take(values, [at], axis) for at in (0, 1, -1, -2))
+        first, second, last, next_to_last = (np.take(values, [at], axis) for at in (0, 1, -1, -2))
         start = 1.5 * first - 0.5 * second
-        end = 1.5 * last - 0.5 * before
+        end = 1.5 * last - 0.5 * next_to_last
         values = np.concatenate((start, values, end), axis)
     return x_places, y_places, np.ma.masked_invalid(values)
 
 
 def _remarks(margins: Floats) -> list[str]:
-    """Return a sentence if the line between slack and taut is missing because there is none."""
+    """Return a sentence if no line separates slack from taut designs, because all are alike."""
     known = margins[np.isfinite(margins)]
     if not len(known) or known.min() < 0.0 <= known.max():
         return []

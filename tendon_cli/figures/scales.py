@@ -20,17 +20,19 @@ from tendon_cli.space.axis import SIDES, Axis
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.study import Study, keys
-from tendon_cli.studies.values import StudyNumber as Number
+from tendon_cli.studies.values import StudyNumber
 
 _FEW = 6
 """Fewer values than this have a tick each."""
 _MOST_NAMES = 12
+"""Largest number of names that are all written along an axis; of more, some are left out."""
 _LONGEST_NAME = 40
+"""Characters of a name that a title or a key shows."""
 
 
 @dataclass(frozen=True)
 class Scale:
-    """The values of one axis in the unit shown, ascending; names stand at 0, 1, 2, ..."""
+    """The values of an axis in the unit shown, ascending; names have the places 0, 1, 2, ..."""
 
     label: str
     places: npt.NDArray[np.float64]
@@ -131,12 +133,12 @@ def axis_scale(
 
 
 def _scale_of_names(label: str, names: Sequence[str], order: npt.NDArray[np.intp]) -> Scale:
-    """Return a scale on which names stand at 0, 1, 2, ..."""
+    """Return a scale on which names have the places 0, 1, 2, ..."""
     return Scale(label, np.arange(len(names), dtype=np.float64), order, names=tuple(names))
 
 
 def plain_numbers() -> Any:
-    """Return a formatter of ticks with the same number of decimals, without an offset."""
+    """Return a formatter that writes all ticks with equally many decimals, without an offset."""
     formatter = ticker.ScalarFormatter(useOffset=False)
     formatter.set_powerlimits((-4, 7))
     return formatter
@@ -209,8 +211,8 @@ def off_default(study: Study, named: Collection[str], units: Mapping[str, str]) 
     return texts
 
 
-def _number_text(shown: ColumnLabel, values: Number | None) -> str:
-    """Write a number of a study with its symbol; None stands for a curve over the angle."""
+def _number_text(shown: ColumnLabel, values: StudyNumber | None) -> str:
+    """Write a number of a study with its symbol; None means a curve over the angle."""
     if values is None:
         return f"{shown.symbol} over the angle"
     if values.uncertain is not None:
@@ -227,7 +229,7 @@ def _number_text(shown: ColumnLabel, values: Number | None) -> str:
     return f"{first} to {last}"
 
 
-_OF_THE_SUIT = (
+_SUIT_TABLES = (
     "arm",
     "sheath",
     "tendon",
@@ -244,7 +246,7 @@ _OF_THE_SUIT = (
 
 def _values_of(study: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Yield every value of a resolved study that describes the suit and its load, by key."""
-    tables = SIDES if prefix else _OF_THE_SUIT
+    tables = SIDES if prefix else _SUIT_TABLES
     for name, value in study.items():
         key = f"{prefix}{name}"
         if name in tables:

@@ -1,4 +1,4 @@
-"""Figures of people and draws: whose window holds a pretension, how probable that is, and why.
+"""Figures of a population: who is served by a pretension, how probable that is, and why not all.
 
 They are drawn from the record of an answer and from its table of persons, or of draws, by column
 (NaN and "" for null).
@@ -67,7 +67,7 @@ def _nan_if_null(value: float | None) -> float:
 
 
 def for_whom(record: Mapping[str, Any], rows: Table) -> Page:
-    """Draw everyone's window as a line, and next to it the bodies of those not served.
+    """Draw everyone's window as a line, and next to it the bodies of those not served, if known.
 
     The pretensions (N) that serve enough are shaded.
 
@@ -115,7 +115,7 @@ def for_whom(record: Mapping[str, Any], rows: Table) -> Page:
 
 
 def _window_key(low: Values, high: Values, is_served: Flags) -> list[Any]:
-    """Return the key to the colours of those windows that there are."""
+    """Return the key to the kinds of windows that are in the figure."""
     is_known = ~np.isnan(low)
     has_window = is_known & (low <= high)
     entries = (
@@ -127,11 +127,15 @@ def _window_key(low: Values, high: Values, is_served: Flags) -> list[Any]:
             ~has_window & is_known,
         ),
     )
-    return [Patch(facecolor=colour, label=label) for colour, label, rows in entries if rows.any()]
+    return [
+        Patch(facecolor=colour, label=label)
+        for colour, label, is_member in entries
+        if is_member.any()
+    ]
 
 
 def _reason_style(place: int) -> dict[str, Any]:
-    """Return the sign of those who are not served for one reason."""
+    """Return the marker of those who are not served, by the index of the reason."""
     return {
         "marker": MARKERS[place % len(MARKERS)],
         "color": OKABE_ITO[(place + 1) % len(OKABE_ITO)],
@@ -148,14 +152,14 @@ def _draw_bodies(
     groups: list[npt.NDArray[np.int64]],
     styles: list[dict[str, Any]],
 ) -> None:
-    """Draw everyone by the two dimensions in which those not served differ most.
+    """Draw everyone by the two dimensions of the body in which those not served differ most.
 
     Args:
         axes: The panel.
-        population: What the record says of the population.
+        population: Part of the record about the population.
         rows: Table of persons by column.
         groups: Rows of those not served, by reason.
-        styles: Sign of each group.
+        styles: Marker of each group.
     """
     deviations = dict.fromkeys(_USUAL, 0.0)
     for reason in population["not_served"]:
@@ -176,11 +180,11 @@ def _draw_bodies(
 
 
 def members(rows: Table, reason: Mapping[str, Any], pretension: float) -> npt.NDArray[np.int64]:
-    """Return the rows of those whom a pretension does not serve for a reason of the record.
+    """Return the rows of those whom a pretension does not serve, for the given reason.
 
     Args:
         rows: Table of persons, or of draws, by column.
-        reason: A reason of the record: what is needed, and the limits that bind.
+        reason: A reason of the record: need (more, less, another suit) and the limits that bind.
         pretension: The pretension, N.
     """
     low = rows["pretension_from"]
@@ -230,13 +234,13 @@ def _draw_windows(
     width = max(0.25, 230.0 / max(len(order), 1))
     served = is_served[order]
     elsewhere = has_window & ~served
-    none = ~has_window
+    without = ~has_window
     thin = min(width, 1.5)
     axes.vlines(place[served], begin[served], end[served], colors=_SERVED, linewidth=width)
     axes.vlines(
         place[elsewhere], begin[elsewhere], end[elsewhere], colors=_LEFT_OUT, linewidth=width
     )
-    axes.vlines(place[none], end[none], begin[none], colors=FAINT, linewidth=thin)
+    axes.vlines(place[without], end[without], begin[without], colors=FAINT, linewidth=thin)
     if np.isfinite(band).all():
         axes.axhspan(*band, color="white", alpha=0.4, linewidth=0.0, zorder=3)
         for bound in band:
@@ -261,7 +265,7 @@ def _draw_windows(
 
 
 def how_sure(record: Mapping[str, Any]) -> Page:
-    """Draw the probability that a pretension (N) is in its window, with its 95 % band.
+    """Draw the probability that a pretension (N) is in the window, with its 95 % band.
 
     Next to it Sobol indices are drawn as bars, if the record has them.
     """
@@ -280,7 +284,7 @@ def how_sure(record: Mapping[str, Any]) -> Page:
 
 
 def _draw_bars(axes: Axes, end: Mapping[str, Any], *, with_names: bool) -> None:
-    """Draw the share of the variance of one end of the window that each input makes."""
+    """Draw the Sobol indices of one end of the window, in per cent of its variance."""
     inputs = end["inputs"].values()
     place = np.arange(len(inputs), dtype=np.float64)[::-1]
     for shift, (order, (_, colour)) in zip((0.2, -0.2), _INDICES.items(), strict=True):
@@ -298,7 +302,7 @@ def _draw_bars(axes: Axes, end: Mapping[str, Any], *, with_names: bool) -> None:
 
 
 def _draw_probability(axes: Axes, record: Mapping[str, Any]) -> None:
-    """Draw the probability that a pretension is in its window, and the pretension chosen."""
+    """Draw the probability that a pretension is in the window, and the pretension chosen."""
     population = record["population"]
     curve = population["curve"]
     pretension = np.array(curve["pretension"])

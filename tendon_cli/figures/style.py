@@ -130,8 +130,8 @@ def house_style() -> Iterator[None]:
     The settings from before come back afterwards.
     """
     with warnings.catch_warnings(), mpl.rc_context():
-        # A title may hold signs that the font does not have. They are drawn as boxes, which needs
-        # no further words.
+        # A title may hold characters that the font lacks. They are drawn as boxes, which needs no
+        # warning.
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
         settings: Any = mpl.rcParams
         # These settings were checked once. Checking takes longer than setting them.
@@ -181,9 +181,9 @@ def render(figure: Figure, kind: str, about: Mapping[str, str] | None = None) ->
 def _write_png(canvas: Any, metadata: Mapping[str, str | None], buffer: io.BytesIO) -> None:
     """Draw a figure once, and write it as PNG.
 
-    Matplotlib by itself draws twice, the first time to see where things are. The rows are
-    compressed without a filter: to look for the best of the format's filters for each takes three
-    times as long, and for a drawing's plain areas there is none.
+    Matplotlib itself would draw twice, the first time to find the extent of everything. The rows
+    are compressed without a filter: a search for the best one for each row takes three times as
+    long, and none helps in the plain areas of a drawing.
     """
     from PIL import PngImagePlugin
 
@@ -232,7 +232,7 @@ def unknown_hatch() -> dict[str, Any]:
 
 
 def hatch_key(label: str) -> Patch:
-    """Return the sign of an area without a value, for the key."""
+    """Return the sample of an area without a value, for the key."""
     return Patch(**unknown_hatch(), label=label)
 
 
@@ -258,7 +258,7 @@ def load_colours(masses: npt.ArrayLike) -> list[Colour]:
 
 
 def wrapped(text: str, width: int) -> str:
-    """Break a title at its commas to about `width` signs; it may hold formulas."""
+    """Break a title at its commas to about `width` characters; it may hold formulas."""
     lines: list[str] = []
     for piece in text.split(", "):
         if lines and len(lines[-1]) + len(piece) + 2 <= width:
@@ -269,9 +269,9 @@ def wrapped(text: str, width: int) -> str:
 
 
 def broken(label: str, width: int) -> str:
-    """Break the label of an axis into two lines if it is longer than about `width` signs.
+    """Break the label of an axis into two lines if it is longer than about `width` characters.
 
-    The name is on the first line, symbol and unit on the second.
+    The two lines are about equally long. A label of one or two words is not broken.
     """
     words = label.split(" ")
     if len(label.replace("$", "")) <= width or len(words) < 3:

@@ -39,7 +39,7 @@ def draw_between(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
         chosen: The choice that the answer names first.
 
     Returns:
-        The page; None if the answer has no such curves.
+        The page; None if the answer has no window over the angle.
     """
     drawn = over_angle(record)
     if drawn is None:
@@ -93,7 +93,7 @@ def _limit_colours(*ends: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _key(window: str, at_angle: str) -> list[Any]:
-    """Return the part of the key that does not depend on the limits.
+    """Return the part of the key that is the same for all limits.
 
     Args:
         window: For whom the window works.

@@ -31,12 +31,12 @@ def items(texts: Iterable[str]) -> Iterator[Block]:
 
 
 def table(rows: Iterable[Sequence[str]]) -> Block:
-    """Small table of text, its head first."""
+    """Small table of text; the first row is its head."""
     return {"table": [[*row] for row in rows]}
 
 
 def as_text(blocks: Iterable[Block], study: Any) -> str:
-    """Return blocks in 80 columns, in the words for the study's joint (`name_joint`)."""
+    """Return blocks as text of 80 columns that names the study's joint (`name_joint`)."""
     lines: list[str] = []
     for block in blocks:
         ((kind, content),) = block.items()

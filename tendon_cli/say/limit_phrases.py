@@ -1,4 +1,4 @@
-"""Phrases for limits: what breaks one, why two leave no pretension, and what is proved of it."""
+"""Phrases for limits, for two that leave no pretension, and for the proof of a window."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def limit_words(limit: str, bounds: Mapping[str, float]) -> LimitWords:
     """Return the phrases for a limit, with its bound in them.
 
     Args:
-        limit: Name of the limit; the smallest stiffness means stability if it has no bound.
+        limit: Name of the limit; `min_elbow_stiffness` means stability if its bound is 0 or absent.
         bounds: Limits of the study by name, SI.
     """
     if limit == "min_elbow_stiffness" and bounds.get(limit, 0.0) == 0.0:
@@ -36,7 +36,7 @@ def conflict(limits: Sequence[str], bounds: Mapping[str, float]) -> str:
     """Explain why no pretension is left.
 
     "the pretension that prevents slack already makes the elbow unstable": the first limit asks for
-    more pretension, the second for less. One alone is broken at any pretension.
+    more pretension, the second for less. A single limit is broken at any pretension.
     """
     words = [limit_words(limit, bounds) for limit in limits]
     if len(words) == 1:
@@ -45,7 +45,7 @@ def conflict(limits: Sequence[str], bounds: Mapping[str, float]) -> str:
 
 
 def conflict_label(limits: Sequence[str], bounds: Mapping[str, float]) -> str:
-    """Explain it in few words, for a legend: "slack and stability exclude each other"."""
+    """Explain a conflict in few words for a legend: "slack and stability exclude each other"."""
     words = [limit_words(limit, bounds) for limit in limits]
     if len(words) == 1:
         return words[0].label
@@ -58,19 +58,19 @@ SAMPLED = "sampled"
 PROVEN = "proven"
 OPEN = "open"
 STATUSES = (SAMPLED, PROVEN, OPEN)
-"""Status of a window between the samples, as tables and records have it."""
+"""Status of a window between the samples of the study, as in tables and records."""
 _PROVED = {SAMPLED: "sampled", PROVEN: "proved", OPEN: "not proved"}
 
 
 def proved_word(status: str) -> str:
-    """Return the word for a status: "proved"."""
+    """Return the word for a status in a sentence: "proved" for PROVEN."""
     return _PROVED[status]
 
 
 def proof_sentence(between: Mapping[str, Any]) -> str:
     """Say what holds between the samples of a window: "Proved for every angle".
 
-    `between` is that part of the record of an answer.
+    `between` is `between_samples` in the record of an answer.
     """
     status = between["status"]
     error = between["estimate"]

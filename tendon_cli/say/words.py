@@ -27,7 +27,7 @@ _JOINED = "\u00a0"
 _UNIT = re.compile(
     r"(?<=\d) (?=(?:N|kN|mm|m|deg|kPa|kg|rad|GPa|1)\b|%)|(?<=\d N) (?=m\b)|(?<=\b[A-Zημφψ]) (?=\d)"
 )
-"""Blanks within a quantity, where no line ends."""
+"""Spaces within a quantity, at which no line is broken."""
 
 # --- Numbers --------------------------------------------------------------------------------------
 
@@ -88,7 +88,7 @@ def quantity(
 def parameter(of: Quantity, value: float, side: str = "", digits: int = 3) -> str:
     """Write a number of a study with its symbol: "K 3 kN/m", "K of the flexor 3 kN/m".
 
-    A load has none: "5 kg load".
+    A load has no symbol: "5 kg load".
     """
     text = quantity(of, value, digits)
     if of.name == "load_mass":
@@ -116,9 +116,9 @@ def window_text(low: float, high: float, digits: int = 4, unit: str = "N") -> st
 
 
 def number_within(value: float, low: float, high: float, digits: int = 4) -> str:
-    """Write a number of an interval so that it lies in it as printed.
+    """Write a number of an interval so that the number as printed lies in it, too.
 
-    It has as many digits as that takes, and at least `digits`.
+    It has at least `digits` significant digits, and more if needed.
     """
     if not low <= value <= high:
         return number(value, digits)
@@ -153,7 +153,8 @@ def duration(seconds: float) -> str:
 def percent(share: float) -> str:
     """Write a share in percent.
 
-    Nearly all is not all, and hardly any is not none: "over 99.9 %", "under 0.1 %".
+    A share just below 1 is not rounded to 100 %, nor one just above 0 to none: "over 99.9 %",
+    "under 0.1 %".
     """
     if 0.9995 <= share < 1.0:
         return "over 99.9 %"
@@ -174,7 +175,7 @@ def interval(served: float, count: float) -> tuple[float, float]:
     """Return the 95 % interval of a share of a sample (Wilson 1927).
 
     Args:
-        served: Share of the sample.
+        served: Share in the sample.
         count: Size of the sample, or its effective size (Σw)² / Σw².
     """
     z2 = _TWO_SIDED_95**2 / count
@@ -186,14 +187,14 @@ def interval(served: float, count: float) -> tuple[float, float]:
 
 
 def sampled_share(served: float, count: int, noun: str, effective: float | None = None) -> str:
-    """Write a share of a sample, with the interval for everyone that it shows.
+    """Write the share served in a sample, with its 95 % interval for the population.
 
     "all 1,000 persons (at least 99.6 %)", "97.5 % of 1,000 persons (96.3 to 98.3 %)", "none of 40
     draws (at most 8.8 %)". A sample of one says nothing of others: "this person", "not this
     person".
 
     Args:
-        served: Share of the sample.
+        served: Share in the sample.
         count: Size of the sample.
         noun: Singular noun for its members.
         effective: Effective size; `count` if it is None.
@@ -268,11 +269,11 @@ def wrap(text: str, indent: str = "") -> list[str]:
 
 
 def align_cells(lines: Sequence[Sequence[str]], least: int = 4) -> list[str]:
-    """Align cells in columns of a table, indented, of at most 80 signs a line.
+    """Align the cells of a table in columns. Lines are indented and of at most 80 characters.
 
     Args:
-        lines: Rows of the table, of as many cells each.
-        least: Number of columns that stay; the last ones go if they do not fit.
+        lines: Rows of the table, each with the same number of cells.
+        least: Number of columns that are kept; further ones are dropped if they do not fit.
     """
     widths = [max(map(len, cells)) for cells in zip(*lines, strict=True)]
     while sum(widths) + 2 * len(widths) > WIDTH and len(widths) > least:
@@ -304,15 +305,16 @@ def joint_name(study: Any) -> str:
 def name_joint(text: str, study: Any) -> str:
     """Put the name of the study's joint into a text about the elbow: "the ankle", "a wrist".
 
-    Keys and columns stay. `study` is what `joint_name` takes, or the word itself.
+    Keys and columns such as `elbow_angle` stay. `study` is what `joint_name` takes, or the word
+    itself.
     """
     word = study if isinstance(study, str) else joint_name(study)
     if word == "elbow":
         return text
-    ending = "n" if word[0].lower() in "aeiou" else ""  # of the article before it
+    ending = "n" if word[0].lower() in "aeiou" else ""  # "a" or "an"
 
     def named(match: re.Match[str]) -> str:
-        """Return the joint with the article and the capital of the elbow."""
+        """Return the joint with its article, capitalised as the elbow was."""
         article, elbow = match.groups()
         joint = word[0].upper() + word[1:] if elbow[0].isupper() else word
         return joint if article is None else f"{article[0]}{ending} {joint}"

@@ -1,1 +1,1 @@
-"""`tendon state`: one state worked out line by line, and the motor drawn."""
+"""`tendon state`: one state worked out line by line, and a figure of its motor."""

@@ -1,4 +1,4 @@
-"""A state worked out for a check by hand: the lines of its page as data, section by section."""
+"""The lines of a state's page as data, section by section, for a check by hand."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ class PageLine:
     section: str
     symbol: str
     formula: str
-    """The way to the value, as a formula or in words."""
+    """Formula of the value, or what it is in words."""
     values: tuple[float, ...]
-    """One value, or those of flexor and extensor."""
+    """One value, or one each of flexor and extensor; in `unit`."""
     unit: str
     source: str = ""
     """Equation, figure or file that the line is taken from."""
@@ -77,7 +77,9 @@ def scalar(values: object) -> float:
 
 
 def state_lines(state: State, angle: float, table: str) -> list[PageLine]:
-    """Return a state from its geometry on; up to its load if it has no equilibrium.
+    """Return the lines of a state, from geometry to setting.
+
+    If it has no equilibrium, they end with the load.
 
     Args:
         state: The state.
@@ -96,7 +98,7 @@ def state_lines(state: State, angle: float, table: str) -> list[PageLine]:
 
 
 def _geometry(state: State, design: Design, angle: float, table: str) -> list[PageLine]:
-    """Return travels and moment arms, from the anchors (Fig. 2) or from measured travels."""
+    """Return lines of travels and moment arms, from anchors (Fig. 2) or from measured travels."""
     motion = state.motion
     joint = design.arm.joint
     theta = ("θ", f"elbow angle, {np.degrees(angle):.6g} deg", angle, "rad")
@@ -124,7 +126,7 @@ def _geometry(state: State, design: Design, angle: float, table: str) -> list[Pa
 
 
 def _sheath(state: State, design: Design, angle: float) -> list[PageLine]:
-    """Return friction and compliance of both tendons."""
+    """Return lines of friction, compliance and pretension of both tendons."""
     flexor = state.flexor
     extensor = state.extensor
     sides = (design.flexor, design.extensor)
@@ -146,7 +148,7 @@ def _sheath(state: State, design: Design, angle: float) -> list[PageLine]:
 
 
 def _load(state: State, design: Design, angle: float) -> list[PageLine]:
-    """Return the torque of the elbow from the load (Eq. 5)."""
+    """Return lines of the elbow torque that the load asks for (Eq. 5)."""
     arm = design.arm
     forearm_moment = scalar(arm.forearm_mass) * scalar(arm.forearm_com)
     load_moment = scalar(design.load_mass) * scalar(arm.load_distance)
@@ -165,7 +167,7 @@ def _load(state: State, design: Design, angle: float) -> list[PageLine]:
 
 
 def _balance(state: State, design: Design) -> list[PageLine]:
-    """Return the tensions x of the flexor and y of the extensor from the balance (Eqs. 5, 16)."""
+    """Return lines of the balance (Eqs. 5, 16): tensions x of the flexor and y of the extensor."""
     coupling = state.coupling
     balance = state.balance
     ratio = scalar(design.ratio)
@@ -200,7 +202,7 @@ def _balance(state: State, design: Design) -> list[PageLine]:
 
 
 def _results(state: State, design: Design) -> list[PageLine]:
-    """Return the results of a state; those that are NaN are left out."""
+    """Return lines of the results of a state; those that are NaN are left out."""
     distal = (state.balance.flexor, state.balance.extensor)
     proximal = (state.flexor_tension_proximal, state.extensor_tension_proximal)
     slack = (state.flexor_slack, state.extensor_slack)
@@ -229,9 +231,9 @@ def _results(state: State, design: Design) -> list[PageLine]:
 
 
 def _setting(design: Design) -> list[PageLine]:
-    """Return the tensions that gauges show where the pretension is set.
+    """Return lines of the tensions that gauges show where the pretension is set.
 
-    The last line is the pretension that a length of both tendons adds.
+    The last line is the pretension gained per length by which both tendons are shortened.
     """
     posture = design.setting
     pretension = np.asarray(design.flexor.pretension)
@@ -256,7 +258,7 @@ def _setting(design: Design) -> list[PageLine]:
 
 
 def motor_lines(state: State, speed: float, *, flexion: bool) -> list[PageLine]:
-    """Return speed and powers of one state; `speed` is that of the elbow, rad/s."""
+    """Return lines of speed and power at one state; `speed` is that of the elbow, rad/s."""
     rates = motor_rates(state)
     moving = speed if flexion else -speed
     return section(
@@ -272,7 +274,7 @@ def motor_lines(state: State, speed: float, *, flexion: bool) -> list[PageLine]:
 
 
 def cycle_lines(design: Design, plan: Plan, speed: float) -> list[PageLine]:
-    """Return the columns of designs that a speed adds, over the study's angles and directions.
+    """Return lines of the results of a design that need a speed, over all angles and directions.
 
     `speed` is that of the elbow, rad/s.
     """
@@ -286,9 +288,9 @@ def cycle_lines(design: Design, plan: Plan, speed: float) -> list[PageLine]:
 
 
 def reversal_lines(state: State, elbow_angle: float, *, flexion: bool) -> list[PageLine]:
-    """Return the turn of the motor until both far ends follow, if the motion turns back here.
+    """Return lines of the motor's turn until both far ends follow, if the motion turns back here.
 
-    Values are of flexor and extensor.
+    Most values are a pair: flexor and extensor.
 
     Args:
         state: The state at which the motion turns back.

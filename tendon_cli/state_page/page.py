@@ -47,7 +47,7 @@ class StatePage(Displayed):
     columns: dict[str, float | None]
     """Values by column, in SI; None for null."""
     study: Study
-    """The study whose arm it is."""
+    """The study with its numbers for this person or draw."""
     has_equilibrium: bool = True
 
     @property
@@ -90,8 +90,8 @@ def state_page(
 ) -> StatePage:
     """Work out the first state of a study's first design, line by line.
 
-    For a person the page begins with the way from the body to the arm. With a speed in the study
-    the motor's part is added.
+    For a person the page begins with the steps from body to arm. If the study has a speed, speed
+    and power of the motor are added.
 
     Args:
         study: The study.
@@ -112,22 +112,22 @@ def state_page(
     """
     study = any_study(study)
     target = None if plot is None else result_path(plot)
-    known, draw_notes = _nominal(study) if draw is None else _drawn(study, draw)
+    certain, draw_notes = _nominal(study) if draw is None else _drawn(study, draw)
     names = study.people.nominal.names if study.people is not None else ()
-    worn = None
+    wearer = None
     person_notes = []
     if person is not None or names:
-        worn = person_study(known, person or names[0])
-        known = worn.study
+        wearer = person_study(certain, person or names[0])
+        certain = wearer.study
         if len(names) > 1:
-            others = f"of the study's {len(names)} persons --person chooses another"
-            person_notes.append(f"{worn.name}; {others}")
-    plan = Plan(known)
+            count = f"one of {len(names)} persons in the study"
+            person_notes.append(f"{wearer.name}, {count}; --person chooses another")
+    plan = Plan(certain)
     block = _first_state(plan, case)
     state = plan.state(block)
     angle = float(plan.elbow_angles[0])
     table = study.sources.get("joint.excursion", {}).get("file", "table in the study")
-    lines = [*_body_lines(worn), *state_lines(state, angle, table)]
+    lines = [*_body_lines(wearer), *state_lines(state, angle, table)]
     code = int(state.status.flat[0])
     status = STATUS_NAMES[code]
     has_equilibrium = code != NO_EQUILIBRIUM
@@ -136,7 +136,7 @@ def state_page(
     else:
         status = f"{status}: {_no_equilibrium(scalar(state.coupling.elbow_torque))}"
     if target is not None:
-        from tendon_cli.state_page.plot import draw_motor  # only who draws pays for its import
+        from tendon_cli.state_page.plot import draw_motor  # imports matplotlib
 
         draw_motor(target, state, plan, turns=reversal)
     columns = {name: _null_if_nan(scalar(values)) for name, values in state.columns().items()}
@@ -160,7 +160,7 @@ def _null_if_nan(value: float) -> float | None:
 
 
 def _nominal(study: Study) -> tuple[Study, list[str]]:
-    """Return a study with its uncertain numbers at their middle, and a note of it."""
+    """Return a study with its uncertain numbers at their middle, and notes that say so."""
     if study.uncertainty is None or not study.uncertain:
         return study, []
     chooses = " or ".join(f"--set {key}=..." for key in study.uncertain)
@@ -172,7 +172,7 @@ def _nominal(study: Study) -> tuple[Study, list[str]]:
 
 
 def _drawn(study: Study, draw: int) -> tuple[Study, list[str]]:
-    """Return a study with its uncertain numbers from one of its draws, and a note of it.
+    """Return a study with its uncertain numbers from one of its draws, and notes that say so.
 
     Raises:
         UsageError: Nothing is drawn in the study, or it does not have this draw.
@@ -206,7 +206,7 @@ def _no_equilibrium(elbow_torque: float) -> str:
 
 
 def _motor_part(plan: Plan, state: State, *, reversal: bool) -> list[PageLine]:
-    """Return the lines that a speed adds, and those of a turn if `reversal`."""
+    """Return lines of the motor if the study has a speed, and of a turn back if `reversal`."""
     flexion = plan.directions[0] == "flexion"
     speed = plan.study.motion.speed
     lines: list[PageLine] = []
@@ -218,12 +218,12 @@ def _motor_part(plan: Plan, state: State, *, reversal: bool) -> list[PageLine]:
     return lines
 
 
-def _body_lines(worn: PersonStudy | None) -> list[PageLine]:
-    """Return what tape and scale read of a person, and the arm that follows; empty without one."""
-    if worn is None:
+def _body_lines(wearer: PersonStudy | None) -> list[PageLine]:
+    """Return lines of a person's measured body, and of the arm that follows; empty without one."""
+    if wearer is None:
         return []
     lines = []
-    for title, steps in ((f"Body: {worn.name}", worn.body), ("From body to arm", worn.arm)):
+    for title, steps in ((f"Body: {wearer.name}", wearer.body), ("From body to arm", wearer.arm)):
         for step in steps:
             quantity = QUANTITIES[step.quantity]
             values = (step.value,)
@@ -244,7 +244,7 @@ def _first_state(plan: Plan, case: str | None) -> Block:
 
 
 def _notes(plan: Plan, block: Block) -> list[str]:
-    """Return notes of the values that were chosen if the study has several."""
+    """Return notes that say which value and which state are shown if the study has several."""
     notes = []
     for axis, chosen in zip(plan.axes, block.designs, strict=True):
         if len(axis) == 1:

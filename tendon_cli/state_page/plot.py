@@ -1,7 +1,7 @@
 """The figure of a motor.
 
-It shows the motor's torque against its speed over the cycle, the loop that friction opens, and a
-turn.
+It shows the motor's torque against its speed over the cycle, the loop that friction opens, and the
+torque while the spool turns back.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from tendon_cli.quantities import QUANTITIES
 Array = npt.NDArray[np.float64]
 
 _POINTS = 721
+"""Points of each curve."""
 _LIMITS = ("peak_motor_torque", "peak_motor_speed", "peak_motor_power")
 _BOTH_DIRECTIONS = np.array([[True], [False]])
 """True for flexion, (directions, angles)."""
@@ -42,7 +43,7 @@ _DIRECTIONS: dict[str, dict[str, Any]] = {
 
 @dataclass(frozen=True, eq=False)
 class Stroke:
-    """One direction of a cycle: arrays of one length along the motion, in SI."""
+    """One direction of a cycle: arrays of _POINTS along the motion, in SI."""
 
     elbow_angle: Array
     spool_angle: Array
@@ -56,8 +57,8 @@ def draw_motor(path: Path, state: State, plan: Plan, *, turns: bool) -> Path:
     Args:
         path: The file.
         state: The state.
-        plan: The plan of the study. If it has a speed, the strokes are drawn.
-        turns: True to draw the turn at that state.
+        plan: The plan of the study. Both strokes are drawn if the study has a speed.
+        turns: True to draw the torque while the spool turns back at that state.
 
     Raises:
         OutputError: The file cannot be written.
@@ -97,8 +98,8 @@ def draw_motor(path: Path, state: State, plan: Plan, *, turns: bool) -> Path:
             _draw_torque_and_speed(panels[0], strokes, plan.study.limits)
             _draw_loop(panels[1], strokes)
         if turns:
-            path_turned, torque, follows = turn_of(state, plan)
-            _draw_turn(panels[-1], path_turned, torque, follows)
+            angles, torque, follows = turn_of(state, plan)
+            _draw_turn(panels[-1], angles, torque, follows)
             angle = np.degrees(plan.elbow_angles[0])
             panels[-1].set_title(f"Turn from {plan.directions[0]} at {angle:.6g}°")
         for axes in panels:
@@ -132,12 +133,12 @@ def stroke_of(design: Design, plan: Plan, direction: str, speed: float) -> Strok
 
 
 def _along_motion(values: Array) -> Array:
-    """Return values at all points of a stroke, also if they are constant."""
+    """Return values at all points of a stroke; a constant is repeated."""
     return np.array(np.broadcast_to(values.reshape(-1), _POINTS))
 
 
 def turn_of(state: State, plan: Plan) -> tuple[Array, Array, dict[str, tuple[float, float]]]:
-    """Evaluate the turn back of the spool at a state.
+    """Evaluate the motor's torque while the spool turns back at a state.
 
     Returns:
         The angles by which the spool is turned back, rad; the motor's torque at each, N m; and by
@@ -147,14 +148,14 @@ def turn_of(state: State, plan: Plan) -> tuple[Array, Array, dict[str, tuple[flo
     turned = reversal(state, float(plan.elbow_angles[0]), flexion)
     ends = {side: float(np.ravel(getattr(turned, side).turn)[0]) for side in ("flexor", "extensor")}
     positive = [end for end in ends.values() if end > 0.0]
-    path = 1.15 * max(positive or [1e-3]) * np.linspace(0.0, 1.0, _POINTS)
+    turns = 1.15 * max(positive or [1e-3]) * np.linspace(0.0, 1.0, _POINTS)
 
     def torque_at(turn: float) -> float:
         return float(np.ravel(turned.motor_torque(np.asarray(turn)))[0])
 
-    torque = np.array([torque_at(turn) for turn in path])
+    torque = np.array([torque_at(turn) for turn in turns])
     follows = {side: (end, torque_at(end)) for side, end in ends.items() if np.isfinite(end)}
-    return path, torque, follows
+    return turns, torque, follows
 
 
 def _notes(design: Design, plan: Plan, *, turns: bool) -> list[str]:
@@ -218,7 +219,7 @@ def _draw_torque_and_speed(
 
 
 def _draw_loop(axes: Axes, strokes: Mapping[str, Stroke]) -> None:
-    """Draw the loop against the spool's angle, so that its area is work."""
+    """Draw torque over the spool's angle, so that the area of the loop is work."""
     for direction, stroke in strokes.items():
         angle = np.degrees(stroke.spool_angle)
         axes.plot(angle, stroke.motor_torque, gid="curve", **_DIRECTIONS[direction])
