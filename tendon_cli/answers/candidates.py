@@ -86,7 +86,7 @@ def nearest(solutions: Solutions) -> Solutions:
 
 
 def _relative_gap(solutions: Solutions) -> Array:
-    """Return (from - to)/(|from| + |to|), the relative gap of a window; NaN if an end is infinite."""
+    """Return the relative gap (from - to)/(|from| + |to|); NaN if an end is infinite."""
     low = solutions["pretension_from"]
     high = solutions["pretension_to"]
     with np.errstate(invalid="ignore"):

@@ -224,8 +224,8 @@ def sobol(
 ) -> Iterator[Any]:
     """Yield first-order and total indices of results, by Saltelli's design of Sobol points.
 
-    Standard errors come from the bootstrap. A result that is not finite everywhere, or never changes,
-    has no indices.
+    Standard errors are bootstrapped. A result that is not finite everywhere, or never changes, has
+    no indices.
 
     Args:
         results_at: Function from points to results.

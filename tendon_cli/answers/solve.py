@@ -44,7 +44,7 @@ class Solutions:
     - `from_by` and `to_by`: limits that bind, as indices into `limits.LIMIT_NAMES`, or NOTHING.
     - `from_state` and `to_state`: states that bind, as places among directions and angles, -1 if
       the limit belongs to none.
-    - `from_angle` and `to_angle`: elbow angles that bind, rad, if they lie between the samples.
+    - from_angle and to_angle: elbow angles that bind, rad, if they lie between the samples.
     - `has_worst`: true where the columns `WORST` are known; elsewhere they are NaN, or a bound.
     """
 
