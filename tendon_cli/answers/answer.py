@@ -17,9 +17,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MOST_WINDOWS = 10**7
+"""Most windows, choices times conditions, that a dataset holds."""
 _UNDER = (
-    "pretension that keeps every limit under this condition alone; there is none if from is above"
-    " to"
+    "pretension that keeps every limit under this condition alone; there is none if window_from is"
+    " above window_to"
 )
 
 
@@ -40,7 +41,7 @@ class Answer(Result):
     def best_by(self) -> pd.DataFrame:
         """Best choice by each goal, a row per goal.
 
-        A study without goals has the goals that every study has.
+        A study that names no goals has the usual ones: tolerance, pretension and the costs.
         """
         import pandas as pd
 
@@ -85,7 +86,7 @@ class Answer(Result):
 
     @cached_property
     def persons(self) -> pd.DataFrame:
-        """Table with a row per person under the choice named first.
+        """Table with a row per person under the choice that the answer names first.
 
         Raises:
             InputError: The question has no people.

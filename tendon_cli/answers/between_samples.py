@@ -1,4 +1,4 @@
-"""A choice between the samples: its worst values, the error of an end, and its curves."""
+"""One choice between the samples: its worst values, the error of its ends, and its curves."""
 
 from __future__ import annotations
 
@@ -25,25 +25,28 @@ from tendon_cli.studies.measured_motion import at_times
 from tendon_cli.studies.study import keys
 
 _DENSER = 16
-"""Factor by which samples are denser to estimate the error of an end."""
+"""Factor by which samples are made denser to estimate the error of an end."""
 _MOST_NEAR = 16
-"""Conditions that this is done for, the tightest at either end."""
+"""Most conditions at each end for which its error is estimated: the tightest."""
 _MOST_SAMPLES = 2**16
-"""Samples of a trajectory, times the conditions."""
-# The dense grid misses at most 3 % of what is missed near an end, and elsewhere 1.2 % of the worst;
-# the rest is reserve.
+"""Most samples of a trajectory, times the conditions, in an estimate."""
+# The dense samples miss at most 3 % of an error near the ends of the motion, and elsewhere 1.2 % of
+# the largest error; the rest is reserve.
 _SAFE = 1.1
+"""Factor on the error that dense samples find."""
 _MISSED = 0.05
+"""Share of the largest error that is added for the error that dense samples miss."""
 _ROUNDING = 1e-6
-"""Error of what is rounded, N."""
+"""Error that is added for rounding, N."""
 _BESIDE = 0.01
 """Distance from the worst within which a condition may be the worst at other angles.
 
-It is a share of the worst value and of its distance from the least severe one.
+It is a share of the magnitude of the worst value plus its distance from the least severe one.
 """
 _AT_ONCE = 2**8
+"""Conditions that are worked out together."""
 _STEPS = 16
-"""Steps between two angles."""
+"""Dense steps between two angles of the grid."""
 METHOD = (
     "interval arithmetic with outward rounding on Taylor forms of second order over cells of the"
     " angle and of numbers in a box, in both directions, at both ends of the window and of the"
@@ -56,9 +59,9 @@ def worst_between(
 ) -> dict[str, Array]:
     """Return the worst of one choice at all angles over the conditions that it serves.
 
-    Between two angles a quantity may exceed both by an eighth of its second difference. Wherever
-    twice that makes it the worst, it is taken at denser angles and at the tops of the parabolas
-    through these.
+    Between two angles a quantity may exceed its values at both by an eighth of its second
+    difference. Wherever twice that would make it the worst, it is worked out at denser angles and
+    at the tops of the parabolas through these.
 
     Args:
         problem: The question.
@@ -96,7 +99,10 @@ def worst_between(
 
 
 def _quantities_at(design: Design, angles: Array, flexion: Flags) -> Array:
-    """Return six quantities of states, the larger the worse, (6, designs, directions, angles)."""
+    """Return the six quantities of `worst_columns` in states, the larger the worse.
+
+    They are (6, designs, directions, angles), and -infinity where there is no value.
+    """
     state = State.of(design, angles, flexion)
     flexor = state.balance.flexor
     extensor = state.balance.extensor
@@ -119,7 +125,7 @@ def _quantities_at(design: Design, angles: Array, flexion: Flags) -> Array:
 
 
 def _with_tops(values: Array) -> Array:
-    """Return values, and for each that is a peak the top of the parabola through three of them."""
+    """Append the top of the parabola through each peak and its neighbours along the last axis."""
     before = values[..., :-2]
     middle = values[..., 1:-1]
     after = values[..., 2:]
@@ -132,11 +138,11 @@ def _with_tops(values: Array) -> Array:
 def estimate_error(
     problem: Problem, numbers: Numbers, choice: Solutions, ends: Ends
 ) -> float | None:
-    """Estimate the error of ends that are sampled, N, as they are read.
+    """Estimate the error of a window's ends that are only sampled, N, as they are read.
 
     Ends that limits on the whole motion set are sampled, and all ends along a trajectory. The
-    estimate is what samples sixteen times as dense take from the window, and a share of what
-    samples as wide as the window's, displaced by shares of a step, miss at worst.
+    estimate is the amount by which samples sixteen times as dense narrow the window, plus a share
+    of the largest error of samples with the original step, displaced by parts of it.
 
     Args:
         problem: The question.
@@ -145,7 +151,7 @@ def estimate_error(
         ends: Ends of its windows over all angles, (1, conditions), as F0.
 
     Returns:
-        The estimate; None if no end is sampled, or if no window may be left.
+        The estimate; None if no end is sampled, or if it is infinite: the window may be empty.
     """
     trajectory = problem.study.trajectory
     if not problem.bounds.of_motion and trajectory is None:
@@ -182,12 +188,12 @@ def estimate_error(
 
 
 def _tightest_conditions(ends: Array, common: float, most: int) -> Rows:
-    """Return the conditions with the largest ends up to the common one, (most,)."""
+    """Return the `most` conditions with the largest ends that do not exceed the common one."""
     return np.argsort(-np.where(ends <= common, ends, -np.inf))[:most]
 
 
 def _displaced_samples(places: Array) -> tuple[list[Array], Array]:
-    """Return samples displaced by shares of a step, and all of these with more near the ends.
+    """Return samples displaced by parts of a step, and all of them with more near the ends.
 
     Args:
         places: Evenly spaced angles (rad) or times (s).
@@ -207,7 +213,7 @@ def _displaced_samples(places: Array) -> tuple[list[Array], Array]:
 def _ends_over_angles(
     problem: Problem, design: Design, of_states: Ends
 ) -> Callable[[Array], Array]:
-    """Return a function from the angles of the whole motion to common ends.
+    """Return a function from the angles of the whole motion, rad, to `_common_ends`.
 
     Args:
         problem: The question.
@@ -231,9 +237,10 @@ def _ends_over_angles(
 def _ends_over_times(
     problem: Problem, design: Design, trajectory: Trajectory
 ) -> Callable[[Array], Array]:
-    """Return a function from the times of a trajectory's samples to common ends.
+    """Return a function from the times of a trajectory's samples, s, to `_common_ends`.
 
-    With dense samples friction may turn a sample earlier or later; the tightest ends count.
+    Friction may reverse a sample earlier or later. With dense samples both are tried, and the
+    tightest ends count.
     """
 
     def ends(times: Array) -> Array:
@@ -261,7 +268,7 @@ def _ends_over_times(
 
 
 def _common_ends(windows: Window) -> Array:
-    """Return the ends of the common window, the upper one negated, N; infinite without one."""
+    """Return the lower and the negated upper end of the common window, N; infinite if NaN."""
     ends = np.array([windows.low.max(), -windows.high.min()])
     return np.where(np.isnan(ends), np.inf, ends)
 

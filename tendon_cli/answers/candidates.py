@@ -1,4 +1,4 @@
-"""Candidates for an answer: the best choices, those that may matter, and better ones in between."""
+"""Candidates for an answer: the best choices of the grid, and better ones between its points."""
 
 from __future__ import annotations
 
@@ -30,20 +30,22 @@ A single name is that of a limit that no pretension can keep.
 """
 
 STATES_FOR_ALL = 2**30
-"""States of all choices under persons or draws, beyond which only relevant ones get their worst."""
+"""Most states, under persons or draws, for which all choices have worst values."""
 
 _PENALTY = 1e3
 """Cost of a share of a goal that is lost; choices without a window cost twice this, and more."""
 _AT_ONCE_PER_RANGE = 10
 """Points of a generation, for each range that is searched."""
 _GENERATIONS = 120
+"""Most generations of a search."""
 _FEWEST_GENERATIONS = 20
+"""Generations below which a search is not worth while."""
 _STATES = 4e7
 """Most states of one search."""
 _NEAR_AN_EDGE = 1e-4
 """Distance from the end of a range within which the end itself is tried, as a share of it."""
 _SEVEREST = 8
-"""Conditions for each quantity of which the worst bounds that over all conditions."""
+"""Number of conditions for each quantity, over which its worst bounds that over all conditions."""
 _BEST_BOUNDS = {
     "max_tension": -np.inf,
     "max_spring_extension": -np.inf,
@@ -51,7 +53,7 @@ _BEST_BOUNDS = {
     "min_elbow_stiffness": np.inf,
     "max_contact_pressure": -np.inf,
 }
-"""Values that are better than any worst there is."""
+"""Bounds that no worst value can beat, by column."""
 
 
 def conflicts_of(solutions: Solutions) -> dict[LimitPair, Rows]:
@@ -77,14 +79,14 @@ def conflicts_of(solutions: Solutions) -> dict[LimitPair, Rows]:
 
 
 def nearest(solutions: Solutions) -> Solutions:
-    """Return the choice that is nearest to a window: it serves most, and misses by least."""
+    """Return the choice nearest to a window: it serves most, and of these misses by least."""
     gap = _relative_gap(solutions)
     order = np.lexsort((solutions.row, np.where(np.isnan(gap), np.inf, gap), -solutions["served"]))
     return solutions.select(order[:1])
 
 
 def _relative_gap(solutions: Solutions) -> Array:
-    """Return (from - to)/(|from| + |to|); NaN if nothing bounds the window."""
+    """Return the relative gap (from - to)/(|from| + |to|); NaN if an end is infinite."""
     low = solutions["pretension_from"]
     high = solutions["pretension_to"]
     with np.errstate(invalid="ignore"):
@@ -92,9 +94,9 @@ def _relative_gap(solutions: Solutions) -> Array:
 
 
 def best_of(solutions: Solutions, scores: Array) -> int:
-    """Return the place of the highest score, (choices,).
+    """Return the place of the choice with the highest of the scores, (choices,).
 
-    Of equal ones, such as all that serve everyone, it is that of the largest tolerance.
+    The tolerance decides among equal scores, such as those of all choices that serve everyone.
     """
     tolerance = solutions.scores((Goal("tolerance", maximise=True),))[:, 0]
     return int(np.lexsort((-tolerance, -scores))[0])
@@ -121,7 +123,7 @@ def relevant(solutions: Solutions, goals: tuple[Goal, ...]) -> Rows:
 
 
 def leaves_out(problem: Problem) -> bool:
-    """Return True if choices that do not matter are left without their worst values."""
+    """Return True if choices that are not relevant are left without worst values to save time."""
     goals = {goal.column: goal.maximise for goal in goals_of(problem.study)}
     has_bounds = all(
         goals[name] == (name == "min_elbow_stiffness") for name in WORST if name in goals
@@ -131,11 +133,12 @@ def leaves_out(problem: Problem) -> bool:
 
 
 def solve_part(problem: Problem, rows: Rows) -> Solutions:
-    """Solve choices by their rows, with the worst at the pretension of each, or of the relevant.
+    """Solve choices by their rows, with the worst values at the pretension of each.
 
-    The worst over a few conditions bounds the worst over all. By such bounds the relevant ones are
-    chosen, worked out, and chosen again, until all of them are known: no other choice is better
-    than its bound, so these are the right ones.
+    If `leaves_out`, only relevant choices have worst values. The worst over a few conditions bounds
+    the worst over all. Relevant choices are selected by such bounds, worked out, and selected
+    again, until the worst values of all of them are known: no other choice is better than its
+    bound, so the selection is right.
     """
     if not leaves_out(problem):
         return solve_rows(problem, rows)
@@ -145,7 +148,7 @@ def solve_part(problem: Problem, rows: Rows) -> Solutions:
     solved = Solutions(solved.results, rows, problem.choices.columns(rows))
 
     def at_pretension(places: Rows) -> tuple[Numbers, Array]:
-        """Select numbers and pretensions of choices."""
+        """Return the numbers and the pretensions of some choices."""
         return select_numbers(numbers, places), solved["pretension"][places]
 
     first = np.array([np.argmax(solved["served"])])
@@ -186,8 +189,8 @@ def summarise(choices: Solutions, goals: tuple[Goal, ...]) -> Note:
 def front(scores: Array) -> Rows:
     """Return the rows of scores, (rows, goals), that no other row beats, ascending.
 
-    A row beats another if it is as good in every goal and better in one. Of rows that are equal in
-    every goal the first stands for all.
+    A row beats another if it is as good in every goal and better in one. If rows are equal in
+    every goal, only the first is returned.
     """
     _, first = np.unique(scores, axis=0, return_index=True)
     # In this order no row is beaten by one that comes after it.
@@ -202,7 +205,7 @@ def front(scores: Array) -> Rows:
 
 
 def losses(scores: Array) -> Array:
-    """Return the share of each goal's span that a row of the front loses: 0 is best, 1 worst."""
+    """Return the share of each goal's span that rows of a front lose, (rows, goals): 0 is best."""
     span = np.ptp(scores, axis=0)
     return np.asarray((scores.max(axis=0) - scores) / np.where(span > 0.0, span, 1.0))
 
@@ -217,7 +220,7 @@ def compromise(scores: Array) -> int:
 
 
 def refine_choice(problem: Problem, goals: tuple[Goal, ...], start: Solutions) -> Solutions | None:
-    """Search a better choice between the points of the grid.
+    """Search for a better choice between the points of the grid.
 
     With one goal it is the best; with several it is as good in all of them, and better in their
     sum.
@@ -258,7 +261,7 @@ def refine_choice(problem: Problem, goals: tuple[Goal, ...], start: Solutions) -
 
     place = np.array([_place(axis, start.scalar(axis.column)) for axis in axes])
     steps = np.array([1.0 / (len(axis) - 1) for axis in axes])
-    point = _evolved(cost, place, steps, generations)
+    point = _evolve(cost, place, steps, generations)
     best = solve_columns(problem, columns(point[np.newaxis]), 1)
     after = best.scores(goals)[0]
     is_better = np.all(after >= before) and np.any(after > before + 1e-9 * scale)
@@ -269,9 +272,9 @@ def _value(axis: Axis, place: Array) -> Array:
     """Return values of a range at places from 0 to 1 along its grid."""
     first = axis.values[0]
     last = axis.values[-1]
-    inner = first * (last / first) ** place if axis.is_log else first + (last - first) * place
-    from_first = np.where(place >= 1.0, last, inner)
-    return np.asarray(np.where(place <= 0.0, first, from_first))
+    values = first * (last / first) ** place if axis.is_log else first + (last - first) * place
+    values = np.where(place >= 1.0, last, values)
+    return np.asarray(np.where(place <= 0.0, first, values))
 
 
 def _place(axis: Axis, value: float) -> float:
@@ -288,10 +291,11 @@ def _cost_without_window(problem: Problem, solutions: Solutions) -> Array:
     return np.asarray(2.0 * _PENALTY + (problem.enough - solutions["served"]))
 
 
-def _evolved(cost: Callable[[Array], Array], start: Array, steps: Array, generations: int) -> Array:
-    """Return the point of least cost, by differential evolution from around a start.
+def _evolve(cost: Callable[[Array], Array], start: Array, steps: Array, generations: int) -> Array:
+    """Return the point of least cost, (ranges,), by differential evolution.
 
-    Edges that it is near to are tried as well.
+    Half of the first points lie near the start, the others anywhere. If the best point lies near
+    the ends of some ranges, the point at these ends is tried, too.
 
     Args:
         cost: Function from points, (ranges, points), to costs, (points,).

@@ -37,7 +37,7 @@ _LEAST_BYTES = 40
 
 
 class Choices(Task):
-    """Task that folds every choice of a question to the window of its conditions."""
+    """Task that solves every choice of a question under its conditions, and records the answer."""
 
     verb = "design"
 
@@ -45,7 +45,7 @@ class Choices(Task):
         self.problem = problem
         self.stop = problem.stop
         self.persons = problem.group_axis
-        """Axis of persons or draws, each of whom has a row of a table that is written last."""
+        """Axis of persons or draws, whose table is written last; None if there are neither."""
         states = len(problem.choices) * len(problem.conditions) * problem.states_per_design
         if states >= 2**63:
             raise SizeError("more than 2^63 states", hint="fewer values on an axis")
@@ -131,9 +131,9 @@ class Choices(Task):
         rows = {"choices": answer_tables.choice_rows(self.problem, solutions, refined, on_front)}
         if "conditions" in tables:
             rows["conditions"] = answer_tables.condition_rows(self.problem)
-        for table, sink in tables.items():
+        for table, target in tables.items():
             count = self.rows(table, index)
-            sink.fill(count, columns_writer(rows[table], (count,)))
+            target.fill(count, columns_writer(rows[table], (count,)))
         return summarise(solutions, goals_of(self.study))
 
     def is_note(self, index: int, note: Any) -> bool:
@@ -158,7 +158,7 @@ class Choices(Task):
         return f"choices {part.start} to {part.stop - 1}"
 
     def results(self, notes: Sequence[Note]) -> dict[str, Any]:
-        """Return the record of the answer, from the choices that may matter."""
+        """Return the record of the answer, from the notes of all parts."""
         record, chosen, row = make_record(self.problem, notes)
         if self.persons is not None:
             windows = GroupWindows.of(self.problem, chosen.columns)
@@ -175,8 +175,8 @@ class Choices(Task):
     ) -> Iterator[FinalFile]:
         """Yield the files that follow from the whole record.
 
-        They are the parts with choices that the record names, the last part, which the choices
-        between the grid's points are added to, and the table of persons or draws.
+        They are the parts with choices that the record names; the last part, to which the choices
+        between the points of the grid are added; and the table of persons or draws.
 
         Args:
             record: The record of the answer.
@@ -209,7 +209,7 @@ class Choices(Task):
             yield self._persons_file(self.persons, record["population"])
 
     def _persons_file(self, axis: Axis, population: Mapping[str, Any]) -> FinalFile:
-        """Return the table of persons under the choice that the record names first."""
+        """Return the file of persons or draws under the choice that the record names first."""
         table = f"{axis.key}s"
         chosen = {}
         for column in self.columns("choices"):

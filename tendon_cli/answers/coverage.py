@@ -1,9 +1,10 @@
 """The share of persons, draws or conditions that one pretension serves, and the few best suits.
 
-The share changes only where a window begins or ends, so all follows from the sorted ends. Windows
-are closed: two that only touch share one pretension. Only the largest sets of persons that a suit
-serves matter, those between an end at which a window begins and the next one, at which a window
-ends; which few of these serve most is a problem of maximal coverage.
+The share changes only where a window begins or ends, so that everything follows from the sorted
+ends. Windows are closed: two that only touch share one pretension. For the best few suits only the
+largest sets of persons matter that a suit serves at one pretension. Each is found where a window
+begins and the next end is one at which a window ends. To choose the few sets that together serve
+most is a problem of maximal coverage.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from tendon_cli import say
 from tendon_cli.model.kinematics import Array, Flags
 
 ROUNDING = 1e-12
-"""Difference of shares that are equal but for the rounding of sums."""
+"""Relative difference of shares or pretensions that are equal but for rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +32,7 @@ class Coverage:
     high: Array
     """Upper end, N; infinite if nothing bounds it."""
     windows: npt.NDArray[np.int64]
-    """Number of such intervals."""
+    """Number of intervals that serve enough."""
     served: Array
     """Largest share that one pretension serves."""
     best_low: Array
@@ -41,22 +42,22 @@ class Coverage:
 
 
 def share_served(low: Array, high: Array, weighting: Array, *, enough: float = 1.0) -> Coverage:
-    """Return what one pretension can serve of groups.
+    """Return the windows and shares of groups that one pretension can serve.
 
     Args:
         low: Lower ends of the windows, (choices, groups), N. A window is empty where low > high, or
             where an end is NaN.
         high: Upper ends.
         weighting: Weights of the groups, (groups,).
-        enough: Share of the weighting that a window must serve.
+        enough: Share of the weighting that one pretension must serve.
     """
     is_open = low <= high
     weight = np.where(is_open, normalise(weighting), 0.0)
     starts = np.where(is_open, low, np.inf)
     stops = np.where(is_open, high, np.inf)
     ends = np.concatenate([starts, stops], axis=1)
-    # Beginnings stand before ends, and stay so where both are at one pretension: windows that touch
-    # overlap there.
+    # A stable sort leaves starts before stops at the same pretension: windows that touch overlap
+    # there.
     order = np.argsort(ends, axis=1, kind="stable")
     sorted_ends = np.take_along_axis(ends, order, axis=1)
     changes = np.take_along_axis(np.concatenate([weight, -weight], axis=1), order, axis=1)
@@ -114,7 +115,7 @@ def group_windows(low: Array, high: Array, groups: npt.NDArray[np.int64]) -> tup
 
 
 def serves(low: Array, high: Array, pretension: Array | float) -> Flags:
-    """Return True where pretensions are in windows, but for rounding."""
+    """Return True where pretensions lie in windows, apart from rounding."""
     with np.errstate(invalid="ignore"):
         is_above_low = low <= pretension * (1 + ROUNDING)
         is_below_high = pretension <= high * (1 + ROUNDING)
@@ -128,12 +129,12 @@ def normalise(weighting: Array) -> Array:
 
 
 def effective_count(weighting: Array) -> float:
-    """Return the number of equally weighted persons that say as much: (Σw)² / Σw² (Kish)."""
+    """Return the number of equally weighted persons that tell as much: (Σw)² / Σw² (Kish)."""
     return float(1.0 / np.sum(np.square(normalise(weighting))))
 
 
 def share_at(pretension: Array | float, low: Array, high: Array, weighting: Array) -> Array:
-    """Return the share of windows that hold each pretension.
+    """Return the share of windows that contain each pretension.
 
     Args:
         pretension: Pretensions, N.
@@ -151,7 +152,7 @@ def share_at(pretension: Array | float, low: Array, high: Array, weighting: Arra
 def _weight_up_to(
     places: Array, ends: Array, weighting: Array, side: Literal["left", "right"]
 ) -> Array:
-    """Sum the weights of ends up to some places; ends at the place itself count on the right."""
+    """Sum the weights of ends below each place; with side "right" also of those at the place."""
     order = np.argsort(ends, kind="stable")
     sums = np.concatenate([[0.0], np.cumsum(weighting[order])])
     return np.asarray(sums[np.searchsorted(ends[order], places, side=side)])
@@ -184,7 +185,7 @@ class Curve:
 
 
 def curve(low: Array, high: Array, weighting: Array) -> Curve:
-    """Return the share served from the first window's beginning to the last one's end.
+    """Return the curve of the share served, from the lowest to the highest end of a window.
 
     Args:
         low: Lower ends of the windows, (windows,), N.
@@ -210,7 +211,7 @@ class Sizes(NamedTuple):
     """The suits that together serve most."""
 
     choices: tuple[int, ...]
-    """Rows of the windows, ascending."""
+    """Choice of each suit, as a row of the windows, ascending."""
     pretensions: tuple[float, ...]
     """Pretension of each suit, N: the middle of those at which it serves the same persons."""
     share: float
@@ -226,7 +227,7 @@ def best_sizes(
 ) -> tuple[Sizes, ...]:
     """Return the suits that serve the largest share, with one suit, with two, and so on.
 
-    A further suit counts only if it serves more.
+    If a further suit does not serve more, the suits before it are returned again.
 
     Args:
         low: Lower ends of the windows, (choices, persons), N. A window is empty where low > high,
@@ -268,7 +269,7 @@ def _largest_sets(low: Array, high: Array) -> tuple[npt.NDArray[np.int64], Array
     for choice, (starts, stops) in enumerate(zip(low, high, strict=True)):
         is_open = starts <= stops
         ends = np.concatenate([starts[is_open], stops[is_open]])
-        order = np.argsort(ends, kind="stable")  # at one pretension windows begin before others end
+        order = np.argsort(ends, kind="stable")  # windows that touch overlap
         is_beginning = order < is_open.sum()
         last = np.flatnonzero(is_beginning[:-1] & ~is_beginning[1:])
         begin = ends[order[last]]
@@ -294,7 +295,7 @@ def _covering(is_served: Flags, weights: Array, most: int) -> list[int]:
     kinds, kind_of = np.unique(is_served, axis=1, return_inverse=True)
     weight = np.bincount(kind_of.ravel(), weights=weights, minlength=kinds.shape[1])
     sets, persons = kinds.shape
-    # A person is at most the sum of the chosen sets that serve him; at most `most` sets are chosen.
+    # A person counts at most as often as chosen sets serve them; at most `most` sets are chosen.
     covered = hstack([csr_array(-kinds.T.astype(np.float64)), eye_array(persons)])
     chosen = np.concatenate([np.ones(sets), np.zeros(persons)])
     solved = milp(
@@ -311,7 +312,7 @@ def _covering(is_served: Flags, weights: Array, most: int) -> list[int]:
 
 
 def _without_idle(is_served: Flags, weights: Array, chosen: list[int]) -> list[int]:
-    """Return the chosen sets without those that serve nobody whom the others do not."""
+    """Return the chosen sets without those whose persons are all served by the others."""
     for row in sorted(chosen, key=lambda row: float(is_served[row] @ weights)):
         others = [other for other in chosen if other != row]
         if not (is_served[row] & ~is_served[others].any(axis=0)).any():

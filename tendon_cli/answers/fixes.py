@@ -37,28 +37,30 @@ PARAMETERS = {
 _POINTS = 65
 """Values tried on the way to the end of a plausible range."""
 _SECTIONS = 16
-"""Values tried between two of these."""
+"""Values tried between two neighbours of these."""
 _ZOOMS = 4
-"""Times that a narrow window is sought between three values."""
+"""Most times that a narrow window is sought around the most promising value."""
 _ROUNDS = 14
 """Rounds in which the value at which a window opens is narrowed down."""
 _MOST = 250_000
-"""States of one choice under all conditions; beyond it, some conditions stand for all."""
+"""Most states of one choice under all conditions; beyond it, only some groups are tried."""
 _OF_MOTOR = 50
-"""States that take as long as one does with limits on the motor."""
+"""Factor on the time of a state with limits on the motor."""
 _FEW = 8
-"""Groups that are kept at least."""
+"""Fewest groups that are tried."""
 
 FirstOpen = Callable[[Array], tuple[int | None, int]]
-"""Function from values to the place of the first that gives a window, and of the nearest to it."""
+"""Function from values to two places: of the first that gives a window (None if none does), and of
+the one that is nearest to giving one."""
 
 
 def fixes(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
-    """Return what each parameter alone does for one choice, as recorded, the least change first.
+    """Return the least change of each parameter alone that gives one choice a window, as recorded.
 
-    Values are SI. `after` is null if no value within the plausible range gives a window. Otherwise
-    `printed` is a value that a study can have, rounded so that it gives one, too, and
-    `printed_pretension` is a pretension in that window, N.
+    The parameter that changes by the smallest factor comes first. Values are SI. `after` is null if
+    no value within the plausible range gives a window. Otherwise `printed` is a value that a study
+    can have, rounded so that it gives one, too, and `printed_pretension` is a pretension in that
+    window, N.
     """
     numbers = problem.numbers_of(choice.columns)
     all_fixes = []
@@ -73,9 +75,9 @@ def fixes(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
 
 
 def sampled(problem: Problem, choice: Solutions) -> Problem:
-    """Return the question under as many persons, draws or conditions as changes can be tried for.
+    """Return the question for some of its groups if all are too many to try changes for.
 
-    They are drawn at random, besides those that bind the choice.
+    They are the groups that bind the choice, and others at random.
     """
     groups = len(problem.weighting)
     states = len(problem.conditions) * problem.states_per_design
@@ -110,6 +112,7 @@ def _fix(problem: Problem, numbers: Numbers, key: str, before: float) -> dict[st
         return solve(problem, changed | {key: values}, len(values), with_worst=with_worst)
 
     def first_open(values: Array) -> tuple[int | None, int]:
+        """Return the places of the first value with a window, and of the nearest to one."""
         solved = solve_at(values)
         is_open = solved["feasible"]
         nearest = int(np.argsort(_width(problem, solved), kind="stable")[-1])
@@ -159,10 +162,10 @@ def _printed(
 
 
 def _nearest_open(first_open: FirstOpen, before: float, end: float) -> float | None:
-    """Return the value nearest to `before`, on the way to `end`, that gives a window."""
+    """Return the value nearest to `before`, toward `end`, that gives a window; None without one."""
     values = np.geomspace(before, end, _POINTS)
     place, nearest = first_open(values)
-    # A narrow window may hide between three values, around the one that is nearest to have one.
+    # A narrow window may hide on either side of the value that is nearest to giving one.
     for _ in range(_ZOOMS):
         if place is not None:
             break
@@ -185,7 +188,7 @@ def edge(
     rounds: int,
     spaced: Callable[..., Array] = np.linspace,
 ) -> float:
-    """Narrow down the value at which a window opens, and return the last that has one.
+    """Narrow down the value at which a window opens, and return the nearest that has one.
 
     Args:
         first_open: Function from values to the place of the first that gives a window.
@@ -208,7 +211,7 @@ def edge(
 
 
 def _width(problem: Problem, solutions: Solutions) -> Array:
-    """Return the width of windows, N, or if a share is enough, the share served beyond it."""
+    """Return the width of windows, N; if a share is enough, the share served in excess of it."""
     if problem.enough < 1.0:
         return solutions["served"] - problem.enough
     with np.errstate(invalid="ignore"):
@@ -217,7 +220,7 @@ def _width(problem: Problem, solutions: Solutions) -> Array:
 
 
 def fixes_table(fixes: list[Row]) -> Iterator[say.Block]:
-    """Yield the table of what each parameter alone would have to become."""
+    """Yield the table of the value that each parameter alone would have to take."""
     lines = [["", "N", *COSTS.values()]]
     idle = []
     for fix in fixes:

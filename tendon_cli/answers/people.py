@@ -1,4 +1,4 @@
-"""One choice for every person, or over draws of what is uncertain, as an answer records it."""
+"""The record of one choice for persons or draws: whom it serves, why not others, and sizes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import LIMIT_NAMES, Codes
 from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, Axis, Rows
-from tendon_cli.studies.people.population import Population as People
+from tendon_cli.studies.people.population import Population
 from tendon_cli.studies.values import RIGID
 
 MOST_SIZES = 3
@@ -37,7 +37,9 @@ _MOST_ALONG = 16
 _MOST_PERSONS = 1000
 """Persons for whom sizes are chosen, the first ones: the search grows with their square."""
 _MOST_OF_CURVE = 1000
+"""Most points of the recorded curve."""
 _MOST_NAMES = 100
+"""Most names recorded for a reason."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +66,7 @@ class GroupWindows:
         groups = int(problem.groups[-1]) + 1
         low = windows.low.reshape(groups, -1)  # (groups, conditions of each)
         high = windows.high.reshape(groups, -1)
-        first_binding = np.argmax(low, axis=1)  # a NaN counts as the largest, and as the smallest
+        first_binding = np.argmax(low, axis=1)  # argmax and argmin take the first NaN
         last_binding = np.argmin(high, axis=1)
         rows = np.arange(groups)
         first_condition = rows * low.shape[1]
@@ -82,8 +84,8 @@ class GroupWindows:
         return serves(self.low, self.high, pretension)
 
 
-def people_of(problem: Problem) -> People | None:
-    """Return the people of a question; None if it is about draws."""
+def people_of(problem: Problem) -> Population | None:
+    """Return the people of a question; None if it has no axis of persons."""
     study = problem.study
     if study.people is None or PERSON_AXIS not in study.axes:
         return None
@@ -91,7 +93,7 @@ def people_of(problem: Problem) -> People | None:
 
 
 def person_of(problem: Problem, groups: Rows) -> Rows:
-    """Return the row of the population that each group belongs to, for a question of people."""
+    """Return the row of the population that each group belongs to, for a question about people."""
     draws = len(problem.axes[DRAW_AXIS]) if DRAW_AXIS in problem.axes else 1
     return groups // draws
 
@@ -99,7 +101,7 @@ def person_of(problem: Problem, groups: Rows) -> Rows:
 def population(
     problem: Problem, chosen: Solutions, row: dict[str, Any], windows: GroupWindows
 ) -> dict[str, Any]:
-    """Return what a choice is for persons or draws, as recorded.
+    """Return the record of a choice for persons or draws: whom it serves, and why not the others.
 
     Args:
         problem: The question.
@@ -145,9 +147,9 @@ def population(
 
 
 def _spread_of_settings(problem: Problem, chosen: Solutions) -> dict[str, list[float]]:
-    """Return what gauges show at the choice's pretension, from and to, N.
+    """Return the range over persons of each tension to set at the choice's pretension, N.
 
-    The range holds nine persons of ten, or if they are few all of them.
+    It holds nine persons in ten, or all of them if they are few; it is empty without people.
     """
     axis = problem.group_axis
     if axis is None:
@@ -158,7 +160,7 @@ def _spread_of_settings(problem: Problem, chosen: Solutions) -> dict[str, list[f
     return {name: np.quantile(values, shares).tolist() for name, values in tensions.items()}
 
 
-def _by_sex(problem: Problem, people: People, served: Flags) -> list[dict[str, Any]]:
+def _by_sex(problem: Problem, people: Population, served: Flags) -> list[dict[str, Any]]:
     """Return the share that the pretension serves among men and among women."""
     if problem.study.design.by != "sex":
         return []
@@ -187,11 +189,11 @@ def _by_sex(problem: Problem, people: People, served: Flags) -> list[dict[str, A
 def reasons_not_served(
     problem: Problem, windows: GroupWindows, pretension: float
 ) -> list[dict[str, Any]]:
-    """Return those whom a pretension does not serve, by reason, as recorded.
+    """Return the reasons why a pretension does not serve some groups, as recorded.
 
-    The most frequent reason is the first. A reason has the limit that is not kept, or if no
-    pretension would do, both that conflict; for each limit the condition under which most of them
-    meet it; and who they are, the farthest from being served first.
+    The most frequent reason comes first. A reason names the limit that is not kept, or both limits
+    that conflict if no pretension would do; for each limit the condition under which it binds for
+    most of these groups; and the persons, the farthest from being served first.
 
     Args:
         problem: The question.
@@ -248,13 +250,13 @@ def reasons_not_served(
 
 
 def _most_frequent(problem: Problem, conditions: Rows) -> int:
-    """Return the condition that binds in most groups, as that of the first of these groups."""
+    """Return the condition that binds in most groups, as a row of the first of these groups."""
     per_group = len(problem.conditions) // (int(problem.groups[-1]) + 1)
     within = conditions % per_group
     return int(conditions[np.argmax(within == np.bincount(within).argmax())])
 
 
-def _differences(people: People, members: Rows) -> Iterator[tuple[str, dict[str, float]]]:
+def _differences(people: Population, members: Rows) -> Iterator[tuple[str, dict[str, float]]]:
     """Yield the dimensions in which persons differ from everyone, the largest difference first.
 
     Means are SI; `deviations` is the difference in standard deviations.
@@ -275,7 +277,7 @@ def _differences(people: People, members: Rows) -> Iterator[tuple[str, dict[str,
 
 
 def _sizes(problem: Problem, chosen: Solutions) -> Iterator[tuple[str, list[dict[str, Any]]]]:
-    """Yield the best few suits along each axis of the choices, all else as in the one chosen."""
+    """Yield the best few suits along each axis of the choices, all else as in the chosen one."""
     draws = len(problem.weighting) // problem.counts[PERSON_AXIS]
     persons = min(problem.counts[PERSON_AXIS], _MOST_PERSONS)
     per_group = len(problem.conditions) // len(problem.weighting)
@@ -293,7 +295,7 @@ def _sizes(problem: Problem, chosen: Solutions) -> Iterator[tuple[str, list[dict
         columns[axis.column] = along if axis.names else axis.values[along]
         ends = of_persons.ends(problem.numbers_of(columns), len(along))
         low, high = group_windows(ends.low, ends.high, problem.groups[:conditions])
-        if draws > 1:  # the window of a person is of enough of the draws
+        if draws > 1:  # a person's window serves enough of the draws
             covered = coverage.share_served(
                 low.reshape(-1, draws),
                 high.reshape(-1, draws),

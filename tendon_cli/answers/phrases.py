@@ -1,4 +1,4 @@
-"""Choices, conditions, persons and draws in words, made of the record of an answer."""
+"""Choices, conditions, persons and draws in words, from the record of an answer."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Row = Mapping[str, Any]
 """A part of the record of an answer, such as a row of `choices.parquet`."""
 
 COSTS = {"max_tension": "tension", "max_spring_extension": "spring", "peak_motor_torque": "torque"}
-"""Costs of a choice, and the heads of these columns in small tables."""
+"""Columns of a choice's costs, and their heads in small tables."""
 
 MORE = "more"
 """Needs more pretension to be served."""
@@ -35,12 +35,13 @@ _NEEDS = {
 }
 _SUITS = ("one suit", "two suits", "three suits")
 _MOST_NAMED = 3
+"""Most persons who are named."""
 _DIFFERENT = 0.5
-"""Standard deviations from which on those who are not served differ from everyone."""
+"""Standard deviations by which those who are not served must differ from everyone to say so."""
 
 
 def parameter(key: str, value: float | str) -> str:
-    """Say a number of a study, as a record has it, with its symbol."""
+    """Say a recorded number of a study with its symbol and unit."""
     number = math.inf if value == RIGID else float(value)
     return say.parameter(keys()[key].number.quantity, number, say.side_of(key))
 
@@ -61,7 +62,7 @@ def condition_words(conditions: Space, condition: int, *, but_first: bool = Fals
     Args:
         conditions: All conditions.
         condition: The row.
-        but_first: True to leave out the person or draw that it belongs to.
+        but_first: True to leave out the first axis, of the person or draw that it belongs to.
     """
     columns = conditions.columns(np.array([condition]))
     words = []
@@ -77,14 +78,14 @@ def costs(row: Row) -> list[str]:
 
 
 def everyone(counts: Mapping[str, int], count: int, kind: str) -> str:
-    """Say what a share counts: "1,000 persons", "this person's 256 draws".
+    """Say who or what a share is counted in: "1,000 persons", "this person's 256 draws".
 
     Pairs are "192 pairs of 3 persons and 64 draws".
 
     Args:
         counts: Numbers of persons and draws.
-        count: Number of what the share counts.
-        kind: Its noun in the plural.
+        count: Number of groups: persons, pairs, draws or conditions.
+        kind: Their noun in the plural.
     """
     persons = counts.get("person", 0)
     draws = counts.get("draw", 0)
@@ -104,7 +105,7 @@ def ends_of(row: Row) -> tuple[Any, float]:
 
 
 def end_words(problem: Problem, row: Row, end: str) -> str:
-    """Say one end of a window, "from" or "to", with what binds there."""
+    """Say one end of a window, "from" or "to", with the limit, condition and state that bind."""
     limit = row[f"{end}_by"]
     if limit is None:
         return "no lower limit: taut without pretension" if end == "from" else "no upper limit"
@@ -159,11 +160,11 @@ def why_not(problem: Problem, limits: list[str], conditions: list[int]) -> str:
 
 
 def population_share(population: Row) -> str:
-    """Say the share that the pretension serves, of whom, and what that says of everyone.
+    """Say the share that the pretension serves, of whom, and its interval for everyone.
 
     "all 1,000 persons (at least 99.6 %)", "96.9 % of this person's 256 draws (94 to 98.5 %)",
-    "90 % of 192 pairs of 3 persons and 64 draws". Pairs of several persons are no sample of
-    independent ones, so that they have no interval.
+    "90 % of 192 pairs of 3 persons and 64 draws". Pairs of several persons are not
+    independent samples, so that their share has no interval.
     """
     count = population["count"]
     served = population["served"]
@@ -181,7 +182,7 @@ def population_share(population: Row) -> str:
 
 
 def population_blocks(problem: Problem, population: Row) -> Iterator[say.Block]:
-    """Yield what an answer says of persons or draws."""
+    """Yield the blocks of an answer about persons or draws."""
     counts = population["counts"]
     choice = row_words(problem.choices, population["values"])
     served = _served(population)
@@ -199,7 +200,7 @@ def population_blocks(problem: Problem, population: Row) -> Iterator[say.Block]:
 
 
 def _served(population: Row) -> str:
-    """Say the share that the pretension serves, with what the sample says of everyone."""
+    """Say the share that the pretension serves, and the pretension that would serve most."""
     most = population["largest_share"]
     is_single = population["count"] == 1
     if not most > 0.0:

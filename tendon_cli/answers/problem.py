@@ -1,4 +1,4 @@
-"""Windows of a question's choices under its conditions, in portions that memory has room for."""
+"""Windows of a question's choices under its conditions, in portions that fit into memory."""
 
 from __future__ import annotations
 
@@ -32,6 +32,7 @@ _STATES_AT_ONCE = 2**21
 _MOTOR_IN_NUMPY = 8
 """Factor by which a portion is smaller with limits on the motor, whose arrays hold all states."""
 _REFINED_AT_ONCE = 2**12
+"""Ends that are sought between the angles together."""
 _SEVERAL = {"peak_motor_power", "max_motor_work_in", "max_friction_loss", "min_efficiency"}
 """Limits that several intervals of pretension may keep."""
 
@@ -52,13 +53,13 @@ class Problem(Question):
     def ends(self, numbers: Numbers, count: int, *, named: bool = False) -> Ends:
         """Return the ends of windows, (choices, conditions), in half the time of `windows`.
 
-        They are whole windows if `named`, or if the limits that bind follow without more work.
+        They are a `Window` if `named`, or if the limits that bind follow without more work.
         """
         ends = self.ends_over_angles(numbers, count)
         return self.finish_ends(ends, numbers, named=named)
 
     def finish_ends(self, ends: Ends, numbers: Numbers, *, named: bool = False) -> Ends:
-        """Return ends within all limits, as they are read, from those of limits on states, as F0.
+        """Turn ends that limits on states set, as F0, into ends of all limits, as they are read.
 
         Args:
             ends: Ends of `ends_over_angles`, (choices, conditions).
@@ -94,7 +95,7 @@ class Problem(Question):
     def ends_over_angles(self, numbers: Numbers, count: int) -> Ends:
         """Return the ends that limits on states set, (choices, conditions), as F0.
 
-        Ends that may matter to their choice are those over all angles, others over `angles` alone.
+        Ends that may set the window of their choice hold over all angles, others at `angles` alone.
         """
         is_continuous = self.study.trajectory is None and self.angles.size >= 3
         if not is_continuous:
@@ -121,10 +122,10 @@ class Problem(Question):
         return Ends(**folded)
 
     def _refine_between_angles(self, ends: Ends, numbers: Numbers) -> None:
-        """Seek the ends that may bind between the angles, in place.
+        """Replace ends that may set the window of their choice by those over all angles, in place.
 
         Args:
-            ends: Ends over the angles `with_edges`; their states become those of `angles`.
+            ends: Ends over the angles of `with_edges`; their states become those of `angles`.
             numbers: Numbers of the choices.
         """
         low_may_bind, high_may_bind = self._may_bind(ends)
@@ -149,11 +150,11 @@ class Problem(Question):
                 )
 
     def _may_bind(self, ends: Ends) -> tuple[Flags, Flags]:
-        """Select the lower and upper ends, (choices, conditions), that may set those of a choice.
+        """Return True for lower and upper ends that may set the window of their choice.
 
-        They may do so at any angle near the one that binds among `angles`.
+        They may do so once they are sought between the angles; both are (choices, conditions).
         """
-        # The order of readings may differ from that of F0: then all are sought.
+        # Ends as they are read may have another order than as F0: then all are sought.
         if not 0.0 < self.near < np.inf or not self.is_f0:
             all_or_none = np.full(ends.low.shape, self.near > 0.0)
             return all_or_none, all_or_none
@@ -169,7 +170,7 @@ class Problem(Question):
     def chunks(
         self, numbers: Numbers, count: int, pretension: Array | None = None
     ) -> Iterator[tuple[slice, slice, Design]]:
-        """Yield choices and conditions that are worked out together, and their designs.
+        """Yield portions: choices and conditions that are worked out together, and their designs.
 
         A portion has several of both, so that what depends on one of them alone is worked out once.
 
@@ -206,7 +207,7 @@ class Problem(Question):
 
 
 def _near_any(ends: Array, references: list[Array], share: float) -> Flags:
-    """Return True where ends, (choices, conditions), lie near a reference, (choices,)."""
+    """Return True where ends, (choices, conditions), lie near any reference, (choices,)."""
     is_near = np.zeros(ends.shape, dtype=np.bool_)
     with np.errstate(invalid="ignore"):
         for reference in references:
@@ -232,7 +233,7 @@ def question_of(study: Study) -> Problem:
 
 
 def _notes(problem: Problem) -> Iterator[str]:
-    """Yield notes on what is left out, on intervals, on people and on what is not drawn."""
+    """Yield notes on numbers left out, on intervals, on people and on numbers not drawn."""
     study = problem.study
     pretensions = [key for key in study.numbers if split_side(key)[0] == PRETENSION]
     of_cases = [split_side(key)[0] for case in study.cases for key in case_numbers(case)]
@@ -266,13 +267,13 @@ def _notes(problem: Problem) -> Iterator[str]:
     several = [name for name in study.limits if name in _SEVERAL]
     if several:
         yield (
-            f"{', '.join(several)}: where several intervals of pretension keep to this,"
+            f"{', '.join(several)}: if several intervals of pretension keep this limit,"
             " the widest is used"
         )
     if study.people is not None and study.people.content is None:
         yield from study.people.population.notes
     if study.uncertain and study.uncertainty is None:
-        yield "uncertain numbers stand at their middle; [uncertainty] draws them"
+        yield "uncertain numbers are taken at their middle; [uncertainty] draws them"
     if study.uncertainty is not None and not study.uncertain:
         yield "nothing in this study is uncertain, so that [uncertainty] draws nothing"
 
@@ -281,7 +282,7 @@ def rows_to_prove(problem: Problem) -> Rows:
     """Return the choices that the study names in `[design] prove`, ascending.
 
     Raises:
-        UsageError: A text is no row of the choices.
+        UsageError: The study names something that is no row of the choices.
     """
     count = len(problem.choices)
     texts = problem.study.design.prove

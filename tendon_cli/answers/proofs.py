@@ -24,7 +24,7 @@ from tendon_cli.space.axis import Numbers, Rows, scale_of
 _MARGIN = 1e-6
 """Distance from both ends within which a window is not proved, N: there a limit is just kept."""
 _ENDLESS = 1e6
-"""Pretension up to which a window is proved that nothing bounds, N."""
+"""Pretension up to which a window without an upper end is proved, N."""
 _ARCS = 8
 """Arcs into which an interval of postures is cut at first."""
 _ROUNDS = 24
@@ -36,7 +36,7 @@ _MOST_CLIMBED = 16
 _FIRST_STEP = 0.25
 """First step in the box, as a share of half its width."""
 _LAST_STEP = 1e-4
-"""Last step in the box: an end is off by its square."""
+"""Last step in the box: the error of an end goes with the square of this."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,8 +74,8 @@ class _ConditionArcs:
     def of(cls, problem: Problem, numbers: Numbers) -> _ConditionArcs:
         """Return the conditions that imply all others.
 
-        They are those with the smallest or the largest load, and of an interval of postures its
-        ends and the arcs between.
+        They are those with the smallest or the largest load and, in an interval of postures, its
+        two ends and the arcs between them.
         """
         is_needed = np.ones(len(problem.conditions), dtype=np.bool_)
         places = problem.conditions.places(np.arange(len(is_needed)))
@@ -110,7 +110,7 @@ class _ConditionArcs:
         return replace(self, row=self.row[which], low=self.low[which], high=self.high[which])
 
     def halve(self, which: Flags) -> _ConditionArcs:
-        """Return all arcs, the selected ones cut in two."""
+        """Return all arcs, with the selected ones cut in two and placed last."""
         rest = self.select(~which)
         cut = self.select(which)
         middle = cut.middles.low
@@ -132,7 +132,7 @@ class _ConditionArcs:
 
         Limits are linear in sine and cosine of the forearm's inclination: what holds at the point
         where the tangents at the ends of an arc meet, and at both ends of all arcs, holds on the
-        arcs. The weights are larger at that point.
+        arcs. The weights are larger at that point, by 1/cos of half the arc.
 
         Args:
             shares: Place of each number in the box, (arcs, numbers), from -1 to 1.
@@ -156,15 +156,15 @@ class _ConditionArcs:
         problem = self.problem
         design = self.design()
         angles = (float(problem.angles.min()), float(problem.angles.max()))
-        sides = np.eye(len(problem.box))
-        cells = first_cells(len(self), angles, problem.flexion, design.knots, len(sides))
+        ends_of_numbers = np.eye(len(problem.box))
+        cells = first_cells(len(self), angles, problem.flexion, design.knots, len(ends_of_numbers))
         return prove(
             design,
             cells,
             self._as_f0(design, low),
             self._as_f0(design, np.minimum(high, _ENDLESS)),
             problem.bounds,
-            [self.design(side) for side in sides],
+            [self.design(end) for end in ends_of_numbers],
         )
 
     def _as_f0(self, design: Design, pretension: Array) -> Array:
@@ -234,7 +234,7 @@ def prove_choice(problem: Problem, choice: Solutions) -> ProvedChoice:
         postures = arcs
         can_halve = arcs.high[failing] > arcs.low[failing]
         if can_halve.any():
-            # What breaks a limit where two tangents meet need not break it on the arc.
+            # A limit that is broken where two tangents meet need not be broken on the arc.
             postures = arcs.select(failing).middles
             broken = postures.prove(low + margin, high - margin).broken
         if len(broken):
@@ -258,9 +258,9 @@ def prove_choice(problem: Problem, choice: Solutions) -> ProvedChoice:
 
 
 def _served_windows(problem: Problem, ends: Ends, choice: Solutions) -> tuple[Array, Array]:
-    """Return the pretensions, from and to, at which each condition must hold, (conditions,).
+    """Return the ends of the window that must hold under each condition, (conditions,).
 
-    They are as they are read, N, and empty under a condition that need not be served.
+    They are as they are read, N. The window is empty under a condition that need not be served.
     """
     low = choice["pretension_from"]
     high = choice["pretension_to"]
@@ -323,8 +323,8 @@ def _tightest_ends(
         upper: True for upper ends.
 
     Returns:
-        The conditions, and for each the end (N, as F0), its state and its angle (rad). In a box
-        they are those of the tightest ends alone.
+        The conditions, and for each the end (N, as F0), its state and its angle (rad). If there
+        is a box, only the tightest ends are returned.
     """
     problem = postures.problem
     box = problem.box
@@ -386,7 +386,7 @@ def _tightest_ends(
 
 
 def _solve_again(problem: Problem, numbers: Numbers, choice: Solutions, ends: Ends) -> Solutions:
-    """Solve one choice by the ends of its windows over all angles, (1, conditions), as F0."""
+    """Solve one choice from the ends of its windows over all angles, (1, conditions), as F0."""
     solved, served = solve_windows(problem, numbers, 1, problem.finish_ends(ends, numbers))
     worst_values = worst_between(problem, numbers, solved["pretension"], served)
     return replace(choice, results=solved.with_worst(slice(None), worst_values).results)

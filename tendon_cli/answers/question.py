@@ -33,7 +33,7 @@ ColumnArrays = dict[str, npt.NDArray[Any]]
 """Arrays of one length by the names of a table's columns."""
 
 LOADS = ("load.mass", "load.scale")
-"""A list of one of these means all values between, too. For other numbers only an interval does."""
+"""A list of one of these means all values between, too; any other number needs an interval."""
 LINEAR = (
     *LOADS,
     "arm.forearm_mass",
@@ -50,7 +50,7 @@ _ENDS_SUFFICE = (*LINEAR, LEAN, PRETENSION)
 
 @dataclass(frozen=True)
 class Goal:
-    """A column of the choices to make as small, or as large, as possible."""
+    """A column of the choices to minimise or to maximise."""
 
     column: str
     maximise: bool
@@ -71,7 +71,7 @@ USUAL = (
 )
 """An answer names the best choice by each of these if the study names no goal."""
 SERVED = Goal("served", maximise=True)
-"""The most universal choice; it comes before the usual goals if there are people or draws."""
+"""The largest share served; it comes before the usual goals if there are people or draws."""
 
 
 def goals_of(study: Study) -> tuple[Goal, ...]:
@@ -83,14 +83,14 @@ def goals_of(study: Study) -> tuple[Goal, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """A design question: over which choices, under which conditions, within which limits."""
+    """A design question: its choices, the conditions that they must cope with, and its limits."""
 
     study: Study
     choices: Space
     conditions: Space
     bounds: Bounds
     enough: float = 1.0
-    """Share that a window must serve."""
+    """Share of persons, draws or conditions that a window must serve."""
     middle: bool = True
     """True if a choice is set in the middle of its window, else at its least pretension."""
     given: float | None = None
@@ -99,7 +99,8 @@ class Question:
     """Relative distance from the end of a choice's window within which an end under one condition
     is sought between the angles, because it may set the end of the choice.
 
-    The grid is off by a thousandth. Below 0 no end is sought, with infinity every end.
+    An end over the grid of angles is off by a thousandth. No end is sought if this is 0 or less,
+    and every end if it is infinite.
     """
     notes: tuple[str, ...] = ()
     """Sentences on what was left out of the question, and why."""
@@ -144,13 +145,13 @@ class Question:
 
     @cached_property
     def groups(self) -> Rows:
-        """Group of each condition, (conditions,); one counts if all its conditions are served."""
+        """Group of each condition, (conditions,); it counts if all its conditions are served."""
         groups = self.conditions.groups
         return np.arange(len(self.conditions)) if groups is None else groups
 
     @cached_property
     def weighting(self) -> Array:
-        """Weight of each group, (groups,), the largest between a half and 1: sums stay finite."""
+        """Weight of each group, (groups,), the largest from 0.5 to 1 so that sums stay finite."""
         weights = self.conditions.weighting
         if weights is None:
             return np.ones(self.groups[-1] + 1)
@@ -176,7 +177,7 @@ class Question:
         return replace(self, conditions=selected)
 
     def saying(self, numbers: Numbers) -> Self:
-        """Return this question with other, or more, numbers set by its conditions."""
+        """Return this question with other or further numbers set by its conditions."""
         points = Axis.of_points({**self.condition_numbers, **numbers}, len(self.conditions))
         return replace(self, conditions=replace(self.conditions, axes=(points,)))
 
@@ -210,7 +211,7 @@ class Question:
 
     @property
     def group_axis(self) -> Axis | None:
-        """Axis of persons, or if there are none of draws; None if there are neither."""
+        """Axis of persons or, without persons, of draws; None if there are neither."""
         return self.axes.get(PERSON_AXIS) or self.axes.get(DRAW_AXIS)
 
     def numbers_of(self, columns: ColumnArrays) -> Numbers:
@@ -293,7 +294,7 @@ class Question:
 
     @property
     def is_sampled(self) -> bool:
-        """True if a part of the question has no proof."""
+        """True if part of the question is only sampled, so that its windows cannot be proved."""
         return bool(self.bounds.of_motion or self.sampled_intervals or self.study.trajectory)
 
     @property

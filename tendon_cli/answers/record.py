@@ -1,4 +1,4 @@
-"""The record of an answer: what is best and what binds it, or why nothing suits and what helps."""
+"""The record of an answer: the best choices and their limits, or the conflicts and what helps."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class NamedChoices:
     given_up: float | None = None
     """Largest share of the span of any goal on the front that the best compromise gives up."""
     places: dict[tuple[Any, ...], int] = field(default_factory=dict)
-    """Places in the table of choices between the points of the grid, after all others."""
+    """Order of choices between the points of the grid in the table, by their values."""
 
     @classmethod
     def of(cls, problem: Problem, choices: Solutions) -> NamedChoices:
@@ -73,7 +73,7 @@ class NamedChoices:
         return named
 
     def with_rows(self, choices: Solutions) -> Solutions:
-        """Number choices that have no row yet: they follow all others in the table, each once."""
+        """Give choices without a row one after the rows of the grid; equal choices share theirs."""
         rows = choices.row.copy()
         for place in np.flatnonzero(rows < 0):
             values = tuple(column[place].item() for column in choices.columns.values())
@@ -82,13 +82,13 @@ class NamedChoices:
         return replace(choices, row=rows)
 
     def prove(self, proofs: Proofs) -> None:
-        """Prove the windows of all choices, the one that is named first at first."""
+        """Prove the windows of all choices, beginning with the one that is named first."""
         self.best = {column: proofs.prove(choice) for column, choice in self.best.items()}
         if self.front is not None:
             self.front = proofs.prove(self.front)
 
     def records(self, choices: Solutions) -> list[dict[str, Any]]:
-        """Return choices as rows of the table, with their numbers there."""
+        """Return choices as rows of the table for JSON, each with its row number as `choice`."""
         is_refined = choices.row >= len(self.problem.choices)
         on_front = np.full(len(choices), self.front is not None or len(self.goals) == 1)
         rows = choice_rows(self.problem, choices, is_refined, on_front)
@@ -133,8 +133,8 @@ def make_record(
 ) -> tuple[dict[str, Any], Solutions, dict[str, Any]]:
     """Make the record of an answer.
 
-    Choices that may matter are solved again, whoever solved them before. A choice that seems to
-    have a window may lose it by the proof: then all begins anew with that knowledge.
+    Choices that may matter are solved again, since the notes have only their rows. A choice that
+    seems to have a window may lose it by the proof: then the best are chosen again without it.
 
     Args:
         problem: The question.
@@ -201,7 +201,7 @@ def _lost_windows(relevant: Solutions, proofs: Proofs) -> list[Solutions]:
 def _between_samples(
     problem: Problem, chosen: Solutions, of_chosen: ProvedChoice, proofs: Proofs
 ) -> dict[str, Any]:
-    """Return the record of the proofs, of all choices and of the one that is named first."""
+    """Return the record of all proofs, with the scope and curves of the choice named first."""
     of_each = [
         {"choice": proved.choice.row.item(), **asdict(proved.certificate)}
         for proved in proofs.done.values()
@@ -221,7 +221,7 @@ def _between_samples(
 def _best_record(
     problem: Problem, named: NamedChoices, chosen: Solutions | None, ends: Ends | None
 ) -> dict[str, Any]:
-    """Return the record of what is best, and of that on the bench: SI, null for no number."""
+    """Return the record of the best choices, and of the first of them on the bench, in SI."""
     best = {column: named.records(choice)[0] for column, choice in named.best.items()}
     return {
         "goals": [asdict(goal) for goal in named.goals],
@@ -237,7 +237,7 @@ def _best_record(
 
 
 def _window_for_all(problem: Problem, ends: Ends) -> list[float | None] | None:
-    """Return the window that serves all, N; None if there is none, or if the study asks for all."""
+    """Return the window that serves all, N; None if there is none, or if all must be served."""
     if problem.enough >= 1.0:
         return None
     low = float(ends.low.max())
@@ -254,12 +254,12 @@ def _conflict_record(
     conflicts: Counter[LimitPair],
     chosen: Solutions | None,
 ) -> dict[str, Any]:
-    """Return the record of conflicts, of what would help if no choice has a window, and notes."""
+    """Return the record of conflicts, of fixes if no choice has a window, and of notes."""
     notes = [*problem.notes]
     if candidates.leaves_out(problem):
         notes.append(
-            f"all {len(problem.choices):,} choices have their window; the worst values at their"
-            " pretension are worked out for those that may matter, and are null in the others"
+            f"windows are worked out for all {len(problem.choices):,} choices, the worst values at"
+            " their pretension only for those that may matter; they are null in the others"
         )
     record: dict[str, Any] = {"fixes": [], "would_take": [], "notes": notes}
     record["conflicts"] = [*_conflicts(named, relevant, conflicts)]

@@ -26,13 +26,15 @@ from tendon_cli.studies.values import RIGID
 from tendon_cli.units import parse_measure
 
 _MOST = 2**28
-"""States of all choices under all conditions; of more choices some are tried, evenly spaced."""
+"""Most states of all choices under all conditions; beyond it, evenly spaced choices are tried."""
 _ROUNDS = 12
+"""Most bisections of a demand."""
 _SECTIONS = 3
+"""Values in each round: both ends and their middle."""
 _FARTHEST = 10.0
 """Factor up to which an upper limit is raised."""
 _SOFTER = 40.0
-"""Stiffness by which less than asked for is tried, N m/rad."""
+"""Most by which the required stiffness is lowered, N m/rad."""
 _WIDTH = "arm.contact_width"
 _WIDEST = 0.2
 """Widest strap that is tried, m."""
@@ -48,7 +50,7 @@ class Demand(NamedTuple):
     before: float
     """Value in the study, SI; of several values the largest magnitude."""
     farthest: float
-    """Value up to which it is relaxed, SI."""
+    """Farthest value to which it is relaxed, SI."""
     rows: Rows
     """Choices for which it counts."""
 
@@ -60,7 +62,7 @@ class Demand(NamedTuple):
     def relaxed(
         self, problem: Problem, value: float, numbers: Numbers, count: int
     ) -> tuple[Problem, Numbers]:
-        """Return the question with another value of this demand.
+        """Return the question and its choices with another value of this demand.
 
         Values of conditions are scaled toward 0 together.
 
@@ -204,7 +206,7 @@ _WORDS = {
 
 
 def relaxations_in_words(problem: Problem, relaxations: list[Row]) -> Iterator[str]:
-    """Say what each demand would have to become."""
+    """Say the value that each demand would have to take, and the suit that then serves."""
     not_enough = []
     for record in relaxations:
         key = record["key"]

@@ -29,11 +29,11 @@ from tendon_cli.studies.study import keys
 from tendon_cli.studies.values import quantile
 
 _STEP = 1e-30
-"""Imaginary step: it has no error of difference, so that it may be as small as can be."""
+"""Imaginary step of a complex-step derivative: nothing cancels, so that it may be tiny."""
 _FACTORS = (0.99, 1.01)
-"""Factors by which a number is changed to see whether its derivative says enough."""
+"""Factors by which a number is changed to see if the same limit still binds."""
 _NEAR = 3
-"""Distance of states that count as the same, for the binding angle moves with most numbers."""
+"""Distance up to which states count as the same: the binding angle moves with most numbers."""
 
 Slope = Callable[[Design, Bounds], float]
 """Function from designs and bounds with a complex number to the derivative of an end by it, N."""
@@ -44,7 +44,8 @@ def sensitivities(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
 
     `key` is the dotted key of a number, or `limits.` and the name of a limit, and `slope` is N per
     its SI unit; `steady` is true if the same limit binds in the same state when the number is 1 %
-    larger or smaller. An end that no limit on motion sets has none.
+    larger or smaller. An end has no records if the limit that sets it is one on neither states nor
+    the motion, or if it is infinite.
     """
     records = [*_of_end(problem, choice, "from"), *_of_end(problem, choice, "to")]
     return sorted(records, key=lambda record: -abs(record["per_percent"]))
@@ -71,14 +72,15 @@ def _of_end(problem: Problem, choice: Solutions, end: str) -> Iterator[dict[str,
         else _slope_of_state_end(alone, choice, end)
     )
 
-    def record(key: str, value: float, moved: float, *, steady: bool = True) -> dict[str, Any]:
+    def record(key: str, value: float, derivative: float, *, steady: bool = True) -> dict[str, Any]:
+        """Return the record of one number, SI, and the derivative of the end by it."""
         return {
             "end": end,
             "key": key,
             "value": value,
-            "slope": moved,
+            "slope": derivative,
             "steady": steady,
-            "per_percent": moved * value / 100.0,
+            "per_percent": derivative * value / 100.0,
         }
 
     values = _numbers_under(alone, numbers)
@@ -100,7 +102,7 @@ def _of_end(problem: Problem, choice: Solutions, end: str) -> Iterator[dict[str,
 
 
 def _slope_of_state_end(alone: Problem, choice: Solutions, end: str) -> Slope:
-    """Return the slope of an end that a limit on a state sets: there the limit is just kept."""
+    """Return the slope of an end that a limit on a state sets, where the limit is just kept."""
     code = int(choice[f"{end}_by"][0])
     state = int(choice[f"{end}_state"][0])
     angle_between = choice.scalar(f"{end}_angle")
@@ -143,7 +145,7 @@ def _slope_of_motor_end(alone: Problem, choice: Solutions, end: str, design: Des
 def _numbers_under(alone: Problem, numbers: Numbers) -> dict[str, float]:
     """Return every number that counts for a choice under one condition, by its key.
 
-    It is the key of one side where the sides differ.
+    If the sides differ, the key is that of one side. Numbers that are not finite are left out.
     """
     space = alone.choices.at(numbers, alone.condition_numbers)
     values = {}
@@ -158,10 +160,10 @@ def _numbers_under(alone: Problem, numbers: Numbers) -> dict[str, float]:
 def _steady(
     problem: Problem, numbers: Numbers, values: dict[str, float], end: str, binding: tuple[int, int]
 ) -> dict[str, bool]:
-    """Return true for numbers that may be 1 % larger or smaller while the same limit binds.
+    """Return True by key for numbers that may be 1 % off while the same limit binds.
 
-    They are changed in every condition. Numbers that no condition sets are changed as choices are,
-    all of them at once.
+    A number is changed in every condition. Numbers that no condition sets are changed as numbers of
+    choices, and all these choices are solved at once.
 
     Args:
         problem: The question.
@@ -194,7 +196,7 @@ def _steady(
 def _binds(
     problem: Problem, numbers: Numbers, count: int, end: str, binding: tuple[int, int]
 ) -> Flags:
-    """Return True for choices in which a limit binds in a state, or next to it."""
+    """Return True for choices in which a limit binds in a state, or near it."""
     code, state = binding
     solved = solve(replace(problem, near=-1.0), numbers, count, with_worst=False)
     is_near = np.abs(solved[f"{end}_state"] - state) <= _NEAR
@@ -211,6 +213,7 @@ _STATES = 2e7
 _MOST_POINTS = 4096
 _FEWEST_POINTS = 64
 _RESAMPLES = 200
+"""Samples of the bootstrap."""
 
 ResultsAt = Callable[[Array], Array]
 """Function from points of the unit cube, (points, inputs), to results, (results, points)."""
@@ -221,8 +224,8 @@ def sobol(
 ) -> Iterator[Any]:
     """Yield first-order and total indices of results, by Saltelli's design of Sobol points.
 
-    Standard errors are of the bootstrap. A result that is not finite everywhere, or never changes,
-    has no indices.
+    Standard errors are bootstrapped. A result that is not finite everywhere, or never changes, has
+    no indices.
 
     Args:
         results_at: Function from points to results.
@@ -287,9 +290,10 @@ def _words(key: str) -> str:
 
 
 def indices(problem: Problem, numbers: Numbers) -> list[dict[str, Any]]:
-    """Return the indices of both ends of one choice's window, as recorded.
+    """Return the Sobol indices of both ends of one choice's window, as recorded.
 
-    The window is over all conditions but persons and draws, which vary.
+    The window holds under all conditions but persons and draws, which vary. There are no indices if
+    the study draws nothing.
     """
     study = problem.study
     if study.uncertainty is None or not study.uncertain:
@@ -317,9 +321,9 @@ def indices(problem: Problem, numbers: Numbers) -> list[dict[str, Any]]:
         for place, (key, known) in enumerate(study.uncertain.items()):
             drawn[key] = quantile(known, points[:, place])
         axis = replace(Axis.of_points(drawn), key=DRAW_AXIS)
-        asked = replace(problem, conditions=Space((axis, *others)).grouped())
-        windows = asked.ends(numbers, 1)
-        return np.concatenate(group_windows(windows.low, windows.high, asked.groups))
+        varied = replace(problem, conditions=Space((axis, *others)).grouped())
+        windows = varied.ends(numbers, 1)
+        return np.concatenate(group_windows(windows.low, windows.high, varied.groups))
 
     ends = ("pretension_from", "pretension_to")
     return list(sobol(ends_at, inputs, ends, int(2**exponent), study.uncertainty.seed))

@@ -1,8 +1,8 @@
 """The suit on the bench and on the arm: tensions to set, and reasons not to build or wear it.
 
-No gauge reads the pretension F0 of the model: where the suit is set, the arm's weight and the
-moment arms make other tensions of it (`model/setting.py`). Limits that the study does not set are
-compared with what is known.
+No gauge reads the pretension F0 of the model: in the posture in which the suit is set, the arm's
+weight and the moment arms turn it into other tensions (`model/setting.py`). Quantities that the
+study does not limit are compared with published values.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ SETTING_COLUMNS = tuple(f"set_{side}_tension{end}" for end in ("", "_motor") for
 """Columns of the tensions to set, at the joint and at the motor, N."""
 
 FEW_PERSONS = 20
-"""Number of persons below which all of them say more than a share."""
+"""Number of persons below which a range holds all of them, not nine in ten."""
 _STRAP_WIDTH = 0.04
 """Width of a strap if the study gives none, m."""
 _DISCOMFORT = 30.4e3
@@ -61,13 +61,13 @@ def study_arm(
 ) -> Design:
     """Return choices on the study's own arm, or on the bodies of all persons.
 
-    The study's own arm has no draw's numbers, and the first value of every other condition.
+    The numbers of a draw are left out, and every other condition has its first value.
 
     Args:
         problem: The question.
         numbers: Numbers of the choices.
         pretension: Pretensions of the choices, (choices,), N.
-        whom: Axis of the persons.
+        whom: Axis of the persons or draws; None for the study's own arm.
     """
     count = 1 if whom is None else len(whom)
     under: dict[str, Array] = {}
@@ -89,7 +89,7 @@ def settings(design: Design, count: int) -> dict[str, Array]:
 
 
 def _of_designs(values: Array, count: int) -> Array:
-    """Return the value of each of `count` designs, (count,)."""
+    """Return values that broadcast to `count` designs as one for each, (count,)."""
     return np.broadcast_to(np.asarray(values).reshape(-1), (count,)).copy()
 
 
@@ -106,7 +106,7 @@ def setting_columns(
         pretension: Pretensions of the choices, (choices,), N.
 
     Returns:
-        The columns `SETTING_COLUMNS` and `tolerance_length`, m, NaN for a window without an end.
+        The columns `SETTING_COLUMNS` and `tolerance_length`, m, NaN for an empty or endless window.
     """
     count = len(low)
     design = study_arm(problem, numbers, pretension)
@@ -146,7 +146,7 @@ def bench_record(problem: Problem, choice: Solutions) -> dict[str, Any]:
 def remarks(problem: Problem, choice: Solutions) -> Iterator[Row]:
     """Yield remarks, with their sources, on a suit at its pretension.
 
-    They are on what no limit of the study forbids and nobody would want.
+    They name loads that no limit of the study forbids, but nobody would want.
     """
     pretension = choice["pretension"]
     if np.isnan(pretension[0]) or not choice["served_at"][0] > 0.0:
@@ -189,7 +189,7 @@ def _remarks_on_strap(pressure: float, width: str) -> Iterator[Row]:
 
 
 def _remarks_on_rope(tension: float, diameter: float) -> Iterator[Row]:
-    """Yield a remark if a rope of this diameter, m, is less safe at the tension, N, than usual."""
+    """Yield a remark if a rope of a diameter, m, is less safe at a tension, N, than customary."""
     breaking = _ROPE_STRENGTH * (diameter / _ROPE_DIAMETER) ** 2
     if tension > breaking / _ROPE_SAFETY:
         yield {
@@ -204,7 +204,7 @@ def _remarks_on_rope(tension: float, diameter: float) -> Iterator[Row]:
 
 
 def _remarks_on_spring(problem: Problem, design: Design) -> Iterator[Row]:
-    """Yield a remark if the stretched flexor's spring hardly fits between its anchors."""
+    """Yield a remark if the flexor's stretched spring hardly fits between its anchors."""
     state = evaluate(design, problem.angles, problem.flexion)
     extension: Array = np.asarray(state.balance.flexor / design.flexor.spring_stiffness)
     path = state.motion.flexor_path
@@ -231,8 +231,8 @@ def _remarks_on_spring(problem: Problem, design: Design) -> Iterator[Row]:
 def drift_of(problem: Problem, choice: Solutions) -> tuple[float, Drift] | None:
     """Return the pretension 10 % beyond the upper end, N, and the arm's drift there.
 
-    The drift is under the condition that binds; None if it is not stability that bounds the window
-    above.
+    The drift is under the condition that binds. Return None if the upper end is not set by
+    stability.
     """
     high = choice.scalar("pretension_to")
     state = int(choice["to_state"][0])
@@ -277,7 +277,7 @@ def posture(problem: Problem, setting: Row) -> str:
 
 
 def to_set(problem: Problem, record: Row) -> Iterator[str]:
-    """Say what gauges show at the joint and at the motor, and what a length of the tendons does."""
+    """Say the tensions to set at the joint and at the motor, and the effect of shorter tendons."""
     row = record["best"]
     joint_flexor, joint_extensor, motor_flexor, motor_extensor = (
         say.quantity(name, row[name], 4) for name in SETTING_COLUMNS
@@ -317,7 +317,7 @@ def drift_in_words(drift: Row | None) -> str:
     start = say.quantity("elbow_angle", drift["start"])
     end = say.quantity("elbow_angle", drift["end"])
     if start == end:
-        return ": at 10 % more it still stays"
+        return ": at 10 % more it still stays in place"
     path = f"goes on from {start} beyond {end}"
     if drift["balanced"]:
         path = f"drifts from {start} to {end}"

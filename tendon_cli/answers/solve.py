@@ -1,4 +1,4 @@
-"""Solved choices: their windows, what binds, who is served, and the worst at their pretensions."""
+"""Solved choices: their windows and limits, the share served, and worst values at a pretension."""
 
 from __future__ import annotations
 
@@ -27,9 +27,10 @@ WORST = (
     "min_elbow_stiffness",
     "max_contact_pressure",
 )
-"""Columns of a choice at its pretension: the worst over all conditions that this serves."""
+"""Columns of a choice: the worst over all conditions that its pretension serves."""
 
 _WINDOWS_AT_ONCE = 2**19
+"""Windows, choices times conditions, that are solved together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +44,7 @@ class Solutions:
     - `from_by` and `to_by`: limits that bind, as indices into `limits.LIMIT_NAMES`, or NOTHING.
     - `from_state` and `to_state`: states that bind, as places among directions and angles, -1 if
       the limit belongs to none.
-    - from_angle and to_angle: elbow angles that bind, rad, next to those of the states.
+    - from_angle and to_angle: elbow angles that bind, rad, if they lie between the samples.
     - `has_worst`: true where the columns `WORST` are known; elsewhere they are NaN, or a bound.
     """
 
@@ -77,7 +78,7 @@ class Solutions:
     def with_worst(
         self, rows: Rows | slice, values: dict[str, Array], *, has_worst: bool = True
     ) -> Solutions:
-        """Return these choices with the worst at the pretensions of some of them.
+        """Return the same choices with worst values for some of them.
 
         Args:
             rows: Places of these choices.
@@ -128,7 +129,7 @@ def solve(problem: Problem, numbers: Numbers, count: int, *, with_worst: bool = 
         problem: The question.
         numbers: Numbers of the choices, (count,) each.
         count: Number of choices.
-        with_worst: False to leave out the worst, which saves two thirds of the time.
+        with_worst: False to leave out worst values, which saves two thirds of the time.
 
     Raises:
         Stopped: The run was cancelled.
@@ -145,7 +146,7 @@ def solve(problem: Problem, numbers: Numbers, count: int, *, with_worst: bool = 
 def solve_windows(
     problem: Problem, numbers: Numbers, count: int, ends: Ends | None = None
 ) -> tuple[Solutions, Flags]:
-    """Solve choices but for the worst at their pretensions.
+    """Solve the windows and pretensions of choices, without the worst values at these.
 
     Args:
         problem: The question.
@@ -154,7 +155,8 @@ def solve_windows(
         ends: Ends of their windows, (choices, conditions), if they are known.
 
     Returns:
-        The choices, and which conditions each serves at its pretension, (choices, conditions).
+        The choices, without rows and columns; and True where one serves a condition at its
+        pretension, (choices, conditions).
     """
     if ends is None:
         ends = problem.ends(numbers, count)
@@ -242,7 +244,7 @@ def _common_window(
 def _name_limits(problem: Problem, numbers: Numbers, ends: Ends, condition: Rows) -> Window:
     """Return windows with the limits that bind, each of a choice under one condition, (pairs,).
 
-    All choices are taken in turn, as often as there are conditions for them.
+    Conditions are listed for all choices in turn, then for all choices again.
     """
     rows = np.arange(len(condition)) % len(ends.low)
     picked = {name: values[rows, condition] for name, values in vars(ends).items()}
@@ -273,7 +275,11 @@ def _tolerance(low: Array, high: Array) -> Array:
 
 
 def _within(problem: Problem, low: Array, high: Array) -> Array:
-    """Return the pretension in a window, N; twice the least one if nothing bounds it above."""
+    """Return the pretension at which a choice is set in its window, N.
+
+    It is the middle or, if the study says so, the lower end; twice the lower end is taken for the
+    middle if nothing bounds the window above.
+    """
     if not problem.middle:
         return low
     return np.where(np.isinf(high), 2.0 * low, 0.5 * (low + high))
@@ -283,7 +289,7 @@ def _within(problem: Problem, low: Array, high: Array) -> Array:
 
 
 def worst(problem: Problem, numbers: Numbers, pretension: Array, served: Flags) -> dict[str, Array]:
-    """Return the columns `WORST`, each the worst over the conditions that are served.
+    """Return the columns `WORST`, each the worst value over the conditions that are served.
 
     Args:
         problem: The question.

@@ -28,7 +28,7 @@ from tendon_cli.studies.values import RIGID
 from tendon_cli.tables.schema import Column
 
 _LIMITS = ("", *LIMIT_NAMES)
-"""Names by a limit's code and one, because the code NOTHING is -1."""
+"""Names of limits by their code plus one, because the code NOTHING is -1."""
 _BINDS = tuple(
     Column(f"{end}_condition", "count", "1", "row of conditions that binds")
     for end in ("from", "to")
@@ -39,7 +39,7 @@ _SEX = Column("sex", "text", "1", "sex", choices=("male", "female"))
 def choice_columns(problem: Problem) -> tuple[Column, ...]:
     """Return the columns of `choices.parquet`."""
     directions = ("", *problem.study.motion.direction)
-    neither = "or what no pretension could keep"
+    or_impossible = "or what no pretension could keep"
     of_state = "direction of the state that binds; empty where the limit belongs to none"
     read = problem.study.setting.read
     return (
@@ -53,8 +53,8 @@ def choice_columns(problem: Problem) -> tuple[Column, ...]:
             "intervals of pretension that serve enough; the widest is the window",
         ),
         *_of_quantities("tolerance"),
-        Column("from_by", "text", "1", f"limit that binds below, {neither}", choices=_LIMITS),
-        Column("to_by", "text", "1", f"limit that binds above, {neither}", choices=_LIMITS),
+        Column("from_by", "text", "1", f"limit that binds below, {or_impossible}", choices=_LIMITS),
+        Column("to_by", "text", "1", f"limit that binds above, {or_impossible}", choices=_LIMITS),
         *_BINDS,
         Column("from_direction", "text", "1", of_state, choices=directions),
         Column("to_direction", "text", "1", of_state, choices=directions),
@@ -84,7 +84,7 @@ def choice_columns(problem: Problem) -> tuple[Column, ...]:
 def choice_rows(
     problem: Problem, choices: Solutions, refined: Flags, on_front: Flags
 ) -> ColumnArrays:
-    """Return rows of `choices.parquet`; a text is its place among the column's words.
+    """Return rows of `choices.parquet`; texts are places among the `choices` of their column.
 
     Args:
         problem: The question.
@@ -161,8 +161,8 @@ def person_rows(
 ) -> ColumnArrays:
     """Return a row per person, or per draw, under one choice.
 
-    The window of a person serves at least the share `serve` of its draws. With completions the
-    bodies drawn of a person are draws, too; body and tensions to set are their means.
+    The window of a person serves at least the share `serve` of that person's draws. Several bodies
+    drawn for one person count as draws, too; dimensions and tensions to set are their means.
 
     Args:
         problem: The question.
@@ -206,7 +206,7 @@ def person_rows(
 def _person_windows(
     problem: Problem, windows: GroupWindows, shape: tuple[int, ...]
 ) -> tuple[Array, Array, Rows, Rows]:
-    """Return the window of each person, N, and the group that binds at each end of it.
+    """Return the ends of each person's window, N, and the group that binds at each end.
 
     Args:
         problem: The question.
@@ -261,7 +261,7 @@ def _finite(ends: Array) -> Array:
 
 
 def as_records(columns: tuple[Column, ...], rows: ColumnArrays) -> list[dict[str, Any]]:
-    """Return rows for JSON: words for places among words, None for what is not a number."""
+    """Return rows for JSON: texts for their places, None for missing or infinite numbers."""
     lists = {column.name: _as_list(column, np.asarray(rows[column.name])) for column in columns}
     return [dict(zip(lists, values, strict=True)) for values in zip(*lists.values(), strict=True)]
 
@@ -283,7 +283,7 @@ def _as_list(column: Column, values: np.ndarray[Any, Any]) -> list[Any]:
 
 
 def as_value(column: Column, value: Any) -> Any:
-    """Return a value of a record as its column holds it."""
+    """Convert a value of a record to the one that its column stores."""
     if column.kind == "text":
         return column.choices.index(value or "")
     if value == RIGID:

@@ -1,4 +1,4 @@
-"""An answer in blocks, made of its record: one sentence, then the reasons, then alternatives."""
+"""An answer in blocks, from its record: one sentence, then the reasons, then alternatives."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tendon_cli.studies.study import keys
 _MOST_ALTERNATIVES = 8
 _MOST_MOVES = 5
 _HARDLY_ANY = 1e-4
-"""Tolerance up to which it counts as none."""
+"""Tolerance up to which it is printed as 0."""
 _WORST = {
     "max_tension": "a tension of",
     "max_spring_extension": "a spring extension of",
@@ -30,7 +30,7 @@ _WORST = {
 
 
 def answer_blocks(problem: Problem, record: Row) -> Iterator[say.Block]:
-    """Yield the whole answer, what it is for persons or draws, and notes."""
+    """Yield the blocks of the whole answer, with its part on persons or draws, and its notes."""
     if record["best"] is None:
         yield from _no_window(problem, record)
     else:
@@ -63,7 +63,7 @@ def _answer(problem: Problem, record: Row) -> Iterator[say.Block]:
     yield from _list("Before you build it", remarks)
     yield from _list("What moves the window most, per 1 %", _moves(record["sensitivities"]))
     yield from _alternatives(problem, record)
-    yield from _list("Question to be proved", (_proved(problem, row) for row in record["proved"]))
+    yield from _list("Choices to be proved", (_proved(problem, row) for row in record["proved"]))
     if record["choices"] > 1:
         choices = say.counted(record["choices"], "choice")
         have = "has" if record["feasible"] == 1 else "have"
@@ -72,7 +72,7 @@ def _answer(problem: Problem, record: Row) -> Iterator[say.Block]:
 
 
 def _first_sentence(problem: Problem, record: Row) -> str:
-    """Say the pretension, whom it serves, and between which ends that holds."""
+    """Say the best pretension, whom it serves, and the window."""
     best = record["best"]
     noun, where = say.setting_words(problem.study.setting.read)
     low, high = ends_of(best)
@@ -112,19 +112,19 @@ def _span(low: float, high: float) -> str:
 
 
 def _tolerance(row: Row) -> str:
-    """Say the tolerance in percent; hardly any is none."""
+    """Say the tolerance in percent, "0" if there is hardly any."""
     if row["tolerance"] > _HARDLY_ANY:
         return say.number(100.0 * row["tolerance"], 2)
     return "0"
 
 
 def _everyone(problem: Problem) -> str:
-    """Say what a share counts."""
+    """Say who or what a share is counted in: "1,000 persons"."""
     return phrases.everyone(problem.counts, len(problem.weighting), problem.counted)
 
 
 def _all_of(problem: Problem) -> str:
-    """Say what a pretension must suit."""
+    """Say whom or what a pretension must suit: "all 1,000 persons", "the design"."""
     whom = _everyone(problem)
     is_single = len(problem.weighting) == 1
     if problem.counted == "conditions" and is_single:
@@ -159,7 +159,7 @@ def _name(column: str) -> str:
 
 
 def _why(problem: Problem, record: Row) -> Iterator[str]:
-    """Say what binds at both ends, the worst in between, and where a range should be wider."""
+    """Say the limits that bind at both ends, the worst values, and ranges that should be wider."""
     best = record["best"]
     yield phrases.end_words(problem, best, "from")
     yield f"{phrases.end_words(problem, best, 'to')}{drift_in_words(record['drift'])}"
@@ -179,7 +179,7 @@ def _proved(problem: Problem, row: Row) -> str:
 
 
 def _edges(problem: Problem, best: Row) -> Iterator[str]:
-    """Say where the best choice is at the end of a range of the study."""
+    """Say which ranges of the study have the best choice at their end."""
     for axis in problem.choices.axes:
         if not axis.is_range:
             continue
@@ -259,7 +259,7 @@ def _alternatives(problem: Problem, record: Row) -> Iterator[say.Block]:
         )
 
 
-# --- There is none --------------------------------------------------------------------------------
+# --- There is no window ---------------------------------------------------------------------------
 
 
 def _no_window(problem: Problem, record: Row) -> Iterator[say.Block]:
@@ -285,13 +285,13 @@ def _no_window(problem: Problem, record: Row) -> Iterator[say.Block]:
 
 
 def _in_choices(problem: Problem, conflict: Row) -> str:
-    """Say in how many choices two limits exclude each other, and how."""
+    """Say in how many choices which limits leave no window."""
     choices = say.counted(conflict["choices"], "choice")
     limits = conflict["limits"]
     has_window = conflict["nearest"]["pretension_from"] is not None
     if problem.given is not None and has_window and len(limits) == 1:
         broken = phrases.broken(problem, limits[0])
-        return f"in {choices} {say.number(problem.given)} N does not do: {broken}"
+        return f"in {choices} {say.number(problem.given)} N does not work: {broken}"
     return f"in {choices} {say.conflict(limits, problem.study.limits)}"
 
 

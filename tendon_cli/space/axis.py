@@ -1,4 +1,4 @@
-"""One axis of a study: its values, and what each of them says of the study's numbers."""
+"""One axis of a study: its values, and the numbers of the study that each value sets."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NAMED_AXES = (CASE_AXIS, PERSON_AXIS, DRAW_AXIS)
 """Axes whose values have names, and set several numbers at once."""
 PRETENSION = "tendon.pretension"
 
-# Words as numbers
+# Keys of settings that a study gives as words, and the model takes as numbers
 REFERENCE = "model.reference"
 """1 if the flexor's travel is measured from the initial path."""
 SLACK = "model.slack"
@@ -30,14 +30,17 @@ SPRING_AT = "spring.at"
 AFTER = "setting.after"
 """1 if the pretension is set after flexion."""
 READ = "setting.read"
-"""Place among `READINGS` of how the pretension is read."""
+"""Index into `READINGS`: how the pretension is read."""
 WORDS = (REFERENCE, SLACK, SPRING_AT, AFTER, READ)
 
 Role = Literal["choice", "condition", "pretension"]
 Numbers = Mapping[str, Array]
-"""Numbers of some rows by dotted key, or by `scale_of` a key, (rows,), SI; NaN where a row says
-nothing of it."""
+"""Numbers of some rows, (rows,) each, by dotted key, SI, or factors on them by `scale_of` the key.
+
+A value is NaN if its row does not set the number.
+"""
 Rows = npt.NDArray[np.int64]
+"""Indices of rows."""
 Box = tuple[slice, ...]
 """A slice of each axis."""
 _SCALE = "scale of "
@@ -60,15 +63,12 @@ def of_side(key: str, side: str) -> str:
 
 @cache
 def scale_of(key: str) -> str:
-    """Return the key under which a row scales a number, such as an anchor on a larger arm."""
+    """Return the key of the factor on a number, such as on an anchor for a larger arm."""
     return _SCALE + key
 
 
 def overlay(below: Numbers, above: Numbers) -> dict[str, Array]:
-    """Overlay numbers of rows: those of `above` count, and where they are silent those of `below`.
-
-    A row is silent where it is NaN.
-    """
+    """Overlay numbers of the same rows: those of `above` replace those of `below` unless NaN."""
     both = {
         key: np.where(np.isnan(above[key]), below[key], above[key])
         for key in below.keys() & above.keys()
@@ -78,9 +78,9 @@ def overlay(below: Numbers, above: Numbers) -> dict[str, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """One axis of a product: a key, a column of tables, and what its values say of numbers.
+    """One axis of a product: its key, its column in tables, and the numbers that each value sets.
 
-    A list of points is an axis, too: each of its values sets some numbers.
+    A list of points is an axis, too, without a key and a column.
     """
 
     key: str
@@ -90,34 +90,34 @@ class Axis:
     numbers: Numbers
     """Numbers that each value sets or scales, (len,) each."""
     names: tuple[str, ...] = ()
-    """Names of its values; those of a number have none."""
+    """Names of its values; empty for an axis of a number."""
     role: Role = "choice"
     is_range: bool = False
-    """True for a grid, between whose points others may be chosen; a list is a catalogue."""
+    """True for a grid: values between its points may be chosen, too. A list is a catalogue."""
     is_log: bool = False
     """True for a grid of equal ratios."""
     is_interval: bool = False
-    """True for a condition that stands for every value between the two that it has."""
+    """True for a condition of two values that means every value between them, too."""
     weighting: Array | None = None
-    """Weight of each value in a share, (len,); None where all count the same."""
+    """Weight of each value in a share, (len,); None if all count the same."""
 
     def __len__(self) -> int:
         return len(self.names) or len(self.numbers[self.key])
 
     @classmethod
     def of_points(cls, numbers: Numbers, count: int | None = None) -> Axis:
-        """Return an axis of points anywhere.
+        """Return the axis of a list of points, which need not lie on a grid.
 
         Args:
             numbers: Numbers that the points set, (points,) each.
-            count: Number of points; needed where they may set no number.
+            count: Number of points; needed if they may set no number.
         """
         length = max(map(len, numbers.values()), default=1) if count is None else count
         return cls("", "", numbers, ("",) * length)
 
     @cached_property
     def values(self) -> npt.NDArray[Any]:
-        """Values of a number in SI, else their names."""
+        """Values in SI, or their names if they have names, (len,)."""
         return np.array(self.names, dtype=object) if self.names else self.numbers[self.key]
 
     @property
@@ -136,9 +136,9 @@ class Axis:
         return f"name of the {self.key}" if self.key in NAMED_AXES else self.words
 
     def in_words(self, name: str) -> str:
-        """Return one of its names in a sentence.
+        """Say one of its named values: "the extensor's spring at the motor".
 
-        A case, person or draw is the name alone, a word such as "spring at the motor".
+        A case, a person or a draw is said by its name alone.
         """
         if self.key in NAMED_AXES:
             return name
@@ -157,7 +157,7 @@ class Axis:
         return frozenset(key.removeprefix(_SCALE) for key in self.numbers)
 
     def without(self, *common: str) -> Axis:
-        """Return the same axis without some numbers, be they of both sides or of one."""
+        """Return the same axis without the numbers of some common keys, for both sides or one."""
         numbers = {
             key: values for key, values in self.numbers.items() if split_side(key)[0] not in common
         }
@@ -169,8 +169,8 @@ class Varying:
     """A number of designs: one value, or values along the axes that it depends on."""
 
     value: Any
-    """Value where no axis sets it; NaN where nothing does. A curve, or None for none, is never set
-    by an axis."""
+    """Value where no axis sets one; NaN if nothing gives the number. A curve, or None for no curve,
+    is never set by an axis."""
     sets: tuple[tuple[int, Array], ...] = ()
     """Places of axes, with the values that they set. A later axis overrules an earlier one except
     where it is NaN."""

@@ -1,9 +1,9 @@
 """The product of named axes, and every number of its designs, in a box of it or at listed points.
 
-A design is a row of the product, the last axis fastest. A number is the study's single value, and
-over it what an axis sets; a later axis counts over an earlier one (a case, a number that varies, a
-person or a draw), and what is given for one side over what is given for both. At last it is
-multiplied by what axes scale it by, such as the anchors of a larger arm.
+A design is a row of the product; the last axis varies fastest. A number has the study's single
+value unless an axis sets it. A later axis takes precedence over an earlier one (cases, numbers that
+vary, persons, draws), and a value for one side over a value for both. Last, the number is
+multiplied by the factors that axes give for it, such as for the anchors of a larger arm.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from tendon_cli.space.axis import (
 )
 
 Place = tuple[str, str | None]
-"""Common key of a number, and the side of the arm if it is that of one."""
+"""Common key of a number, and its side; None if it belongs to no side."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,9 +57,9 @@ class Space:
     """Numbers that a study gives once for all, by dotted key, SI."""
     groups: Rows | None = None
     """Group of each row, numbered from 0 and ascending; a group counts if all its rows are served.
-    None where each row counts by itself."""
+    None if each row counts by itself."""
     weighting: Array | None = None
-    """Weight of each row; None where all count the same."""
+    """Weight of each row; None if all count the same."""
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
@@ -75,16 +75,17 @@ class Space:
         return tuple(slice(0, length) for length in self.shape)
 
     def _of_role(self, role: Role) -> Space:
+        """Return the product of the axes of one role, with the same single numbers."""
         return Space(tuple(axis for axis in self.axes if axis.role == role), self.single)
 
     @cached_property
     def choices(self) -> Space:
-        """Product of what a designer decides."""
+        """Product of the axes on which a designer chooses."""
         return self._of_role("choice")
 
     @cached_property
     def conditions(self) -> Space:
-        """Product of what a design must survive, grouped by what a share is counted in."""
+        """Product of the axes that a design must cope with, grouped by person and draw."""
         return self._of_role("condition").grouped()
 
     @property
@@ -96,10 +97,10 @@ class Space:
         return tuple(place for place, axis in enumerate(self.axes) if axis.is_interval)
 
     def grouped(self) -> Space:
-        """Return the same product grouped by what a share is counted in, which becomes slowest.
+        """Return the same product grouped by persons, draws or pairs of both.
 
-        That is persons, draws, or the pairs of both. One of these is served by a pretension that
-        all its other conditions allow, and counts as much as the person is weighted.
+        Their axes become the slowest. A pretension serves a group if it suits all other conditions
+        of the group, which counts as much in a share as its person and its draw are weighted.
         """
         counted = tuple(
             axis for key in (PERSON_AXIS, DRAW_AXIS) for axis in self.axes if axis.key == key
@@ -124,14 +125,14 @@ class Space:
 
         Args:
             points: Numbers that the points set, (points,) each. Several lists make a product, in
-                which a later one counts over an earlier one.
+                which a later one takes precedence over an earlier one.
         """
         return Space(tuple(map(Axis.of_points, points)), self.single)
 
     def without_pretension(self) -> Space:
         """Return the same product without pretension, which is solved for.
 
-        Its tendons cannot push.
+        The tendons of its designs cannot push.
         """
         axes = tuple(
             axis.without(PRETENSION, SLACK) for axis in self.axes if axis.role != "pretension"
@@ -142,14 +143,14 @@ class Space:
         return Space(axes, {**single, PRETENSION: 0.0, SLACK: 1.0})
 
     def places(self, rows: Rows) -> dict[str, Rows]:
-        """Return the place of rows on each axis, by its key."""
+        """Return the places of rows on each axis, (rows,), by the key of the axis."""
         if not self.axes:
             return {}
         places = np.unravel_index(rows, self.shape)
         return {axis.key: np.asarray(place) for axis, place in zip(self.axes, places, strict=True)}
 
     def numbers(self, rows: Rows) -> Numbers:
-        """Return the numbers that axes set or scale for rows."""
+        """Return the numbers that axes set for rows, and the factors by which they scale some."""
         places = self.places(rows)
         return {
             key: values[places[axis.key]]
@@ -172,11 +173,11 @@ class Space:
         return frozenset(common for common, side in map(split_side, given) if side)
 
     def number(self, key: str, side: str | None = None) -> Varying:
-        """Return a number of the designs.
+        """Return a number of the designs, as it varies over the axes.
 
         Args:
             key: Its common key.
-            side: Side of the arm whose number is wanted; None for that of both.
+            side: Side of the arm whose number is wanted; None for a number that has no side.
         """
         value = _DEFAULTS.get(key, np.nan)
         sets: list[tuple[int, Array]] = []
@@ -192,6 +193,7 @@ class Space:
                     sets = []
                 elif not sets:
                     given = np.where(is_silent, value, values)
+                # A number that is the same in all cases does not vary over them.
                 is_case = self.axes[place].key == CASE_AXIS
                 if is_case and not sets and (given == given[:1]).all():
                     value = given[0].item()
@@ -270,7 +272,7 @@ class Space:
 TRAJECTORY = "motion.trajectory"
 INERTIA = "motion.inertia"
 EXCURSION = "joint.excursion"
-"""Key of the factor between a body's travels and those measured."""
+"""Key of the factor from the measured travels of the tendons to those of a body."""
 ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")
 _WEIGHTS = (
     "forearm_mass",
@@ -281,8 +283,8 @@ _WEIGHTS = (
     "contact_radius",
 )
 
-# Common keys by the names that the model has for them: of a joint by anchors or by travels, of the
-# limb, of a design, of its setting, and of a side.
+# Common keys of the numbers of a joint (by anchors or by travels), of the limb, of a design, of its
+# setting and of a side, by the names that the model has for them.
 _ANCHORS = {name: f"arm.{name}" for name in ANCHORS}
 _TRAVELS = {side: f"joint.{side}_excursion" for side in SIDES}
 _LIMB = {name: f"arm.{name}" for name in _WEIGHTS} | {
@@ -318,12 +320,12 @@ _DEFAULTS: dict[str, Any] = {
     **dict.fromkeys((*_TRAVELS.values(), "load.torque", "joint.torque")),
     "anchor.stiffness": np.inf,
 }
-"""Values of numbers that nothing gives; all others are then NaN."""
+"""Values of numbers that a study leaves out; any other number is then NaN."""
 _WITH_SIDES = ("sheath", "tendon", "spring", "anchor")
 _GIVEN: tuple[Place, ...] = tuple(
     (key, SIDES[0] if key.startswith(_WITH_SIDES) else None) for key in GIVEN
 )
-"""Numbers that a limit alone needs; of those in which the sides may differ, the flexor's."""
+"""Numbers that only limits need; the flexor's, if the sides may differ."""
 _PLACES: tuple[Place, ...] = (
     *(
         (key, None)

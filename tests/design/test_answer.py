@@ -290,7 +290,7 @@ DRAWN = {"uncertainty": {"draws": 4}}
     ("content", "noted"),
     [
         ({}, []),
-        (UNCERTAIN, ["stand at their middle"]),
+        (UNCERTAIN, ["taken at their middle"]),
         (DRAWN, ["draws nothing"]),
         ({**UNCERTAIN, **DRAWN}, []),
     ],
@@ -300,4 +300,4 @@ def test_uncertain_numbers_without_draws_and_draws_without_these_are_noted(conte
     notes = " ".join(
         question_of(tendon.study({"spring": {"stiffness": "5 kN/m"}, **content})).notes
     )
-    assert [text for text in ("stand at their middle", "draws nothing") if text in notes] == noted
+    assert [text for text in ("taken at their middle", "draws nothing") if text in notes] == noted
