@@ -96,32 +96,35 @@ class Reproduction:
         recorded = "all" if all(entry.as_recorded for entry in claims) else "not all"
         return [
             f"{_number_that_hold(findings)} findings of the paper hold.",
-            f"Of its {len(claims)} claims {count}; {recorded} as on record.",
-            f"{_number_that_hold(slips)} slips of its letter are shown.",
+            f"Its {len(claims)} claims: {count}; {recorded} as on record.",
+            f"{_number_that_hold(slips)} misprints of the paper are shown.",
             self._places(),
         ]
 
     def _places(self) -> str:
-        """Return the span in words, with the findings that fail beyond it."""
+        """Return the span in words, with the findings that fail just beyond it."""
         if self.span is None:
-            return "The findings hold together over no one range of load distances."
+            return "There is no single range of load distances over which all findings hold."
         near, far = self.span
         places = list(self.failing)
         text = "All findings hold together for loads held "
         text += f"{1e3 * near:.0f} to {1e3 * far:.0f} mm from the elbow"
         if places[0] < near:
             nearer = places[places.index(near) - 1]
-            text += f"; nearer, not {', '.join(self.failing[nearer])}"
+            text += f"; nearer, without {', '.join(self.failing[nearer])}"
         if places[-1] > far:
             farther = places[places.index(far) + 1]
-            text += f"; farther, not {', '.join(self.failing[farther])}"
+            text += f"; farther, without {', '.join(self.failing[farther])}"
         return f"{text}."
 
     def page(self) -> str:
         """Return all of it as a page of Markdown."""
-        known = versions()
+        installed = versions()
         written = content()
-        libraries = ", ".join(f"{name} {known[name]}" for name in ("python", "numpy", "pyarrow"))
+        libraries = ", ".join(
+            f"{name} {installed[name]}" for name in ("python", "numpy", "pyarrow")
+        )
+        tendon = f"tendon {installed['tendon']} (results version {RESULTS_VERSION})"
         figures = ""
         for figure in dict.fromkeys(entry.figure for entry in self.entries if entry.figure):
             caption = written["captions"][figure.partition(".")[0]]
@@ -130,7 +133,7 @@ class Reproduction:
         return str(written["page"]).format(
             counts="\n".join(f"- {line}" for line in self.counts()),
             figures=figures,
-            versions=f"tendon {known['tendon']} (results version {RESULTS_VERSION}), {libraries}",
+            versions=f"{tendon}, {libraries}",
             findings=_table(self.entries_of("finding"), "finding"),
             claims=_table(self.entries_of("claim"), "claim"),
             slips=_table(self.entries_of("slip"), "slip"),
@@ -273,7 +276,7 @@ def _draw(paper: Paper, out: Path, step: Callable[[], None]) -> list[str]:
     return [*files, _TABLE_A1]
 
 
-# --- Marks and labels that a figure has besides its curves, so that a finding is read off it -----
+# --- Marks and labels that let a finding be read off a figure ------------------------------------
 
 
 def finisher(run: PaperTables) -> Finish:

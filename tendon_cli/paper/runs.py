@@ -52,7 +52,7 @@ VARIANTS = PLACES | {
     "fig10-springs": ("fig10", 'load.mass=["5 kg", "10 kg"]', _SPRINGS),
     "fig11-10kg": ("fig11", "load.mass=10 kg"),
 }
-"""Variants by name: a study, and settings from the paper's letter, the reading used, or a claim."""
+"""Variants by name: a study, and the settings that a statement about the paper needs."""
 
 SIDES = ("flexor", "extensor")
 
@@ -109,7 +109,7 @@ class PaperTables:
         return np.asarray(curve[directions.index(direction)])
 
     def design(self, column: str, **fixed: float) -> Array:
-        """Return a column of designs."""
+        """Return a column of designs, shape (designs,)."""
         return self.designs[column].to_numpy(np.float64)[self.is_selected(**fixed)]
 
     def select(self, **fixed: float) -> PaperTables:

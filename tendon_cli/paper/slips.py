@@ -1,6 +1,6 @@
-"""Slips of the paper's letter: each is run as it is printed, and compared with the reading used.
+"""Slips (misprints) of the paper: each is run as printed, and compared with the reading used.
 
-NOTHING of what is printed is used for any result: the reading is in `tendon_cli.model`, and
+No result uses an equation of this module: `tendon_cli.model` has the reading used, and
 docs/physics.md compares the two.
 """
 

@@ -30,7 +30,7 @@ Check = Callable[[Paper], Evidence]
 
 @dataclass(frozen=True)
 class Entry:
-    """Finding or claim of the paper, or slip of its letter, with its verdict and its numbers."""
+    """Finding, claim or slip (misprint) of the paper, with its verdict and its numbers."""
 
     id: str
     """Letter of its kind and a number, such as F4."""

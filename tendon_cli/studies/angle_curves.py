@@ -19,10 +19,11 @@ from tendon_cli.studies.number import NumberField, schema_table
 from tendon_cli.units import described
 
 MAX_BYTES = 4_000_000
-"""Size of a file of a curve."""
+"""Largest size of a CSV of a curve, bytes."""
 MOST_ROWS = 20_000
+"""Largest number of rows of a curve."""
 FEWEST_BEYOND = 3
-"""Rows of measured travels beyond the motion that keep the end of a spline away from it."""
+"""Rows of measured travels beyond the motion that keep the uncertain end of a spline away."""
 _LONGEST_NAME = 4096  # of a file
 _ROUNDING = 1e-9  # rad; angles that differ by less are the same
 _QUANTITIES = {
@@ -31,7 +32,7 @@ _QUANTITIES = {
     "length": "flexor_travel",
     "time": "time",
 }
-"""Quantity by which a value in a study is read, by dimension."""
+"""A quantity of each dimension, by whose units the values of a column are read."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,7 @@ class CurveTable:
     """Columns over ascending angles of the joint, or times, SI; the first is the angle or time."""
 
     columns: dict[str, tuple[float, ...]]
+    """Values of each column by its name."""
 
     @property
     def angles(self) -> Array:
@@ -60,7 +62,7 @@ class CurveTable:
 
         Args:
             column: Name of the column.
-            noise: Standard deviation of its values, by which it is smoothed.
+            noise: Standard deviation of its values, by which it is smoothed; 0 for no smoothing.
         """
         from scipy import interpolate  # only curves pay for its import
 
@@ -80,12 +82,12 @@ class CurveTable:
 
 @dataclass(frozen=True)
 class CurveColumns(FieldMark):
-    """Marks a field as a curve: the name of a CSV, or a table with these columns."""
+    """Mark of a field that is a curve: the name of a CSV, or a table with these columns."""
 
     dimensions: tuple[tuple[str, str], ...]
     """Name and dimension of each column, the angle or time first."""
     fewest: int = 3
-    """Rows that a curve needs."""
+    """Smallest number of rows of a curve."""
 
     @property
     def names(self) -> list[str]:
@@ -93,10 +95,10 @@ class CurveColumns(FieldMark):
         return [name for name, _ in self.dimensions]
 
     def read(self, value: object) -> str | CurveTable | None:
-        """Return a file's name as it stands, and columns as a table.
+        """Return the name of a file as it is, and lists of values as a table.
 
         Raises:
-            PydanticCustomError: If the value is neither.
+            PydanticCustomError: The value is neither, or its lists are no curve.
         """
         if value is None or isinstance(value, CurveTable):
             return value
@@ -122,7 +124,7 @@ class CurveColumns(FieldMark):
         return _ascending(columns)
 
     def _column(self, name: str, dimension: str, values: object) -> tuple[float, ...]:
-        """Return a list of values in SI. Raises PydanticCustomError if it is none."""
+        """Return a list of values in SI. Raises PydanticCustomError if it is not a list of them."""
         if not isinstance(values, (list, tuple)) or len(values) > MOST_ROWS:
             raise fault(f"{name}: {described(values)} is not a list of values")
         single = SingleField(_QUANTITIES[dimension], 0, 0)
@@ -134,7 +136,7 @@ class CurveColumns(FieldMark):
         return {"anyOf": [{"type": "string", "minLength": 1}, self.json_table()]}
 
     def json_table(self) -> dict[str, Any]:
-        """Return the schema of its columns."""
+        """Return the JSON schema of a table with these columns."""
         values = {"type": "array", "items": {"type": ["number", "string"]}, "minItems": self.fewest}
         return schema_table(dict.fromkeys(self.names, values), len(self.names))
 
@@ -147,7 +149,7 @@ TRAJECTORY = CurveColumns((("time", "time"), ("angle", "angle")), fewest=12)
 
 @dataclass(frozen=True)
 class BendField(NumberField):
-    """A bend angle, which may follow the joint: `{ angle = [...], bend = [...] }`."""
+    """Mark of a bend angle, which may vary with the joint: `{ angle = [...], bend = [...] }`."""
 
     def read(self, value: object) -> Any:
         """Return a number, or a curve. Raises PydanticCustomError if the value is neither."""
@@ -162,11 +164,11 @@ class BendField(NumberField):
 
 
 def disorder(columns: Array, fewest: int, first: str) -> tuple[str, int] | None:
-    """Return what is wrong with columns of a curve, and in which row; None if nothing is.
+    """Return the first problem with the columns of a curve, and its row; None if there is none.
 
     Args:
         columns: Angles or times, and values over these, (columns, rows).
-        fewest: Rows that are needed.
+        fewest: Smallest number of rows.
         first: Name of the first column.
     """
     angles = columns[0]
@@ -199,10 +201,10 @@ def _ascending(columns: Mapping[str, Sequence[float]]) -> CurveTable:
 
 
 def read_curve(content: bytes, where: str, columns: CurveColumns) -> CurveTable:
-    """Return a curve from CSV, as `read_columns` takes it.
+    """Return a curve from the content of a CSV, whose headers are those of `read_columns`.
 
     Raises:
-        InputError: With the line at fault.
+        InputError: The content is not such a curve; the error names the line.
     """
     first = columns.names[0]
     values, lines = read_columns(content, where, dict(columns.dimensions), first)
@@ -216,7 +218,7 @@ def read_curve(content: bytes, where: str, columns: CurveColumns) -> CurveTable:
 
 
 def curves_of(study: Any) -> dict[str, Spline]:
-    """Return the curves of a study by the keys of the model's numbers."""
+    """Return the splines of a study's curves, by the keys under which the model looks them up."""
     joint = study.joint
     curves = {}
     for key, table in (("joint.torque", joint.torque), ("load.torque", study.load.torque)):
@@ -232,7 +234,7 @@ def curves_of(study: Any) -> dict[str, Spline]:
 
 
 def bends_of(study: Any) -> dict[str, CurveTable]:
-    """Return the bends that follow the joint, by key."""
+    """Return the bend angles that vary with the joint, by dotted key."""
     sheaths = {
         "sheath": study.sheath,
         "sheath.flexor": study.sheath.flexor,
@@ -270,8 +272,8 @@ def not_covered(study: Any, table: CurveTable, *, is_travel: bool) -> str | None
 def warnings_of(study: Any, table: CurveTable, where: str) -> list[str]:
     """Return warnings on measured travels.
 
-    States have no equilibrium where travels do not rise, and slopes are less sure if the table ends
-    too soon beyond the motion.
+    States have no equilibrium where travels do not rise, and slopes are less certain if the table
+    ends too soon beyond the motion.
 
     Args:
         study: The study.
@@ -279,7 +281,7 @@ def warnings_of(study: Any, table: CurveTable, where: str) -> list[str]:
         where: Name of their file.
 
     Raises:
-        InputError: If one of them never rises.
+        InputError: The travel of a tendon falls throughout.
     """
     warnings = []
     low = study.angles.min()
@@ -289,7 +291,7 @@ def warnings_of(study: Any, table: CurveTable, where: str) -> list[str]:
         (high, table.angles > high + _ROUNDING),
     ):
         if is_beyond.sum() < FEWEST_BEYOND:
-            near = f"within {FEWEST_BEYOND} rows of the table's end, where slopes are less sure"
+            near = f"within {FEWEST_BEYOND} rows of the table's end, where slopes are less certain"
             warnings.append(f"{where}: the motion reaches {math.degrees(end):.4g} deg, {near}")
     for side in ("flexor", "extensor"):
         slopes = table.spline(side)(table.angles, 1)

@@ -38,7 +38,7 @@ class Attachments:
     """Faults of keys whose files could not be read, or do not fit the study."""
 
     def resolve(self, study: Study) -> Study:
-        """Return the study with numbers in place of files, and collect `faults` of keys.
+        """Return the study with the content of its files in place of their names; collect `faults`.
 
         Raises:
             InputError: The content of a file cannot be trusted.
@@ -225,7 +225,7 @@ class Attachments:
                 self.faults.append(
                     Fault(
                         key,
-                        "the fit gives μφ and needs one sheath.bend_angle beside it",
+                        "the fit gives only μφ, so it needs a single sheath.bend_angle",
                         "state the bend angle that the sheath had when it was measured, or fit "
                         "with --bend-angle",
                     )
@@ -270,7 +270,7 @@ class Attachments:
             if isinstance(error, OSError) and error.errno == errno.EFBIG:
                 problem = f"{error.strerror}, expected less"
                 raise InputError(problem, where=shorten(name, 200)) from None
-            reason = getattr(error, "strerror", None) or "the name is not one"
+            reason = getattr(error, "strerror", None) or "it is not the name of a file"
             self.faults.append(Fault(key, f'"{shorten(name)}" cannot be read: {reason}'))
         return None
 

@@ -29,12 +29,12 @@ _GIVEN_BY: tuple[tuple[str, tuple[str, ...], str], ...] = (
     ("arm", ANCHORS, "joint.excursion"),
     ("motion", ("elbow_angle", "direction", "speed"), "motion.trajectory"),
 )
-"""Table and keys of it that cannot stand beside another key, which also gives them."""
+"""Tables and their keys that cannot be given with another key, which also gives them."""
 _PART_OF = (
     ("joint", ("smoothing", "scale_with"), "excursion", "measured travels"),
     ("motion", ("cutoff", "reversal", "inertia"), "trajectory", "a trajectory"),
 )
-"""Table and keys of it that need another key of it, with a phrase for what they belong to."""
+"""Tables and their keys that need another key of the table, with a phrase for the whole."""
 _FILES_OF_SHEATH = (("friction", "friction_from"), ("bend_angle", "path"))
 """Numbers of a sheath, each with the key of a file that also gives it."""
 
@@ -44,7 +44,7 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
 
     Args:
         study: The study, without the keys that are at fault by themselves.
-        at_fault: Dotted keys that were left out of it; what they would have given is not missed.
+        at_fault: Dotted keys that were left out of it; what they give is not reported as missing.
     """
     faults = [
         *_duplicate_faults(study),
@@ -76,7 +76,7 @@ def without_intervals(study: Study) -> Study:
     """Return the study if it can be swept.
 
     Raises:
-        StudyError: Numbers of it are intervals, which hold no values to sweep over.
+        StudyError: It has intervals, which hold no single values to sweep over.
     """
     faults = []
     for key, values in study.numbers.items():
@@ -95,18 +95,18 @@ def without_intervals(study: Study) -> Study:
 
 
 def _duplicate_faults(study: Study) -> Iterator[Fault]:
-    """Yield the keys that another key gives, too."""
+    """Yield a fault for each key that another key also gives."""
     for table, names, other in _GIVEN_BY:
         other_table, _, other_name = other.partition(".")
         if getattr(getattr(study, other_table), other_name) is not None:
             stated = getattr(study, table).model_fields_set
             for name in sorted(stated.intersection(names)):
-                problem = f"stands beside {other}, which also gives it"
+                problem = f"cannot be given with {other}, which also gives it"
                 yield Fault(f"{table}.{name}", problem, _LEAVE_ONE_OUT)
 
 
 def _dependence_faults(study: Study) -> Iterator[Fault]:
-    """Yield the keys that need another key of their table, which is not given."""
+    """Yield a fault for each key that needs another key of its table, which is not given."""
     for table, names, needed, whole in _PART_OF:
         part = getattr(study, table)
         if getattr(part, needed) is not None:
@@ -118,11 +118,11 @@ def _dependence_faults(study: Study) -> Iterator[Fault]:
 
 
 def _sheath_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
-    """Yield numbers of a sheath beside a file of them, and a smoothing without a route."""
+    """Yield faults of numbers that a file of the sheath also gives, and of smoothing no route."""
     for table, sheath in _sheaths(study):
         for number, file in _FILES_OF_SHEATH:
             if number in sheath.model_fields_set and getattr(sheath, file) is not None:
-                problem = f"stands beside {file}, which also gives it"
+                problem = f"cannot be given with {file}, which also gives it"
                 yield Fault(f"{table}.{number}", problem, _LEAVE_ONE_OUT)
         has_route = sheath.path is not None or f"{table}.path" in at_fault
         if sheath.path_smoothing is not None and not has_route:
@@ -160,12 +160,12 @@ def _rest_angle_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
     rest_angle = Need("joint.rest_angle", "", "")
     is_known = is_stated(study, rest_angle) or rest_angle.key in at_fault
     if is_stated(study, stiffness) and not is_known:
-        problem = "needs the angle at which the joint itself asks for no torque"
+        problem = "needs the angle at which the joint itself exerts no torque"
         yield Fault(stiffness.key, problem, f'such as {rest_angle.key} = "73 deg"')
 
 
 def _reading_faults(study: Study) -> Iterator[Fault]:
-    """Yield pretensions of single sides beside one gauge's reading for both."""
+    """Yield a fault for each pretension of a single side, if one gauge is read for both."""
     if study.setting.read == F0:
         return
     given = {*study.numbers}
@@ -178,7 +178,7 @@ def _reading_faults(study: Study) -> Iterator[Fault]:
 
 
 def _trajectory_limit_faults(study: Study) -> Iterator[Fault]:
-    """Yield limits that a motion in time does not have: they compare the directions."""
+    """Yield a fault for each limit that compares directions, if there is a motion in time."""
     if study.motion.trajectory is None:
         return
     problem = "compares flexion and extension at one angle, which a trajectory does not have"
@@ -190,9 +190,9 @@ def _trajectory_limit_faults(study: Study) -> Iterator[Fault]:
 
 
 def curve_faults(study: Study) -> Iterator[Fault]:
-    """Yield the curves of a study that do not reach as far as the joint moves.
+    """Yield a fault for each curve that does not reach as far as the joint moves.
 
-    Curves of files are among them once the files have been read.
+    Curves from files are checked only once the files have been read.
     """
     curves: dict[str, Any] = {
         "joint.torque": study.joint.torque,
@@ -207,7 +207,7 @@ def curve_faults(study: Study) -> Iterator[Fault]:
 
 
 def _limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
-    """Yield limits on quantities that cannot be known without another key."""
+    """Yield a fault for each limit whose quantity cannot be computed without another key."""
     for name in study.limits:
         for need in LIMITS[name].needs:
             if not is_stated(study, need) and not _is_at_fault(need, at_fault):
@@ -264,7 +264,7 @@ def _is_at_fault(need: Need, at_fault: set[str]) -> bool:
 
 
 def _condition_faults(study: Study) -> Iterator[Fault]:
-    """Yield conditions that are no axis of any study, or cannot be conditions."""
+    """Yield a fault for each condition that is no axis of any study, or cannot be one."""
     paths = {key.column: path for path, key in keys().items()}
     known = (*keys(), *NAMED_AXES)
     for name in study.design.conditions or ():
@@ -277,7 +277,7 @@ def _condition_faults(study: Study) -> Iterator[Fault]:
 
 
 def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
-    """Yield goals that are no column of the choices, that lack a key, or contradict each other."""
+    """Yield faults of goals that are no column, lack a key, or contradict each other."""
     known = (*CHOICE_RESULTS, *_choice_columns(study, at_fault))
     for table, names in (("minimise", study.design.minimise), ("maximise", study.design.maximise)):
         for name in names:
@@ -315,7 +315,7 @@ def _lacking(study: Study, column: str, at_fault: set[str]) -> str | None:
 
 
 def _case_faults(study: Study) -> Iterator[Fault]:
-    """Yield cases of one name, and numbers of cases that something else gives."""
+    """Yield faults of cases with the same name, and of numbers that something else also gives."""
     names: set[str] = set()
     for at, case in enumerate(study.cases):
         name = str(getattr(case, "name", ""))

@@ -119,7 +119,7 @@ def part_document(part: Part) -> dict[str, Any]:
 def warn_of_numbers(numbers: Iterable[tuple[str, SingleField, StudyNumber]]) -> Iterator[str]:
     """Yield a sentence for each number that its author most likely did not mean.
 
-    It is far from that of any arm, or a good part of its distribution is impossible.
+    The number is far from that of any arm, or some of its distribution is impossible.
     """
     for key, mark, values in numbers:
         low, high = PLAUSIBLE.get(mark.name, (mark.low, mark.high))
@@ -130,10 +130,10 @@ def warn_of_numbers(numbers: Iterable[tuple[str, SingleField, StudyNumber]]) -> 
         if far:
             span = f"{low:g} to {high:g}{unit}"
             yield f"{key} = {far[0]:g} is {far[0]:g}{unit}, far from any arm ({span})"
-        known = values.uncertain
-        if known is not None and known.cut_share > _NOTABLE_SHARE:
-            span = f"{known.low:g} to {known.high:g}{unit}"
-            cut_off = f"{known.cut_share:.1%} of its distribution is cut off"
+        distribution = values.uncertain
+        if distribution is not None and distribution.cut_share > _NOTABLE_SHARE:
+            span = f"{distribution.low:g} to {distribution.high:g}{unit}"
+            cut_off = f"{distribution.cut_share:.1%} of its distribution is cut off"
             yield f"{key} can only be {span}: {cut_off}"
 
 
@@ -172,7 +172,7 @@ def _overriding_table(part: type[Part]) -> type[Part]:
     for name, field in part.model_fields.items():
         is_curve = any(isinstance(mark, CurveColumns) for mark in field.metadata)
         if is_curve or name in _SAME_FOR_ALL_CASES:
-            continue  # the numbers of a case differ, not the joint
+            continue  # cases differ in numbers, not in the joint
         number = _number_mark(field)
         words = next((mark.words for mark in field.metadata if isinstance(mark, WordField)), None)
         inner = _table_type(field)
@@ -191,7 +191,9 @@ def _overriding_table(part: type[Part]) -> type[Part]:
 
 def case_tables() -> Any:
     """Build the type of `[[cases]]`, which few studies have."""
-    fields: dict[str, Any] = {"name": (_CaseName, Field(description="name of the case, each once"))}
+    fields: dict[str, Any] = {
+        "name": (_CaseName, Field(description="name of the case, different for each"))
+    }
     for name, part in DESIGN_PARTS.items():
         fields[name] = (_overriding_table(part) | None, None)
     doc = "One case, such as a person: a name, and the keys in which it differs."

@@ -15,12 +15,14 @@ from tendon_cli.model.kinematics import Array
 from tendon_cli.units import UNITS, factor_of, known_units, shorten
 
 _NUMBER = r"^[+-]?([0-9]{1,40}\.?[0-9]{0,40}|\.[0-9]{1,40})([eE][+-]?[0-9]{1,3})?$"
+"""Pattern of a number."""
 _LARGEST = 1e9
+"""Largest magnitude of a number, in the unit of its column."""
 
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """The columns of a file whose first line that is no comment is its header."""
+    """Columns of a CSV; its header is the first line that is not a comment."""
 
     where: str
     """Name of the file in errors."""
@@ -47,7 +49,7 @@ class Sheet:
             row: Noun for what a row describes, such as "person".
 
         Raises:
-            InputError: If the file is no such table.
+            InputError: The file is not such a table.
         """
         lines = lines_of(content, where)
         kept = [place for place, line in enumerate(lines) if not is_comment(line)]
@@ -78,7 +80,7 @@ class Sheet:
             missing: Texts of cells without a number, which become NaN.
 
         Raises:
-            InputError: If another cell is no number.
+            InputError: A cell is neither a number nor one of `missing`.
         """
         import pyarrow as pa
         import pyarrow.compute as pc
@@ -102,7 +104,10 @@ class Sheet:
 
 
 def name_and_unit(header: str, names: tuple[str, ...]) -> tuple[str, str] | None:
-    """Split a header into the name that it begins with and its unit; None for no such name."""
+    """Return the name that a header begins with, and its unit; None if it has none of the names.
+
+    The unit is empty if the header does not say it.
+    """
     for name in names:
         spelled = name.replace("_", r"[\W_]*")
         unit = r"(?:[\s_]*[\[(_ ]\s*(.*?)\s*[\])]?)?"
@@ -113,7 +118,7 @@ def name_and_unit(header: str, names: tuple[str, ...]) -> tuple[str, str] | None
 
 
 def unit_factor(name: str, unit: str, dimension: str, where: str) -> float:
-    """Return SI values per value of a column.
+    """Return the factor by which the values of a column are multiplied to be in SI.
 
     Args:
         name: Name of the column.
@@ -122,7 +127,7 @@ def unit_factor(name: str, unit: str, dimension: str, where: str) -> float:
         where: Place of the header in errors.
 
     Raises:
-        InputError: If there is no unit, or one of another dimension.
+        InputError: There is no unit, or one of another dimension.
     """
     known = known_units(dimension)
     plain = {_plain(symbol): symbol for symbol in reversed(known)}
@@ -152,11 +157,11 @@ def read_columns(
         content: The file.
         where: Name of the file in errors.
         columns: Dimension of each column by its name.
-        row: Noun for what a row describes.
+        row: Noun for what a row describes, such as "way-point".
         unit: Unit of a column whose header has none.
 
     Raises:
-        InputError: With the line at fault.
+        InputError: A column is missing, has no unit, or holds no numbers; the error names the line.
     """
     sheet = Sheet.of(content, where, row)
     header_place = f"{where}, line {sheet.header_line}"

@@ -109,22 +109,22 @@ class Goals(Part):
     )
     serve: Annotated[StudyNumber | None, SingleField("serve", 0.0, 1.0)] = None
     minimise: Words = field_default(
-        (), description="columns of choices.parquet; with several goals a front"
+        (), description="columns of choices.parquet; several goals give a front"
     )
     maximise: Words = field_default(
-        (), description="columns of choices.parquet; with several goals a front"
+        (), description="columns of choices.parquet; several goals give a front"
     )
     prove: Words = field_default(
         (), description="choices to prove besides the best, by their rows in choices.parquet"
     )
     by: Literal["sex"] | None = field_default(
-        None, description="shares by a column of the people, too"
+        None, description="also give shares by this column of the people"
     )
     pretension: Annotated[str | StudyNumber, _PretensionOrPlace("pretension", 0.0, 1e5)] = (
         field_default(
             "middle",
-            description="where in its window a choice is set, or the pretension that all are "
-            "set to",
+            description="place in its window at which a choice is set, or one pretension for all "
+            "choices",
         )
     )
 
@@ -161,7 +161,7 @@ class Uncertainty(Part):
         *whole_number(1, MOST_DRAWS),
         AfterValidator(_check_power_of_two),
         WithJsonSchema({"enum": [2**power for power in range(MOST_DRAWS.bit_length())]}),
-    ] = field_default(256, description="how many draws, a power of two")
+    ] = field_default(256, description="number of draws, a power of two")
     seed: Seed = field_default(1, description="the same seed gives the same draws")
     cross: TruthValue | None = field_default(
         None,

@@ -219,7 +219,9 @@ class SingleField(FieldMark):
         if value is None or isinstance(value, StudyNumber):
             return value
         if isinstance(value, (list, tuple, dict)):
-            raise fault(f"{described(value)} cannot stand here, expected one value, {self.wanted}")
+            raise fault(
+                f"{described(value)} is not possible here, expected one value, {self.wanted}"
+            )
         return StudyNumber.of(self.number(value))
 
     def number(self, value: object) -> float:
@@ -258,7 +260,7 @@ class SingleField(FieldMark):
         return measure_of_number(float(value), dimension)
 
     def bounded(self, measure: Measure) -> float:
-        """Return the value of a measure in SI.
+        """Return the value of a measure in SI, if it is within the bounds.
 
         Raises:
             PydanticCustomError: The value is outside of the bounds.

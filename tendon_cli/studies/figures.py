@@ -31,7 +31,7 @@ OF_STATES = (*quantities.OF_STATES, *OF_FIGURES)
 OF_DESIGNS = (*quantities.OF_DESIGNS, *quantities.OF_CYCLES)
 """Results of the designs that a figure may show."""
 WORDS = ("direction", "status", "case", "taut", "stable", "feasible", "design")
-"""Columns that are no quantities."""
+"""Columns of words and flags, and the number of a design, by which a figure may filter."""
 
 WIDTHS = {"column": 85.0, "page": 175.0}
 """Named widths of figures, mm."""
@@ -136,15 +136,15 @@ _Filter = Annotated[_Text, AfterValidator(_checked_by(read_filter))]
 
 
 class FigureSpec(Part):
-    """Figure that `[[figure]]`, the command line or Python asks for; its table gives the rest."""
+    """Figure as `[[figure]]`, the command line or Python asks for it; its table gives the rest."""
 
     model_config = ConfigDict(json_schema_extra={"required": ["name", "quantity"]})
 
     name: Annotated[Name, AfterValidator(_check_figure_name)] | None = field_default(
-        None, description="stem of the figure's file, each once"
+        None, description="stem of the figure's file, different for each"
     )
     title: Annotated[str, StringConstraints(max_length=300, strict=True)] = field_default(
-        "", description="above the panels; default the title of the study"
+        "", description="title above the panels; default that of the study"
     )
     quantity: Annotated[
         tuple[_Text, ...],
@@ -160,14 +160,16 @@ class FigureSpec(Part):
         default=False, description="draw the quantities in one panel, one colour each"
     )
     x: _Column | None = field_default(
-        None, description="column along x; default the elbow angle, or of designs the first axis"
+        None, description="column along x; default the elbow angle, for designs the first axis"
     )
     colour: _Column | None = field_default(
         None, description="axis with one colour per value; default the load"
     )
     panels: _Column | None = field_default(None, description="axis with one panel per value")
     where: Annotated[tuple[_Filter, ...], *one_or_many({"type": "string"}, 20)] = field_default(
-        (), max_length=20, description='filters, such as "load_mass = 5 kg"; all of them hold'
+        (),
+        max_length=20,
+        description='filters, such as "load_mass = 5 kg"; a row must meet all of them',
     )
     unit: Annotated[
         tuple[Annotated[_Text, AfterValidator(_check_unit)], ...],
@@ -186,7 +188,7 @@ class FigureSpec(Part):
 
     @property
     def named_columns(self) -> tuple[str, ...]:
-        """Columns that the figure names, of its quantities first."""
+        """Columns that the figure names: quantities, then x, colour and panels, then filters."""
         optional = [name for name in (self.x, self.colour, self.panels) if name]
         filtered = [condition.name for condition in self.filters]
         return (*self.quantity, *optional, *filtered)
@@ -231,7 +233,7 @@ def figure_spec(**given: Any) -> FigureSpec:
 def figure_faults(
     figures: tuple[FigureSpec, ...], axes: Mapping[str, Quantity], at_fault: set[str]
 ) -> Iterator[Fault]:
-    """Yield names in a study's figures that its tables do not have, and figures without a name.
+    """Yield the faults of a study's figures: names, columns, overlays and filters.
 
     Args:
         figures: The figures that the study declares.
@@ -252,7 +254,7 @@ def figure_faults(
 
 
 def _column_faults(figure: FigureSpec, place: str, axes: Mapping[str, Quantity]) -> Iterator[Fault]:
-    """Yield columns of a figure that its table does not have."""
+    """Yield a fault for each column of a figure that its table does not have."""
     results = OF_STATES if figure.table == "states" else OF_DESIGNS
     varied = (*axes, "direction", "elbow_angle", "case")
     named: list[tuple[str, str | None, tuple[str, ...]]] = [
@@ -273,16 +275,16 @@ def _overlay_faults(figure: FigureSpec, place: str) -> Iterator[Fault]:
     if not figure.overlay:
         return
     if figure.colour is not None:
-        problem = "stands beside overlay, which gives the colours to the quantities"
+        problem = "cannot be given with overlay, which gives the colours to the quantities"
         yield Fault(f"{place}.colour", problem, "leave one of them out; panels takes the axis")
     dimensions = {(QUANTITIES | OF_FIGURES)[name].dimension for name in figure.quantity}
     if len(dimensions) > 1:
         problem = f"{' and '.join(sorted(dimensions))} cannot share a panel"
-        yield Fault(f"{place}.overlay", problem, "one dimension in each")
+        yield Fault(f"{place}.overlay", problem, "draw each dimension in a figure of its own")
 
 
 def _filter_faults(figure: FigureSpec, place: str, axes: Mapping[str, Quantity]) -> Iterator[Fault]:
-    """Yield filters of a figure that their columns cannot have."""
+    """Yield a fault for each filter of a figure whose value its column cannot have."""
     for condition in figure.filters:
         quantity = axes.get(condition.name) or QUANTITIES.get(condition.name)
         if quantity is not None:

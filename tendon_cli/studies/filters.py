@@ -24,10 +24,10 @@ Truth = npt.NDArray[np.bool_]
 
 _FILTER = re.compile(r"\s*([A-Za-z_][\w.]*)\s*(<=|>=|!=|==|=|<|>|\bin\b)\s*(.+?)\s*")
 _LONGEST = 500
-"""Length of the longest filter."""
+"""Length of the longest filter, characters."""
 _ORDER: dict[str, Callable[[Any, Any], Any]] = {"<": operator.lt, ">": operator.gt}
 _AS_PRINTED = 1e-3
-"""Relative tolerance of a value, such that the four digits that a figure prints meet it."""
+"""Relative tolerance of "=", so that a value with the four digits that a figure prints is found."""
 _ROUNDING = 1e-9
 """Tolerance of rounding, relative to the largest value of a column."""
 _TRUTHS = {"true": 1.0, "yes": 1.0, "1": 1.0, "false": 0.0, "no": 0.0, "0": 0.0}
@@ -113,8 +113,8 @@ class Condition:
 
         Args:
             values: Values of the column, any shape; numbers in SI.
-            of_axis: True for the values of an axis, of which "=" means the nearest one within the
-                tolerance.
+            of_axis: True for the values of an axis: "=" then selects only the nearest of those
+                within the tolerance.
         """
         if self.relation in ("=", "in", "!="):
             met = np.zeros(values.shape, dtype=np.bool_)
@@ -158,7 +158,7 @@ def _unquoted(word: str) -> str:
 
 
 def _equals(values: npt.NDArray[Any], wanted: float | str, *, of_axis: bool) -> Truth:
-    """Return True where a value is the wanted one, up to rounding and print."""
+    """Return True where a value is the wanted one, up to rounding and to printed digits."""
     if isinstance(wanted, str) or math.isinf(wanted):
         return np.asarray(values == wanted, dtype=np.bool_)
     distance = np.abs(values - wanted)

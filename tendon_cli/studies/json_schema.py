@@ -72,7 +72,7 @@ def _words_of(node: dict[str, Any], choices: list[dict[str, Any]]) -> tuple[str,
 
 
 def _choices(node: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """Yield a node, and all nodes that it may stand for."""
+    """Yield a node, and all nodes that it refers to, offers as alternatives or lists."""
     yield node
     if "$ref" in node:
         definition = node["$ref"].rpartition("/")[2]
@@ -102,7 +102,7 @@ def faults_of(error: ValidationError, places: KeyPlaces) -> list[Fault]:
     details = error.errors(include_url=False)
     faults = [_fault(detail, places) for detail in details[:MOST_FAULTS]]
     if len(details) > MOST_FAULTS:
-        faults.append(Fault("", f"and {len(details) - MOST_FAULTS} faults more"))
+        faults.append(Fault("", f"and {len(details) - MOST_FAULTS} more faults"))
     return faults
 
 
@@ -112,7 +112,7 @@ def _fault(detail: Any, places: KeyPlaces) -> Fault:
     problem, hint = _problem_and_hint(detail, path)
     line = places.line_of(".".join(path))
     if path == ["name"] and line is None:
-        hint = hint or "where a study has no name, it is called as its file"
+        hint = hint or "a study without a name is named after its file"
     if detail["type"] == "literal_error" and path[-1].isdigit():
         path.pop()  # one word of a list, or the only one, which needs no list
     return Fault(shorten(".".join(path), 120), problem, hint, line)

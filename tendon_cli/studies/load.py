@@ -177,7 +177,7 @@ def plain_content(value: Any, path: tuple[str, ...] = ()) -> Any:
 
     Args:
         value: The value, or a study's whole content.
-        path: Keys at which it stands, for errors.
+        path: Keys that lead to it, for errors.
 
     Raises:
         StudyError: A study file cannot have the value.
@@ -203,7 +203,7 @@ def plain_content(value: Any, path: tuple[str, ...] = ()) -> Any:
     if value is None or isinstance(value, (str, bool, int, float, date, time)):
         return value
     expected = "expected text, a number, a list or a table"
-    raise refused(f"a {type(value).__name__} cannot stand here, {expected}", key=key)
+    raise refused(f"a {type(value).__name__} is not possible here, {expected}", key=key)
 
 
 def _without_empty_keys(content: Any, path: str, faults: list[Fault]) -> Any:
@@ -329,7 +329,7 @@ def _put(content: dict[str, Any], path: list[str], value: Any) -> None:
     """Put a value at a dotted key into the content.
 
     Raises:
-        UsageError: A part of the key is no table.
+        UsageError: A part of the key is not a table.
     """
     table: Any = content
     for part in path[:-1]:

@@ -16,13 +16,13 @@ from tendon_cli.units import shorten
 CUTOFF = 6.0
 """Cutoff of the low-pass if a study states none, Hz: voluntary motion of the elbow lies below."""
 REVERSAL = math.radians(1.0)
-"""Turn that counts as a reversal if a study states none, rad: noise does not come back as far."""
+"""Smallest turn back that counts as a reversal if a study states none, rad: noise is smaller."""
 _ORDER = 2  # of the low-pass
 _LARGEST_GAP = 5.0  # median steps; a longer one between samples is a warning
 
 
 def sampled(time: Array) -> Array:
-    """Return equal steps from the first time to the last, as long as the median step."""
+    """Return times in equal steps of about the median step, from the first to the last, s."""
     median = float(np.median(np.diff(time)))
     steps = round((time[-1] - time[0]) / median)
     return np.linspace(time[0], time[-1], steps + 1)
@@ -31,10 +31,10 @@ def sampled(time: Array) -> Array:
 def trajectory_of(motion: Any) -> Trajectory | None:
     """Return the trajectory of a study's `[motion]`, smoothed.
 
-    None stands for no trajectory, or one whose rows are not known yet.
+    Return None if there is no trajectory, or if its file has not been read yet.
 
-    A Butterworth low-pass of second order goes over the angles forward and back, so that nothing is
-    late; derivatives are central differences of what it leaves.
+    A Butterworth low-pass of second order filters the angles forward and backward, so that it adds
+    no delay; derivatives are central differences of the filtered angles.
     """
     table = motion.trajectory
     if not isinstance(table, CurveTable):
@@ -60,7 +60,7 @@ def at_times(trajectory: Trajectory, time: Array) -> Trajectory:
         trajectory: The motion.
         time: Times between its first and its last, s.
     """
-    from scipy.interpolate import CubicSpline  # only what looks between samples pays for its import
+    from scipy.interpolate import CubicSpline  # only times between samples pay for its import
 
     through = CubicSpline(trajectory.time, [trajectory.angle, *trajectory.derivatives], axis=1)
     angle, *derivatives = through(time)
@@ -84,11 +84,15 @@ def trajectory_fault(motion: Any) -> Fault | None:
     problem = (
         f"is {cutoff:.4g} Hz, expected less than {fastest:.4g} Hz, half the samples per second"
     )
-    return Fault("motion.cutoff", problem, "a cutoff of at most half of that smooths something")
+    return Fault(
+        "motion.cutoff",
+        problem,
+        "choose at most half of that, so that there is something to smooth",
+    )
 
 
 def facts_of(motion: Any, where: str) -> dict[str, Any]:
-    """Return notes on a trajectory's file: the smoothing, its effect, and gaps that were bridged.
+    """Return facts on a trajectory's file: rows, smoothing, its effect, and gaps that were bridged.
 
     Args:
         motion: The study's `[motion]`.
@@ -108,7 +112,7 @@ def facts_of(motion: Any, where: str) -> dict[str, Any]:
     acceleration = np.abs(trajectory.acceleration).max()
     note = (
         f"{shorten(where, 200)}: {len(time):,} samples at {rate:.4g} Hz, low-pass of {cutoff:.4g} "
-        f"Hz (Butterworth, second order, forward and back), which takes {residual:.2g} deg "
+        f"Hz (Butterworth, second order, forward and back), which removes {residual:.2g} deg "
         f"(rms); the largest speed is {speed:.4g} deg/s, "
         f"the largest acceleration {acceleration:.4g} rad/s²"
     )

@@ -22,8 +22,8 @@ _PLUS_MINUS = re.compile(r"\+/-|\+-|±")
 _TO = re.compile(r"\s+to\s+")
 _LONGEST = 400
 """Length of the longest text that is searched for two numbers."""
-_OF_NUMBERS = "+-.0123456789eE"
-"""Characters of which numbers are made; what follows them is a unit."""
+_NUMBER_CHARACTERS = "+-.0123456789eE"
+"""Characters that numbers consist of; a unit follows them."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class NumberField(SingleField):
         first = self._inner(table, "from")
         last = self._inner(table, "to")
         if num is None:
-            num = self._values_of_step(first, last, table["step"], spacing)
+            num = self._num_from_step(first, last, table["step"], spacing)
         grid = Grid(first, last, num, log=spacing == "log")
         if grid.log and min(first.si, last.si) <= 0.0:
             raise fault("a log grid that reaches zero, expected from and to above zero")
@@ -98,10 +98,10 @@ class NumberField(SingleField):
             )
         return grid
 
-    def _values_of_step(self, first: Measure, last: Measure, step: object, spacing: str) -> int:
+    def _num_from_step(self, first: Measure, last: Measure, step: object, spacing: str) -> int:
         """Return the number of values of a grid with a step.
 
-        It is computed in rational numbers, so that a step that misses the end is refused.
+        The range is divided in rational numbers, and a step that misses its end is refused.
         """
         if spacing == "log":
             hint = "a log grid grows by a factor, not by a step"
@@ -114,13 +114,15 @@ class NumberField(SingleField):
             raise fault(f"step: {described(step)} is not a size, expected one above zero")
         steps = abs(last.exact - first.exact) / size
         if steps.denominator > 1 and steps < MAX_AXIS_LENGTH:
-            times = f"it goes {to_float(steps):.6g} times into it"
-            problem = f"step: {described(step)} does not divide the range, {times}"
-            raise fault(problem, f"num = {max(2, round(steps) + 1)} instead of step ends at both")
+            holds = f"which holds {to_float(steps):.6g} steps"
+            problem = f"step: {described(step)} does not divide the range, {holds}"
+            raise fault(
+                problem, f"num = {max(2, round(steps) + 1)} instead of step reaches both ends"
+            )
         return _count(int(steps) + 1)
 
     def _inner(self, table: dict[Any, Any], name: str) -> Measure:
-        """Return a value inside a grid or an uncertain number; its faults say its name."""
+        """Return the value at a key of a grid or an uncertain number; a fault names this key."""
         try:
             measure = self.measure(table[name])
             self.bounded(measure)
@@ -200,13 +202,13 @@ class NumberField(SingleField):
     ) -> StudyNumber:
         """Return an uncertain number; without any spread it is a number like any other."""
         if not self.uncertain:
-            raise fault(
-                "an uncertain number cannot stand here, expected one value, a list or a grid"
-            )
+            raise fault("the number cannot be uncertain here, expected one value, a list or a grid")
         if not spread:
             return StudyNumber.of(to_float(middle))
-        known = Uncertain(kind, to_float(middle), to_float(spread), self.low, self.high, document)
-        return StudyNumber((known.middle,), is_axis=False, uncertain=known)
+        distribution = Uncertain(
+            kind, to_float(middle), to_float(spread), self.low, self.high, document
+        )
+        return StudyNumber((distribution.middle,), is_axis=False, uncertain=distribution)
 
     def _spread(
         self, value: object, middle: Measure, *, may_be_share: bool
@@ -253,29 +255,29 @@ class NumberField(SingleField):
         ]
         if not self.uncertain:
             return exact
-        text = finite["anyOf"][-1]["pattern"].removeprefix("^").removesuffix("$")
+        quantity = finite["anyOf"][-1]["pattern"].removeprefix("^").removesuffix("$")
         return [
             *exact,
             schema_table({"value": finite, "tolerance": {"anyOf": [share, finite]}}, 2),
             schema_table({"mean": finite, "std": finite}, 2),
             schema_table({"from": finite, "to": finite}, 2),
-            {"type": "string", "pattern": rf"^{text}(\+/-|\+-|±|\s+to\s+){text}$"},
+            {"type": "string", "pattern": rf"^{quantity}(\+/-|\+-|±|\s+to\s+){quantity}$"},
         ]
 
 
 def _two_numbers(text: str, separator: re.Pattern[str]) -> tuple[str, str] | None:
     """Split a text into two numbers; None if it does not hold the separator.
 
-    One unit after both numbers is that of both. A percent sign is not: it may mean a share of the
-    first.
+    A unit after the second number alone is that of both. A percent sign is not: it may mean a
+    share of the first.
     """
     parts = separator.split(text, maxsplit=1)
     if len(parts) == 1:
         return None
     first, second = (part.strip() for part in parts)
-    has_unit = first.strip(_OF_NUMBERS) != ""
+    has_unit = first.strip(_NUMBER_CHARACTERS) != ""
     if not has_unit:
-        unit = second.lstrip(_OF_NUMBERS).strip()
+        unit = second.lstrip(_NUMBER_CHARACTERS).strip()
         if unit not in ("", "%"):
             first = f"{first} {unit}"
     return first, second
@@ -288,7 +290,7 @@ def _check_keys(
     hint: str | None = None,
     optional: str = "",
 ) -> None:
-    """Raise PydanticCustomError if a table has a key too many, or one too few."""
+    """Raise PydanticCustomError if a table has an unknown key, or lacks a required one."""
     wrong = [f"unknown {described(key)}" for key in table if key not in (*required, optional)]
     wrong += [f'"{name}" is missing' for name in required if name not in table]
     if wrong:

@@ -55,9 +55,9 @@ field_default: Any = Field
 
 
 def _check_state_columns(names: tuple[str, ...]) -> tuple[str, ...]:
-    """Return names of results of the states; refuse any other.
+    """Return the names if all are results of the states; refuse any other.
 
-    Columns that say which state a row is are always kept, and refused, too.
+    Columns that identify the state of a row are refused, too: they are always written.
     """
     for name in names:
         if name in ("design", "direction", "elbow_angle"):
@@ -88,7 +88,7 @@ StateColumns = Annotated[
 
 
 class Part(BaseModel):
-    """Table of a study file: unknown keys are refused, and nothing changes after it is read."""
+    """Table of a study file: it refuses unknown keys, and does not change once it is read."""
 
     model_config = ConfigDict(
         extra="forbid", frozen=True, validate_default=True, arbitrary_types_allowed=True
@@ -126,7 +126,7 @@ class Arm(Part):
 
 
 class SheathSide(Part):
-    """Sheath on one side of the arm; a key left out is as for both."""
+    """Sheath on one side of the arm; a key left out has the value for both sides."""
 
     friction: Friction | None = None
     friction_from: FileName | None = field_default(
@@ -149,7 +149,7 @@ class Sheath(SheathSide):
 
 
 class TendonSide(Part):
-    """Tendon on one side of the arm; a key left out is as for both."""
+    """Tendon on one side of the arm; a key left out has the value for both sides."""
 
     length: TendonLength | None = None
     diameter: TendonDiameter | None = None
@@ -169,13 +169,11 @@ class Tendon(TendonSide):
 
 
 class SpringSide(Part):
-    """Spring on one side of the arm; a key left out is as for both."""
+    """Spring on one side of the arm; a key left out has the value for both sides."""
 
     stiffness: Stiffness | None = None
     free_length: Annotated[StudyNumber | None, NumberField("spring_free_length", **LENGTH)] = None
-    at: SpringPlace = field_default(
-        None, description="the end of the tendon that the spring sits at"
-    )
+    at: SpringPlace = field_default(None, description="end of the tendon at which the spring sits")
 
 
 class Spring(SpringSide):
@@ -183,14 +181,14 @@ class Spring(SpringSide):
 
     stiffness: Stiffness | None = field_default("3 kN/m")
     at: SpringPlace = field_default(
-        "joint", description="the end of the tendon that the spring sits at"
+        "joint", description="end of the tendon at which the spring sits"
     )
     flexor: SpringSide | None = None
     extensor: SpringSide | None = None
 
 
 class AnchorSide(Part):
-    """Anchor on one side of the arm; a key left out is as for both."""
+    """Anchor on one side of the arm; a key left out has the value for both sides."""
 
     stiffness: AnchorStiffness | None = None
 
@@ -211,15 +209,16 @@ class Joint(Part):
     )
     excursion: Annotated[str | CurveTable | None, EXCURSION] = field_default(
         None,
-        description="a CSV of angle, flexor, extensor: how far their paths shorten and lengthen",
+        description="a CSV of angle, flexor, extensor: how far the flexor's path shortens and the "
+        "extensor's lengthens",
     )
     smoothing: Annotated[StudyNumber | None, SingleField("excursion_noise", 0.0, 0.1)] = None
     scale_with: BodyDimension | None = field_default(
-        None, description="with people: the dimension of the body that travels are in proportion to"
+        None, description="with people: the dimension of the body to which travels are proportional"
     )
     torque: Annotated[str | CurveTable | None, TORQUE] = field_default(
         None,
-        description="a CSV of angle, torque: what the joint itself asks for to be flexed further",
+        description="a CSV of angle, torque: the joint's own resistance to flexion",
     )
     stiffness: Annotated[StudyNumber | None, NumberField("joint_stiffness", 0.0, 1e6)] = None
     rest_angle: Annotated[StudyNumber | None, NumberField("rest_angle", **FULL_TURNS)] = None
@@ -245,13 +244,13 @@ class Setting(Part):
     )
     load: Annotated[StudyNumber, NumberField("load_mass", 0.0, 1e4)] = field_default("0 kg")
     after: Direction = field_default(
-        "extension", description="the direction of the last motion before it is read"
+        "extension", description="direction of the last motion before the pretension is read"
     )
     read: Literal[
         "pretension", "flexor at joint", "extensor at joint", "flexor at motor", "extensor at motor"
     ] = field_default(
         "pretension",
-        description="what a pretension of the study is: F0 of the model, or a gauge's reading",
+        description="meaning of the study's pretension: F0 of the model, or the reading of a gauge",
     )
 
 
@@ -260,7 +259,7 @@ class Load(Part):
 
     mass: Annotated[StudyNumber, NumberField("load_mass", 0.0, 1e4)] = field_default("0 kg")
     torque: Annotated[str | CurveTable | None, TORQUE] = field_default(
-        None, description="a CSV of angle, torque: what a task asks for besides"
+        None, description="a CSV of angle, torque: torque of a task, besides that of the mass"
     )
     scale: Annotated[StudyNumber, NumberField("load_scale", -1e3, 1e3)] = field_default(1.0)
 
@@ -286,7 +285,7 @@ class Motion(Part):
 
 
 class Model(Part):
-    """Choices between two readings of the model."""
+    """Options of the model: slack, and the reference of the flexor's travel."""
 
     slack: Literal["unilateral", "bilateral"] = field_default(
         "unilateral",

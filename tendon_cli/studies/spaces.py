@@ -46,8 +46,8 @@ _MOST_ARMS = 100_000
 _NO_TENSION = 1e-6
 """Rounding of a pretension, N."""
 
-_WORD_OF_ONE = {REFERENCE: "initial", SLACK: "unilateral", SPRING_AT: "motor", AFTER: "flexion"}
-_WORD_OF_ONE |= {of_side(SPRING_AT, side): "motor" for side in SIDES}
+_WORD_FOR_ONE = {REFERENCE: "initial", SLACK: "unilateral", SPRING_AT: "motor", AFTER: "flexion"}
+_WORD_FOR_ONE |= {of_side(SPRING_AT, side): "motor" for side in SIDES}
 """Keys whose words are numbers to the model, each with the word that is 1; its other word is 0."""
 
 
@@ -79,10 +79,10 @@ def single_numbers(study: Study) -> dict[str, Any]:
     numbers: dict[str, Any] = {
         key: values.single for key, values in study.numbers.items() if not values.is_axis
     }
-    for key, word_of_one in _WORD_OF_ONE.items():
+    for key, word_for_one in _WORD_FOR_ONE.items():
         word = word_of(study, key)
         if word is not None:
-            numbers[key] = float(word == word_of_one)
+            numbers[key] = float(word == word_for_one)
     numbers[READ] = float(READINGS.index(study.setting.read))
     numbers |= curves_of(study)
     if study.trajectory is not None:
@@ -93,7 +93,7 @@ def single_numbers(study: Study) -> dict[str, Any]:
 
 
 def word_of(table: object, key: str) -> str | None:
-    """Return the word at a dotted key of a study or a case; None if no single word stands there."""
+    """Return the word at a dotted key of a study or a case; None if it has no single word."""
     for name in key.split("."):
         table = getattr(table, name, None)
     return table if isinstance(table, str) else None
@@ -132,10 +132,10 @@ def case_axis(study: Study) -> Axis:
     cases: list[dict[str, float]] = []
     for case in study.cases:
         given = case_numbers(case)
-        for key, word_of_one in _WORD_OF_ONE.items():
+        for key, word_for_one in _WORD_FOR_ONE.items():
             word = word_of(case, key)
             if word:
-                given[key] = float(word == word_of_one)
+                given[key] = float(word == word_for_one)
         cases.append(given)
     keys_set = dict.fromkeys(key for given in cases for key in given)
     numbers = {key: np.array([given.get(key, np.nan) for given in cases]) for key in keys_set}
@@ -196,7 +196,7 @@ def axis_of(study: Study, key: str) -> Axis:
     """
     words = study.words.get(key)
     if words:
-        flags = np.array([float(word == _WORD_OF_ONE[key]) for word in words])
+        flags = np.array([float(word == _WORD_FOR_ONE[key]) for word in words])
         return Axis(key, column_of(key), {key: flags}, words)
     values = study.numbers[key]
     grid = values.source if isinstance(values.source, Grid) and values.source.num > 1 else None
@@ -221,7 +221,7 @@ def _role(study: Study, key: str) -> Role:
 
 
 def impossibilities(study: Study) -> list[Fault]:
-    """Return the faults of combinations of numbers that cannot be.
+    """Return the faults of combinations of numbers that are not possible.
 
     The numbers of the study's files are among them, so the files must have been read.
     """
@@ -234,19 +234,19 @@ def impossibilities(study: Study) -> list[Fault]:
 
 
 def _grouping_faults(study: Study) -> Iterator[Fault]:
-    """Yield a fault if shares are asked for by a column that the people do not have."""
+    """Yield a fault if shares are to be given by a column that the people do not have."""
     if study.design.by is None:
         return
     if study.people is None:
-        problem = "gives shares of people, and this study has none"
+        problem = "gives shares of people, but this study has none"
         yield Fault("design.by", problem, 'add [people] source = "ansur2"')
     elif not study.people.population.sexes:
         hint = 'a column "sex" with male or female, or people.sex if all are alike'
-        yield Fault("design.by", "gives shares by sex, which the file of people does not say", hint)
+        yield Fault("design.by", "gives shares by sex, but the file of people has none", hint)
 
 
 def _reading_faults(study: Study) -> Iterator[Fault]:
-    """Yield a fault if a gauge cannot show a pretension: even without any it shows more."""
+    """Yield a fault if a gauge cannot show the stated pretension: it shows more at F0 = 0."""
     if study.setting.read == F0:
         return
     space = space_of(study)
@@ -261,7 +261,7 @@ def _reading_faults(study: Study) -> Iterator[Fault]:
 
 
 def _friction_faults(study: Study) -> Iterator[Fault]:
-    """Yield a fault if friction times bend angle, on one side, is beyond any sheath."""
+    """Yield a fault if friction times bend angle, on one side, exceeds that of any sheath."""
     largest: dict[str, float] = {}
     for key, values in study.numbers.items():
         if key.startswith("sheath."):
@@ -292,15 +292,15 @@ def _in_case(space: Space, row: int) -> str:
 def _anchor_faults(study: Study) -> Iterator[Fault]:
     """Yield a fault if the flexor's two anchors coincide at an elbow angle of the study.
 
-    The path between them then has no direction: both anchors are as far from the elbow as each
-    other, and the angle between them is zero.
+    The path between them then has no direction: both anchors are equally far from the elbow, and
+    the angle between them is zero.
     """
     anchors = [f"arm.{name}" for name in ("a1", "b1", "a2", "b2")]
     axes = [case_axis(study)] if study.cases else []
     axes += [axis_of(study, key) for key in study.axes if key in anchors]
     space = Space(tuple(axes), single_numbers(study))
     if len(space) > _MOST_ARMS:
-        return  # such states are found one by one when the study runs, as without equilibrium
+        return  # the run finds such states one by one, and reports no equilibrium
     given = (space.number(key).within(space.whole) for key in anchors)
     a1, b1, a2, b2 = (np.broadcast_to(values, (*space.shape, 1, 1)).ravel() for values in given)
     meeting = np.pi - np.arctan2(a1, b1) - np.arctan2(a2, b2)  # (arms,), rad

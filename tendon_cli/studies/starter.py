@@ -18,7 +18,7 @@ TEMPLATES = {
     "people": "for whom does a suit work?",
     "robust": "which suit works for real arms: soft tissue, an imprecise fit, a tilted upper arm?",
     "motor": "which motor does it need? (torque, speed, power, work, backlash)",
-    "friction": "what do friction and bend of the sheath do, and their uncertainty?",
+    "friction": "how much do friction and bend of the sheath matter, and their uncertainty?",
 }
 """Names of the starter studies, each with the question that it asks."""
 

@@ -72,7 +72,7 @@ class Study(Displayed, Part):
     figure: tuple[FigureSpec, ...] = field_default(
         (),
         exclude=True,
-        description="figures drawn of the run; they change neither its tables nor its hash",
+        description="figures of the run; they change neither its tables nor its hash",
     )
 
     _axes: tuple[str, ...] | None = PrivateAttr(None)
@@ -111,7 +111,7 @@ class Study(Displayed, Part):
         return study
 
     def ordered(self, axes: tuple[str, ...], sources: dict[str, dict[str, Any]]) -> Study:
-        """Return the same study with its axes in the document's order, and its files.
+        """Return the same study with a given order of its axes, and a record of its files.
 
         Args:
             axes: Keys in the order in which the axes shall vary, slowest first.
@@ -125,7 +125,7 @@ class Study(Displayed, Part):
 
     @cached_property
     def numbers(self) -> dict[str, StudyNumber]:
-        """Numbers of the study, all of them, by their dotted keys.
+        """All numbers of the study, by dotted key.
 
         A number of one side, such as `tendon.flexor.length`, is among them only if it is given.
         """
@@ -212,7 +212,7 @@ class Study(Displayed, Part):
     def is_crossed(self) -> bool:
         """True if every person meets every draw of the uncertain numbers.
 
-        The study may state it; by default draws are crossed with fewer persons than draws.
+        Unless the study states it, this is so if there are fewer persons than draws.
         """
         uncertainty = self.uncertainty
         if self.people is None or uncertainty is None:
@@ -264,7 +264,7 @@ class Study(Displayed, Part):
 
     @property
     def serve(self) -> float:
-        """Share of people, draws or conditions that is enough, 0 to 1.
+        """Share of people, draws or conditions that a design must serve, 0 to 1.
 
         By default all of them must be served, but 0.95 is enough of people or draws.
         """
@@ -284,14 +284,14 @@ class Study(Displayed, Part):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Sentences on the use that was made of the study's files."""
+        """Sentences on how the study's files were used."""
         return tuple(str(source["note"]) for source in self.sources.values() if "note" in source)
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences that a reader of the results has to know.
 
-        They are about the study's files, and about numbers that it most likely does not mean.
+        They are about the study's files, and about numbers that its author hardly meant.
         """
         warnings = [
             str(warning)
@@ -318,7 +318,7 @@ class Study(Displayed, Part):
             del written["motion"]["elbow_angle"]
             del written["motion"]["direction"]
         if self.joint.excursion is not None:
-            # Measured travels stand for the anchors.
+            # Measured travels replace the anchors.
             for name in ANCHORS:
                 written["arm"].pop(name, None)
         return written

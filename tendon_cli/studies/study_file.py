@@ -89,7 +89,7 @@ def _bytes(path: Path) -> bytes:
     if len(content) > MAX_BYTES:
         raise refused(f"cannot be read: it is larger than {MAX_BYTES // 1000} kB")
     if not content.strip():
-        problem = "nothing came in, expected a study in TOML or YAML"
+        problem = "standard input is empty, expected a study in TOML or YAML"
         raise refused(problem, "such as: tendon sweep - < study.toml")
     return content
 
@@ -136,12 +136,12 @@ def read_yaml(text: str) -> Document:
         problem = shorten(str(error).splitlines()[0], 120)
         raise refused(f"not YAML: {problem}", line=line) from None
     if not isinstance(content, dict | None):
-        raise refused("the file holds no keys, expected such as `name: my-study`", line=1)
+        raise refused("the file holds no keys, expected a line such as `name: my-study`", line=1)
     return Document(content or {}, places)
 
 
 def _check_events(events: Any) -> None:
-    """Refuse deep nesting, anchors, aliases and tags, while nothing has been built yet."""
+    """Refuse deep nesting, anchors, aliases and tags, before anything is built from the events."""
     depth = 0
     for event in events:
         kind = type(event).__name__
@@ -163,13 +163,13 @@ def _value(yaml: Any, node: Any, path: str, places: KeyPlaces) -> Any:
     """Return the value of a node, and add the lines of its keys to `places`.
 
     Args:
-        yaml: The parser, which converts words.
-        node: A word, a list or a table.
+        yaml: The parser, which converts scalars.
+        node: A scalar, a list or a table.
         path: Dotted key of the node.
         places: Lines of the keys so far.
 
     Raises:
-        StudyError: A key or a word cannot be read.
+        StudyError: A key or a scalar cannot be read.
     """
     if isinstance(node.value, str):
         return _scalar(yaml, node, path)
@@ -204,14 +204,14 @@ def _key(node: Any, table: str) -> str:
     """
     line = node.start_mark.line + 1
     if not isinstance(node.value, str):
-        problem = "a list or table stands as a key, expected a word"
+        problem = "a list or table is used as a key, expected a word"
         raise refused(problem, None, line, shorten(table, 120))
     key = shorten(f"{table}.{shorten(node.value)}".removeprefix("."), 120)
     if node.value == "<<":
         raise refused("YAML merge keys are not read", "write the keys out", line, key)
     if not str(node.tag).endswith(":str"):
         given = f'"{shorten(node.value)}"' if node.value else "nothing"
-        problem = f"{given} stands as a key, expected a word"
+        problem = f"{given} is used as a key, expected a word"
         raise refused(problem, "text in quotes is a word", line, key)
     return str(node.value)
 

@@ -11,7 +11,7 @@ from tendon_cli.errors import Fault, StudyError
 from tendon_cli.units import shorten
 
 MAX_BYTES = 256_000
-"""Largest size of a study file."""
+"""Largest size of a study file, bytes."""
 MAX_DEPTH = 32
 """Largest nesting of tables and lists."""
 MAX_KEY_PARTS = 16
@@ -19,10 +19,10 @@ MAX_KEY_PARTS = 16
 LONG_INTEGER = "an integer of more than 4300 digits, no study needs that"
 """Fault of an integer that the grammars allow, but that Python does not convert."""
 _PLAIN_WORDS = {
-    "Cannot overwrite a value": "a key that stands twice, expected each key once",
+    "Cannot overwrite a value": "a key that is given twice, expected each key once",
     "Illegal character '\\n'": "text that is not closed on its line, expected a quote at its end",
-    "Invalid value": "no value that TOML knows, expected a number, a list, or text in quotes",
-    "Invalid statement": 'neither a key nor a table, expected such as name = "fig07" or [arm]',
+    "Invalid value": "not a value of TOML, expected a number, a list, or text in quotes",
+    "Invalid statement": 'not a key and not a table, expected such as name = "fig07" or [arm]',
 }
 """Messages of the parser for which the author of a study needs other words."""
 
@@ -35,13 +35,14 @@ _MARK = re.compile(
     r"|[\[\]{}=.,\n]",
     re.DOTALL | re.MULTILINE,
 )
+"""Pieces of a text that tell where its keys are: strings, comments and punctuation."""
 _KEY_PART = re.compile(r"""\s*("(?:\\.|[^"\\])*"|'[^']*'|[^."'\s]+)\s*(?:\.|$)""")
 
 
 def refused(
     problem: str, hint: str | None = None, line: int | None = None, key: str = ""
 ) -> StudyError:
-    """Return the error of a file that cannot be read as a study, for one reason."""
+    """Return the error for a file or a value that cannot be read, with its only fault."""
     return StudyError([Fault(key, problem, hint, line)])
 
 
@@ -53,7 +54,7 @@ class KeyPlaces:
     """Line of each dotted key, in the order of the document; None if it has no line."""
 
     def forget(self, path: str) -> None:
-        """Take the line from a key that the command line sets, and from every key inside it."""
+        """Forget the lines of a key that the command line sets, and of every key inside it."""
         inside = (key for key in self.lines if key.startswith(f"{path}."))
         self.lines |= dict.fromkeys((path, *inside))
 
@@ -124,7 +125,7 @@ def _toml_hint(text: str, line: int) -> str | None:
     written = lines[line - 1].strip()
     value = written.partition("=")[2].strip()
     if value[:1].isdigit() and value[-1:].isalpha():
-        return f'a quantity with a unit stands in quotes: "{shorten(value)}"'
+        return f'a quantity with a unit needs quotes: "{shorten(value)}"'
     return f"the line reads: {shorten(written)}" if written else None
 
 
@@ -132,7 +133,7 @@ def _key_places(text: str) -> KeyPlaces:
     """Return the line of every key.
 
     The parser of the standard library needs gigabytes for one long dotted key, and forgets line
-    numbers and the order of tables that are opened again. This does not judge the grammar.
+    numbers and the order of tables that are opened again. This scan does not check the grammar.
 
     Raises:
         StudyError: The text is nested or dotted too deeply.
@@ -142,8 +143,8 @@ def _key_places(text: str) -> KeyPlaces:
     last_entries: dict[str, int] = {}
     line = 1
     depth = 0
-    dots = 0  # since the last other mark
-    start = 0  # of the statement
+    dots = 0  # since the last mark that is not a dot
+    start = 0  # of the statement in the text
     in_key = True
     for match in _MARK.finditer(text):
         mark = match.group()

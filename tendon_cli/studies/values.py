@@ -59,20 +59,23 @@ class Uncertain:
         return max(self.low, self.middle - width), min(self.high, self.middle + width)
 
 
-def quantile(known: Uncertain, share: Array) -> Array:
+def quantile(distribution: Uncertain, share: Array) -> Array:
     """Return the values below which shares of a distribution lie, SI.
 
     Args:
-        known: The distribution; a normal one has no values beyond the ends where it is cut off.
+        distribution: The distribution; a normal one has no values where it is cut off.
         share: Shares, 0 to 1, any shape.
     """
-    if known.kind == "uniform":
-        return np.asarray(known.middle + known.spread * (2.0 * share - 1.0))
+    middle = distribution.middle
+    spread = distribution.spread
+    if distribution.kind == "uniform":
+        return np.asarray(middle + spread * (2.0 * share - 1.0))
     from scipy.special import ndtr, ndtri  # only uncertain numbers pay for its import
 
-    first, last = (ndtr((end - known.middle) / known.spread) for end in (known.low, known.high))
-    value = known.middle + known.spread * ndtri(first + (last - first) * share)
-    return np.asarray(np.clip(value, known.low, known.high))
+    below_low = ndtr((distribution.low - middle) / spread)
+    below_high = ndtr((distribution.high - middle) / spread)
+    value = middle + spread * ndtri(below_low + (below_high - below_low) * share)
+    return np.asarray(np.clip(value, distribution.low, distribution.high))
 
 
 def draw_numbers(uncertain: Mapping[str, Uncertain], count: int, seed: int) -> dict[str, Array]:

@@ -13,24 +13,25 @@ from tendon_cli.model.route import MeasuredRoute, measured_route
 from tendon_cli.studies.csv_columns import read_columns
 
 MAX_BYTES = 16_000_000
-"""Size of a file of way-points."""
+"""Largest size of a file of way-points, bytes."""
 MAX_BEND = 100.0
 """Largest bend angle of a sheath, rad."""
 NOISE_TO_WARN_OF = 0.1
-"""Share of the plain sum of turns that noise makes."""
+"""Share of the plain sum of turns that noise may make without a warning."""
 ERROR_TO_WARN_OF = 0.1
-"""Twice the standard error over the bend."""
-_LEAST_ERROR_TO_WARN_OF = math.radians(5.0)  # twice the standard error
+"""Largest ratio of twice the standard error to the bend angle without a warning."""
+_LEAST_ERROR_TO_WARN_OF = math.radians(5.0)
+"""Twice the standard error, rad, that is never warned of, however small the bend angle."""
 NOISE_APART = 1.5
-"""Ratio of the estimated noise to the one stated."""
+"""Largest factor between estimated and stated noise without a warning."""
 TURN_TO_WARN_OF = 0.5
-"""Turn at one way-point, rad."""
+"""Largest turn at one way-point without a warning, rad."""
 
 
 def read_route(content: bytes, where: str) -> npt.NDArray[np.float64]:
-    """Return way-points, (n, 3), m, from CSV as `read_columns` takes it.
+    """Return way-points, (n, 3), m, from the content of a CSV with the columns x, y and z.
 
-    A header without unit is in m.
+    Columns whose header has no unit are in m.
     """
     dimensions = dict.fromkeys("xyz", "length")
     columns, _ = read_columns(content, where, dimensions, "way-point", unit="m")
@@ -62,7 +63,7 @@ def smooth(route: npt.NDArray[np.float64], noise: float) -> npt.NDArray[np.float
 
 
 def measure_route(content: bytes, where: str, smoothing: float) -> tuple[MeasuredRoute, list[str]]:
-    """Return the total curvature of a route file, and warnings.
+    """Measure the bend angle of a route, and return it with warnings.
 
     Args:
         content: The file.
@@ -70,7 +71,7 @@ def measure_route(content: bytes, where: str, smoothing: float) -> tuple[Measure
         smoothing: Noise that the study states, m; 0 if it states none.
 
     Raises:
-        InputError: If the file is no route, or bends more than a sheath can.
+        InputError: The file is not a route, or bends more than a sheath can.
     """
     try:
         measured = measured_route(read_route(content, where), smoothing or None)
@@ -94,7 +95,14 @@ def route_note(measured: MeasuredRoute, where: str) -> str:
 
 
 def _warnings(measured: MeasuredRoute, smoothing: float) -> Iterator[str]:
-    """Yield what may be wrong with a measured route; smoothing silences none of it."""
+    """Yield warnings on a measured route.
+
+    A stated smoothing confirms the noise, so that its share of the turns is no warning.
+
+    Args:
+        measured: The route.
+        smoothing: Noise that the study states, m; 0 if it states none.
+    """
     bend = math.degrees(measured.bend_angle)
     noise = measured.noise
     if smoothing and noise is not None:
@@ -108,8 +116,8 @@ def _warnings(measured: MeasuredRoute, smoothing: float) -> Iterator[str]:
     if not smoothing and by_noise > NOISE_TO_WARN_OF * measured.sum_of_turns:
         yield (
             f"noise of about {1e3 * (noise or 0.0):.2g} mm makes the way-points turn by "
-            f"{math.degrees(measured.sum_of_turns):.0f} deg, of which {bend:.0f} deg were taken "
-            "for the route's; give the digitisation noise as path_smoothing to confirm it"
+            f"{math.degrees(measured.sum_of_turns):.0f} deg, of which {bend:.0f} deg count as the "
+            "route's; give the digitisation noise as path_smoothing to confirm it"
         )
     if measured.largest_turn > TURN_TO_WARN_OF:
         yield (

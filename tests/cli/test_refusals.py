@@ -156,7 +156,7 @@ def test_what_cannot_be_done_is_one_message_and_nothing_is_written(
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("", "nothing came in"),
+        ("", "standard input is empty"),
         ("[load\n", "not TOML"),
         ("load: [\n", "not YAML"),
         ("x" * 300_000, "larger than 256 kB"),

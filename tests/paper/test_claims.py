@@ -203,7 +203,10 @@ def test_all_findings_hold_together_from_270_to_355_mm_and_the_range_has_no_gaps
     assert reproduced.span == pytest.approx((0.27, 0.355))
     assert len(reproduced.failing) == 27
     beyond = replace(reproduced, failing={0.1: ["F9"], 0.2: [], 0.3: [], 0.4: ["F11", "F8b"]})
-    sentence = "for loads held 200 to 300 mm from the elbow; nearer, not F9; farther, not F11, F8b."
+    sentence = (
+        "for loads held 200 to 300 mm from the elbow; "
+        "nearer, without F9; farther, without F11, F8b."
+    )
     assert sentence in beyond.text()
     for failing in ({0.1: [], 0.2: ["F9"], 0.3: []}, {0.1: ["F9"]}):
         assert replace(reproduced, failing=failing).span is None

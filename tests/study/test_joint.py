@@ -187,12 +187,15 @@ def test_where_a_travel_does_not_rise_a_warning_names_the_angles(write):
 @pytest.mark.parametrize(
     ("settings", "problem"),
     [
-        (["arm.a1=40 mm"], "stands beside joint.excursion"),
+        (["arm.a1=40 mm"], "cannot be given with joint.excursion"),
         (
             ["limits.max_contact_pressure=30 kPa", "arm.contact_width=40 mm"],
             "needs the radius of the strap",
         ),
-        (["joint.stiffness=1 N m/rad", "joint.rest_angle=70 deg"], "stands beside joint.stiffness"),
+        (
+            ["joint.stiffness=1 N m/rad", "joint.rest_angle=70 deg"],
+            "cannot be given with joint.stiffness",
+        ),
     ],
 )
 def test_what_contradicts_a_curve_is_refused(write, settings, problem):

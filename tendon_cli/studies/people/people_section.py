@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from tendon_cli.studies.people.survey import Survey
 
 MAX_COUNT = 10**6
-"""Persons that may be drawn."""
+"""Largest number of persons drawn."""
 MOST_COMPLETIONS = 4096
-"""Bodies that may be drawn for one person."""
+"""Largest number of bodies drawn for one person."""
 MAX_BYTES = 500_000_000
-"""Size of a file of people."""
+"""Largest size of a file of people, bytes."""
 
 
 def packed(content: bytes) -> str:
@@ -38,7 +38,7 @@ def unpacked(text: str) -> bytes:
     """Return the content that `packed` was given.
 
     Raises:
-        PydanticCustomError: If the text is anything else, or more than a file of people has.
+        PydanticCustomError: The text is anything else, or unpacks to more than `MAX_BYTES`.
     """
     try:
         inflate = zlib.decompressobj()
@@ -67,32 +67,31 @@ class People(Part):
     )
     statistics: FileName | None = field_default(
         None,
-        description="in the place of source: means, deviations and correlations in a TOML file of"
-        " yours",
+        description="instead of source: a TOML file of means, deviations and correlations",
     )
     statistics_content: Annotated[str, AfterValidator(_check_packed)] | None = field_default(
-        None, description="what that file held, as tendon keeps it"
+        None, description="packed content of that file, as records keep it"
     )
     file: FileName | None = field_default(
         None, description="a CSV of real persons, with units in its headers"
     )
     content: Annotated[str, AfterValidator(_check_packed)] | None = field_default(
-        None, description="what the file held, as tendon keeps it"
+        None, description="packed content of that file, as records keep it"
     )
     sex: Literal["male", "female", "both"] = field_default(
-        "both", description="of those drawn; with a file, of those whose sex it does not say"
+        "both", description="sex of the persons drawn, or of those whose sex the file does not say"
     )
     women: Annotated[StudyNumber | None, SingleField("women", 0.0, 1.0)] = field_default(
-        None, description="share of women with both; default the survey's, 0.327"
+        None, description='share of women if sex is "both"; default that of the survey, 0.327'
     )
     count: Annotated[int, *whole_number(1, MAX_COUNT)] = field_default(
-        1000, description="how many are drawn"
+        1000, description="number of persons drawn"
     )
     seed: Seed = field_default(1, description="the same seed draws the same persons")
     completions: Annotated[int, *whole_number(1, MOST_COMPLETIONS)] | None = field_default(
         None,
-        description="with a file: how many draws of what was not measured of a person, given what"
-        " was",
+        description="with a file: number of draws for each person of the dimensions that were not "
+        "measured, given those that were",
     )
 
     @cached_property
@@ -123,7 +122,7 @@ class People(Part):
         return self.count
 
     def read(self, where: str) -> "Population":
-        """Return the persons; an error calls the place that they come from `where`."""
+        """Return the persons; errors name their file as `where`."""
         from tendon_cli.studies.people.population import draw, read_population
 
         women = self.women.single if self.women is not None else None
@@ -142,12 +141,12 @@ class People(Part):
         return self.model_copy(update={"completions": None}).read("people")
 
     def with_file(self, key: str, content: bytes) -> "People":
-        """Return the same with the content of the file of `file` or `statistics` for its name."""
+        """Return the same table with the content of `file` or `statistics` in place of its name."""
         content_key = {"file": "content", "statistics": "statistics_content"}[key]
         return self.model_copy(update={content_key: packed(content), key: None})
 
     def contradictions(self) -> Iterator[Fault]:
-        """Yield a fault for each key that does not go together with another."""
+        """Yield a fault for each key that contradicts another, or lacks one."""
         given = self.model_fields_set
         if self.file is not None:
             with_file = {"seed"} if self.completions else set()
@@ -163,7 +162,7 @@ class People(Part):
             for key in ("source", "statistics_content"):
                 if key in given:
                     problem = "cannot be given with statistics, which persons are drawn from"
-                    yield Fault(f"people.{key}", problem, "leave one out")
+                    yield Fault(f"people.{key}", problem, "leave one of them out")
         if self.women is not None and self.sex != "both":
             problem = f'is a share among both sexes, but sex is "{self.sex}"'
             yield Fault("people.women", problem, 'sex = "both"')

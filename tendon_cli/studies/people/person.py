@@ -63,14 +63,14 @@ class PersonStudy:
 
 
 def person_study(study: Study, name: str) -> PersonStudy:
-    """Return a study as one person wears it.
+    """Return a study on the arm of one person, and how this arm comes from the body.
 
     Args:
         study: A study, with people or without.
         name: One of its persons, or one of `STANDARD_PERSONS`.
 
     Raises:
-        UsageError: If there is no such person.
+        UsageError: There is no such person.
     """
     person = _person(study, name)
     dimensions = dict(zip(DIMENSIONS, map(float, person.values[0]), strict=True))
@@ -107,7 +107,7 @@ def person_study(study: Study, name: str) -> PersonStudy:
 
 
 def _anchor_formula(given: StudyNumber, dimension: str, reference: Body) -> str:
-    """Say how an anchor scales with a dimension of the body."""
+    """Return the formula by which an anchor scales with a dimension of the body."""
     of_mean_man: float = getattr(reference, dimension)
     symbol = QUANTITIES[dimension].symbol
     return f"{given.array[0]:.6g} x {symbol} / {of_mean_man:.6g} of the mean man"

@@ -1,4 +1,4 @@
-"""Real persons from a CSV: some of the dimensions each, with units in the headers."""
+"""Real persons from a CSV: some dimensions of each, with units in the headers."""
 
 from __future__ import annotations
 
@@ -53,6 +53,7 @@ class PersonRows:
     columns: tuple[str, ...]
     """Columns that are read, in their order: dimensions, `name`, `sex`, `weighting`."""
     names: tuple[str, ...]
+    """Names, all different."""
     sexes: npt.NDArray[np.str_] | None
     """"male" or "female", (n,); None if the file does not say."""
     values: Array
@@ -77,7 +78,7 @@ def read_persons(content: bytes, where: str) -> PersonRows:
     `weighting`, `sex`.
 
     Raises:
-        InputError: If the file cannot be used.
+        InputError: The file cannot be used.
     """
     sheet = Sheet.of(content, where, "person")
     headers, ignored = _headers(sheet)
@@ -108,7 +109,7 @@ def _headers(sheet: Sheet) -> tuple[dict[str, _Header], list[str]]:
         if text.casefold() in _OTHERS:
             known = text.casefold(), ""
         if known is None:
-            _refuse_other_words(text, sheet.where)
+            _refuse_near_misses(text, sheet.where)
             ignored.append(shorten(text, 30))
             continue
         name, unit = known
@@ -131,8 +132,8 @@ def _headers(sheet: Sheet) -> tuple[dict[str, _Header], list[str]]:
     return headers, [f"{sheet.where}: columns not read: {names}{more}"]
 
 
-def _refuse_other_words(text: str, where: str) -> None:
-    """Raise InputError for a header that is nearly known, or is in another language."""
+def _refuse_near_misses(text: str, where: str) -> None:
+    """Raise InputError for a header that is nearly known, or is known in German."""
     plain = unicodedata.normalize("NFKD", text.casefold().replace("ß", "ss"))
     without_marks = "".join(sign for sign in plain if not unicodedata.combining(sign))
     words = re.sub(r"[^a-z0-9]+", "_", without_marks).split("_")
@@ -146,7 +147,7 @@ def _refuse_other_words(text: str, where: str) -> None:
         units = known_units(quantity.dimension)
         unit = next((word for word in words if word in units), quantity.shown_in)
         expected = f"{meant} ({unit})"
-    hint = f'write "{expected}"; known are: {", ".join(_KNOWN)}'
+    hint = f'write "{expected}"; known headers: {", ".join(_KNOWN)}'
     raise InputError(f'the header "{shorten(text)}" is not known', where=where, hint=hint)
 
 
@@ -154,7 +155,7 @@ def _dimension(sheet: Sheet, place: int, name: str, unit: str) -> Array:
     """Return a column of a dimension in SI.
 
     Raises:
-        InputError: For a person that nobody is: three metres tall, or in another unit.
+        InputError: A person has a value that nobody has, such as three metres, or mixed units.
     """
     quantity = QUANTITIES[name]
     low, high = PLAUSIBLE[name]
@@ -164,12 +165,12 @@ def _dimension(sheet: Sheet, place: int, name: str, unit: str) -> Array:
     if not odd.size:
         return numbers
     row = int(odd[0])
-    count = f" (and {odd.size - 1} persons more)" if odd.size > 1 else ""
+    count = f" (and {odd.size - 1} more persons)" if odd.size > 1 else ""
     shown_in = quantity.shown_in
-    per = factor_of(shown_in)
+    unit_size = factor_of(shown_in)
     problem = (
-        f"{name} is {numbers[row] / per:.6g} {shown_in}{count}"
-        f", expected {low / per:g} to {high / per:g} {shown_in}"
+        f"{name} is {numbers[row] / unit_size:.6g} {shown_in}{count}"
+        f", expected {low / unit_size:g} to {high / unit_size:g} {shown_in}"
     )
     written = numbers[row] / factor
     possible = [
@@ -184,7 +185,7 @@ def _dimension(sheet: Sheet, place: int, name: str, unit: str) -> Array:
 
 
 def _weighting(sheet: Sheet, place: int) -> Array:
-    """Return the weights of the persons. Raises InputError unless they count for something."""
+    """Return the weights of the persons. Raises InputError if one is negative, or all are 0."""
     weighting = sheet.numbers(place, "weighting")
     is_negative = weighting < 0.0
     if is_negative.any():

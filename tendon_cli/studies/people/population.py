@@ -22,7 +22,7 @@ from tendon_cli.studies.people.persons_csv import read_persons
 from tendon_cli.studies.people.survey import LEAST, SEXES, Survey, scattered
 
 MOST_BODIES = 10**6
-"""Bodies that the persons of a file may be completed to."""
+"""Largest number of bodies that are drawn to complete the persons of a file."""
 Sexes = str | npt.NDArray[np.str_]
 """The sex of each person, or the one that the study gives them all."""
 STANDARD_PERSONS = ("mean-man", "mean-woman")
@@ -47,13 +47,13 @@ class Population:
     weighting: Array
     """Weight of each person in a share, (n,), at least 0 and not all 0."""
     reference: Body
-    """Mean man of the survey, on whom the study's anchors stand as written."""
+    """Mean man of the survey, for whom the study's anchors hold as written."""
     notes: tuple[str, ...] = ()
-    """Notes on what was supposed of them."""
+    """Notes on what was assumed about them."""
     sexes: tuple[str, ...] = ()
     """"male" or "female" for each, if that is known."""
     completions: int = 1
-    """Bodies in succession that are one person, with other draws of what was not measured."""
+    """Number of successive bodies of one person; they differ in draws of what was not measured."""
 
     def __len__(self) -> int:
         return len(self.names)
@@ -72,7 +72,7 @@ class Population:
         return tuple(name.rpartition(", body ")[0] for name in names)
 
     def only(self, chosen: slice) -> Population:
-        """Select persons."""
+        """Select persons by a slice."""
         return replace(
             self,
             names=self.names[chosen],
@@ -85,7 +85,7 @@ class Population:
 def draw(survey: Survey, sex: str, count: int, seed: int, women: float | None = None) -> Population:
     """Draw persons of a survey, men first.
 
-    The first persons of a seed are the same whatever the count, of each sex.
+    For each sex, the first persons of a seed are the same whatever the count.
 
     Args:
         survey: The survey.
@@ -135,8 +135,8 @@ def read_population(
 ) -> Population:
     """Return the persons of a CSV file, completed by a survey.
 
-    Dimensions that the file does not have are those expected of people of that sex with the
-    dimensions given, or are drawn by the survey given these.
+    Dimensions that the file does not have are those that the survey expects of people of that sex
+    with the dimensions given, or are drawn from the survey for these dimensions.
 
     Args:
         content: The file.
@@ -148,7 +148,7 @@ def read_population(
         seed: Seed of the draws.
 
     Raises:
-        InputError: If the file cannot be used.
+        InputError: The file cannot be used.
     """
     rows = read_persons(content, where)
     sexes = sex if rows.sexes is None else rows.sexes
@@ -225,7 +225,7 @@ def _completed(
 
 
 def _notes(values: Array, sexes: Sexes, women: float | None, completions: int | None) -> list[str]:
-    """Return a note on what is not from the file but expected of such bodies."""
+    """Return a note on the dimensions that the file lacks, and where they come from, if any."""
     missing = np.isnan(values).sum(axis=0)
     lacking = [
         f"{name} of {count}" for name, count in zip(DIMENSIONS, missing, strict=True) if count

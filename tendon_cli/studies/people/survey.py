@@ -37,16 +37,15 @@ PLAUSIBLE = dict(
         strict=True,
     )
 )
-"""Least and largest value of each dimension that someone has, in SI: so wide that a value outside
-is a slip."""
+"""Smallest and largest value of each dimension, SI: so wide that a value outside is a mistake."""
 LEAST = 3.0
-"""Standard deviations below the mean under which no body is drawn: the survey tells of no smallest,
-and a normal distribution has lighter bodies than anyone measured."""
+"""Number of standard deviations below the mean at which draws are cut off: the survey does not say
+who was smallest, and a normal distribution has lighter bodies than anyone measured."""
 _MOST_SCATTER = 1.0 / 3.0
-"""Deviation over mean, beyond which bodies drawn as normal would be below 0."""
+"""Largest ratio of deviation to mean: beyond it, three deviations below the mean are below 0."""
 
-# The survey has kg and mm.
 _SI = np.array([1.0 if name == "weight" else 1e-3 for name in DIMENSIONS])
+"""SI value of the unit of each dimension in a survey, kg or mm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,14 +78,14 @@ class Statistics:
         return Body(*self.mean)
 
     def completed(self, values: Array, normal: Array | None = None) -> Array:
-        """Complete bodies by what is expected of those with the given dimensions.
+        """Complete bodies by the dimensions expected of bodies with the given ones.
 
-        That is linear regression on these dimensions.
+        These follow by linear regression on the given dimensions.
 
         Args:
             values: Bodies, (n, 8), NaN where a dimension is missing.
-            normal: Normal numbers, (n, 8), by which bodies scatter around what is expected as real
-                ones do, but none below the least; None for no scatter.
+            normal: Normal numbers, (n, 8), by which bodies scatter around the expected ones as
+                real ones do, but none below `least`; None for no scatter.
         """
         complete = values.copy()
         missing = np.isnan(values)
@@ -96,12 +95,14 @@ class Statistics:
                 continue
             rows = pattern_of == number
             given = ~lacks
-            across = self.covariance[np.ix_(given, lacks)]
-            solved = np.linalg.solve(self.covariance[np.ix_(given, given)], across)
-            bodies = self.mean[lacks] + (values[np.ix_(rows, given)] - self.mean[given]) @ solved
+            cross_covariance = self.covariance[np.ix_(given, lacks)]
+            coefficients = np.linalg.solve(self.covariance[np.ix_(given, given)], cross_covariance)
+            deviations = values[np.ix_(rows, given)] - self.mean[given]
+            bodies = self.mean[lacks] + deviations @ coefficients
             if normal is not None:
-                rest = self.covariance[np.ix_(lacks, lacks)] - across.T @ solved
-                factor = cholesky(0.5 * (rest + rest.T))
+                explained = cross_covariance.T @ coefficients
+                residual = self.covariance[np.ix_(lacks, lacks)] - explained
+                factor = cholesky(0.5 * (residual + residual.T))
                 bodies = scattered(bodies, factor, normal[np.ix_(rows, lacks)])
                 bodies = np.maximum(bodies, self.least[lacks])
             complete[np.ix_(rows, lacks)] = bodies
@@ -113,7 +114,9 @@ class Survey:
     """The statistics of men and of women."""
 
     male: Statistics
+    """Statistics of men."""
     female: Statistics
+    """Statistics of women."""
 
     @property
     def share_of_women(self) -> float:
@@ -152,7 +155,7 @@ def read_survey(given: bytes, where: str) -> Survey:
     """Return the statistics of a survey from TOML, in kg and mm.
 
     Raises:
-        InputError: If they are not such statistics.
+        InputError: The text is not such statistics.
     """
     try:
         content = read_toml(given.decode("utf-8-sig")).content
@@ -184,7 +187,7 @@ def _statistics(table: dict[str, Any], order: list[int], sex: str) -> Statistics
         sex: Name of the table.
 
     Raises:
-        ValueError: If there can be no such statistics.
+        ValueError: The statistics are not possible.
     """
     size = len(DIMENSIONS)
     persons = int(table["persons"])
@@ -194,8 +197,8 @@ def _statistics(table: dict[str, Any], order: list[int], sex: str) -> Statistics
     has_shapes = mean.shape == deviation.shape == (size,) and correlation.shape == (size, size)
     if not has_shapes or persons < 1:
         raise ValueError(
-            f"[{sex}] has not {size} means, {size} deviations, {size} x {size} correlations of "
-            "persons"
+            f"[{sex}] does not have persons, {size} means, {size} deviations and {size} x {size} "
+            "correlations"
         )
     if not (
         np.all(mean > 0.0) and np.all(deviation > 0.0) and np.all(np.isfinite(mean + deviation))
@@ -206,10 +209,10 @@ def _statistics(table: dict[str, Any], order: list[int], sex: str) -> Statistics
     mean = mean[order]
     deviation = deviation[order]
     correlation = correlation[np.ix_(order, order)]
-    for name, middle, scatter, per in zip(DIMENSIONS, mean, deviation, _SI, strict=True):
-        unit = "kg" if per == 1.0 else "mm"
-        low, high = (end / per for end in PLAUSIBLE[name])
-        if not low <= middle <= high:  # as in another unit
+    for name, middle, scatter, unit_size in zip(DIMENSIONS, mean, deviation, _SI, strict=True):
+        unit = "kg" if unit_size == 1.0 else "mm"
+        low, high = (end / unit_size for end in PLAUSIBLE[name])
+        if not low <= middle <= high:  # perhaps in another unit
             raise ValueError(
                 f"the mean {name} is {middle:g} {unit}, expected {low:g} to {high:g} {unit}"
             )
@@ -250,7 +253,7 @@ def cholesky(matrix: Array) -> Array:
     NumPy was built with.
 
     Raises:
-        ValueError: If the matrix is not positive definite.
+        ValueError: The matrix is not positive definite.
     """
     size = len(matrix)
     factor = np.zeros((size, size))

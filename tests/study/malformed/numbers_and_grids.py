@@ -201,7 +201,7 @@ UNCERTAIN = (
         "an uncertain motion",
         "motion.elbow_angle",
         "{ mean = '9 deg', std = '1 deg' }",
-        "cannot stand here",
+        "cannot be uncertain here",
     ),
     toml(
         "an uncertain case",
