@@ -60,7 +60,7 @@ def test_a_frame_arrays_and_a_file_are_the_same_fit(tmp_path: Path) -> None:
     assert of_frame.sha256 == of_arrays.sha256
     with pytest.raises(UsageError, match="int is not"):
         fit_of(3)
-    with pytest.raises(InputError, match="no column is named"):
+    with pytest.raises(InputError, match="no header names the two load cells"):
         fit_of({"a": [1.0], "b": [2.0]})
 
 
