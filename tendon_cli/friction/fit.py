@@ -120,8 +120,8 @@ def _estimated(readings: Readings, prepared: PreparedLog, zero: float | None) ->
     if result is None:
         problem = "no stroke slips: the force ratio reaches no limit"
         raise InputError(problem, where=readings.source, hint=longer)
-    if problem := why_no_limit(log, result):
-        raise InputError(problem, where=readings.source, hint=longer)
+    if reason := why_no_limit(log, result):
+        raise InputError(reason, where=readings.source, hint=longer)
     _check_resists(readings, prepared, result)
     return result
 
