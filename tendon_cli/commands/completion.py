@@ -1,8 +1,8 @@
-"""`tendon completion`: scripts and candidates by which a shell completes commands and values.
+"""`tendon completion`: scripts and candidates with which a shell completes commands and values.
 
 Candidates for a value are words of tendon, and words of the tables and studies that the line names.
-The functions that return them are called by typer with the context of the command, read as far as
-the line goes; a candidate is a word, or a word with its meaning.
+Typer calls the functions that return them with the context of the command, parsed as far as the
+line goes. A candidate is a word, or a word with its meaning.
 """
 
 import re
@@ -60,6 +60,7 @@ end
 complete -c tendon -f -a '(__tendon_complete)'"""
 
 _MOST_NAMES = 1000
+"""Largest number of persons of a study that are offered."""
 _SCRIPTS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH}
 
 ShellArgument = Annotated[
@@ -69,7 +70,8 @@ ShellArgument = Annotated[
     ),
 ]
 LineOption = Annotated[
-    str | None, typer.Option(metavar="TEXT", help="complete this line instead; for the script")
+    str | None,
+    typer.Option(metavar="TEXT", help="for the script: print the completions of this line instead"),
 ]
 
 
@@ -90,7 +92,7 @@ def completion(context: typer.Context, shell: ShellArgument, line: LineOption = 
     words, begun, quote = split_line(line)
     found = candidates(context.find_root().command, words, begun)
     items = [(word, meaning) for word, meaning in found if word != begun]
-    if shell == "bash":  # splits words at signs of its choice, so that it needs the rest of each
+    if shell == "bash":  # splits words at signs such as "=", so it needs the rest of each
         lines = [_for_bash(word.removeprefix(begun), quote) for word, _ in items]
     else:
         lines = [_with_meaning(word, meaning) for word, meaning in items]
@@ -98,12 +100,12 @@ def completion(context: typer.Context, shell: ShellArgument, line: LineOption = 
 
 
 def _with_meaning(word: str, meaning: str) -> str:
-    """Return a candidate as the scripts of zsh and fish read it: on one line, after two spaces."""
+    """Return a word with its meaning after two spaces, on one line, as zsh and fish read it."""
     return f"{word}  {' '.join(meaning.split())}" if meaning else word
 
 
 def _for_bash(word: str, quote: str) -> str:
-    """Return a word as bash is to put it into the line, where nothing of it may be run."""
+    """Return a word escaped for bash, so that the line runs no part of it."""
     if quote == "'":
         return word.replace("'", "'\\''")
     if quote == '"':
@@ -129,15 +131,15 @@ def split_line(line: str) -> tuple[list[str], str, str]:
 
 
 def candidates(app: Any, words: list[str], begun: str) -> list[tuple[str, str]]:
-    """Return the words that may stand for the word that is begun, each with its meaning.
+    """Return the completions of the word that is begun, each with its meaning.
 
     Args:
         app: Command of the program, with its subcommands in `commands`.
-        words: Words before.
+        words: Words of the line before it.
         begun: Beginning of the word, which may be empty.
 
     Returns:
-        Words and meanings; none where a file is to be named.
+        Words and meanings; none if a file is to be named.
     """
     name = next((word for word in words if not word.startswith("-")), None)
     command = app if name is None else app.commands.get(name)
@@ -155,7 +157,7 @@ def candidates(app: Any, words: list[str], begun: str) -> list[tuple[str, str]]:
 
 
 def _option_awaiting_value(command: Any, given: list[str]) -> Any:
-    """Return the option that the last word given names and that takes a value; else None."""
+    """Return the option whose value comes after the last word given; None if there is none."""
     if not given:
         return None
     for parameter in command.params:
@@ -198,7 +200,7 @@ def templates() -> list[Any]:
 
 
 def tables(ctx: typer.Context) -> list[Any]:
-    """Return the tables of the folder that the line names, else all that there may be."""
+    """Return the tables of the folder that the line names, or else of every kind of folder."""
     from tendon_cli.cube.source import TABLES
 
     source = _source(ctx)
@@ -216,7 +218,7 @@ def cases(ctx: typer.Context) -> list[Any]:
 
 
 def persons(ctx: typer.Context) -> list[Any]:
-    """Return the persons of every survey, and those of the study that the line names."""
+    """Return the standard persons, and those of the study that the line names."""
     from tendon_cli.studies.people.population import STANDARD_PERSONS
 
     study = _study(ctx)
@@ -226,9 +228,9 @@ def persons(ctx: typer.Context) -> list[Any]:
 
 
 def columns(ctx: typer.Context, incomplete: str) -> list[Any]:
-    """Return the columns of the table that the line names, else all that there may be.
+    """Return the columns of the table that the line names, or else all columns of tendon.
 
-    What stands before a column stays: the columns before it in a list, or the sign to sort by.
+    Each has the text before it on the line: the other columns of a list, or the sign to sort by.
     """
     before = incomplete[: incomplete.rfind(",") + 1]
     if not before and incomplete.startswith("-"):
@@ -274,10 +276,10 @@ def _columns_of_table(ctx: typer.Context) -> dict[str, str]:
             file = file_of(source, ctx.params.get("table"))
             if file.is_dir():
                 file = min(file.glob("part-*.parquet"))
-            if not file.is_file():  # a pipe would be waited for
+            if not file.is_file():  # opening a pipe would wait
                 return {}
             schema = TableFiles((file,)).schema
-    except (TendonError, OSError, ValueError):  # an error of Arrow is one of the latter two
+    except (TendonError, OSError, ValueError):  # errors of Arrow are among the latter two
         return {}
     meanings = {}
     for name in schema.names:

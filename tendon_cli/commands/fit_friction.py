@@ -33,7 +33,7 @@ RouteOption = Annotated[
     ),
 ]
 PathSmoothingOption = Annotated[
-    str | None, options.option("LENGTH", "noise of the route's way-points, such as '0.5 mm'")
+    str | None, options.option("LENGTH", "noise of the way-points of --route, such as '0.5 mm'")
 ]
 FirstCellOption = Annotated[str | None, options.option("COLUMN", "column of the first load cell")]
 SecondCellOption = Annotated[str | None, options.option("COLUMN", "column of the second load cell")]
@@ -43,10 +43,10 @@ PositionOption = Annotated[
     options.option("COLUMN", "column of the motor's position, travel, speed or encoder counts"),
 ]
 ZeroMotorOption = Annotated[
-    str | None, options.option("FORCE", "what the motor's cell reads without load")
+    str | None, options.option("FORCE", "reading of the motor's cell without load")
 ]
 ZeroLoadOption = Annotated[
-    str | None, options.option("FORCE", "what the load's cell reads without load")
+    str | None, options.option("FORCE", "reading of the load's cell without load")
 ]
 CellUncertaintyOption = Annotated[
     str | None,
@@ -57,7 +57,7 @@ FitFigureOption = Annotated[
     Path | None, options.output_option("draw readings and fit: .png, .svg, .pdf")
 ]
 FragmentOption = Annotated[
-    Path | None, options.output_option("write a file for [sheath] friction_from")
+    Path | None, options.output_option("write the coefficient to a file for [sheath] friction_from")
 ]
 
 
@@ -109,11 +109,11 @@ def fit_friction(
 def _check_outputs(
     inputs: tuple[Path | None, ...], plot: Path | None, out: Path | None, strokes: Path | None
 ) -> None:
-    """Raise UsageError if an output would overwrite a file that must stay.
+    """Raise UsageError if an output would overwrite an input or a file of somebody else.
 
     Args:
         inputs: Readings and route.
-        plot: Figure to write, which may replace only one that tendon wrote; likewise the others.
+        plot: Figure to write; like the other outputs, it may replace only one that tendon wrote.
         out: File of the coefficient to write.
         strokes: Table of strokes to write.
     """

@@ -1,4 +1,4 @@
-"""Arguments and options that several commands have, and what makes and reads them."""
+"""Arguments and options that several commands have, and functions that make and read them."""
 
 # No `from __future__ import annotations` in the commands: typer would compile each annotation
 # anew, at every start.
@@ -14,26 +14,30 @@ from tendon_cli.errors import UsageError
 
 
 def option(
-    metavar: str, text: str, *names: str, among: Callable[..., list[Any]] | None = None, **more: Any
+    metavar: str,
+    text: str,
+    *names: str,
+    completer: Callable[..., list[Any]] | None = None,
+    **more: Any,
 ) -> Any:
     """Make an option with a value.
 
     Args:
-        metavar: Name of the value in the help; words separated by "|" are all that it may be.
+        metavar: Name of the value in the help; with "|" in it, the words that the value may be.
         text: Help.
         names: Names of the option; by default that of its parameter.
-        among: Function that completes the value, unless `metavar` lists the words.
-        more: What else `typer.Option` takes.
+        completer: Function that completes the value, unless `metavar` lists the words.
+        more: Further arguments of `typer.Option`.
     """
     words = metavar.split("|")
-    complete = among
+    complete = completer
     if len(words) > 1:
         complete = lambda: words  # noqa: E731 - typer asks for a function
     return typer.Option(*names, metavar=metavar, help=text, autocompletion=complete, **more)
 
 
 def read_path(text: str | Path) -> Path:
-    """Return the path of a file or folder to read; raise UsageError for what cannot be a name.
+    """Return the path of a file or folder to read; raise UsageError for a text that cannot be one.
 
     A default is a path already.
     """
@@ -43,7 +47,10 @@ def read_path(text: str | Path) -> Path:
 
 
 def results_path(text: str | Path) -> Path:
-    """Return the path of a file or folder to write; raise UsageError for what cannot be a name."""
+    """Return the path of a folder of results or a file to write; its name must be UTF-8.
+
+    Raise UsageError for a text that cannot be one.
+    """
     from tendon_cli.files import result_path
 
     return result_path(text)
@@ -86,11 +93,11 @@ SettingsOption = Annotated[
         "KEY=VALUE",
         "override a key, such as 'arm.b1=160 mm'; repeatable",
         "--set",
-        among=completion.settings,
+        completer=completion.settings,
     ),
 ]
 CaseOption = Annotated[
-    str | None, option("NAME", "one of the study's cases", among=completion.cases)
+    str | None, option("NAME", "one of the study's cases", completer=completion.cases)
 ]
 OutFileOption = Annotated[Path | None, output_option("file to write")]
 JsonOption = Annotated[bool, typer.Option("--json", help="print exactly one JSON object")]
@@ -133,17 +140,17 @@ TableArgument = Annotated[
     ),
 ]
 TableOption = Annotated[
-    str | None, option("NAME", "table of the folder", "--table", among=completion.tables)
+    str | None, option("NAME", "table of the folder", "--table", completer=completion.tables)
 ]
 WhereOption = Annotated[
     list[str] | None,
     option(
         "FILTER",
         "keep only some rows, such as 'load_mass = 5 kg'; repeatable",
-        among=completion.columns,
+        completer=completion.columns,
     ),
 ]
 ColumnsOption = Annotated[
     list[str] | None,
-    option("NAMES", "columns to show, separated by commas", among=completion.columns),
+    option("NAMES", "columns to show, separated by commas", completer=completion.columns),
 ]

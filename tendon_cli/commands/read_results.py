@@ -26,11 +26,14 @@ ToleranceOption = Annotated[
 ExceptOption = Annotated[
     list[str] | None,
     options.option(
-        "KEY", "key in which the studies may differ; repeatable", "--except", among=completion.keys
+        "KEY",
+        "key in which the studies may differ; repeatable",
+        "--except",
+        completer=completion.keys,
     ),
 ]
 WorstOption = Annotated[
-    int, typer.Option(metavar="N", min=1, help="how many designs to list, the worst first")
+    int, typer.Option(metavar="N", min=1, help="number of designs to list, the worst first")
 ]
 MarkdownOption = Annotated[
     bool, typer.Option("--markdown", help="print Markdown, for the summary of a CI job")
@@ -96,7 +99,7 @@ BetweenOption = Annotated[
     typer.Option(
         "--between",
         help="for an answer: draw the pretension that each limit allows over the angle, "
-        "and which limit binds where",
+        "and show which limit binds where",
     ),
 ]
 ArmOption = Annotated[
@@ -107,20 +110,22 @@ PlotTableOption = Annotated[str | None, options.option("states|designs", "table 
 QuantityOption = Annotated[
     list[str] | None,
     options.option(
-        "COLUMN", "what to draw; repeatable", "--quantity", "-y", among=completion.columns
+        "COLUMN", "column to draw; repeatable", "--quantity", "-y", completer=completion.columns
     ),
 ]
 AcrossOption = Annotated[
     str | None,
-    options.option("COLUMN", "the horizontal axis", "--x", "-x", among=completion.columns),
+    options.option(
+        "COLUMN", "column along the horizontal axis", "--x", "-x", completer=completion.columns
+    ),
 ]
 ColourOption = Annotated[
     str | None,
-    options.option("AXIS", "a colour for each value of this axis", among=completion.columns),
+    options.option("AXIS", "a colour for each value of this axis", completer=completion.columns),
 ]
 PanelsOption = Annotated[
     str | None,
-    options.option("AXIS", "a panel for each value of this axis", among=completion.columns),
+    options.option("AXIS", "a panel for each value of this axis", completer=completion.columns),
 ]
 UnitOption = Annotated[
     list[str] | None, options.option("UNIT", "unit to show a dimension in, such as cm; repeatable")
@@ -130,7 +135,9 @@ AngleOption = Annotated[
     options.option("ANGLE", "with --arm: elbow angle to draw, such as 45 deg; repeatable"),
 ]
 FormatOption = Annotated[str, options.option("png|svg|pdf", "format of the figure", "--format")]
-SizeOption = Annotated[str, options.option("SIZE", "column, page, '120 mm' or '120 x 80 mm'")]
+SizeOption = Annotated[
+    str, options.option("SIZE", "size of the figure: column, page, '120 mm' or '120 x 80 mm'")
+]
 
 
 def plot(
@@ -181,7 +188,7 @@ def plot(
         from tendon_cli.figures.draw import table_of
         from tendon_cli.studies.figures import figure_spec
 
-        asked = {
+        options_of_figure = {
             "quantity": quantity,
             "x": x,
             "colour": colour,
@@ -189,7 +196,7 @@ def plot(
             "where": where,
             "unit": unit,
         }
-        given = {name: value for name, value in asked.items() if value is not None}
+        given = {name: value for name, value in options_of_figure.items() if value is not None}
         spec = figure_spec(**given, format=format_, size=size)
         drawn = draw(table_of(source, spec, table), spec, out)
     written = [str(file) for file in drawn]
@@ -197,7 +204,7 @@ def plot(
 
 
 def _angle(text: str) -> float:
-    """Return an angle in rad; raise UsageError for what is none."""
+    """Return an angle in rad; raise UsageError if the text is not an angle."""
     from tendon_cli.units import UnitError, parse_measure
 
     try:
@@ -209,10 +216,10 @@ def _angle(text: str) -> float:
 SortOption = Annotated[
     str | None,
     options.option(
-        "COLUMN", "sort by this column; -COLUMN: the largest first", among=completion.columns
+        "COLUMN", "sort by this column; -COLUMN: the largest first", completer=completion.columns
     ),
 ]
-HeadOption = Annotated[int, typer.Option(min=0, metavar="N", help="how many rows to show")]
+HeadOption = Annotated[int, typer.Option(min=0, metavar="N", help="number of rows to show")]
 CsvOption = Annotated[
     bool, typer.Option("--csv", help="print CSV in SI units, named in the header")
 ]
@@ -267,11 +274,11 @@ LocaleOption = Annotated[
     str,
     options.option(
         "LANGUAGE",
-        "numbers as this language writes them: de writes 1,5 and separates by semicolons",
+        "write numbers as in this language: de writes 1,5 and separates columns by semicolons",
     ),
 ]
 UnitsOption = Annotated[
-    str, options.option("si|study", "SI units, or those people read, such as mm", "--units")
+    str, options.option("si|study", "SI units, or those of studies, such as mm", "--units")
 ]
 
 

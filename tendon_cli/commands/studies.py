@@ -30,10 +30,10 @@ TemplateOption = Annotated[
     str,
     options.option(
         "NAME",
-        "question: sweep, design, robust, people, motor or friction",
+        "question to start from: sweep, design, robust, people, motor or friction",
         "--for",
         "--template",
-        among=completion.templates,
+        completer=completion.templates,
     ),
 ]
 ExampleOption = Annotated[
@@ -85,18 +85,19 @@ def schema() -> None:
 PersonOption = Annotated[
     str | None,
     options.option(
-        "NAME", "one of the study's people, or mean-man, mean-woman", among=completion.persons
+        "NAME", "one of the study's people, or mean-man, mean-woman", completer=completion.persons
     ),
 ]
 DrawOption = Annotated[
-    int | None, options.option("N", "a draw of the uncertain numbers; default: nominal numbers")
+    int | None,
+    options.option("N", "number of a draw of the uncertain numbers; default: nominal numbers"),
 ]
 ReversalOption = Annotated[
-    bool, typer.Option("--reversal", help="add what happens if the motion turns back there")
+    bool, typer.Option("--reversal", help="add what happens if the motion reverses there")
 ]
 PlotOption = Annotated[
     Path | None,
-    options.output_option("draw the motor over the cycle, and the turn with --reversal"),
+    options.output_option("draw the motor over the cycle, and the reversal with --reversal"),
 ]
 
 
@@ -121,7 +122,9 @@ def state(
 ProveOption = Annotated[
     list[str] | None,
     options.option(
-        "CHOICE", "prove its window, too: a row of choices.parquet; repeatable", "--prove"
+        "CHOICE",
+        "prove the window of this choice, too: its row in choices.parquet; repeatable",
+        "--prove",
     ),
 ]
 AllowNoEquilibriumOption = Annotated[
@@ -235,18 +238,18 @@ def _size_of_design(study: "Study") -> tuple[dict[str, Any], str]:
     """Return the size of the question that a study asks, as a record and as text."""
     from tendon_cli.answers.problem import question_of
 
-    asked = question_of(study)
+    question = question_of(study)
     record: dict[str, Any] = {"name": study.name}
     lines = [f"{study.name}: nothing is written by --dry-run"]
-    for name, product in (("choices", asked.choices), ("conditions", asked.conditions)):
+    for name, product in (("choices", question.choices), ("conditions", question.conditions)):
         record[name] = {axis.key: len(axis) for axis in product.axes}
         axes = ", ".join(f"{key} {count:,}" for key, count in record[name].items())
         lines.append(f"  {name:<12} {len(product):,}" + (f"  ({axes})" if axes else ""))
-    record["windows"] = len(asked.choices) * len(asked.conditions)
-    record["states"] = record["windows"] * asked.states_per_design
-    record["notes"] = list(asked.notes)
+    record["windows"] = len(question.choices) * len(question.conditions)
+    record["states"] = record["windows"] * question.states_per_design
+    record["notes"] = list(question.notes)
     lines += [f"  {name:<12} {record[name]:,}" for name in ("windows", "states")]
-    lines += [f"  note         {note}" for note in asked.notes]
+    lines += [f"  note         {note}" for note in question.notes]
     return record, "\n".join(lines)
 
 
@@ -271,12 +274,12 @@ def _note_stale_page(folder: Path, record: dict[str, Any]) -> None:
         if MARK in page[:4096] and not is_current:
             print_note(
                 f"{folder}/report.html is of earlier results; "
-                f"`tendon report {folder}` writes it anew"
+                f"`tendon report {folder}` writes a new one"
             )
 
 
 def _answer_text(answer: "Answer") -> str:
-    """Return an answer with its warnings, and the files that were written."""
+    """Return the text of an answer with its warnings, and the names of its files."""
     record = answer.record
     files = dict.fromkeys(entry["path"].split("/")[0] for entry in record["files"])
     written = ", ".join([*files, "design.json", *record["figures"]])

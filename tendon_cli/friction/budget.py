@@ -17,7 +17,7 @@ from tendon_cli.friction.usable_rows import Log, noise_of
 FEW = 4
 """Number of strokes below which their scatter says little."""
 FEW_SHARE = 0.03
-"""Standard deviation from stroke to stroke, as a share of μ, that rigs have and is added then."""
+"""Standard deviation from stroke to stroke, as a share of μ, that is usual and assumed then."""
 LEAST_SCATTER = 0.002
 """Least scatter of strokes, as a share of μ: no rig's strokes agree more closely."""
 SCATTER = "scatter of the strokes"
@@ -68,20 +68,20 @@ def uncertainty_of(
     log: Log,
     unit: str,
     bend_share: float,
-    cells: tuple[float, float] | None,
+    cell_uncertainty: tuple[float, float] | None,
 ) -> FrictionUncertainty:
     """Add up the uncertainty of μ.
 
-    Scatter and resolution are not added: what rounding does to the strokes is in their scatter,
-    too.
+    Only the larger of scatter and resolution counts, since the scatter of the strokes includes that
+    by rounding.
 
     Args:
         result: Estimate of μ.
         log: Rows that it was estimated from.
         unit: Unit of the forces.
         bend_share: Standard uncertainty of the bend angle over the angle.
-        cells: Stated standard uncertainty of each cell's zero, in `unit`, and of its gain, as a
-            share; None if it is not stated.
+        cell_uncertainty: Stated standard uncertainty of each cell's zero, in `unit`, and of its
+            gain, as a share; None if it is not stated.
     """
     from scipy.special import stdtrit
 
@@ -114,13 +114,14 @@ def uncertainty_of(
     if points.strokes < FEW:
         add(FEW_STROKES, "B", FEW_SHARE, slope=friction / root)
     add(BEND, "B", bend_share * angle, "rad", -result.friction / angle)
-    if cells is not None:
+    if cell_uncertainty is not None:
+        zero_error, gain_error = cell_uncertainty
         # A zero that is fitted has no part left, and gains cancel between the directions.
         for cell, name in enumerate(ZEROS):
             squares = [model.zero[cell] ** 2 for model in average.models]
             slope = math.sqrt(float(average.weights @ squares))
-            add(name, "B", cells[0], unit, math.copysign(slope, average.best.zero[cell]))
-        gain = 0.0 if points.both_ways else cells[1]
+            add(name, "B", zero_error, unit, math.copysign(slope, average.best.zero[cell]))
+        gain = 0.0 if points.both_ways else gain_error
         add(GAIN, "B", gain, slope=math.sqrt(2.0) / angle)
     total = math.sqrt(sum(part.contribution**2 for part in parts))
     share = sum(
@@ -136,26 +137,27 @@ def uncertainty_of(
 def _resolution(result: FrictionEstimate, log: Log) -> float:
     """Return the standard error of μ from the rounding of the readings alone.
 
-    Rounding moves all readings of a way alike if they are alike; noise of half a step or more
-    averages it out (dither): the mean is then off by no more than exp(-2π²·variance/step²) of it. A
-    force that moves over many steps does, too.
+    Readings of one direction that are alike are rounded alike. Noise of half a step or more
+    averages this out (dither): the mean keeps no more than exp(-2π²·variance/step²) of the error. A
+    force that moves over many steps averages it out, too.
     """
     variance = 0.0
-    turn = 2.0 if result.points.both_ways else 1.0
+    directions = 2.0 if result.points.both_ways else 1.0
     for cell, step in zip((log.motor, log.load), log.steps, strict=True):
-        left = _undithered(cell, step, log)
+        remaining_step = _undithered(cell, step, log)
         for way in np.unique(log.way[result.used]):
             rows = result.used & (log.way == way)
             # Different codes are rounded independently.
             codes = len(np.unique(np.round(cell[rows] / (step or 1.0))))
             force = float(np.mean(cell[rows]))
             angle = float(np.mean(log.bend[rows]))
-            variance += (left / (math.sqrt(12.0 * codes) * force * turn * angle)) ** 2
+            divisor = math.sqrt(12.0 * codes) * force * directions * angle
+            variance += (remaining_step / divisor) ** 2
     return math.sqrt(variance)
 
 
 def _undithered(cell: Floats, step: float, log: Log) -> float:
-    """Step of a cell that its noise leaves in the mean of many readings."""
+    """Return the part of a cell's step that the mean of many noisy readings still shows."""
     if not step:
         return 0.0
     noise = 0.0 if log.settled else min(noise_of(cell), step)

@@ -22,28 +22,29 @@ _RELEASED = re.compile(
 )
 _RESTING = re.compile(r"(at )?rest|stop(ped)?|hold(ing)?|idle|paused?|still|none")
 _MANY = 40
-"""Rows from which one name for all of them says nothing: it is the name of the log."""
+"""Number of rows from which one direction for all of them says nothing: it names the log."""
 _TRIGGER = 0.3
 """Distance past the middle, over the half distance, at which the ratio turns a stroke. Noise below
 a tenth of it never does."""
 _STILL = 0.3
-"""Change of the motor's cell between the directions over the other's, under which it is not the
+"""Change of a cell's force between the directions, over the larger change, under which the cell is
+hardly the motor's."""
+_CHANGES_MORE = 2.0
+"""Change of a cell's force between the directions, over the other's, from which the cell is the
 motor's."""
-_STEADIER = 2.0
-"""Change of a cell's force over the other's, from which the cell is the motor's."""
 _SLOW = 0.05
 """Speed over the usual speed under which the motor rests. Creep after a stop is slower, a crank
 passes its turn within few rows."""
 
 
 def stated_motion(readings: Readings) -> tuple[Integers, Mask]:
-    """Return the way of the motor in each row by the file, and True where it rests.
+    """Return the direction of the motor that the file states in each row, and where it rests.
 
-    The file says it by a column of position or speed, or else by one of names. The way is 0 at
-    rest, and where a name says nothing of it.
+    The file states it by a column of position or speed, or else by a column of names. Directions
+    are +1 and -1, and 0 at rest or if a name does not tell; rests are True.
     """
     if "position" in readings.rows:
-        way = _moving(readings)
+        way = _way_by_position(readings)
         return way, way == 0
     if "direction" not in readings.rows:
         total = len(readings.rows)
@@ -68,20 +69,20 @@ def stated_motion(readings: Readings) -> tuple[Integers, Mask]:
 
 
 def _way_of(name: str) -> int:
-    """Way of the motor that a name says: +1 pulled, -1 released, 0 if it says neither."""
+    """Return the direction of the motor by its name: +1 pulled, -1 released, 0 if neither."""
     return bool(_PULLED.fullmatch(name)) - bool(_RELEASED.fullmatch(name))
 
 
 def _tidy(label: str) -> str:
-    """Write a label without case, "case", signs and doubled blanks; 1.0 as 1."""
+    """Simplify a label: no capitals, no "case" before it, no quotes, single blanks, 1 for 1.0."""
     text = re.sub(r"^case[\s_]*(?=.)", "", label.casefold().strip(' *:"'))
     if re.fullmatch(r"[+-]?[012](\.0*)?", text):
         return str(int(float(text)))
     return re.sub(r"[\s_-]+", " ", text).strip()
 
 
-def _moving(readings: Readings) -> Integers:
-    """Way of the motor by a column of position or speed: +1, -1 or 0 (at rest)."""
+def _way_by_position(readings: Readings) -> Integers:
+    """Return the direction of the motor by its position or speed: +1, -1, or 0 at rest."""
     position = readings.rows["position"].to_numpy()
     known = np.isfinite(position)
     if not known.any() or np.ptp(position[known]) == 0.0:
@@ -112,7 +113,7 @@ def stated_sides(
 
     Args:
         readings: All readings.
-        way: Way of the motor in all rows.
+        way: Direction of the motor in all rows.
         log_ratio: Log ratio of the good rows.
         good: True in the rows that can be readings.
 
@@ -139,7 +140,7 @@ def stated_sides(
 
 
 def _sides_by_position(readings: Readings, way: Integers, log_ratio: Floats) -> Integers:
-    """Way of the motor, reversed if the ratio is low where the position rises."""
+    """Return the direction of the motor, reversed if the ratio is low while the position rises."""
     middle, half = levels_of(log_ratio)
     away = log_ratio - middle
     counted = (np.abs(away) > 0.5 * half) & (way != 0)
@@ -157,8 +158,8 @@ def _sides_by_position(readings: Readings, way: Integers, log_ratio: Floats) -> 
 def levels_of(log_ratio: Floats) -> tuple[float, float]:
     """Return the middle and half distance of the two limits.
 
-    They are those of the outer fifths of the two sides in turn: more than half of a stroke may
-    stick.
+    A limit is where the outermost fifth of the values on its side of the middle begins, since more
+    than half of a stroke may stick; middle and limits are found in turn.
     """
     sample = log_ratio[:: max(1, len(log_ratio) // 100_000)]
     middle = float(np.mean(np.quantile(sample, (0.02, 0.98))))
@@ -200,9 +201,9 @@ def triggered_sides(log_ratio: Floats, middle: float, half: float, noise: float)
 
 
 def _triggered(height: Floats) -> Integers:
-    """Side on which each row last was beyond the trigger.
+    """Return the side on which the ratio was last beyond the trigger, per row.
 
-    The first rows are on that of those after them.
+    Rows before the first that is beyond it are on its side.
     """
     beyond = np.where(height > _TRIGGER, 1, np.where(height < -_TRIGGER, -1, 0))
     last = np.maximum.accumulate(np.where(beyond != 0, np.arange(len(beyond)), -1))
@@ -211,11 +212,11 @@ def _triggered(height: Floats) -> Integers:
 
 
 def sides_by_sign(readings: Readings, log_ratio: Floats) -> Integers:
-    """Return the directions of a short table by the forces: the motor's cell reads more pulling."""
+    """Return the limits of a short table by the sign of the log ratio, +1 and -1."""
     ordered = np.sort(log_ratio)
     gap = float(np.max(np.diff(ordered), initial=0.0))
-    whole = float(np.ptp(ordered))
-    is_wide = gap > 3.0 * (whole - gap) and gap > 0.1 * float(np.mean(np.abs(ordered)))
+    span = float(np.ptp(ordered))
+    is_wide = gap > 3.0 * (span - gap) and gap > 0.1 * float(np.mean(np.abs(ordered)))
     if len(ordered) > 2 and is_wide and (ordered[0] > 0.0 or ordered[-1] < 0.0):
         problem = (
             "the readings form two groups on the same side of ratio 1,"
@@ -235,15 +236,17 @@ def motor_cell(
     *,
     is_stated: bool,
 ) -> tuple[str, list[str], list[str]]:
-    """Find the cell at the motor: as stated, by headers, by directions, or by the steadier force.
+    """Find the cell at the motor: as stated, by headers, by directions, or by the forces.
+
+    By the forces it is the cell that changes more between the directions.
 
     Args:
         readings: All readings.
-        first: "1" or "2", the cell that is taken to be it.
-        way: Way of the motor in each good row; 0 where no name says it.
+        first: "1" or "2", the cell that is assumed to be at the motor.
+        way: Direction of the motor in each good row; 0 if no name tells it.
         sides: Limit that each of these rows belongs to.
         cells: Forces in these rows, those of cell `first` before those of the other.
-        is_stated: True if the user says that `first` is it.
+        is_stated: True if the user says that `first` is at the motor.
 
     Returns:
         "1" or "2", notes, and warnings.
@@ -279,7 +282,7 @@ def motor_cell(
         (first, changes[0], changes[1]),
         (other, changes[1], changes[0]),
     ):
-        if change > _STEADIER * change_of_other:
+        if change > _CHANGES_MORE * change_of_other:
             note = f"cell {cell} is taken as the motor's: it changes more between the directions"
             return cell, [note], []
     note = "cell 1 is taken as the motor's, since nothing says which is; --motor 2 says otherwise"

@@ -33,19 +33,22 @@ are late, and a force dependence mimics offsets."""
 _VARIES = 0.015
 """Least standard deviation of ln F within a way from which the force says anything."""
 _VARIES_NOISE = 4.0
-"""The same over the noise of a point; both are asked for."""
+"""The same over the noise of a point; both must be exceeded."""
 _STROKES = 4
 """Least number of strokes from which a delay, a dependence on force or friction outside is tried:
-with fewer, one odd stroke is one."""
+with fewer, one odd stroke looks like it."""
 
 
 def columns_of(points: Log, effects: tuple[str, ...], zeros: Floats) -> list[Floats]:
-    """Return the slopes of the log ratio in μ, in ln g if there are both ways, and in each effect.
+    """Return the derivatives of the log ratio by μ, by ln g if it is fitted, and by each effect.
 
     Args:
         points: Means over parts of strokes.
         effects: Names of effects.
-        zeros: Offsets of the motor's and of the load's cell at which the slopes hold.
+        zeros: Offsets of the motor's and of the load's cell at which the derivatives hold.
+
+    Returns:
+        A column of points for μ, for ln g if both directions are read, and for each effect.
     """
     columns = [points.way * points.bend]
     if points.both_ways:
@@ -54,7 +57,7 @@ def columns_of(points: Log, effects: tuple[str, ...], zeros: Floats) -> list[Flo
 
 
 def _slope(log: Log, effect: str, zeros: Floats) -> Floats:
-    """Slope of the log ratio of each row in one effect."""
+    """Return the derivative of the log ratio by one effect, per row."""
     if effect == OFFSETS[0]:
         return np.asarray(1.0 / (log.motor - zeros[0]))
     if effect == OFFSETS[1]:
@@ -76,8 +79,8 @@ def priors_of(points: Log, duration: float, zero: float | None) -> dict[str, flo
     """
     ratio = points.log_ratio
     force = np.log(points.load)
-    turn = np.abs(ratio - np.median(ratio)) / np.maximum(points.bend, 1e-9)
-    friction = max(float(np.median(turn)), 1e-9)
+    frictions = np.abs(ratio - np.median(ratio)) / np.maximum(points.bend, 1e-9)
+    friction = max(float(np.median(frictions)), 1e-9)
     noise = 0.0 if points.settled else float(np.median(points.noise))
     spread = max(float(np.std(force[points.way == way])) for way in np.unique(points.way))
     varies = points.both_ways and spread > max(_VARIES, _VARIES_NOISE * noise)
@@ -121,14 +124,14 @@ class EffectModel:
 
     effects: tuple[str, ...]
     values: Floats
-    """μ, ln g if there are both ways, then the effects' (that of the force is nμ)."""
+    """μ, ln g if both directions are read, then the effects (for the force, nμ)."""
     covariance: Floats
     evidence: float
-    """Log of the probability of the readings under the model, but for a constant."""
+    """Log of the probability of the readings under the model, up to a constant."""
     residual: Floats
     """Residual of each point."""
     free: int
-    """Number of strokes less what is fitted to them."""
+    """Degrees of freedom: strokes less the numbers fitted to them."""
     zero: tuple[float, float]
     """Change of μ by a unit of zero error in each cell; 0 if offsets are fitted."""
 
@@ -144,7 +147,7 @@ class EffectModel:
 
     @property
     def log_gain(self) -> float:
-        """ln g; 0 if only one way is read."""
+        """ln g; 0 if only one direction is read."""
         has_gain = len(self.values) > 1 + len(self.effects)
         return float(self.values[1]) if has_gain else 0.0
 

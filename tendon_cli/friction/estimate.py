@@ -44,18 +44,18 @@ a sine 3.2 times less."""
 _INSIDE = 0.10
 """Least distance by which the limit of a partial stroke lies inside the others'."""
 _DEVIATIONS = 4.0
-"""The same in median deviations of the strokes' limits; both are asked for."""
+"""The same in median deviations of the strokes' limits; both must be exceeded."""
 _FURTHEST = 0.5
 """Distance from which a stroke is partial whatever the deviations are: friction does not halve from
 stroke to stroke."""
 _SHORT = 0.25
 """Share of the usual length under which a stroke is partial."""
 _ROUNDS = 6
-"""Rows and effects settle in two or three rounds; what has not by six goes to and fro between two
-like choices."""
+"""Largest number of rounds: rows and effects settle in two or three; what has not settled by six
+alternates between two equally good choices."""
 _PER_STROKE = 8
-"""Points of a stroke: enough for the force within it to show, few enough that neighbouring rows are
-one."""
+"""Points of a stroke: enough for the force within it to show, few enough that each
+averages neighbouring rows."""
 _RATE_WINDOW = 16
 """Part of a stroke over which a rate is taken: half of a point's rows on either side."""
 _LATE = 0.10
@@ -67,20 +67,19 @@ settled."""
 _NEVER_RESTS = 0.10
 """The same climb from which there is no limit at all."""
 _FEW_ROWS = 0.10
-"""Share of rows on a limit under which they do not answer for the others."""
+"""Share of rows on a limit under which they do not represent the others."""
 _SOME_ROWS = 0.25
 """Share of rows on a limit under which they may be the turn of a crank."""
 
 
 @dataclass(frozen=True, eq=False)
 class FrictionEstimate:
-    """Result of the loop.
-
-    `points` are means over parts of strokes.
-    """
+    """Estimate of μ from a log, and the rows and points that it is fitted to."""
 
     average: ModelAverage
+    """Fitted models, and their mean."""
     points: Log
+    """Means over parts of strokes."""
     used: Mask
     """True for each row that the line goes through."""
     reached: Mask
@@ -97,7 +96,7 @@ class FrictionEstimate:
 
 
 def estimate(log: Log, zero: float | None) -> FrictionEstimate | None:
-    """Fit a log, and fit it again with a late cell shifted to its time.
+    """Fit a log; if one cell is late, shift its readings in time and fit again.
 
     Args:
         log: Usable rows of the file.
@@ -126,7 +125,7 @@ def estimate(log: Log, zero: float | None) -> FrictionEstimate | None:
 
 
 def _settle(log: Log, zero: float | None) -> FrictionEstimate | None:
-    """Select rows, fit, take off what the effects do to them, and repeat until the rows stay."""
+    """Select rows on a limit, fit, subtract the effects, and repeat until the selection settles."""
     if log.time is not None:
         width = max(1, int(np.median(np.diff(log.first))) // _RATE_WINDOW)
         log = replace(log, rate=rates_of(log.time, np.log(log.load), log.stroke, width))
@@ -150,7 +149,7 @@ def _settle(log: Log, zero: float | None) -> FrictionEstimate | None:
 
 
 def _points(log: Log) -> Log:
-    """Divide each stroke into up to eight parts of as many rows, and return their means."""
+    """Divide each stroke into up to eight equal parts, and return the means over them."""
     size = np.diff(log.first)[log.stroke]
     position = np.arange(len(size)) - log.first[log.stroke]
     part = log.stroke * _PER_STROKE + position * np.minimum(_PER_STROKE, size) // size
@@ -208,7 +207,7 @@ def on_limit(log: Log, shape: Floats) -> tuple[Mask, Mask]:
 
 
 def _group_medians(values: Floats, group: Integers) -> Floats:
-    """Return each stroke's median over its group; NaN do not count, and 0 if all are."""
+    """Return the median of each stroke's group, without NaN; 0 if all its values are NaN."""
     medians = np.zeros(int(group.max()) + 1)
     for number in np.unique(group[~np.isnan(values)]):
         medians[number] = np.nanmedian(values[group == number])
@@ -224,7 +223,8 @@ def _plateaus(mean: Floats, stroke: Integers, floor: Floats) -> tuple[Floats, Fl
         floor: Least half width of the plateau of each stroke.
 
     Returns:
-        Height, half width, and True where it is dense enough for a plateau, per stroke.
+        Height and half width of the plateau of each stroke, and True if it is dense and narrow
+        enough to be one.
     """
     order = np.lexsort((mean, stroke))
     mean = mean[order]
@@ -257,11 +257,11 @@ def _plateaus(mean: Floats, stroke: Integers, floor: Floats) -> tuple[Floats, Fl
 
 
 def _eroded(inside: Mask, stroke: Integers, ramp: Integers) -> Mask:
-    """Drop the first and last block of each stay on the plateau, in which corners are.
+    """Drop the first and last block of each stay on the plateau, which may hold its corners.
 
     One block that lies outside between two inside is noise. Noise also keeps some of the ramp up to
     the limit, and of the fall from it. A ramp has as many blocks in one width as in the next,
-    `ramp`, so that many are dropped at the ends of a stroke, half at each.
+    `ramp`, so this number is dropped in each stroke, half at each end.
     """
     is_same = stroke[1:] == stroke[:-1]
 
@@ -283,9 +283,10 @@ def _eroded(inside: Mask, stroke: Integers, ramp: Integers) -> Mask:
 
 
 def climbing(log: Log, result: FrictionEstimate) -> float:
-    """Return the climb of the ratio over a whole stroke on the limit that is beyond doubt.
+    """Return the climb of the log ratio on the limit, over a whole stroke.
 
-    It is a share of the way from limit to limit: 0 in slip, 1 in stick.
+    It is a share of the way from limit to limit: 0 in slip, 1 in stick. It is the lower end of the
+    95 % interval, less if both cells move, as they do in slip.
     """
     from scipy.special import stdtrit
 
@@ -322,8 +323,8 @@ def climbing(log: Log, result: FrictionEstimate) -> float:
     return max(0.0, float(np.mean(climbs)) - error) * max(0.0, 2.0 * alone - 1.0)
 
 
-def never_rests(log: Log, result: FrictionEstimate) -> str | None:
-    """Explain why there is no limit at all. Return None if there is one."""
+def why_no_limit(log: Log, result: FrictionEstimate) -> str | None:
+    """Return the reason why the ratio has no limit at all; None if it has one."""
     if log.settled:
         return None
     share = float(np.mean(result.used))
@@ -333,6 +334,6 @@ def never_rests(log: Log, result: FrictionEstimate) -> str | None:
     if share < _FEW_ROWS:
         return (
             f"only {result.used.sum()} of {len(log.way)} rows slip,"
-            " which is too few to answer for the others"
+            " which is too few to represent the others"
         )
     return None

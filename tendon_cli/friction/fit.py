@@ -14,13 +14,19 @@ import pandas as pd
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import path_of
 from tendon_cli.friction.budget import FrictionUncertainty, uncertainty_of
-from tendon_cli.friction.estimate import FrictionEstimate, estimate, never_rests
+from tendon_cli.friction.estimate import FrictionEstimate, estimate, why_no_limit
 from tendon_cli.friction.fit_result import DirectionFit, Fit, PlainAnswer
 from tendon_cli.friction.models import fit_model
 from tendon_cli.friction.prepare import PreparedLog, prepare
 from tendon_cli.friction.reading.readings import Floats, Readings, concatenate, read_readings
 from tendon_cli.friction.remarks import Remarks
-from tendon_cli.friction.rig import BendAngle, bend_angle_of, bend_angles, cells_of, force_of
+from tendon_cli.friction.rig import (
+    BendAngle,
+    bend_angle_of,
+    bend_angles,
+    cell_uncertainty_of,
+    force_of,
+)
 from tendon_cli.friction.strokes import by_file, presliding_of, speed_of, strokes_of
 from tendon_cli.friction.usable_rows import INSIDE, PARTIAL, USED, Log
 
@@ -63,7 +69,7 @@ def fit_friction(
 
     Raises:
         UsageError: if an argument is wrong.
-        InputError: if a file is.
+        InputError: if a file is wrong, or shows no friction.
 
     >>> import tendon_cli as tendon
     >>> fit = tendon.fit_friction("readings.csv", bend_angle="144 deg")
@@ -83,15 +89,15 @@ def fit_friction(
         force_of(zero_motor, "--zero-motor", readings.unit),
         force_of(zero_load, "--zero-load", readings.unit),
     )
-    cells = cells_of(cell_uncertainty, readings.unit)
+    zero_and_gain = cell_uncertainty_of(cell_uncertainty, readings.unit)
     # Forces of 1e-320 are above zero, and their ratios overflow: the checks refuse them, and need
     # no other warning.
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         angles, angle_share, bend = bend_angles(readings, bend)
         prepared = prepare(readings, angles, motor, zeros)
-        result = _estimated(readings, prepared, cells)
+        result = _estimated(readings, prepared, zero_and_gain[0] if zero_and_gain else None)
         force_unit = readings.unit or "unit of the file"
-        error = uncertainty_of(result, prepared.log, force_unit, angle_share, cells)
+        error = uncertainty_of(result, prepared.log, force_unit, angle_share, zero_and_gain)
         rows = _rows(readings, prepared, result, angles)
         fit = _assembled(readings, prepared, result, error, bend, rows)
         remarks = Remarks(fit, prepared.log, result, readings.time_unit, any(zeros))
@@ -103,18 +109,19 @@ def fit_friction(
         )
 
 
-def _estimated(
-    readings: Readings, prepared: PreparedLog, cells: tuple[float, float] | None
-) -> FrictionEstimate:
-    """Estimate; refuse readings in which nothing slips, or friction would help the motion."""
+def _estimated(readings: Readings, prepared: PreparedLog, zero: float | None) -> FrictionEstimate:
+    """Estimate μ; refuse readings in which nothing slips, or friction would help the motion.
+
+    `zero` is the stated standard uncertainty of the cells' zero; None if it is not stated.
+    """
     log = prepared.log
-    result = estimate(log, cells[0] if cells else None)
+    result = estimate(log, zero)
     longer = "make the strokes longer, until the force ratio rests"
     if result is None:
         problem = "no stroke slips: the force ratio reaches no limit"
         raise InputError(problem, where=readings.source, hint=longer)
-    if moves := never_rests(log, result):
-        raise InputError(moves, where=readings.source, hint=longer)
+    if reason := why_no_limit(log, result):
+        raise InputError(reason, where=readings.source, hint=longer)
     _check_resists(readings, prepared, result)
     return result
 
@@ -153,7 +160,7 @@ def _assembled(
     bend: BendAngle | None,
     rows: pd.DataFrame,
 ) -> Fit:
-    """Report an estimate, without checks and without what they remark."""
+    """Put the result together, still without checks and their remarks."""
     log = prepared.log
     average = result.average
     directions = {}
@@ -208,7 +215,8 @@ def _point_table(result: FrictionEstimate) -> pd.DataFrame:
 def _direction(log: Log, result: FrictionEstimate, way: int) -> DirectionFit | None:
     """Fit μ of one direction as the paper does, and find its plain answer.
 
-    The gain is taken as 1, and cells have no offsets. Return None if nothing of it is used.
+    The gain is taken as 1, and cells have no offsets. Return None if no reading of the direction
+    is used.
     """
     selected = (result.points.way == way) & (result.points.bend > 0.0)
     if not selected.any():
@@ -230,12 +238,12 @@ def _direction(log: Log, result: FrictionEstimate, way: int) -> DirectionFit | N
 
 
 def _plain(log: Log, result: FrictionEstimate, directions: dict[str, DirectionFit]) -> PlainAnswer:
-    """Return the plain answer, and what moves the fit from it."""
+    """Return the plain answer, and the reasons why the fit differs from it."""
     plain = float(np.mean([direction.plain for direction in directions.values()]))
     used = result.used & (log.bend > 0.0)
     ways = log.way[used]
-    turn = ways * log.log_ratio[used] / log.bend[used]
-    medians = [np.median(turn[ways == way]) for way in np.unique(ways)]
+    frictions = ways * log.log_ratio[used] / log.bend[used]
+    medians = [np.median(frictions[ways == way]) for way in np.unique(ways)]
     without_rows = float(np.mean(medians))
     return PlainAnswer(
         friction=plain,
@@ -249,7 +257,7 @@ def _rows(
 ) -> pd.DataFrame:
     """Tabulate every reading with its use, as `Fit.rows` has it.
 
-    Effects of the rig are part of the line, and are not taken off the readings.
+    Effects of the rig are part of the line, and are not subtracted from the readings.
     """
     log = prepared.log
     motor, load = prepared.cells

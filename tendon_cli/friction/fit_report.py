@@ -14,21 +14,21 @@ from tendon_cli.version import __version__
 
 _STROKES_MARK = "# strokes of a log, by tendon fit-friction"
 _MARK = "# A friction coefficient fitted by `tendon fit-friction`."
-"""First line of a fragment; a file without it is nobody's to write over."""
+"""Beginning of a fragment; a file without it is never overwritten."""
 _HEADER = f"""\
-{_MARK} A study takes it by
+{_MARK} To use it in a study:
 #     [sheath]
 #     friction_from = "friction.toml"
 """
 _OF_THE_RIG = "# The bend angle is that of the rig, not of the study's sheath.\n"
 _OF_ONE_SHEATH = (
-    '#     bend_angle = "..."      # not given here: of the same sheath,'
-    " as it was when μφ was measured\n"
+    '#     bend_angle = "..."      # not known here: give that of this sheath'
+    " when μφ was measured\n"
 )
 
 
 def summary_text(fit: Fit) -> str:
-    """Return a short readable summary."""
+    """Return the result in words, one line for each number, note and warning."""
     uncertainty = fit.uncertainty
     digits = _digits(uncertainty.standard_error)
     low, high = uncertainty.interval_95
@@ -61,7 +61,7 @@ def summary_text(fit: Fit) -> str:
 
 
 def _readings_rows(fit: Fit) -> list[tuple[str, str]]:
-    """Say which readings are used, and what else they show."""
+    """Return rows on the readings used, and on what else they show."""
     where = "on the limit" if fit.is_log else "settled"
     used = f"{fit.rows['used'].sum():,} of {len(fit.rows):,} {where}"
     rows = [("readings", f"{used}, in {counted(fit.strokes, 'stroke')}")]
@@ -83,7 +83,7 @@ def _readings_rows(fit: Fit) -> list[tuple[str, str]]:
 
 
 def _check_text(check: Check) -> str:
-    """Value of an effect that was found, and the change of μ without it."""
+    """Return the size of an effect that was found, and the change of μ without it."""
     text = f"{check.value:.3g} ± {check.standard_error:.2g}"
     if check.unit != "1":
         text += f" {check.unit}"
@@ -93,12 +93,12 @@ def _check_text(check: Check) -> str:
 
 
 def _digits(error: float) -> int:
-    """Decimals that show the standard error with two significant digits."""
+    """Return the decimals that show a standard error with two significant digits."""
     return min(9, max(2, 1 - math.floor(math.log10(error))))
 
 
 def _bend_text(fit: Fit) -> str:
-    """Bend angle with its uncertainty, and μφ."""
+    """Return the bend angle with its uncertainty, and μφ."""
     text = fit.bend.text
     product = f"μφ = {fit.friction_bend:.4g}"
     if not fit.bend_angles:
@@ -112,18 +112,20 @@ def _bend_text(fit: Fit) -> str:
 
 
 def _gain_text(fit: Fit) -> str:
-    """Gain of the motor's cell over that of the load's."""
+    """Return the gain of the motor's cell over that of the load's."""
     if len(fit.by_direction) == 1:
         return "1, assumed (one direction only)"
     return f"{fit.gain_ratio:.4f}, motor's cell (cell {fit.motor}) over load's, removed from μ"
 
 
 def _plain_text(fit: Fit, digits: int) -> str:
-    """Plain answer, as ten lines of NumPy give it, and why the fit differs."""
+    """Return the plain answer, which ten lines of NumPy give, and why the fit differs."""
     plain = fit.plain
-    moves = {"by rows set aside": plain.moved_by_rows, "by what is fitted": plain.moved_by_fit}
+    changes = {"by rows set aside": plain.moved_by_rows, "by what is fitted": plain.moved_by_fit}
     reasons = [
-        f"{100.0 * share:+.1f} % {reason}" for reason, share in moves.items() if abs(share) >= 5e-4
+        f"{100.0 * share:+.1f} % {reason}"
+        for reason, share in changes.items()
+        if abs(share) >= 5e-4
     ]
     text = f"{plain.friction:.{digits}f}, median |ln ratio|"
     text += f"; the fit is {100.0 * fit.from_plain:+.1f} % from it"
@@ -165,8 +167,7 @@ def write_fragment(fit: Fit, path: Path) -> None:
 def _toml(value: Any) -> str:
     """Write a value in TOML.
 
-    A basic string's escapes are those of JSON, and the one that JSON leaves out (DEL) is written,
-    too.
+    A basic string has the escapes of JSON, and one for DEL, which JSON leaves as it is.
     """
     if isinstance(value, tuple):
         return repr(list(value))

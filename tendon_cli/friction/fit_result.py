@@ -18,7 +18,7 @@ from tendon_cli.friction.usable_rows import REASONS, USED
 _MOST_RESIDUALS = 20
 """Number of the largest residuals that a record lists."""
 _MOST_STRETCHES = 20
-"""Number of stretches that are listed of the readings set aside for one reason."""
+"""Largest number of stretches of readings that are listed for each reason to set them aside."""
 _RECORDED = (
     "friction",
     "standard_error",
@@ -86,14 +86,14 @@ class Check:
 
 @dataclass(frozen=True)
 class PlainAnswer:
-    """Plain answer, and what moves the fit from it."""
+    """Plain answer, and the reasons why the fit differs from it."""
 
     friction: float
     """Mean of both directions' medians, in which gains cancel."""
     moved_by_rows: float
-    """Change by the rows that are set aside, as a share of μ."""
+    """Change of μ if rows are set aside, as a share of μ."""
     moved_by_fit: float
-    """Further change by effects and by the weights of strokes, as a share of μ."""
+    """Further change of μ by the effects and the weights of strokes, as a share of μ."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -109,14 +109,14 @@ class Fit(Displayed):
     gain_ratio: float
     """Gain of the motor's cell over that of the load's; 1 if it could not be estimated."""
     by_direction: dict[str, DirectionFit]
-    """"toward_motor" and "toward_load", as far as there are readings; gains need both."""
+    """"toward_motor" and "toward_load", as far as there are readings; the gain needs both."""
     plain: PlainAnswer
     bend: BendAngle
     """Bend angle as given, or in degrees if it comes from a column; "not given"."""
     motor: str
     """"1" or "2", the cell at the motor."""
     is_log: bool
-    """True if the readings are a raw log, and not settled readings."""
+    """True if the readings are a raw log rather than settled readings."""
     rows: pd.DataFrame
     """Table with a row per reading.
 
@@ -170,7 +170,7 @@ class Fit(Displayed):
 
     @property
     def set_aside(self) -> tuple[SetAside, ...]:
-        """Readings not used, by reason, in the order in which the reasons first come."""
+        """Readings not used, by reason, in the order in which the reasons first occur."""
         parts = []
         lines = self.rows["line"].to_numpy()
         codes = self.rows["code"].to_numpy()
@@ -237,24 +237,24 @@ class Fit(Displayed):
 
     @property
     def interval_95(self) -> tuple[float, float] | None:
-        """Interval in which μ lies with 95 %."""
+        """95 % interval of μ."""
         return None if self.bend_angle is None else self.uncertainty.interval_95
 
     @property
     def friction_bend_standard_error(self) -> float:
-        """Standard error of μφ, in which the uncertainty of the bend angle has no part."""
+        """Standard error of μφ, to which the uncertainty of the bend angle adds nothing."""
         variance = self.uncertainty.standard_error**2 - self.uncertainty.contribution_of(BEND) ** 2
         return math.sqrt(max(variance, 0.0)) * (self.bend_angle or 1.0)
 
     @property
     def friction_bend_interval_95(self) -> tuple[float, float]:
-        """Interval in which μφ lies with 95 %."""
+        """95 % interval of μφ."""
         half = self.uncertainty.coverage * self.friction_bend_standard_error
         return self.friction_bend - half, self.friction_bend + half
 
 
 def _data(value: Any) -> Any:
-    """Convert to plain JSON values; what is infinite becomes null."""
+    """Convert to plain JSON values; infinite numbers become null."""
     if is_dataclass(value):
         return {field.name: _data(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, dict):

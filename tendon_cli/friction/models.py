@@ -2,7 +2,7 @@
 
 A line has a random intercept per stroke. Every set of effects is a model, weighed by its evidence
 (Laplace: likelihood, prior, and the share of the prior's room that its numbers take up); μ is the
-mean over the models, and what they differ by is in its error.
+mean over the models, and its error includes their spread.
 """
 
 from __future__ import annotations
@@ -19,22 +19,24 @@ from tendon_cli.friction.usable_rows import Log
 _GAIN = 0.1
 """Prior standard deviation of the log gain: cells are calibrated to a few per cent."""
 _GAIN_MOVES = 0.06
-"""Increase of the gain from which a model is refused: it explains the readings by what cancels."""
+"""Increase of the log gain from which a model is refused: it explains the readings by a gain,
+which cancels between the directions."""
 _UNKNOWN = 0.20
 """Standard error of μ, as a share of it, from which a model is refused, for the same reason."""
 _EXACT = 1e-3
-"""Least scatter, as a share of the log ratio: no rig keeps to the formula more closely, so less is
-no evidence. What a rig departs by is the same in every stroke: it counts as that of one stroke each
-way, however many there are."""
+"""Least scatter, as a share of the log ratio: no rig keeps to the formula more closely, so a
+smaller one is no evidence. A rig departs from the formula in the same way in every stroke, so the
+departure counts as that of one stroke each way, however many there are."""
 _ENOUGH = 40
-"""Strokes beyond which a log has no more evidence of an effect: what a rig departs by repeats
-itself in each of them. A log of 40 strokes and ten copies of it in a row find the same effects."""
+"""Strokes beyond which a log has no more evidence of an effect: the departure of a rig from the
+formula repeats itself in each of them. A log of 40 strokes and ten copies of it in a row find the
+same effects."""
 _ALIKE = 0.8
 """Largest correlation of successive points that is believed."""
 _STEPS = 8
-"""Steps of Gauss and Newton: only the offsets are not linear, and three steps settle them."""
+"""Largest number of Gauss-Newton steps: only the offsets are not linear, and settle in three."""
 _RIDGE = 1e-14
-"""Ridge of the scaled normal matrix, so that columns that are alike have a solution."""
+"""Ridge of the scaled normal matrix, so that collinear columns have a solution."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +46,7 @@ class CrossProducts:
     within: Floats
     """Sum over all strokes (columns, columns)."""
     between: Floats
-    """Sums of the strokes' means by their length (lengths, columns, columns)."""
+    """Sums over the means of strokes of each length (lengths, columns, columns)."""
     lengths: Floats
     """Numbers of points that strokes have."""
     strokes: Floats
@@ -69,7 +71,7 @@ class CrossProducts:
         )
 
     def whitened(self, ratios: Floats) -> Floats:
-        """Return Σ z V⁻¹ z with V = I + ratio J per stroke (ratios, columns, columns).
+        """Return Σ zᵀV⁻¹z with V = I + ratio J per stroke (ratios, columns, columns).
 
         Each ratio is that of the variance between strokes to the variance within.
         """
@@ -79,12 +81,16 @@ class CrossProducts:
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """Line with its variance within strokes, at one ratio of that between strokes to it."""
+    """Line that is fitted to points, with the variances of the points."""
 
     values: Floats
+    """Fitted numbers: μ, ln g and the effects."""
     variance: float
+    """Variance within strokes."""
     ratio: float
+    """Variance between strokes over that within."""
     loglik: float
+    """Log likelihood."""
 
 
 def _line(products: CrossProducts, unknown: int, ratios: Floats, least: float) -> Line:
@@ -109,15 +115,17 @@ def _line(products: CrossProducts, unknown: int, ratios: Floats, least: float) -
     values = np.linalg.solve(normal, target[:, :, None])[:, :, 0]
     size = products.size
     free = max(size - unknown, 1.0)
-    left = gram[:, unknown, unknown] - np.sum(values * target, axis=1) + least * (size - strokes)
-    left = np.maximum(left, 0.01 * least * size)  # a tenth of that from stroke to stroke
-    volume = np.log1p(ratios[:, None] * products.lengths) @ products.strokes
-    determinant = np.linalg.slogdet(normal)[1] + 2.0 * np.sum(np.log(scale), axis=1)
-    best = int(np.argmax(-(free * np.log(left / free) + volume + determinant)))
-    loglik = -0.5 * (size * math.log(left[best] / size) + volume[best])
+    squares = gram[:, unknown, unknown] - np.sum(values * target, axis=1)
+    squares = squares + least * (size - strokes)
+    squares = np.maximum(squares, 0.01 * least * size)  # a tenth of the least scatter
+    log_det_v = np.log1p(ratios[:, None] * products.lengths) @ products.strokes
+    log_det_normal = np.linalg.slogdet(normal)[1] + 2.0 * np.sum(np.log(scale), axis=1)
+    cost = free * np.log(squares / free) + log_det_v + log_det_normal
+    best = int(np.argmax(-cost))
+    loglik = -0.5 * (size * math.log(squares[best] / size) + log_det_v[best])
     return Line(
         values=values[best] / scale[best],
-        variance=float(left[best]) / free,
+        variance=float(squares[best]) / free,
         ratio=float(ratios[best]),
         loglik=float(loglik),
     )
@@ -179,7 +187,7 @@ def fit_model(
             zeros = np.clip(values[base : base + 2], -limit, limit)
             if step > 3 and np.all(np.abs(zeros - before) <= 1e-9 * limit):
                 break
-    pull = inverse[0] @ gram[:unknown, unknown + 1 :]
+    slopes = inverse[0] @ gram[:unknown, unknown + 1 :]
     cost += 2.0 * sum(STRICT.get(name, 0.0) for name in effects)
     if base == 2:
         cost += (float(values[1]) / _GAIN) ** 2
@@ -190,7 +198,7 @@ def fit_model(
         evidence=line.loglik * min(1.0, _ENOUGH / strokes) - 0.5 * cost,
         residual=target - np.column_stack(columns) @ values,
         free=strokes - base if strokes > base else max(len(target) - unknown, 1),
-        zero=(0.0, 0.0) if fits_offsets else (float(pull[0]), float(pull[1])),
+        zero=(0.0, 0.0) if fits_offsets else (float(slopes[0]), float(slopes[1])),
     )
 
 
@@ -247,7 +255,7 @@ class ModelAverage:
 
     @property
     def scatter(self) -> float:
-        """Standard error of μ from how strokes scatter, each model given."""
+        """Standard error of μ from the scatter of the strokes, averaged over the models."""
         return math.sqrt(float(self.weights @ [model.error**2 for model in self.models]))
 
     @property
@@ -278,12 +286,12 @@ def _is_plausible(model: EffectModel, plain: EffectModel) -> bool:
 def _independent(points: Log, residual: Floats) -> float:
     """Estimate the share of points that are independent, by the correlation of successive ones."""
     count = np.bincount(points.stroke)
-    left = residual - (np.bincount(points.stroke, residual) / count)[points.stroke]
+    deviation = residual - (np.bincount(points.stroke, residual) / count)[points.stroke]
     is_next = points.stroke[1:] == points.stroke[:-1]
-    if not is_next.any() or not np.any(np.abs(left) > 1e-14):
+    if not is_next.any() or not np.any(np.abs(deviation) > 1e-14):
         return 1.0
-    products = float(left[1:][is_next] @ left[:-1][is_next])
+    products = float(deviation[1:][is_next] @ deviation[:-1][is_next])
     # The mean of a stroke is taken off, which lowers the correlation by one over its points.
-    correlation = products / float(left @ left) + 1.0 / float(count.max())
+    correlation = products / float(deviation @ deviation) + 1.0 / float(count.max())
     correlation = min(max(correlation, 0.0), _ALIKE)
     return (1.0 - correlation) / (1.0 + correlation)

@@ -37,32 +37,32 @@ from tendon_cli.friction.usable_rows import (
 from tendon_cli.units import counted, shorten
 
 _MOSTLY = 0.5
-"""Share of saturated rows from which the rest is not the log, but what the range left of it."""
+"""Share of saturated rows from which the other rows do not represent the log."""
 _TYPED = 60
 """Rows up to which a file without time was typed by a person: the sign of the log ratio is the
 direction, and with named directions every row is a settled reading."""
 _SETTLED = 3
-"""Rows up to which a stroke is of settled readings, in which no climb shows."""
+"""Number of rows up to which a stroke consists of settled readings: they show no climb."""
 _TWO_LIMITS = 2.0
 """Mean distance from the middle over its standard deviation: 1.3 in noise alone, over 4 about two
 limits."""
 _SHOWN = 3.0
 """Half distance of the limits over the noise of a row, under which rows do not show the strokes."""
 _FINE = 0.002
-"""Step of the motor's cell over its force under which it is fine. If it is fine and noisy, so is
-that of a hanging weight, unless it is dead."""
+"""Step of the motor's cell over its force under which the cell is fine. If it is fine and noisy,
+the load's cell is noisy, too, even under a hanging weight, unless it is dead."""
 _NOISY = 1e-4
 """Noise of the motor's cell over its force above which it is noisy."""
 _NOISELESS = 200
 """Number of rows under which a cell may be noiseless by chance."""
 _FOLLOWS = 0.1
-"""A load's cell that moves by less than a tenth of what the motor's does over all rows, while their
-levels differ by more than `_FAR_GAIN`, weighs nothing of what the motor pulls; a hanging weight
-moves as little, but both cells read it."""
+"""Change of the load's cell over that of the motor's, under which it does not measure what the
+motor pulls, if their levels also differ by more than `_FAR_GAIN`: under a hanging weight the load's
+cell changes as little, but both cells read the weight."""
 _FAR_GAIN = 0.2
 """Difference of the cells' levels that no calibration leaves, as a share."""
 _AGAINST = 0.5
-"""Correlation from which a load's cell that goes against the motor's is another tendon's."""
+"""Correlation from which a load's cell that falls as the motor's rises is another tendon's."""
 _WRONG_COLUMN = (
     "is this the right column, is the cell connected, and do both cells measure the same tendon?"
 )
@@ -70,13 +70,13 @@ _WRONG_COLUMN = (
 
 @dataclass(frozen=True, eq=False)
 class PreparedLog:
-    """Log that is fitted, and where it comes from."""
+    """Log that is fitted, and the readings that it comes from."""
 
     log: Log
     rows: Integers
-    """Row of the readings that each row of the log is."""
+    """Row of the readings for each row of the log."""
     codes: npt.NDArray[np.int8]
-    """Reason why each reading is set aside, `USED` if it is in the log."""
+    """Code of the reason why each reading is set aside; `USED` if it is in the log."""
     cells: tuple[Floats, Floats]
     """Forces at the motor and at the load in all readings, zeros taken off."""
     motor: str
@@ -153,7 +153,7 @@ def prepare(
 
 
 def _good_rows(codes: npt.NDArray[np.int8], source: str) -> Mask:
-    """Select the rows that can be readings; refuse none, and those that are mostly saturated."""
+    """Select the rows that can be readings; refuse a file with none, or with too many saturated."""
     saturated = float(np.mean(codes == SATURATED))
     good = np.asarray(codes == USED)
     if saturated > _MOSTLY:
@@ -169,7 +169,7 @@ def _good_rows(codes: npt.NDArray[np.int8], source: str) -> Mask:
 
 
 def _check_enough(side: Integers, bend: Floats, source: str) -> None:
-    """Refuse rows too few to show how they scatter, and rows of straight sheaths alone."""
+    """Refuse rows too few to show how they scatter, and rows with straight sheaths only."""
     needed = 3 if len(np.unique(side)) == 2 else 2
     if len(side) < needed:
         problem = (
@@ -201,7 +201,7 @@ def _levels(
         log_ratio: ln(F_motor/F_load) of each row.
         stated: Limit that each row belongs to by the file: +1, -1 or 0; None if it does not say.
         group: Number of each row's bend angle.
-        rounding: Half a step of both cells over their usual forces, in all.
+        rounding: Half a step over the usual force, summed over both cells.
 
     Returns:
         Middle and half distance of the two limits, and the noise of the log ratio, per row.
@@ -282,8 +282,8 @@ def _strokes(
 ) -> Integers:
     """Number the stroke of each good row, in order.
 
-    A stroke is a run on one side at one bend, or what a column of the file says. In a table of
-    settled readings, in any order, the same name is the same stroke.
+    A stroke is a run of rows at one limit and one bend; a column of the file may divide it. In a
+    table of settled readings, in any order, the same name means the same stroke.
     """
     numbers = bend_groups(bend)
     borders = [np.diff(numbers, prepend=0) != 0]
@@ -306,7 +306,7 @@ def _strokes(
 
 
 def _check_follows(log: Log, names: tuple[str, str], source: str) -> None:
-    """Refuse a motor's cell that stands still, and a load's that does not weigh what it pulls."""
+    """Refuse a motor's cell that never changes, and a load's cell that does not follow it."""
     if log.settled or len(log.way) < ENOUGH_ROWS:
         return
     motor, load = (f'cell ("{shorten(name, 30)}")' for name in names)
@@ -319,14 +319,14 @@ def _check_follows(log: Log, names: tuple[str, str], source: str) -> None:
     if not np.ptp(log.load) and is_fine and is_noisy:
         problem = f"the load's {load} reads the same in every row"
         raise InputError(problem, where=source, hint=_WRONG_COLUMN)
-    pulled = np.log(log.motor) - np.mean(np.log(log.motor))
-    weighed = np.log(log.load) - np.mean(np.log(log.load))
-    product = float(pulled @ weighed)
-    square = float(pulled @ pulled)
-    most = np.sqrt(square * float(weighed @ weighed))
-    goes_against = product < -_FOLLOWS * square and -product > _AGAINST * most
+    motor_change = np.log(log.motor) - np.mean(np.log(log.motor))
+    load_change = np.log(log.load) - np.mean(np.log(log.load))
+    product = float(motor_change @ load_change)
+    square = float(motor_change @ motor_change)
+    largest_product = np.sqrt(square * float(load_change @ load_change))
+    goes_against = product < -_FOLLOWS * square and -product > _AGAINST * largest_product
     is_far = abs(float(np.median(log.middle))) > _FAR_GAIN
-    stands_still = abs(product) < _FOLLOWS * square and is_far
-    if goes_against or stands_still:
+    hardly_changes = abs(product) < _FOLLOWS * square and is_far
+    if goes_against or hardly_changes:
         problem = f"the load's {load} does not follow the motor's"
         raise InputError(problem, where=source, hint=_WRONG_COLUMN)

@@ -17,19 +17,19 @@ from tendon_cli.friction.usable_rows import NOT_POSITIVE, SATURATED, SPIKE, Log
 from tendon_cli.units import counted
 
 _SHOWN = 0.5
-"""Probability from which an effect is shown."""
+"""Probability above which the readings show an effect."""
 _OPEN = 0.05
-"""Probability under which an effect is not there."""
+"""Probability below which an effect is absent; between the two it is open."""
 _MATTERS = 0.02
 """Share of μ from which something is a warning."""
 _NOTED = 0.005
 """Share of μ from which something is a note."""
 _MOST = {
-    SATURATED: (0.10, "are saturated: what slips there is not known; use a larger range"),
-    SPIKE: (0.10, "are spikes: what is left between them may be wrong, too; check the wiring"),
+    SATURATED: (0.10, "are saturated, so it is not known what slips there; use a larger range"),
+    SPIKE: (0.10, "are spikes, and the readings between them may be wrong, too; check the wiring"),
     NOT_POSITIVE: (0.15, "are at or below zero: the tendon is slack or a zero is off; load it"),
 }
-"""Shares of rows beyond which what is left is chosen by the fault, and the words for it."""
+"""Largest share of rows with each fault, and words for more: the fault then selects the rest."""
 _GAIN_NOTE = 0.05
 """Difference of the cells' gains, as a share, from which it is a note."""
 _GAIN_WARNING = 0.20
@@ -44,12 +44,12 @@ on both alike."""
 _DRIFT_STROKES = 6
 """Least number of strokes that show a drift."""
 _BY_CHANCE = 0.003
-"""Probability under which a drift is no chance: chance makes it in three of a thousand logs."""
+"""Probability below which a drift is shown: chance makes one in three of a thousand logs."""
 _CLIMBS = 0.02
 """Climb over a stroke, as a share of the way from limit to limit, from which rows have not
 settled."""
 _FEW_USED = 0.30
-"""Share of rows on a limit, of which strokes that slip have more."""
+"""Share of rows on a limit that strokes that slip exceed."""
 
 
 class Remarks:
@@ -82,7 +82,7 @@ class Remarks:
         self._check_number()
 
     def _check_effects(self) -> None:
-        """Check for each effect that can be fitted, and say what it means for the number."""
+        """Check for each effect that can be fitted, and warn of those that change the number."""
         for effect in (*OFFSETS, DELAY, FORCE, ENTRY):
             check = self._check(effect)
             value = check.value or 0.0
@@ -90,17 +90,17 @@ class Remarks:
                 self.checks.append(check)
             if not check.found:
                 continue
-            late = abs(value) / self.log.duration
-            if effect == DELAY and late > _LATE:
+            stroke_share = abs(value) / self.log.duration
+            if effect == DELAY and stroke_share > _LATE:
                 cell = "load" if value > 0.0 else "motor"
                 self.warnings.append(
                     f"delay: the {cell}'s cell is {abs(value):.3g} {check.unit} late,"
-                    f" {100.0 * late:.0f} % of a stroke; {self.mu} is corrected for it;"
+                    f" {100.0 * stroke_share:.0f} % of a stroke; {self.mu} is corrected for it;"
                     " log both cells by one clock and filter"
                 )
             if effect == FORCE:
                 self.warnings.append(
-                    f"{self.mu} goes with the force to the power {value:.2g}:"
+                    f"{self.mu} varies as the force to the power {value:.2g}:"
                     " the number holds at the mean force; measure at the force that you use"
                 )
             if effect == ENTRY:
@@ -146,15 +146,15 @@ class Remarks:
             return
         count = np.bincount(points.stroke)
         columns = (self.result.average.best.residual, points.way * points.bend, points.place)
-        left, turn, place = (np.bincount(points.stroke, column) / count for column in columns)
-        slopes = [self.friction * turn * place, turn]  # of a drift of μ, and of μ
+        residual, bend, place = (np.bincount(points.stroke, column) / count for column in columns)
+        slopes = [self.friction * bend * place, bend]  # of a drift of μ, and of μ
         if points.both_ways:
-            slopes += [place, np.ones(len(left))]  # of a drift of the gain, and of the gain
+            slopes += [place, np.ones(len(residual))]  # of a drift of the gain, and of the gain
         design = np.stack(slopes, axis=1)
         inverse = np.linalg.pinv(design.T @ design)
-        values = inverse @ design.T @ left
-        free = max(len(left) - design.shape[1], 1)
-        squares = np.sum((left - design @ values) ** 2)
+        values = inverse @ design.T @ residual
+        free = max(len(residual) - design.shape[1], 1)
+        squares = np.sum((residual - design @ values) ** 2)
         error = np.sqrt(np.maximum(np.diag(inverse) * squares / free, 1e-300))
         chance = 2.0 * stdtr(free, -np.abs(values) / error)
         drifts = (chance < _BY_CHANCE) & (np.abs(values) > _MATTERS)
@@ -163,7 +163,7 @@ class Remarks:
         speed = self.fit.speed
         if drifts[0] and speed and abs(speed.power) > 3.0 * speed.standard_error:
             self.warnings.append(
-                f"{self.mu} goes with the speed to the power {speed.power:.2g}: the number is a"
+                f"{self.mu} varies as the speed to the power {speed.power:.2g}: the number is a"
                 " mean over the speeds of the file; measure at the speed that you use"
             )
         elif drifts[0]:
@@ -172,20 +172,21 @@ class Remarks:
             self._warn_of_drift("the gain of the cells", float(values[2]))
 
     def _warn_of_drift(self, name: str, change: float) -> None:
+        """Warn that μ or the gain changes along the file; `change` is a share."""
         self.warnings.append(
             f"drift: {name} changes by {100.0 * change:+.1f} % along the file, {self.mu} is a mean;"
             " warm up the cells, run the tendon in, and measure again"
         )
 
     def _check_zeros(self) -> None:
-        """Say what a zero error would do, if the readings do not show it."""
+        """Say how far a zero error would move μ, if the readings do not show it."""
         models = self.result.average.models
         points = self.points
         unit = self.fit.unit
         is_fitted = any(OFFSETS[0] in model.effects for model in models)
         if is_fitted or self.zero_given or not points.both_ways:
             return
-        # Without a unit, 1 % of the force stands for 1 N.
+        # Without a unit, 1 % of the force takes the place of 1 N.
         newton = 1.0 / (force_factor(unit) or 1.0) if unit else 0.01 * float(np.mean(points.load))
         moved = max(abs(slope) * newton / self.friction for slope in models[0].zero)
         amount = "1 N" if unit else "1 % of the force"
@@ -202,7 +203,7 @@ class Remarks:
             self.notes.append(f"{would}, and these forces do not show it")
 
     def _check_gains(self) -> None:
-        """Compare the cells with each other."""
+        """Compare the gains of the cells."""
         if not self.points.both_ways:
             self._remark_one_way()
             return
@@ -211,14 +212,14 @@ class Remarks:
         error = math.sqrt(max(float(average.best.covariance[1, 1]), 0.0))
         differs = self.points.strokes > 2 and abs(average.log_gain) > max(3.0 * error, 1e-3)
         self.checks.append(Check("gain", gain, error, "1", differs, 0.0))
-        more = max(gain, 1.0 / gain) - 1.0
-        reads = f"one cell reads {100.0 * more:.0f} % more than the other at the same force"
-        if more > _GAIN_WARNING:
+        excess = max(gain, 1.0 / gain) - 1.0
+        reads = f"one cell reads {100.0 * excess:.0f} % more than the other at the same force"
+        if excess > _GAIN_WARNING:
             self.warnings.append(
                 f"{reads}: one of them is not calibrated, or not of this tendon;"
                 " load both with one weight"
             )
-        elif more > _GAIN_NOTE:
+        elif excess > _GAIN_NOTE:
             self.notes.append(f"{reads}; it cancels between the directions, but calibrate them")
 
     def _remark_one_way(self) -> None:
@@ -248,8 +249,8 @@ class Remarks:
         share = float(np.mean(self.result.used))
         if share < _FEW_USED:
             self.warnings.append(
-                f"only {100.0 * share:.0f} % of the rows lie on a limit, and {self.mu} may be that"
-                " of peaks: a cell is late or the strokes are short; log both cells by one clock,"
+                f"only {100.0 * share:.0f} % of the rows lie on a limit, and {self.mu} may come"
+                " from peaks: a cell is late or the strokes are short; log both cells by one clock,"
                 " make the strokes longer"
             )
         climb = climbing(self.log, self.result)
@@ -266,7 +267,7 @@ class Remarks:
         coarse = fit.uncertainty.contribution_of(RESOLUTION) / friction
         if coarse > _MATTERS:
             self.warnings.append(
-                f"the steps of the cells leave {self.mu} open by {100.0 * coarse:.0f} %;"
+                f"the resolution of the cells makes {self.mu} uncertain by {100.0 * coarse:.0f} %;"
                 " use a finer converter"
             )
         if self.points.strokes < FEW:

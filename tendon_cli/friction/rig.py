@@ -32,7 +32,7 @@ class BendAngle:
     """Bend angle as written, without the uncertainty."""
     uncertainty_text: str | None = None
     notes: tuple[str, ...] = ()
-    """Notes on its source, if it is not the command line."""
+    """Notes on the route that it comes from."""
     warnings: tuple[str, ...] = ()
 
 
@@ -42,13 +42,14 @@ def bend_angle_of(
     """Return the bend angle; None if it is not given.
 
     Args:
-        given: A text such as "144 deg +/- 2 deg", or a number in rad.
-        route: A file of way-points, instead.
-        smoothing: Noise of the way-points, a text with a unit or a number in m.
+        given: Text such as "144 deg +/- 2 deg", or a number in rad.
+        route: File of way-points, instead of `given`.
+        smoothing: Noise of the way-points, as a text with a unit or a number in m.
 
     Raises:
-        UsageError: for what is no angle or no noise.
-        InputError: for a file that is no route, or that bends too little or too much for a sheath.
+        UsageError: if a text is not an angle or a length, or the angle is given twice.
+        InputError: if the file is not a route, or the route bends too little or too much for a
+            sheath.
     """
     if route is not None and given is not None:
         raise UsageError(
@@ -139,8 +140,8 @@ def bend_angles(
 ) -> tuple[Floats, float, BendAngle | None]:
     """Return the bend angle of each reading, by the option or by a column.
 
-    Angles are never guessed and never taken from both; without any, all are 1 and the coefficient
-    is μφ. Their errors are counted as if all had the same one.
+    Angles are never guessed and never taken from both. Without any, all are 1, and the coefficient
+    is μφ. Their errors count as one error that all angles share.
 
     Returns:
         Bend angles, rad; their standard uncertainty as a share of them; and their source, None if
@@ -167,9 +168,9 @@ def bend_angles(
 def _angles_of_column(
     readings: Readings, angles: Floats, bend: BendAngle | None
 ) -> tuple[Floats, float, BendAngle]:
-    """Return the angles of a column, of which the option may give the uncertainty."""
+    """Return the angles of a column; the option may give their uncertainty."""
     source = readings.source
-    known = readings.column("bend_uncertainty")
+    uncertainty = readings.column("bend_uncertainty")
     if bend is not None and bend.radians is not None:
         agrees = np.allclose(angles, bend.radians, rtol=1e-6, atol=0.0)
         if not agrees:
@@ -183,17 +184,17 @@ def _angles_of_column(
             )
             raise UsageError(problem, where="--bend-angle", hint=hint)
     if bend is not None and bend.uncertainty:
-        if known is not None:
+        if uncertainty is not None:
             problem = (
                 "the uncertainty of the bend angle is given twice:"
                 f" here and by a column of {source}"
             )
             raise UsageError(problem, where="--bend-angle")
-        known = np.full(len(angles), bend.uncertainty)
+        uncertainty = np.full(len(angles), bend.uncertainty)
     share = 0.0
-    if known is not None:
+    if uncertainty is not None:
         bent = angles > 0.0
-        share = float(np.mean(known[bent] / angles[bent]))
+        share = float(np.mean(uncertainty[bent] / angles[bent]))
     if bend is not None:
         return angles, share, bend
     degrees = [f"{math.degrees(angle):.10g} deg" for angle in np.unique(angles)]
@@ -207,9 +208,12 @@ def force_of(given: str | float | None, option: str, unit: str | None) -> float:
     """Return a force in the unit of the file; 0 if it is not given.
 
     Args:
-        given: A force, a mass as its weight, or a bare number in the unit of the file.
+        given: Force, mass (which counts as its weight), or bare number in the unit of the file.
         option: Name of the option, for messages.
         unit: Unit of the file; None if it does not say.
+
+    Raises:
+        UsageError: if it is not a force, or the file gives no unit to compare it with.
     """
     text = str(0.0 if given is None else given)
     scale = force_factor(unit)
@@ -229,12 +233,15 @@ def force_of(given: str | float | None, option: str, unit: str | None) -> float:
     raise UsageError(problem, where=option, hint='write "0.4 N" or "0.4 kgf"')
 
 
-def cells_of(text: str | None, unit: str | None) -> tuple[float, float] | None:
+def cell_uncertainty_of(text: str | None, unit: str | None) -> tuple[float, float] | None:
     """Parse the standard uncertainty of a cell's zero and gain, such as "0.2 N, 0.5 %".
 
     Returns:
-        That of the zero, in the unit of the file, and that of the gain, as a share; None if it is
-        not given.
+        Standard uncertainty of the zero, in the unit of the file, and of the gain, as a share; None
+        if the text is not given.
+
+    Raises:
+        UsageError: if the text is not an uncertainty.
     """
     if text is None:
         return None

@@ -1,4 +1,4 @@
-"""Further findings of a log: stroke by stroke, against speed, by file, and before it slides."""
+"""Further findings of a log: strokes, dependence on speed, files, and motion before sliding."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from tendon_cli.friction.budget import LEAST_SCATTER
 from tendon_cli.friction.usable_rows import REASONS
 
 _SPEEDS = 0.2
-"""Largest speed over the least, less 1, from which strokes say anything about it."""
+"""Largest speed over the least, less 1, from which strokes show what the speed does."""
 _FEWEST = 6
-"""Strokes from which a slope over them is more than one odd stroke."""
+"""Least number of strokes for a slope over them: one odd stroke then does not make it."""
 _BY_CHANCE = 0.003
-"""Probability under which files differ: chance makes three of a thousand sets so."""
+"""Probability below which files are said to differ; by chance alone three of a thousand sets do."""
 _MATTERS = 0.02
 """Difference of files, as a share of μ, from which it matters."""
 _STICK = (0.05, 0.35)
-"""Part of the way from limit to limit in which the motor's force over its position is still nearly
-straight."""
+"""Range, as shares of the way from limit to limit, in which the motor's force is still nearly
+proportional to its travel."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Speed:
     """Dependence of μ on the motor's speed."""
 
     power: float
-    """Power of the speed that μ goes with."""
+    """Exponent p of μ ∝ speed^p."""
     standard_error: float
     slowest: float
     """Speed of the slowest stroke, in the unit of the file."""
@@ -49,17 +49,17 @@ class Presliding:
 
 
 def strokes_of(
-    rows: pd.DataFrame, friction: float, given: bool, files: tuple[str, ...]
+    rows: pd.DataFrame, friction: float, has_bend: bool, files: tuple[str, ...]
 ) -> pd.DataFrame:
     """Tabulate every stroke of a log, used or not.
 
-    Forces are in the unit of the file; the friction of each stroke is μ with gain and effects taken
-    off.
+    Forces are in the unit of the file; the friction of each stroke is its own μ, after gain and
+    effects are removed.
 
     Args:
         rows: Rows of the fit, as `Fit.rows` has them.
         friction: μ of the whole log.
-        given: True if the bend angle is known.
+        has_bend: True if the bend angle is known.
         files: Names of the files.
     """
     rows = rows.assign(speed=_speeds(rows), inward=rows["way"] * rows["residual"])
@@ -79,7 +79,7 @@ def strokes_of(
             "direction": np.where(first["way"] > 0, "toward motor", "toward load"),
             "first_line": first["line"],
             "last_line": runs["line"].last(),
-            "bend_angle": bend if given else math.nan,
+            "bend_angle": bend if has_bend else math.nan,
             "rows": runs.size(),
             "used": count,
             "force_motor": mean["motor"],
@@ -104,7 +104,7 @@ def _speeds(rows: pd.DataFrame) -> Any:
 
 
 def speed_of(strokes: pd.DataFrame) -> Speed | None:
-    """Fit μ against speed. Return None unless the strokes have different speeds."""
+    """Fit μ ∝ speed^p to the strokes. Return None unless they have different speeds."""
     is_known = (strokes["friction"] > 0.0) & (strokes["speed"] > 0.0)
     logs = np.log(strokes.loc[is_known, ["speed", "friction"]].to_numpy())
     speed = logs[:, 0]
@@ -124,7 +124,7 @@ def speed_of(strokes: pd.DataFrame) -> Speed | None:
 def presliding_of(rows: pd.DataFrame) -> Presliding | None:
     """Find stiffness and backlash after the reversals.
 
-    They are those of the straight part of the motor's force over its position. Return None without
+    Both are read from the straight part of the motor's force over its position. Return None without
     a position, or if no reversal has such a part.
     """
     if "position" not in rows:
@@ -143,19 +143,19 @@ def presliding_of(rows: pd.DataFrame) -> Presliding | None:
         straight = (share > _STICK[0]) & (share < _STICK[1])
         if np.count_nonzero(straight) < 3 or np.ptp(position[straight]) == 0.0:
             continue
-        slope, height = np.polyfit(position[straight], force[straight], 1)
+        slope, intercept = np.polyfit(position[straight], force[straight], 1)
         furthest = position[np.argmax(np.abs(position - position[-1]))]
         slopes.append(float(slope))
-        backlashes.append(abs(float((force[0] - height) / slope - furthest)))
+        backlashes.append(abs(float((force[0] - intercept) / slope - furthest)))
     if not slopes:
         return None
     return Presliding(abs(float(np.median(slopes))), float(np.median(backlashes)), len(slopes))
 
 
 def by_file(strokes: pd.DataFrame, files: tuple[str, ...]) -> tuple[dict[str, Any], ...]:
-    """Return μ of each of several files with its error; nothing of a single one.
+    """Return μ of each file with its standard error; empty if there is only one file.
 
-    It is the mean of both directions, in which a file's gain cancels.
+    μ is the mean of both directions, in which the gain of a file cancels.
     """
     if len(files) == 1:
         return ()
@@ -178,7 +178,7 @@ def by_file(strokes: pd.DataFrame, files: tuple[str, ...]) -> tuple[dict[str, An
 
 
 def disagreement(files: tuple[dict[str, Any], ...]) -> list[str]:
-    """Warn if the files do not agree, by chi-square of their scatter about the mean."""
+    """Return a warning if the files do not agree, by chi-square of their scatter; else none."""
     from scipy.special import chdtrc
 
     known = [

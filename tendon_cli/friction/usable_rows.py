@@ -1,4 +1,4 @@
-"""Noise and resolution of cells, rows set aside at once, and the log of those that are usable."""
+"""Noise and resolution of the cells, rows set aside before the fit, and the log of usable rows."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ REASONS = (
     "no reading",
     "force at or below zero",
     "no load (below 3 % of the usual force)",
-    "saturated (a cell stands at its largest reading)",
+    "saturated (a cell is at its largest reading)",
     "spike (far from its neighbours)",
     "at rest (by the column of direction or position)",
     "inside the limits (sticking after a reversal, or a pause)",
@@ -26,19 +26,19 @@ USED, NO_READING, NOT_POSITIVE, UNLOADED, SATURATED, SPIKE, AT_REST, INSIDE, PAR
 """Codes of the reasons, in their order."""
 
 _UNLOADED = 0.03
-"""Share of its 90th percentile under which a cell weighs its own zero more than the tendon: 1 % of
-full scale is 30 % there."""
+"""Share of a cell's 90th percentile below which it shows its zero error more than the tendon: an
+error of 1 % of full scale is 30 % of such a reading."""
 _TOP_ROWS = 20
-"""Least number of rows of a rail."""
+"""Least number of rows at a rail, the largest reading of a saturated cell."""
 _TOP_CODES = 5.0
-"""Least number of rows of a rail over those of each of the codes below it."""
+"""Least number of rows at a rail over the mean number at each of the five codes below it."""
 _TOP_NOISE = 0.4
-"""Noise over the step of a cell, under which it repeats values without any rail: two codes then
-hold over half of its rows each."""
+"""Noise over the step of a cell, under which it repeats values without any rail: one or two codes
+then hold most of its rows."""
 _NEAR_RAIL = 3.0
-"""Standard deviations of noise below the rail, where readings are those that noise lowered."""
+"""Standard deviations of noise below the rail, down to which a reading is a saturated one."""
 _SPIKE_MEDIANS = 10.0
-"""Usual deviations that a spike exceeds."""
+"""Median deviations that a spike exceeds."""
 _SPIKE_NOISE = 6.0
 """Standard deviations of noise that a spike exceeds: one row in 1e9 does so by chance."""
 _SPIKE_SHARE = 0.05
@@ -49,17 +49,17 @@ _SPIKE_WINDOW = 7
 """Rows of the median that spikes are compared with: it passes over up to three bad rows in
 succession."""
 _MOST_SPIKES = 0.2
-"""Share of the rows from which spikes are the corners of steep strokes."""
+"""Share of the rows from which seeming spikes are the corners of steep strokes."""
 _NOTHING = 1e-20
-"""Force, in any unit, that no cell reads; ratios to more are numbers."""
+"""Force, in any unit, that no cell reads; ratios to larger ones are finite."""
 _LOG_ROWS = 60
-"""Rows from which neighbours say what a row should be; shorter files are typed by hand."""
+"""Number of rows from which neighbours show the value of a row; shorter files are typed by hand."""
 _ENOUGH_VALUES = 10
-"""Number of different values that show the step of a cell."""
+"""Number of different values from which they show the step of a cell."""
 _FINEST_DECIMALS = 9
-"""Largest number of decimals that fewer values are looked at for."""
+"""Largest number of decimals that is tried on fewer values."""
 _SAME_BEND = 0.02
-"""Share by which bend angles may differ that are one: nobody measures them better."""
+"""Share by which two readings of one bend angle may differ: nobody measures it better."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,7 @@ class Log:
     load: Floats
     """Force at the load, in the unit of the file."""
     way: Integers
-    """+1 pulled toward the motor, -1 let go toward the load."""
+    """Direction of the tendon: +1 pulled toward the motor, -1 released toward the load."""
     bend: Floats
     """Bend angle of the sheath, rad."""
     stroke: Integers
@@ -89,9 +89,9 @@ class Log:
     time: Floats | None
     """Time in the unit of the file; None if rows are no log in order of time."""
     settled: bool
-    """True if rows are settled readings, and no raw log."""
+    """True if rows are settled readings rather than a raw log."""
     mean_force: float
-    """Mean of ln F at the load, from which a power of the force counts."""
+    """Mean of ln F at the load, at which μ holds if it depends on the force."""
     rate: Floats | None = None
     """d ln F/dt at the load."""
 
@@ -121,7 +121,7 @@ class Log:
 
     @property
     def both_ways(self) -> bool:
-        """True if both ways are read, so that gain and friction can be separated."""
+        """True if both directions are read, so that gain and friction can be separated."""
         return len(np.unique(self.way[self.bend > 0.0])) == 2
 
     def select(self, rows: Mask) -> Log:
@@ -147,7 +147,7 @@ class Log:
 
 
 def bend_groups(bend: Floats) -> Integers:
-    """Number bend angles from 1, with the same number for angles that are one."""
+    """Number bend angles from 1; angles that differ only by measurement have the same number."""
     values, place = np.unique(bend, return_inverse=True)
     steps = np.diff(values, prepend=values[:1]) > _SAME_BEND * values
     return np.asarray(1 + np.cumsum(steps), dtype=np.int64)[place]
@@ -156,8 +156,8 @@ def bend_groups(bend: Floats) -> Integers:
 def resolution_of(readings: Floats) -> float:
     """Return the smallest step of the readings of one cell.
 
-    Ten different values show it; with fewer it is the last decimal that is written, since three
-    readings 0.378 apart do not say that the cell counts in steps of 0.378.
+    Ten different values show it. With fewer it is a unit of the last decimal that is written, since
+    three readings 0.378 apart do not mean that the cell counts in steps of 0.378.
     """
     values = np.unique(readings[np.isfinite(readings)])
     largest = float(np.max(np.abs(values), initial=0.0))
@@ -174,32 +174,32 @@ def resolution_of(readings: Floats) -> float:
 def noise_of(values: Floats, side: Integers | None = None) -> float:
     """Return the standard deviation of a row about its neighbours.
 
-    It is taken by second differences, which a steady change leaves at zero. `side` divides the rows
-    into strokes: differences across its changes are left out.
+    It comes from second differences, in which a steady change cancels. `side` divides the rows into
+    strokes: differences across its changes are left out.
     """
-    bends = np.abs(np.diff(values, 2)) / np.sqrt(6.0)
+    deviations = np.abs(np.diff(values, 2)) / np.sqrt(6.0)
     if side is not None and len(side) > 2:
-        bends = bends[(side[2:] == side[1:-1]) & (side[1:-1] == side[:-2])]
-    if not len(bends):
+        deviations = deviations[(side[2:] == side[1:-1]) & (side[1:-1] == side[:-2])]
+    if not len(deviations):
         return 0.0
-    noise = 1.4826 * float(np.median(bends))
+    noise = 1.4826 * float(np.median(deviations))
     if noise:
         return noise
     # Most differences of a coarse cell are zero, and a mean without the largest tenth still sees
     # its steps.
-    most = np.sort(bends)[: max(1, int(0.9 * len(bends)))]
-    return 1.3 * float(np.sqrt(np.mean(most**2)))
+    smallest = np.sort(deviations)[: max(1, int(0.9 * len(deviations)))]
+    return 1.3 * float(np.sqrt(np.mean(smallest**2)))
 
 
 def unusable(
     cells: tuple[Floats, Floats], steps: tuple[float, float], rest: Mask
 ) -> npt.NDArray[np.int8]:
-    """Mark each row that cannot be a reading of a loaded tendon that moves.
+    """Find the rows that cannot be readings of a loaded tendon that moves.
 
     Args:
         cells: Forces at the motor and at the load, zeros taken off.
         steps: Resolutions of the cells.
-        rest: True in rows in which the motor is known to stand.
+        rest: True in rows in which the motor is known to rest.
 
     Returns:
         Code of the reason, per row; `USED` if it may be such a reading.
@@ -212,7 +212,7 @@ def unusable(
             codes[_saturated(cell, step)] = SATURATED
     codes[(cells[0] < _UNLOADED * usual[0]) & (cells[1] < _UNLOADED * usual[1])] = UNLOADED
     for cell, force in zip(cells, usual, strict=True):
-        rounding = max(1e-9 * force, _NOTHING)  # what is less than rounding is nothing
+        rounding = max(1e-9 * force, _NOTHING)  # a force below rounding is none
         codes[cell <= rounding] = NOT_POSITIVE
     codes[~(np.isfinite(cells[0]) & np.isfinite(cells[1]))] = NO_READING
     return codes
@@ -232,8 +232,8 @@ def _saturated(cell: Floats, step: float) -> Mask:
     noise = noise_of(known)
     if len(values) < _ENOUGH_VALUES or counts[-1] < _TOP_ROWS or noise <= _TOP_NOISE * step:
         return none
-    # A cell without noise stands wherever the tendon sticks, at both ends of the strokes, and not
-    # at the top alone.
+    # A cell without noise repeats its reading wherever the tendon sticks, at both ends of the
+    # strokes, and not only at the top.
     starts = np.concatenate([[0], np.flatnonzero(np.diff(known) != 0.0) + 1, [len(known)]])
     rows = np.diff(starts)
     at_top = known[starts[:-1]] == values[-1]
@@ -257,10 +257,10 @@ def _spikes(cell: Floats, step: float) -> Mask:
 
 
 def rates_of(time: Floats, log_force: Floats, stroke: Integers, width: int) -> Floats:
-    """Return d ln F/dt of each row by the means of `width` rows after and before it.
+    """Return d ln F/dt of each row from the means of `width` rows after and before it.
 
-    At the ends of strokes it is that of the nearest row that has as many. The difference is odd
-    about the row, so the row's noise does not enter, which would pass for a delay.
+    At the ends of a stroke it is that of the nearest row that has as many on either side. The row
+    itself is in neither mean: its noise would pass for a delay.
     """
     first = np.searchsorted(stroke, stroke, "left")
     last = np.searchsorted(stroke, stroke, "right")

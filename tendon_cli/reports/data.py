@@ -1,6 +1,6 @@
 """Data of a page: axes, quantities, tables and states, packed as numbers that its scripts unpack.
 
-A page is kept small: of long axes it has only some values, and of many columns the first.
+A page is kept small: it has only some values of long axes, and only the first of many columns.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from tendon_cli.units import UNITS
 MOST_CELLS = 700_000
 """Largest number of cells of a map."""
 MOST_BYTES = 2_300_000
-"""Size of all maps together, so that a page stays under 5 MB with its library and its states."""
+"""Largest size of all maps together, bytes: a page stays under 5 MB with its library and states."""
 
 
 def page_data(**given: Any) -> dict[str, Any]:
     """Return the data of a page with every name that its scripts read.
 
-    A name that is not given is empty: the page has no such part.
+    A name that is not given is empty, and the page has no such part.
     """
     data: dict[str, Any] = {"axes": [], "quantities": [], "arms": []}
     for name in ("states", "table", "design", "people", "between", "start"):
@@ -121,7 +121,7 @@ def within_size(records: Iterable[dict[str, Any]]) -> tuple[list[dict[str, Any]]
 
 
 def number_record(shown: ColumnLabel, values: ColumnArray) -> dict[str, Any]:
-    """Return a column of numbers (SI) as JSON, in the unit shown, with its range."""
+    """Return a column of numbers (given in SI) as JSON, in the unit shown, with its range."""
     scaled = shown.scaled(values)
     finite = scaled[np.isfinite(scaled)]
     low = 0.0
@@ -139,7 +139,7 @@ def number_record(shown: ColumnLabel, values: ColumnArray) -> dict[str, Any]:
 
 
 def truths_record(columns: Mapping[str, ColumnArray]) -> list[dict[str, Any]]:
-    """Return columns of truths as JSON; the table hides them, and its filters read them."""
+    """Return columns of true and false as JSON; the table hides them, and its filters read them."""
     return [
         {
             "name": name,
@@ -154,7 +154,7 @@ def truths_record(columns: Mapping[str, ColumnArray]) -> list[dict[str, Any]]:
 
 
 def _about(shown: ColumnLabel) -> dict[str, Any]:
-    """Return the name of a column and the unit of its numbers."""
+    """Return the names of a column, and the unit, dimension and factor of its numbers."""
     return {
         "name": shown.column,
         "label": shown.name,
@@ -179,10 +179,10 @@ _NO_VALUE = 65535
 
 
 def pack_numbers(values: npt.ArrayLike) -> dict[str, Any]:
-    """Pack numbers into a text that the page unpacks, flat; no number where not finite.
+    """Pack numbers, flat, into a text that the page unpacks; infinite ones become no value.
 
-    Up to FEW numbers are packed as float32. More are packed as steps between the smallest and the
-    largest number, with an error of at most half a step.
+    Up to MOST_EXACT numbers are packed as float32. More are packed as steps between the smallest
+    and the largest number, with an error of at most half a step.
     """
     array = np.asarray(values, dtype=np.float64).ravel()
     is_finite = np.isfinite(array)
@@ -226,18 +226,18 @@ GROUPS = {
 }
 """Columns of states that share a figure, by its title."""
 OF_TAUT = ("tension at the elbow", "torque", "elbow stiffness", "travel")
-"""Groups that tell of states without slack; travels are shown for a joint without anchors."""
+"""Groups that are shown for taut tendons; travels are drawn for a joint without anchors only."""
 _ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")
 _ARM = (*_ANCHORS, "load_distance")
 
 Curves = dict[str, Array]
-"""Columns of states, (designs, directions, angles), and measures of the arm, (designs,)."""
+"""Columns of states, (designs, directions, angles), and measures of an arm, (designs,), by name."""
 
 
 def angles_of(study: Study) -> Array:
     """Return the elbow angles of the curves, (1, angles), rad."""
     angles = study.angles
-    if study.trajectory is not None:  # curves over the angle stand still
+    if study.trajectory is not None:  # the curves leave out its motion
         angles = np.linspace(angles.min(), angles.max(), MOST_ANGLES)
     selected = angles[evenly_spaced(len(angles), MOST_ANGLES)]
     return np.asarray(selected).reshape(1, -1)
@@ -295,20 +295,20 @@ def rows_with_states(cube: Cube, axes: Sequence[PageAxis], most: int) -> tuple[l
 
 
 def states_record(
-    study: Study, positions: Sequence[Ints], of_conditions: Sequence[tuple[str, Curves]]
+    study: Study, positions: Sequence[Ints], named_curves: Sequence[tuple[str, Curves]]
 ) -> tuple[dict[str, Any], list[dict[str, list[float]]]]:
     """Return curves and arms as JSON.
 
     Args:
         study: Directions and elbow angles.
         positions: Positions along the page's axes whose product the designs are.
-        of_conditions: Curves under each condition, with its name, which may be empty.
+        named_curves: Name of each condition, which may be empty, and the curves under it.
 
     Returns:
         The curves of all conditions, and the measures of the arms under each.
     """
     groups: list[dict[str, Any]] = []
-    for number, (condition, result) in enumerate(of_conditions):
+    for number, (condition, result) in enumerate(named_curves):
         groups += _groups(number, condition, result)
     record = {
         "kept": [[int(index) for index in along] for along in positions],
@@ -318,13 +318,13 @@ def states_record(
     }
     arms = [
         {name: _short(result[name]) for name in _ARM if name in result}
-        for _, result in of_conditions
+        for _, result in named_curves
     ]
     return record, arms
 
 
 def _groups(arm: int, condition: str, result: Curves) -> Iterable[dict[str, Any]]:
-    """Yield the figures of a condition as JSON; `arm` is the number of its arms."""
+    """Yield the figures of a condition as JSON; `arm` is its index among the arms."""
     for label, columns in GROUPS.items():
         if columns[0] not in result:
             continue
@@ -348,6 +348,6 @@ def _line(column: str, values: Array) -> dict[str, Any]:
 
 
 def _short(values: Array) -> list[float]:
-    """Return a measure of each design, or only one value if all are equal."""
+    """Return a measure of each design with six digits; only one value if all are equal."""
     rounded = [float(f"{value:.6g}") for value in values.tolist()]
     return rounded[:1] if len(set(rounded)) == 1 else rounded

@@ -70,8 +70,11 @@ MOST_CONDITIONS = 4
 
 _COLOURS = ("slack", "unstable", "beyond", "nowhere")
 _SIGNS = "ABCDEFGHIJ"
+"""Colours and signs of the reasons why choices have no window, used in turn."""
 _TRUTHS = ("feasible", "refined", "on_front")
+"""Columns of true and false."""
 _WORDS = ("from_by", "to_by")
+"""Columns of words: the limits that bound the window below and above."""
 
 
 def design_page(folder: Path, record: dict[str, Any]) -> str:
@@ -157,7 +160,7 @@ def _answers(
     labels: Mapping[str, ColumnLabel],
     pretension: str,
 ) -> dict[str, Any]:
-    """Return windows and front as JSON, one number per choice; `pretension` names their axis."""
+    """Return windows and front as JSON, one number per choice; `pretension` labels their axis."""
     records = {name: number_record(labels[name], values) for name, values in columns.items()}
     records["on_front"] = {
         "label": "on the front",
@@ -215,7 +218,7 @@ def _table(
 
 
 def _start(record: dict[str, Any], axes: Sequence[PageAxis]) -> list[int] | None:
-    """Return the page's positions nearest to the best choice, where the map opens; None without."""
+    """Return the page's positions nearest to the best choice, at which the map opens; else None."""
     best = record.get("best")
     if best is None:
         return None
@@ -249,13 +252,13 @@ def _states(cube: Cube, axes: Sequence[PageAxis], pretension: ColumnArray) -> tu
         lengths = [len(axis.positions) for axis in axes]
         cells = np.ravel_multi_index(np.meshgrid(*positions, indexing="ij"), lengths).ravel()
     numbers = {**space.choices.numbers(rows), PRETENSION: pretension[cells]}
-    of_conditions = []
+    named_curves = []
     for index in selected:
         condition = np.array([index])
         design = space.at(numbers, space.conditions.numbers(condition)).design()
         name = _condition_name(space.conditions, condition)
-        of_conditions.append((name, curves(study, design, (len(rows), 1), OF_TAUT)))
-    return states_record(study, positions, of_conditions)
+        named_curves.append((name, curves(study, design, (len(rows), 1), OF_TAUT)))
+    return states_record(study, positions, named_curves)
 
 
 def _condition_name(conditions: Space, condition: Ints) -> str:
@@ -303,7 +306,7 @@ def _between(record: dict[str, Any], bounds: Mapping[str, float]) -> dict[str, A
         "window": [low, None if np.isinf(high) else high],
         "top": drawn.top,
         "samples": {"x": [angle for angle, _ in points], "y": [value for _, value in points]},
-        "says": " ".join([*drawn.texts, f"Shaded is what {drawn.works[0]}."]),
+        "says": " ".join([*drawn.texts, f"The shaded pretension {drawn.works[0]}."]),
     }
 
 
@@ -320,14 +323,14 @@ _USUAL_MEASURES = ("biceps_circumference", "weight")
 def people_record(record: dict[str, Any], persons: pa.Table | None) -> dict[str, Any] | None:
     """Return the persons of an answer as JSON, over two measures of the body.
 
-    The measures that explain who is not served come first.
+    These are measures that explain who is not served, or else the usual ones.
 
     Args:
         record: Record of the answer.
         persons: Table of its persons.
 
     Returns:
-        Both measures and the persons served; None if the answer is not for people.
+        Both measures, and which persons are served; None if the answer is not for people.
     """
     population = record["population"]
     if population is None or persons is None or population["pretension"] is None:

@@ -29,7 +29,7 @@ def html_page(
     """Return a page as the text of one file.
 
     Args:
-        title: Title, not escaped.
+        title: Title, not yet escaped.
         sections: Contents, HTML.
         data: What the scripts draw, as `page_data` returns it.
         joint: Word for the study's joint.
@@ -111,7 +111,7 @@ def _hash_source(script: str) -> str:
 
 
 def _embedded(data: Mapping[str, Any]) -> str:
-    """Return JSON that ends no script element, whatever text is in it."""
+    """Return JSON that cannot end a script element, whatever text is in it."""
     text = json.dumps(data, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
@@ -120,7 +120,7 @@ def _embedded(data: Mapping[str, Any]) -> str:
 
 
 def section(name: str, heading: str, inner: str, kind: str = "") -> str:
-    """Return a part of the page that its navigation can lead to; `inner` is HTML."""
+    """Return a section with a heading, to which the navigation can link; `inner` is HTML."""
     return (
         f'<section id="{name}-section" class="{kind}"><h2>{escape(heading)}</h2>\n'
         f"{inner}</section>\n"
@@ -128,7 +128,7 @@ def section(name: str, heading: str, inner: str, kind: str = "") -> str:
 
 
 def head(title: str, subtitle: str, links: Mapping[str, str]) -> str:
-    """Return title and navigation; `links` are texts by the names of sections."""
+    """Return the title and the navigation; `links` has the text of the link to each section."""
     anchors = " ".join(
         f'<a href="#{name}-section">{escape(text)}</a>' for name, text in links.items()
     )
@@ -137,7 +137,7 @@ def head(title: str, subtitle: str, links: Mapping[str, str]) -> str:
 
 
 def blocks(contents: Iterable[Block]) -> str:
-    """Return text in blocks (`say.blocks`) as HTML for a screen of any width."""
+    """Return blocks of text (`say.Block`) as HTML for a screen of any width."""
     parts = []
     for kind, group in itertools.groupby(contents, key=lambda block: next(iter(block))):
         bodies = [block[kind] for block in group]
@@ -145,7 +145,7 @@ def blocks(contents: Iterable[Block]) -> str:
             items = "".join(f"<li>{escape(text)}</li>" for text in bodies)
             parts.append(f"<ul>{items}</ul>")
         else:
-            parts += [_OF_BLOCKS[kind](body) for body in bodies]
+            parts += [_HTML_OF_BLOCK[kind](body) for body in bodies]
     return "".join(parts)
 
 
@@ -155,7 +155,7 @@ def notes(texts: Sequence[str], kind: str = "note") -> str:
 
 
 def plot(name: str, label: str) -> str:
-    """Return the place of a figure, with a table of its numbers that can be opened."""
+    """Return the empty element of a figure, with a table of its numbers that can be opened."""
     return (
         f'<div id="{name}" class="plot" role="img" aria-label="{escape(label)}"></div>'
         f'<details id="{name}-table"><summary>{escape(label)} as a table</summary>'
@@ -176,7 +176,7 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     return f'<div class="scroll" tabindex="0"><table>{top}<tbody>{body}</tbody></table></div>'
 
 
-_OF_BLOCKS: dict[str, Callable[[Any], str]] = {
+_HTML_OF_BLOCK: dict[str, Callable[[Any], str]] = {
     "heading": lambda text: f"<h3>{escape(text)}</h3>",
     "sentence": lambda text: f"<p>{escape(text)}</p>",
     "note": lambda text: notes([f"Note: {text}"]),

@@ -1,4 +1,4 @@
-"""Write the HTML page of a folder: of a sweep, an answer, or the reproduced paper."""
+"""Write the HTML page of the results in a folder: a sweep, an answer, or the reproduced paper."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ LEDGER = "ledger.json"
 _LARGEST_LEDGER = 10**6
 """Largest size of a ledger that is read, bytes."""
 _LARGEST_PICTURES = 3_000_000
-"""Size of all figures of the paper together, bytes; figures beyond are named instead."""
+"""Largest size of all figures of the paper together, bytes; further figures are only named."""
 _LEDGER_FIELDS = ("id", "verdict", "finding", "value")
-
+"""Fields of a ledger that the page shows."""
 
 _FIRST = (
     "margin",
@@ -78,8 +78,8 @@ _CLASSES = (
 )
 """Outcomes of a design, the best first; signs tell them apart where colours cannot."""
 _SLOWLY = (
-    "One design is shown over the angle, moved slowly; `tendon plot` draws its motion in time, "
-    "with inertia."
+    "The states of one design are shown for slow motion over the angle; `tendon plot` draws its "
+    "motion in time, with inertia."
 )
 
 
@@ -159,7 +159,7 @@ def _paper_page(folder: Path) -> str:
 
 
 def _pictures(folder: Path) -> tuple[str, list[str]]:
-    """Return the figures of a folder as HTML, and a note on each that finds no room."""
+    """Return the figures of a folder as HTML, and a note on each that is left out."""
     room = _LARGEST_PICTURES
     pictures = []
     notes = []
@@ -236,7 +236,7 @@ def _outcomes(
     worst = np.where(columns["stable"], worst, 2)
     worst = np.where(columns["taut"], worst, 3)
     values = np.where(no_equilibrium, 4, worst)
-    about = {"name": "outcome", "label": "what a design comes to", "unit": ""}
+    about = {"name": "outcome", "label": "outcome", "unit": ""}
     return {**about, "classes": list(_CLASSES), "array": pack_classes(values)}
 
 

@@ -60,7 +60,7 @@ def test_a_frame_arrays_and_a_file_are_the_same_fit(tmp_path: Path) -> None:
     assert of_frame.sha256 == of_arrays.sha256
     with pytest.raises(UsageError, match="int is not"):
         fit_of(3)
-    with pytest.raises(InputError, match="no column is named"):
+    with pytest.raises(InputError, match="no header names the two load cells"):
         fit_of({"a": [1.0], "b": [2.0]})
 
 
@@ -137,7 +137,7 @@ def test_friction_that_goes_with_speed_is_warned_of() -> None:
             part["position_mm"] += last["position_mm"]
         parts.append(part)
     fit = fit_of(pd.concat(parts, ignore_index=True), position="position_mm")
-    assert mentions(fit.warnings, "goes with the speed")
+    assert mentions(fit.warnings, "varies as the speed")
     assert not mentions(fit.warnings, "drift")
     assert fit.speed.power == pytest.approx(0.1, abs=0.03)
     assert fit.speed.fastest / fit.speed.slowest == pytest.approx(8.0, rel=0.2)

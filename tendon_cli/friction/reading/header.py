@@ -12,7 +12,9 @@ from tendon_cli.errors import InputError
 from tendon_cli.units import UNITS, shorten
 
 STANDARD_GRAVITY = Fraction("9.80665")
+"""Standard acceleration of gravity, m/s²."""
 
+# Words of headers, English and German, by what they say of a column.
 _FORCE = {
     "cell",
     "lc",
@@ -91,7 +93,7 @@ _VOLTS = {"V", "mV", "mV/V"}
 
 @dataclass(frozen=True)
 class Heading:
-    """Column of a file: its place, its header and what the header says."""
+    """Column of a file: its number, its header and what the header says."""
 
     index: int
     header: str
@@ -111,7 +113,7 @@ class Heading:
 
     @property
     def is_speed(self) -> bool:
-        """True if a column of the motor's motion is its speed, and not its position."""
+        """True if a column of the motor's motion holds its speed rather than its position."""
         return bool(_words(self.header) & _SPEED)
 
 
@@ -122,7 +124,7 @@ def unit_symbol(text: str) -> str | None:
 
 
 def force_factor(symbol: str | None) -> float | None:
-    """Return newtons per unit of force or of mass (as its weight); None for any other unit."""
+    """Return newtons per unit of force, or per unit of mass by its weight; None for others."""
     if symbol == "gf":
         return float(STANDARD_GRAVITY / 1000)
     unit = UNITS.get(symbol or "")
@@ -133,12 +135,12 @@ def force_factor(symbol: str | None) -> float | None:
 
 
 def read_header(headers: list[str]) -> list[Heading]:
-    """Read each header; one that says nothing known is of a column that is not read."""
+    """Read the headers of all columns; a column whose header has no known word is not read."""
     return [_heading(index, header) for index, header in enumerate(headers)]
 
 
 def _heading(index: int, header: str) -> Heading:
-    """Find role and unit of a column by the words of its header."""
+    """Find the role and unit of a column by the words of its header."""
     unit, text = _take_unit(unicodedata.normalize("NFKC", header))
     known = _words(text)
     column = Heading(index, header, "", unit)
@@ -158,7 +160,7 @@ def _heading(index: int, header: str) -> Heading:
         end = "motor"
     elif known & _LOAD:
         end = "load"
-    is_foreign = unit in UNITS and force_factor(unit) is None  # the mm of a motor's position
+    is_foreign = unit in UNITS and force_factor(unit) is None  # mm of a motor's position
     is_named = end is not None or (cell is not None and bool(known & _FORCE))
     is_cell = is_named and not is_foreign and known <= _UNDERSTOOD
     return replace(column, role="cell", cell=cell, end=end) if is_cell else column
@@ -193,7 +195,7 @@ def find_cells(
         place: Place of the line, for messages.
 
     Returns:
-        Both columns; None if this is no header.
+        Both columns; None if the line is no header.
 
     Raises:
         InputError: if more than two columns may be the cells.
@@ -218,12 +220,12 @@ def find_cells(
 
 
 def _is_first(column: Heading) -> bool:
-    """True for cell 1, and for the motor's if the header has no number."""
+    """True for cell 1, and for the motor's cell if its header has no number."""
     return column.cell == 1 or (column.cell is None and column.end == "motor")
 
 
 def named_column(columns: list[Heading], name: str) -> Heading | None:
-    """Return the one column of this header; None if there is none, or several."""
+    """Return the only column with this header; None if there is none or several."""
     name = name.strip()
     matches = [column for column in columns if column.header == name]
     if not matches:
@@ -236,34 +238,35 @@ def check_units(
 ) -> tuple[float, float]:
     """Return the factors that bring both cells to one unit.
 
-    Only their ratio matters, so equal units need not be known.
+    Only the ratio of the forces matters, so equal units need not be known.
 
     Args:
         first: Column of cell 1.
         second: Column of cell 2.
-        place: Function that says where a column stands, for messages.
+        place: Function that returns the place of a column, for messages.
 
     Raises:
-        InputError: if the units do not compare.
+        InputError: if the units cannot be compared.
     """
-    one = first.unit
-    two = second.unit
-    if one == two and one in _VOLTS:
-        problem = f'the cells are in "{one}", not yet calibrated'
+    first_unit = first.unit
+    second_unit = second.unit
+    if first_unit == second_unit and first_unit in _VOLTS:
+        problem = f'the cells are in "{first_unit}", not yet calibrated'
         hint = (
             "subtract each cell's reading without load, multiply by its factor,"
             " and save forces in N"
         )
         raise InputError(problem, where=place(first), hint=hint)
-    if one == two:
+    if first_unit == second_unit:
         return 1.0, 1.0
-    if one is None or two is None:
-        bare = first if one is None else second
-        problem = f'the unit of {bare.shown} is missing, the other cell has "{one or two}"'
+    if first_unit is None or second_unit is None:
+        bare = first if first_unit is None else second
+        known_unit = first_unit or second_unit
+        problem = f'the unit of {bare.shown} is missing, the other cell has "{known_unit}"'
         raise InputError(problem, where=place(bare), hint="give both cells a unit, or neither")
-    factor_one = force_factor(one)
-    factor_two = force_factor(two)
+    factor_one = force_factor(first_unit)
+    factor_two = force_factor(second_unit)
     if factor_one is None or factor_two is None:
-        problem = f'the cells are in "{one}" and "{two}", which cannot be compared'
+        problem = f'the cells are in "{first_unit}" and "{second_unit}", which cannot be compared'
         raise InputError(problem, where=place(first))
     return factor_one, factor_two

@@ -29,15 +29,15 @@ Integers = npt.NDArray[np.int64]
 Mask = npt.NDArray[np.bool_]
 
 LARGEST_BEND = 100.0
-"""Largest bend angle, rad: more than fifteen turns are no sheath on a rig, but a number in degrees
-taken for radians."""
+"""Largest bend angle, rad: a sheath on a rig has no fifteen turns, so a larger number is one in
+degrees that is read as radians."""
 ENOUGH_ROWS = 40
-"""Least number of rows in which a cell that works reads two values."""
+"""Number of rows within which a working cell reads at least two different values."""
 _STRONGEST = 1e12
 """Force, in any unit, that no load cell reads."""
 _LARGEST_RATIO = 20.0
-"""Largest ratio of one cell to the other in whole numbers: what a decimal comma leaves of "1,236"
-is a thousand."""
+"""Largest ratio of one cell to the other in whole numbers: a decimal comma that is read as a
+separator makes 1 and 236 of "1,236"."""
 _ANGLES = {"deg": math.pi / 180.0, "rad": 1.0, "mrad": 1e-3}
 """Units of angle, in rad."""
 
@@ -79,7 +79,7 @@ class Readings:
 
     @property
     def times(self) -> Floats:
-        """Time of each row, or its number; refused if it goes back."""
+        """Time of each row, or its number if there is no time; refused if it goes backwards."""
         time = self.column("time")
         if time is None:
             return np.arange(len(self.rows), dtype=np.float64)
@@ -110,18 +110,18 @@ def read_readings(
     cell_2: str | None = None,
     position: str | None = None,
 ) -> Readings:
-    """Read the columns of two load cells, and all that belongs to them.
+    """Read the columns of two load cells, and the other columns that a fit uses.
 
     Args:
         source: Path of a CSV of settled readings or a raw log, a DataFrame, or a mapping of arrays,
-            whose names are what headers are.
+            whose names serve as headers.
         cell_1: Header of the column of the first cell, if it is not one that is known.
         cell_2: Header of the column of the second cell.
         position: Header of the column of the motor's position or speed.
 
     Raises:
         InputError: if the readings are wrong, with line and column.
-        UsageError: if there is no column of a name.
+        UsageError: if there is no column of a given name, or only one cell is named.
     """
     if (cell_1 is None) != (cell_2 is None):
         raise UsageError(
@@ -135,7 +135,7 @@ def read_readings(
 
 
 def _table_of(frame: Any, names: tuple[str, str] | None) -> Table:
-    """Take columns from memory; rows count from 0, as pandas counts them."""
+    """Make a table of columns in memory; rows count from 0, as in pandas."""
     where = "the readings"
     try:
         given = pd.DataFrame({str(name): np.asarray(frame[name]) for name in frame})
@@ -151,7 +151,7 @@ def _table_of(frame: Any, names: tuple[str, str] | None) -> Table:
     cells = find_cells(columns, names, where)
     if cells is None:
         shown = ", ".join(column.shown for column in columns[:12])
-        problem = f"no column is named as the two load cells are: {shown}"
+        problem = f"no header names the two load cells; the columns are {shown}"
         raise InputError(problem, where=where, hint="name them with cell_1 and cell_2")
     digest = hashlib.sha256()
     data = [given[name].to_numpy() for name in given]
@@ -171,7 +171,7 @@ def _table_of(frame: Any, names: tuple[str, str] | None) -> Table:
 
 
 def _assembled(table: Table, position: str | None) -> Readings:
-    """Read the columns that are needed, both cells in one unit."""
+    """Read the needed columns of a table, with both cells in one unit."""
     first, second = table.cells
     factors = check_units(first, second, table.place)
     rows: dict[str, Any] = {
@@ -221,7 +221,7 @@ def _motor_by_headers(first: Heading, second: Heading) -> str | None:
 
 
 def _times(table: Table, column: Heading) -> Floats:
-    """Return the numbers of time, or the order of the rows if they are times of day."""
+    """Return the times, or the numbers of the rows if they are no numbers but times of day."""
     order = np.arange(len(table.lines), dtype=np.float64)
     try:
         times = table.numbers(column)
@@ -250,7 +250,7 @@ def _radians(table: Table, column: Heading) -> Floats:
 def concatenate(parts: list[Readings]) -> Readings:
     """Concatenate the readings of several files, in this order.
 
-    Strokes of different files are different, and time goes on after the last.
+    Strokes of different files stay apart, and the time of a file follows that of the file before.
 
     Raises:
         InputError: if the files are not of one kind.

@@ -20,13 +20,13 @@ from tendon_cli.friction.reading.header import Heading, find_cells, read_header
 from tendon_cli.units import shorten
 
 MOST_BYTES = 64_000_000
-"""Largest size of a file."""
+"""Largest size of a file, bytes."""
 MOST_ROWS = 1_000_000
 """Largest number of readings."""
 _HEADER_WITHIN = 200
-"""Number of lines among which the header is looked for."""
+"""Number of lines at the beginning in which the header is looked for."""
 _PLAIN_START = frozenset("0123456789+-.abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ")
-"""First characters of lines that are no comment, which spares most lines the test."""
+"""First characters of lines that are no comment, so that most lines need no further test."""
 _NUMBER = r"[+-]?(?:[0-9]{1,40}(?:[.,][0-9]{0,40})?|[.,][0-9]{1,40})(?:[eE][+-]?[0-9]{1,3})?"
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "?", "1.#qnan")
 _DECIMAL_COMMA = "a decimal comma read as a separator? separate the columns by semicolons"
@@ -160,7 +160,7 @@ class Table:
 def name_of(path: Path) -> str:
     """Return the file's name without its folder, as errors and provenance give it.
 
-    A sign stands for what is no UTF-8.
+    Bytes that are not UTF-8 become a replacement character.
     """
     if "\0" in str(path):
         return "the file"
@@ -173,7 +173,7 @@ def content_of(path: Path, most: int, hint: str | None = None) -> bytes:
     Args:
         path: Path of the file.
         most: Largest number of bytes.
-        hint: Hint if the file cannot be read for another reason.
+        hint: Hint for a file that cannot be read, unless it is too large.
 
     Raises:
         InputError: if it cannot be read, or is larger.
@@ -237,7 +237,7 @@ def _find_header(
     source: str,
     names: tuple[str, str] | None,
 ) -> tuple[int, list[Heading], tuple[Heading, Heading]]:
-    """Find the first line that names both cells, by the options' names or by the obvious ones.
+    """Find the first line that names both cells, by the given names or else by known words.
 
     Args:
         lines: All lines of the file.

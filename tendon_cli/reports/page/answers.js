@@ -6,7 +6,7 @@ async function choiceValues(name) {
   return unpack(page.design.columns[name].array);
 }
 
-// Returns a bound on the pretension, N; a value that is null as "none".
+// Returns a bound on the pretension, N, as a text; "none" for null.
 function boundText(value) {
   return value === null ? "none" : formatNumber(value);
 }
@@ -23,7 +23,7 @@ async function drawWindows() {
   const x = ticksOf(axis);
   const low = [];
   const high = [];
-  const boundBy = []; // what the window is bounded by, below and above
+  const boundBy = []; // the limits that bound the window, below and above
   for (let i = 0; i < lengthOf(axis); i++) {
     const row = cellOf(i, cursor.j);
     const hasWindow = Number.isFinite(from[row]) && !(from[row] > to[row]);
@@ -165,7 +165,7 @@ async function startFront() {
 
 // --- People ---
 
-// Draws the bodies that the best choice serves and leaves out, over two measures of the body.
+// Draws the persons that the best choice serves and leaves out, over two measures of the body.
 async function drawPeople() {
   const { x, y, served, title } = page.people;
   const xs = await unpack(x.array);
@@ -199,8 +199,8 @@ async function drawPeople() {
 
 const KINDS = ["flexor", "extensor", "motor", "joint", "mark"]; // colours of the limits
 
-// Draws what each limit asks of the pretension at each angle, for the choice named first: its
-// window is what is left at all angles.
+// Draws the pretension that each limit allows at each angle, for the choice named first; its
+// window is the pretension that all limits allow at all angles.
 async function drawBetween() {
   const { angles, lines, samples, window: ends, top, says } = page.between;
   byId("between-says").textContent = says;

@@ -8,7 +8,7 @@ const view = { quantity: 0, x: 0, y: 1, at: page.axes.map(() => 0), brushed: nul
 
 const NO_VALUE = 65535; // a step that stands for no value
 const NARROW = 640; // width of a window, in pixels, below which figures are laid out for a phone
-const MOST_ROWS = 500; // of the table under a figure
+const MOST_ROWS = 500; // largest number of rows of the table under a figure
 
 // --- Packed numbers ---
 
@@ -40,7 +40,7 @@ function byId(id) {
   return document.getElementById(id);
 }
 
-// Makes an element; attributes such as "onclick" are what listens, null and false are left out.
+// Makes an element; attributes such as "onclick" add a listener, null and false are left out.
 function make(name, attributes = {}, ...children) {
   const element = document.createElement(name);
   for (const [key, value] of Object.entries(attributes)) {
@@ -54,7 +54,7 @@ function make(name, attributes = {}, ...children) {
   return element;
 }
 
-// Makes a list to choose from; `change` is called with the position of what is chosen.
+// Makes a list to choose from; `change` is called with the index of the choice.
 function makeSelect(label, options, selected, change) {
   const list = make("select", { onchange: (event) => change(Number(event.target.value)) });
   options.forEach((text, index) => {
@@ -76,7 +76,7 @@ function formatWithUnit(value, unit) {
   return Number.isFinite(value) && unit ? `${text} ${unit}` : text;
 }
 
-// Returns the label of a class; a value that is no number has none.
+// Returns the label of a class, and "none" for a value that is not a number.
 function classLabel(classes, value) {
   return (classes[value] || { label: "none" }).label;
 }
@@ -88,7 +88,7 @@ function titleOf(column) {
 
 // --- Axes and cells ---
 
-// Returns what stands along an axis: names or numbers.
+// Returns the values along an axis: names or numbers.
 function ticksOf(axis) {
   return axis.names || axis.values;
 }
@@ -136,7 +136,7 @@ function isNarrow() {
   return window.innerWidth < NARROW;
 }
 
-// Returns the layout of a figure in the page's colours, with more of its own.
+// Returns the layout of a figure in the page's colours; `more` is its own layout.
 function layout(more) {
   const axis = {
     gridcolor: colour("line"),
@@ -157,7 +157,7 @@ function layout(more) {
   };
 }
 
-const redraws = new Map(); // what draws each figure again, when the colours change
+const redraws = new Map(); // functions that draw each figure again when the colours change, by id
 
 // No button leads out of the page: nothing is uploaded, and there is no server to upload it to.
 const settings = {

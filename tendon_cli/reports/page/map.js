@@ -103,7 +103,7 @@ function heatTrace() {
   };
 }
 
-// Returns what a trace of classes has of its own: a band of one colour for each class.
+// Returns the colours of a trace of classes: a band of one colour for each class.
 function classColours(x, y, classes) {
   const count = classes.length;
   const scale = classes.flatMap((kind, index) => [
@@ -115,18 +115,18 @@ function classColours(x, y, classes) {
     zmin: -0.5,
     zmax: count - 0.5,
     showscale: false,
-    // The class is said below the map.
+    // The class is named below the map.
     hovertemplate: `${x.label} %{x}<br>${y.label} %{y}<extra></extra>`,
   };
 }
 
-// Returns indices spread evenly over an axis, at most so many.
+// Returns at most `most` indices, spread evenly over an axis of `count` values.
 function spread(count, most) {
   const length = Math.min(count, most);
   return Array.from({ length }, (_, k) => Math.floor(((k + 0.5) * count) / length));
 }
 
-// Returns signs on a coarse grid of cells, which name a class without its colour.
+// Returns signs on a coarse grid of cells, which show the classes without colours.
 function signTraces() {
   const quantity = quantityOnMap();
   if (!quantity.classes) {
@@ -159,7 +159,7 @@ function signTraces() {
   ];
 }
 
-// Returns the marks of the rows that are marked, so far as the map shows them.
+// Returns frames around the marked rows that the map shows.
 function brushTraces() {
   if (!view.brushed || isLine()) {
     return [];
@@ -205,7 +205,7 @@ function lineTrace() {
   };
 }
 
-// Returns the frame of the cursor's cell as it is drawn, or its place on a line.
+// Returns the shape of the cursor: a frame around its cell, or an upright line if the map is one.
 function cursorShape() {
   const points = byId("map").calcdata[0];
   const line = { color: colour("mark"), width: 3 };
@@ -224,7 +224,7 @@ function cursorShape() {
   };
 }
 
-// Returns an axis as Plotly has it.
+// Returns an axis in the form that Plotly takes.
 function plotlyAxis(axis) {
   let type = "linear";
   if (axis.names) {
@@ -235,7 +235,7 @@ function plotlyAxis(axis) {
   return { title: { text: titleOf(axis) }, type };
 }
 
-// Writes the key of the classes; a map of numbers has its colour bar.
+// Writes the key of the classes; a map of numbers has a colour bar instead.
 function drawKey() {
   const classes = quantityOnMap().classes || [];
   const items = classes.map((kind) => {
@@ -302,7 +302,7 @@ function redraw() {
 
 // --- The cursor ---
 
-// Says below the map what stands in a cell, by default in that of the cursor.
+// Describes a cell below the map, by default that of the cursor.
 function describeCell(cell = cellOf(cursor.i, cursor.j)) {
   const value = mapped.values[cell];
   const quantity = quantityOnMap();
@@ -339,7 +339,7 @@ function onKey(event) {
   event.preventDefault();
 }
 
-// Calls `use` with the place on the map that an event of Plotly is at, if it is at one.
+// Calls `use` with the indices across and up of the cell that an event of Plotly is at, if any.
 function withPlace(event, use) {
   const isOfMap = (point) => point.data.type === "heatmap" || page.axes.length === 1;
   const point = event.points.find(isOfMap);
@@ -379,7 +379,7 @@ function drawSliders() {
   byId("sliders").replaceChildren(...hiddenAxes().map(makeSlider));
 }
 
-// Puts an axis across ("x") or up ("y"); if it was the other one, the two change places.
+// Puts an axis across ("x") or up ("y"); the two swap if it was already the other one.
 function chooseAxis(which, axis) {
   const other = which === "x" ? "y" : "x";
   if (view[other] === axis) {

@@ -1,5 +1,4 @@
-// Starts everything in its order; the page says when it is ready, and draws anew when the colours
-// change.
+// Starts all parts in order, marks the page as ready, and draws it again when the colours change.
 
 async function start() {
   await startMap();

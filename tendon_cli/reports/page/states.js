@@ -1,13 +1,13 @@
-// The states of one design: curves over the elbow angle, and the arm drawn at an angle that one
-// can move.
+// The states of one design: curves over the elbow angle, and the arm at an angle that a slider
+// moves.
 
-// The design's cell, a figure of its states, the index of an angle, and where the states stand.
+// The cell asked for, the figure and the angle by index, and the position of the design shown.
 const shown = { cell: 0, group: 0, angle: 0, position: [] };
 
 const DASHES = ["solid", "dash"]; // of flexion and extension
 const SYMBOLS = ["circle", "square-open"];
 
-// Returns the place of the number nearest to one.
+// Returns the index of the value nearest to the one wanted.
 function nearest(values, wanted) {
   let best = 0;
   values.forEach((value, index) => {
@@ -122,8 +122,8 @@ function drawArm() {
   const arm = armShown();
   if (arm.b1 === undefined) {
     const text =
-      "This joint is known by its travels, not by anchors: " +
-      'they are among the curves, as "travel".';
+      "This joint is given by its travels, not by anchors: " +
+      'the curves show them as "travel".';
     byId("arm").replaceChildren(make("p", {}, text));
     return;
   }
@@ -201,7 +201,7 @@ function drawAngle() {
   Plotly.relayout(byId("states"), line);
 }
 
-// Shows the states of the design at a cell, or of the nearest that has any.
+// Shows the states of the design at a cell, or of the nearest design that has any.
 async function showDesign(cell) {
   if (!page.states) {
     return;
@@ -221,7 +221,7 @@ async function showDesign(cell) {
   drawAngle();
 }
 
-// Moves the states along an axis, too, when a slider of the map moves.
+// Shows the design at another index of an axis, when a slider of the map moves.
 function moveStates(axis, index) {
   if (!page.states) {
     return;

@@ -6,7 +6,7 @@ const MORE_ROWS = 400;
 // The column that sorts, the filters, how many rows are shown, and the columns with their values.
 const listed = { sort: null, falling: false, filters: [], count: FIRST_ROWS, columns: [] };
 
-// Returns the columns of the table, each with `value`, which returns that of a row.
+// Returns the columns of the table, each with a function `value` that takes a row.
 async function columnsOfTable() {
   const columns = [];
   for (const column of page.table.columns) {
@@ -29,7 +29,7 @@ function axisColumn(number) {
   return { ...axis, value: (row) => ticks[indexAlong(number, row)] };
 }
 
-// Returns the column of packed numbers, of which classes are shown by their labels.
+// Returns a column of packed numbers; classes are shown by their labels.
 async function arrayColumn(source) {
   const values = await unpack(source.array);
   if (source.classes) {
@@ -43,7 +43,7 @@ async function arrayColumn(source) {
 const TRUTHS = { yes: 1, true: 1, 1: 1, no: 0, false: 0, 0: 0 };
 const FILTER = /^(.+?)\s*(<=|>=|!=|==|=|<|>|\sin(?=\s|\[))\s*(.+)$/;
 const MEASURE = /^([-+−]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)$/;
-const AS_PRINTED = 1e-3; // share by which a value may differ from what is printed of it
+const AS_PRINTED = 1e-3; // share by which a value may differ from the digits that are shown
 const ROUNDING = 1e-9;
 
 // Returns the filters of a text; throws an Error that says what is wrong.
@@ -67,7 +67,7 @@ function parseFilter(text) {
   return { column, sign, wanted: values.map((value) => wantedOf(column, value.trim(), sign)) };
 }
 
-// Returns the column of a name or key, of a label, or of the beginning of a label.
+// Returns the column with a name, key or label, or whose label begins with the text.
 function columnNamed(text) {
   const name = text.trim().toLowerCase();
   const words = name.replaceAll("_", " ");
@@ -83,8 +83,8 @@ function columnNamed(text) {
   return column;
 }
 
-// Returns the value that a filter asks for: a truth as 1 or 0, a text, or a number in the unit of
-// its column, which is also that of a number without one.
+// Returns the value that a filter asks for: yes and no as 1 and 0, a text, or a number in the unit
+// of its column. A number without a unit is in that unit already.
 function wantedOf(column, text, sign) {
   if (column.truth) {
     return wantedTruth(column, text.toLowerCase(), sign);
@@ -204,7 +204,7 @@ function drawTable() {
   byId("more").hidden = rows.length <= listed.count;
 }
 
-// Filters the table by a text; while it is no filter, the rows stay as they were.
+// Filters the table by a text; the rows stay as they are while the text is not a filter.
 function onFilter(event) {
   try {
     listed.filters = parseFilters(event.target.value);
