@@ -267,6 +267,4 @@ def _raise_empty(plan: CurvePlan, conditions: Sequence[Condition]) -> None:
         raise UsageError("no design has a margin, each has elbow angles without equilibrium")
     names = ", ".join(plan.quantities)
     hint = "fewer or wider filters" if conditions else "--where chooses other rows"
-    raise UsageError(
-        f"{names} has no value in any of the selected rows", where="--where", hint=hint
-    )
+    raise UsageError(f"no selected row has a value of {names}", where="--where", hint=hint)

@@ -236,9 +236,7 @@ def _check_whole(path: Path, files: Sequence[Path], facts: list[dict[str, Any]])
     for file, own in zip(files, facts, strict=True):
         is_other_table = any(own.get(name) != first.get(name) for name in _OF_ONE_TABLE)
         if is_other_table or own["part"]["of"] != total:
-            raise InputError(
-                "belongs to a different table from the parts beside it", where=str(file)
-            )
+            raise InputError("belongs to another table than the parts beside it", where=str(file))
     indices = [own["part"]["index"] for own in facts]
     if not path.is_dir() and total > 1:
         raise InputError(

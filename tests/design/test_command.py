@@ -123,7 +123,7 @@ def test_an_answer_and_a_run_do_not_take_each_others_folder(tendon, study, workp
         assert tendon(first, file, "--no-figures", "--out", first).exit in (0, 4)
         done = tendon(second, file, "--no-figures", "--out", first)
         assert done.exit == 7
-        assert f"of `tendon {first}`" in done.err
+        assert f"`tendon {first}` wrote it" in done.err
         assert tendon(second, file, "--no-figures", "--out", first, "--overwrite").exit == 0
         assert not (workplace / first / RECORDS[first]).exists()
 

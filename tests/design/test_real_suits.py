@@ -262,5 +262,5 @@ def test_a_reading_that_no_pretension_gives_is_refused_with_those_that_are_possi
     ):
         tendon.study({**content, "tendon": {"pretension": "0.2 N"}})
     sides = {"pretension": "100 N", "extensor": {"pretension": "80 N"}}
-    with pytest.raises(tendon.TendonError, match="one reading for both"):
+    with pytest.raises(tendon.TendonError, match="a single reading for both"):
         tendon.study({**content, "tendon": sides})

@@ -189,7 +189,7 @@ def test_files_and_their_names(run: Path, tmp_path: Path, monkeypatch: pytest.Mo
     assert [page.name for page in pages] == ["b.png", "b-2.png", "b-3.png"]
     with pytest.raises(UsageError, match="do not fit"):
         plot(files, figure_spec(size="40 x 60 mm"), tmp_path / "c.png")
-    with pytest.raises(UsageError, match="no ending"):
+    with pytest.raises(UsageError, match="does not end like a figure file"):
         plot(files, FigureSpec(), tmp_path / "a.gif")
 
 
@@ -210,7 +210,7 @@ def test_only_nulls(tmp_path: Path) -> None:
     }
     folder = sweep(tmp_path / "run", content)
     for name in ("states", "designs"):
-        with pytest.raises(UsageError, match=r"all null|no design has a margin"):
+        with pytest.raises(UsageError, match=r"no selected row has a value|no design has a margin"):
             figures_of(table(folder, name))
 
 

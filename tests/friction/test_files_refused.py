@@ -126,7 +126,7 @@ REFUSED: dict[str, tuple[str | bytes, str, str]] = {
     "units that do not compare": (
         TABLE.replace("cell_2_kg", "cell_2 (V)"),
         "line 1",
-        "do not compare",
+        "cannot be compared",
     ),
     "volts": (TABLE.replace("_kg", " (V)"), "line 1, column 2", "not yet calibrated"),
     "a row of units": (
@@ -135,7 +135,7 @@ REFUSED: dict[str, tuple[str | bytes, str, str]] = {
         '"kg" is not a number',
     ),
     "direction missing": (changed(TABLE, (FIFTH, FIFTH[1:])), "line 5", "direction is missing"),
-    "directions in two languages": (NAMED.replace("down", "2"), "cells.csv", "two ways"),
+    "directions in two languages": (NAMED.replace("down", "2"), "cells.csv", "are mixed"),
     "zero byte": (TABLE.encode() + b"1,1.2\x00,1.0\n", "line 8", "zero byte"),
     "a workbook": (b"PK\x03\x04\x14\0\x06\0" + bytes(100), "cells.csv", "workbook"),
     "UTF-32": (TABLE.encode("utf-32"), "cells.csv", "UTF-32"),

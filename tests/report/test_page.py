@@ -132,7 +132,7 @@ def test_the_page_is_one_small_file_that_evaluates_nothing_and_a_title_with_a_sc
 
 
 def test_what_is_no_run_or_a_damaged_one_is_refused(answered, tmp_path):
-    with pytest.raises(InputError, match="is no run"):
+    with pytest.raises(InputError, match="is not a run folder"):
         write_report(tmp_path)
     (tmp_path / "ledger.json").write_text('[{"id": 1}]')
     with pytest.raises(InputError, match="is not a ledger"):

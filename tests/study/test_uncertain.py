@@ -114,7 +114,7 @@ def test_a_fitted_product_with_the_bend_is_taken_with_the_bend_beside_it(tmp_pat
     assert fit.friction_bend == pytest.approx(friction * np.radians(144.0), rel=1e-12)
     for bend in ('bend_angle = ["144 deg", "180 deg"]\n', ""):
         path.write_text(f'[sheath]\nfriction_from = "f.toml"\n{bend}')
-        with pytest.raises(tendon.TendonError, match=r"one sheath\.bend_angle"):
+        with pytest.raises(tendon.TendonError, match=r"a single sheath\.bend_angle"):
             load_study(path)
 
 

@@ -158,7 +158,7 @@ DESIGNS = (
         "a key as a column",
         "output.states = ['elbow_angle']\n",
         "output.states",
-        "always kept",
+        "always written",
         line=1,
     ),
     toml(

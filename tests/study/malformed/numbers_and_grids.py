@@ -189,7 +189,7 @@ UNCERTAIN = (
         "{ value = 1, tolerance = '1 mm' }",
         'tolerance: "mm" is a length',
     ),
-    mass("a share of zero", "{ value = 0, tolerance = '10 %' }", '"10 %" of zero is nothing'),
+    mass("a share of zero", "{ value = 0, tolerance = '10 %' }", '"10 %" of zero is zero'),
     mass("a deviation below zero", "{ mean = 1, std = -1 }", "std: -1 is negative"),
     value(
         "a tolerance down to nothing",
@@ -225,15 +225,17 @@ GRIDS = (
     grid(
         "an interval that goes down",
         '{ from = "1 kg", to = "20 g" }',
-        "go up",
+        "from is not below its to",
         '{ from = "20 g", to = "1 kg" }',
     ),
-    grid("a distribution that goes down", '"5 kg to 3 kg"', "goes down", '"3 kg to 5 kg"'),
+    grid(
+        "a distribution that goes down", '"5 kg to 3 kg"', "goes from high to low", '"3 kg to 5 kg"'
+    ),
     grid("a distribution without a unit", '"5 kg +/- 1"', 'std: "1" has no unit'),
     grid("a share for a deviation", '"5 kg +/- 10 %"', "may be a share"),
     grid("an empty grid", "{}", "is missing in a grid", "expected from, to, num"),
     grid(
-        "a step that misses the end", "{ from = 0, to = 1, step = 0.3 }", "3.33333 times", "num = 4"
+        "a step that misses the end", "{ from = 0, to = 1, step = 0.3 }", "3.33333 steps", "num = 4"
     ),
     grid("a step of a length", '{ from = 0, to = 1, step = "1 m" }', 'step: "m" is a length'),
     grid(
@@ -248,7 +250,7 @@ GRIDS = (
     ),
     grid("a grid of 2.5", "{ from = 0, to = 1, num = 2.5 }", "num = 2.5 is not a count"),
     grid("a grid to the wrong unit", '{ from = "0 kg", to = "1 m", num = 3 }', '"m" is a length'),
-    grid("a grid of equal ends", "{ from = 1, to = 1, num = 3 }", "from and to are equal"),
+    grid("a grid of equal ends", "{ from = 1, to = 1, num = 3 }", "equal from and to"),
     grid("a log grid from zero", '{ from = 0, to = 1, num = 3, spacing = "log" }', "above zero"),
     grid(
         "a spacing that is not",
