@@ -150,15 +150,21 @@ def check_ours(path: Path, mark: str, option: str) -> None:
     Raises:
         UsageError: The file exists and tendon did not write it.
     """
-    if not os.path.lexists(path):
-        return
-    try:
-        has_mark = mark.encode() in read_file(path, _MAX_MARKED_FILE)
-    except OSError:
-        has_mark = False
-    if not has_mark:
+    if os.path.lexists(path) and not holds_mark(path, mark):
         problem = f"{path.name!r} already exists, and tendon did not write it"
         raise UsageError(problem, where=option, hint="choose another name, or move it away")
+
+
+def holds_mark(path: Path, mark: str) -> bool:
+    """Return True if a file holds a text by which tendon marks what it writes.
+
+    PDF may hold it in UTF-16.
+    """
+    try:
+        content = read_file(path, _MAX_MARKED_FILE)
+    except OSError:
+        return False
+    return mark.encode() in content or mark.encode("utf-16-be") in content
 
 
 def write_new(path: Path, content: bytes) -> bool:
@@ -246,6 +252,24 @@ def output_errors(path: Path) -> Iterator[None]:
 
 LOCK = ".lock"
 """File in the folder of a run that the process which writes there locks."""
+_LONGEST_MARK = 1000  # bytes
+
+
+def mark_lock(folder: Path, text: str) -> None:
+    """Write into a lock which run holds it, so that workers elsewhere see it; raises OutputError.
+
+    Only the holder of the lock may. An empty text says that no workers are wanted.
+    """
+    with output_errors(folder / LOCK):
+        (folder / LOCK).write_text(text, "utf-8")
+
+
+def lock_mark(folder: Path) -> str:
+    """Return the run that a lock says holds it; empty if it says none, or cannot be read."""
+    try:
+        return read_file(folder / LOCK, _LONGEST_MARK).decode()
+    except (OSError, ValueError):
+        return ""
 
 
 @contextlib.contextmanager

@@ -11,9 +11,12 @@ import numpy as np
 from tendon_cli.answers.question import Goal
 from tendon_cli.engine.results import Result, along_own_axes, framed, variables_of, xarray_library
 from tendon_cli.studies.load import recorded_study
+from tendon_cli.tables.named import CHOICES, ChoicesTable, open_choices
+from tendon_cli.tables.read import TableInMemory
 
 if TYPE_CHECKING:
     import pandas as pd
+    import pyarrow as pa
     import xarray as xr
 
 _MOST_WINDOWS = 10**7
@@ -78,6 +81,18 @@ class Answer(Result):
     def text(self) -> str:
         """The answer in 80 columns."""
         return str(self.record["text"])
+
+    def table(self, name: str) -> pa.Table:
+        """Return a table as Arrow has it, every byte verified; raises InputError.
+
+        Choices are joined with what the whole answer says of those that it names.
+        """
+        if name != "choices":
+            return super().table(name)
+        if self.folder is not None:
+            return open_choices(self.folder / CHOICES).read()
+        named = TableInMemory(self.tables["named"])
+        return ChoicesTable(TableInMemory(self.tables[name]), named).read()
 
     @cached_property
     def choices(self) -> pd.DataFrame:

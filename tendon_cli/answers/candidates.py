@@ -219,6 +219,23 @@ def compromise(scores: Array) -> int:
 # --- Between the points of the grid ---------------------------------------------------------------
 
 
+def may_refine(problem: Problem) -> bool:
+    """Return True if a search between the points of the grid is possible, and not too long."""
+    return bool(_ranges(problem)) and _generations(problem) >= _FEWEST_GENERATIONS
+
+
+def _ranges(problem: Problem) -> list[Axis]:
+    """Return the axes between whose points a choice can lie."""
+    return [axis for axis in problem.choices.axes if axis.is_range]
+
+
+def _generations(problem: Problem) -> int:
+    """Return the number of generations of a search."""
+    points = _AT_ONCE_PER_RANGE * len(_ranges(problem))
+    at_once = points * len(problem.conditions) * problem.states_per_design
+    return min(_GENERATIONS, int(_STATES / max(at_once, 1)))
+
+
 def refine_choice(problem: Problem, goals: tuple[Goal, ...], start: Solutions) -> Solutions | None:
     """Search for a better choice between the points of the grid.
 
@@ -234,11 +251,10 @@ def refine_choice(problem: Problem, goals: tuple[Goal, ...], start: Solutions) -
         The choice; None if the search finds nothing better, if there is no range to search, or if
         there are too many conditions.
     """
-    axes = [axis for axis in problem.choices.axes if axis.is_range]
-    at_once = _AT_ONCE_PER_RANGE * len(axes) * len(problem.conditions) * problem.states_per_design
-    generations = min(_GENERATIONS, int(_STATES / max(at_once, 1)))
-    if not axes or generations < _FEWEST_GENERATIONS:
+    if not may_refine(problem):
         return None
+    axes = _ranges(problem)
+    generations = _generations(problem)
     before = start.scores(goals)[0]
     scale = np.maximum(np.abs(before), 1e-300)
     with_worst = any(goal.column in WORST for goal in goals)

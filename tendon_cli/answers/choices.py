@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
-import pyarrow as pa
 
 from tendon_cli import say
 from tendon_cli.answers import tables as answer_tables
-from tendon_cli.answers.candidates import solve_part, summarise
+from tendon_cli.answers.candidates import may_refine, solve_part, summarise
 from tendon_cli.answers.people import GroupWindows, people_of, population
 from tendon_cli.answers.problem import Problem, question_of, rows_to_prove
 from tendon_cli.answers.question import goals_of
@@ -25,7 +25,7 @@ from tendon_cli.errors import SizeError
 from tendon_cli.kernel import columns_writer
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.study import Study
-from tendon_cli.tables.schema import Column, arrays_of
+from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import RowTarget
 
 CHOICES_PER_PART = 2**17
@@ -45,7 +45,7 @@ class Choices(Task):
         self.problem = problem
         self.stop = problem.stop
         self.persons = problem.group_axis
-        """Axis of persons or draws, whose table is written last; None if there are neither."""
+        """Axis of persons or draws, which have a table; None if there are neither."""
         states = len(problem.choices) * len(problem.conditions) * problem.states_per_design
         if states >= 2**63:
             raise SizeError("more than 2^63 states", hint="fewer values on an axis")
@@ -67,15 +67,27 @@ class Choices(Task):
 
     @cached_property
     def tables(self) -> dict[str, int]:
-        """Tables, and the number of parts of each; none for the table that is written last.
+        """Tables, and the number of files of each.
 
         Parts of choices follow from the question alone; conditions are one part.
         """
         parts = -(-len(self.problem.choices) // self.length)
-        tables = {"choices": parts, "conditions": 1}
+        tables = Counter(choices=parts, conditions=1)
+        tables.update(self.last_files)
+        return dict(tables)
+
+    @cached_property
+    def last_files(self) -> dict[str, int]:
+        """Files that follow from the record.
+
+        These are the choices between the points of the grid, if the question lets any be found; the
+        named choices; and the persons or draws.
+        """
+        tables = ["choices"] if may_refine(self.problem) else []
+        tables.append("named")
         if self.persons is not None:
-            tables[f"{self.persons.key}s"] = 0
-        return tables
+            tables.append(f"{self.persons.key}s")
+        return dict.fromkeys(tables, 1)
 
     @property
     def length(self) -> int:
@@ -100,13 +112,15 @@ class Choices(Task):
     def columns(self, table: str) -> tuple[Column, ...]:
         """Return the columns of a table."""
         if table == "choices":
-            return answer_tables.choice_columns(self.problem)
+            return answer_tables.part_columns(self.problem)
+        if table == "named":
+            return answer_tables.named_columns(self.problem)
         if table == "conditions" or self.persons is None:
             return answer_tables.condition_columns(self.problem)
         return answer_tables.person_columns(self.problem, self.persons)
 
     def rows(self, table: str, index: int) -> int:
-        """Return the number of rows of a part of a table."""
+        """Return the number of rows of a part of a table; not of choices that the record names."""
         if table == "choices":
             return len(self.part(index))
         if table == "conditions" or self.persons is None:
@@ -127,8 +141,7 @@ class Choices(Task):
         part = self.part(index)
         solutions = solve_part(self.problem, np.arange(part.start, part.stop))
         refined = np.zeros(len(part), dtype=np.bool_)
-        on_front = np.zeros(len(part), dtype=np.bool_)
-        rows = {"choices": answer_tables.choice_rows(self.problem, solutions, refined, on_front)}
+        rows = {"choices": answer_tables.choice_rows(self.problem, solutions, refined)}
         if "conditions" in tables:
             rows["conditions"] = answer_tables.condition_rows(self.problem)
         for table, target in tables.items():
@@ -170,43 +183,28 @@ class Choices(Task):
         """Return no warnings: the record has its notes."""
         return []
 
-    def final_files(
-        self, record: Mapping[str, Any], read: Callable[[str], pa.Table]
-    ) -> Iterator[FinalFile]:
+    def final_files(self, record: Mapping[str, Any]) -> Iterator[FinalFile]:
         """Yield the files that follow from the whole record.
 
-        They are the parts with choices that the record names; the last part, to which the choices
-        between the points of the grid are added; and the table of persons or draws.
+        They are the last part of the choices, which are between the points of the grid; the named
+        choices; and the table of persons or draws.
 
         Args:
             record: The record of the answer.
-            read: Function that reads a file of this task by its name.
         """
-        named, refined = named_rows(record)
-        final = self.parts - 1
-        columns = self.columns("choices")
-        for index in sorted({choice // self.length for choice in named} | {final}):
-            name = self.files(index)["choices"]
-            part = self.part(index)
-            before = arrays_of(columns, read(name))
-            added = refined if index == final else []
-            choices = [choice for choice in named if choice in part]
-            places = [choice - part.start for choice in choices]
-            values = {}
-            for column in columns:
-                of_grid = before[column.name][: len(part)]  # without what was added before
-                of_added = [answer_tables.as_value(column, row[column.name]) for row in added]
-                of_named = [
-                    answer_tables.as_value(column, named[choice][column.name]) for choice in choices
-                ]
-                whole = np.concatenate([of_grid, np.array(of_added, dtype=column.dtype)])
-                whole[places] = of_named
-                values[column.name] = whole
-            count = len(part) + len(added)
-            yield name, self.layout("choices", index, count), columns_writer(values, (count,))
-
+        named = named_rows(record)
+        if "choices" in self.last_files:
+            refined = [row for row in named if row["refined"]]
+            yield self._file_of_rows("choices", self.tables["choices"] - 1, refined)
+        yield self._file_of_rows("named", 0, named)
         if self.persons is not None:
             yield self._persons_file(self.persons, record["population"])
+
+    def _file_of_rows(self, table: str, index: int, rows: Sequence[Mapping[str, Any]]) -> FinalFile:
+        """Return a file of a table with rows of the record."""
+        values = answer_tables.from_records(self.columns(table), rows)
+        layout = self.layout(table, index, len(rows))
+        return self.file(table, index), layout, columns_writer(values, (len(rows),))
 
     def _persons_file(self, axis: Axis, population: Mapping[str, Any]) -> FinalFile:
         """Return the file of persons or draws under the choice that the record names first."""

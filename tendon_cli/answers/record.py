@@ -91,7 +91,7 @@ class NamedChoices:
         """Return choices as rows of the table for JSON, each with its row number as `choice`."""
         is_refined = choices.row >= len(self.problem.choices)
         on_front = np.full(len(choices), self.front is not None or len(self.goals) == 1)
-        rows = choice_rows(self.problem, choices, is_refined, on_front)
+        rows = choice_rows(self.problem, choices, is_refined) | {"on_front": on_front}
         records = as_records(choice_columns(self.problem), rows)
         return [
             {"choice": number, **record}
@@ -297,18 +297,14 @@ def _conflicts(
         }
 
 
-def named_rows(record: Mapping[str, Any]) -> tuple[dict[int, dict[str, Any]], list[dict[str, Any]]]:
-    """Return the choices that a record names.
+def named_rows(record: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the choices that a record names, in the order of their rows in the table.
 
-    Returns:
-        Those of the grid by their rows in the table, ascending, and those between its points,
-        which follow all others in the table, in this order.
+    Those between the points of the grid follow all others.
     """
     rows = [*record["proved"]]
     if record["best"]:
         rows.append(record["best"])
     rows += [*record["best_by"].values(), *record["front"]]
     named = {row["choice"]: row for row in rows}
-    of_grid = {choice: named[choice] for choice in sorted(named) if choice < record["choices"]}
-    refined = [named[choice] for choice in sorted(named) if choice >= record["choices"]]
-    return of_grid, refined
+    return [named[choice] for choice in sorted(named)]

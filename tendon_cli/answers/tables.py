@@ -5,6 +5,7 @@ Rows of persons or draws are under the choice that the answer names first.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -29,6 +30,8 @@ from tendon_cli.tables.schema import Column
 
 _LIMITS = ("", *LIMIT_NAMES)
 """Names of limits by their code plus one, because the code NOTHING is -1."""
+OF_THE_WHOLE = ("between_samples", "on_front")
+"""Columns of choices that only the whole answer decides."""
 _BINDS = tuple(
     Column(f"{end}_condition", "count", "1", "row of conditions that binds")
     for end in ("from", "to")
@@ -37,7 +40,11 @@ _SEX = Column("sex", "text", "1", "sex", choices=("male", "female"))
 
 
 def choice_columns(problem: Problem) -> tuple[Column, ...]:
-    """Return the columns of `choices.parquet`."""
+    """Return the columns of a choice, as records and readers have them.
+
+    Each stands in `choices.parquet`, and a choice's values that the whole decides, which go before,
+    in `named.parquet`.
+    """
     directions = ("", *problem.study.motion.direction)
     or_impossible = "or what no pretension could keep"
     of_state = "direction of the state that binds; empty where the limit belongs to none"
@@ -81,18 +88,29 @@ def choice_columns(problem: Problem) -> tuple[Column, ...]:
     )
 
 
-def choice_rows(
-    problem: Problem, choices: Solutions, refined: Flags, on_front: Flags
-) -> ColumnArrays:
+def part_columns(problem: Problem) -> tuple[Column, ...]:
+    """Return the columns of `choices.parquet`: those that are known of a choice by itself."""
+    columns = choice_columns(problem)
+    return tuple(column for column in columns if column.name not in OF_THE_WHOLE)
+
+
+def named_columns(problem: Problem) -> tuple[Column, ...]:
+    """Return the columns of `named.parquet`: all that a proof, or the whole, may decide."""
+    choice = Column("choice", "count", "1", "row of choices.parquet")
+    columns = choice_columns(problem)
+    decided = [column for column in columns if not column.is_axis and column.name != "refined"]
+    return choice, *decided
+
+
+def choice_rows(problem: Problem, choices: Solutions, refined: Flags) -> ColumnArrays:
     """Return rows of `choices.parquet`; texts are places among the `choices` of their column.
 
     Args:
         problem: The question.
         choices: The choices.
         refined: True for a choice between the points of the grid.
-        on_front: True for a choice that no other beats.
     """
-    rows = choices.results | choices.columns | {"refined": refined, "on_front": on_front}
+    rows = choices.results | choices.columns | {"refined": refined}
     rows["pretension_to"] = _finite(choices["pretension_to"])
     for end in ("from", "to"):
         state = choices[f"{end}_state"]
@@ -280,6 +298,16 @@ def _as_list(column: Column, values: np.ndarray[Any, Any]) -> list[Any]:
         else:
             numbers.append(infinite if value == np.inf else None)
     return numbers
+
+
+def from_records(columns: tuple[Column, ...], records: Sequence[Mapping[str, Any]]) -> ColumnArrays:
+    """Return rows of a record, as `as_records` gives them, as they are written."""
+    return {
+        column.name: np.array(
+            [as_value(column, record[column.name]) for record in records], dtype=column.dtype
+        )
+        for column in columns
+    }
 
 
 def as_value(column: Column, value: Any) -> Any:

@@ -18,12 +18,13 @@ from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.figures import OF_STATES
 from tendon_cli.studies.people.people_section import MAX_BYTES as MAX_PEOPLE_BYTES
 from tendon_cli.studies.people.persons_csv import read_persons
+from tendon_cli.tables.named import CHOICES, open_choices
 from tendon_cli.tables.read import AnyTable, TableInMemory, open_table
 from tendon_cli.tables.schema import Column
 from tendon_cli.units import shorten
 from tendon_cli.version import RESULTS_VERSION
 
-TABLES = ("designs", "choices", "states", "conditions", "persons", "draws")
+TABLES = ("designs", "choices", "states", "conditions", "named", "persons", "draws")
 """Tables of a run or an answer; the first that is there is shown by default."""
 _OF_A_RUN = ("designs", "states")
 _ONLY_IN_STATES = {"direction", "elbow_angle", "status", *OF_STATES}
@@ -73,10 +74,15 @@ def table_at(
             return states
     elif is_folder and wanted is None and asked:
         for name in _tables_of(path, order):
-            table = open_table(path / f"{name}.parquet")
+            table = _opened(path / f"{name}.parquet")
             if asked <= set(TableColumns.of(table.schema).quantities):
                 return table
-    return open_table(file_of(path, wanted, order=order))
+    return _opened(file_of(path, wanted, order=order))
+
+
+def _opened(file: Path) -> AnyTable:
+    """Open a table; choices are joined with what their answer says of those that it names."""
+    return open_choices(file) if file.name == CHOICES else open_table(file)
 
 
 def table_of_study(path: Path, wanted: str | None = None, asked: Collection[str] = ()) -> AnyTable:

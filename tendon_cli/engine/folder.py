@@ -1,4 +1,9 @@
-"""The folder of a run: check that a task may write there, and put its files in place."""
+"""The folder of a run: check that a task may write there, and put its files in place.
+
+What a folder holds is said by the files themselves: a record says that a run is finished, and each
+file of a table says in its footer which run and part it is of, a figure which study. So a run needs
+no list of its files to be resumed, and nothing else is ever replaced or deleted.
+"""
 
 from __future__ import annotations
 
@@ -6,28 +11,72 @@ import contextlib
 import os
 import re
 import shutil
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.engine.journal import JOURNAL, Journal
-from tendon_cli.engine.records import TABLES, difference, is_intact, read_record, write_record
+from tendon_cli.engine.records import (
+    FIGURE_FILE,
+    TABLE_FILE,
+    TABLES,
+    difference,
+    read_record,
+    write_record,
+)
 from tendon_cli.engine.task import PartResult, Task
-from tendon_cli.errors import FolderError, InputError, OutputError, SizeError, WorkersLostError
-from tendon_cli.files import LOCK, OF_A_RUN, output_errors
-from tendon_cli.tables.read import RECORDS, study_hash_of
+from tendon_cli.errors import FolderError, OutputError, SizeError, WorkersLostError
+from tendon_cli.files import LOCK, OF_A_RUN, holds_mark, output_errors
+from tendon_cli.tables.footer import Origin, read_footer, read_whole
+from tendon_cli.tables.read import RECORDS
 from tendon_cli.tables.write import WrittenFile
+from tendon_cli.version import reader_of
 
-OURS = (*RECORDS.values(), JOURNAL, LOCK)
-"""Files of a run besides tables and figures."""
-_PART = re.compile(r"part-(\d{5,})\.parquet", re.ASCII)
+_OLD_JOURNAL = "journal.jsonl"
+"""File of an unfinished run of tendon 0.3.0 and before, which listed its parts."""
 _READ_AS_PART = re.compile(r"part-.*\.parquet")
 """Names of files that readers of a folder of parts take for parts."""
 _FIGURES = re.compile(r"\.tendon-figures-[0-9a-f]{12}", re.ASCII)
 """Names of folders in which figures lie until all are drawn."""
+_TABLE_FILES = tuple(f"{table}.parquet" for table in TABLES)
 _ELSEWHERE = "choose another folder with --out"
-_NO_JOURNAL = "holds a journal that is not as tendon wrote it"
+_MOVE_AWAY = "move it away, or choose another folder with --out"
+
+
+@dataclass(frozen=True)
+class FolderContents:
+    """Contents of a run folder at one look."""
+
+    record: dict[str, Any] | None
+    """Record of the finished run; None if there is none."""
+    has_lock: bool
+    """True if a run has ever been there."""
+    origins: Mapping[str, Origin]
+    """Files of tables that a run wrote, by name, and what their footers say they are of."""
+    others: tuple[str, ...]
+    """Other files by name, among them tables that no run wrote; in folders of tables, too."""
+
+    @property
+    def listed(self) -> set[str]:
+        """Names of the tables' files that the record lists."""
+        return set() if self.record is None else {item["path"] for item in self.record["files"]}
+
+    @property
+    def run(self) -> tuple[str, str, int] | None:
+        """The run that stands in the folder, finished or not; None if there is none.
+
+        It is as in `Origin.run`.
+        """
+        if self.record is not None:
+            record = self.record
+            return record["verb"], record["study_hash"], record["results_version"]
+        return next((origin.run for origin in self.origins.values()), None)
+
+    @property
+    def of_run(self) -> set[str]:
+        """Names of the tables' files that belong to the run in the folder."""
+        by_footer = {name for name, origin in self.origins.items() if origin.run == self.run}
+        return self.listed | by_footer
 
 
 @dataclass(frozen=True)
@@ -37,97 +86,92 @@ class RunFolder:
     path: Path
     task: Task
 
-    def check(self, *, resume: bool, overwrite: bool) -> None:
+    def check(self, contents: FolderContents, *, resume: bool, overwrite: bool) -> None:
         """Raise FolderError if the task may not be run into the folder; nothing is changed there.
 
         Args:
+            contents: Contents of the folder.
             resume: True if an unfinished run of the same study may be finished.
             overwrite: True if the run in the folder may be replaced.
         """
-        if not self.path.exists():
+        record = contents.record
+        if record is None and _OLD_JOURNAL in contents.others:
+            raise self._refusal(
+                f"holds a {_OLD_JOURNAL}, which this tendon does not write",
+                f"{reader_of(0)} to {reader_of(6)} finish a run that has one; {_ELSEWHERE}",
+            )
+        ours = self.task.run
+        is_ours = contents.run == ours
+        if record is None and not (is_ours or (contents.run and contents.has_lock)):
+            # No run was ever here, or none that came to its first part.
+            foreign = [*contents.origins, *map(self._at_the_top, contents.others)]
+            foreign = [name for name in foreign if not self._is_figure_of(name, ours)]
+            if foreign:
+                raise self._refusal(f"is not a run folder, it holds {min(foreign)}", _ELSEWHERE)
             return
-        if not self.path.is_dir():
-            raise self._refusal("is a file, expected a folder for the run")
-        record = read_record(self.path)
-        journal = Journal.read(self.path)
-        existing = record or journal.header
-        if not existing:
-            self._check_not_foreign(journal)
-            return
+        another = [name for name in contents.origins if name not in contents.of_run]
+        if record is None and another:
+            raise self._refusal(f"holds files of two runs, among them {another[0]}", _MOVE_AWAY)
         if overwrite:
-            self._check_replaceable(existing)
+            self._check_nothing_in_the_way(contents, contents.of_run)
             return
-        differs = difference(existing, self.task.verb, self.task.study)
-        if differs is not None:
+        if not is_ours:
+            differs = self._difference(contents)
             hint = "--overwrite replaces it, --out writes elsewhere"
             raise self._refusal(f"holds a run of another study: {differs}", hint)
         if record is not None:
             return
-        if not self.header().items() <= existing.items():
-            raise self._refusal(_NO_JOURNAL, _ELSEWHERE)
         if not resume:
-            done = f"{len(journal.parts)} of {self.task.parts} parts are done"
-            hint = "--resume finishes it (in Python resume=True), --overwrite starts over"
-            raise self._refusal(f"holds an unfinished run of this study, {done}", hint)
+            parts = range(self.task.parts)
+            done = sum(set(self.task.files(part).values()) <= contents.of_run for part in parts)
+            raise self._refusal(
+                f"holds an unfinished run of this study, {done} of {len(parts)} parts are done",
+                "--resume finishes it (in Python resume=True), --overwrite starts over",
+            )
+        self._check_nothing_in_the_way(contents, contents.of_run & self.task.names)
 
-    def _check_not_foreign(self, journal: Journal) -> None:
-        """Raise FolderError unless the folder is empty, or can only be the beginning of this run.
+    def _difference(self, contents: FolderContents) -> str:
+        """Say how the run in the folder differs from the one that is to be run."""
+        existing: dict[str, Any] | None = contents.record
+        if existing is None:
+            footer = read_footer(self.path / next(iter(contents.origins)))
+            facts = {} if footer is None else footer.facts
+            existing = {**facts, **(facts.get("study") or {})}
+        return difference(existing, self.task.verb, self.task.study) or "other parts"
 
-        Args:
-            journal: The journal of the folder, which has no header.
-        """
-        foreign = sorted(item.name for item in self.path.iterdir() if not _is_ours(item.name))
-        if journal.path.exists():
-            if not (journal.parts or journal.is_beginning_of(self.header())):
-                raise self._refusal(_NO_JOURNAL, _ELSEWHERE)
-            foreign = [name for name in foreign if not self._is_of_this_study(name)]
-        if foreign:
-            raise self._refusal(f"is not a run folder, it holds {foreign[0]}", _ELSEWHERE)
-
-    def _is_of_this_study(self, name: str) -> bool:
-        """Return True if a file, or a folder of parts, is a table of this study, or becomes one."""
-        path = self.path / name
-        if path.is_symlink() or name not in {f"{table}.parquet" for table in TABLES}:
-            return False
-        files = [path]
-        if not path.is_file():
-            files = [file for file in path.iterdir() if not OF_A_RUN.fullmatch(file.name)]
-        return all(study_hash_of(file) == self.task.study.hash for file in files)
-
-    def _check_replaceable(self, existing: dict[str, Any]) -> None:
-        """Raise FolderError if a file that no run wrote is in the way of this run.
+    def _check_nothing_in_the_way(self, contents: FolderContents, replaced: set[str]) -> None:
+        """Raise FolderError if a file is in the way of this run.
 
         Args:
-            existing: Record, or header of the journal, of the run that is to be replaced.
+            contents: Contents of the folder.
+            replaced: Names of the files that the run may replace or delete.
         """
-        listed = {entry["path"].partition(".")[0] for entry in existing.get("files", ())}
-        listed.update(existing.get("tables", ()))
-        for table in TABLES:
-            path = self.path / f"{table}.parquet"
-            parts = self.task.tables.get(table)
-            is_unlisted = parts is not None and table not in listed
-            in_the_way = []
-            if path.is_symlink() or (is_unlisted and path.exists()):
-                in_the_way.append(path.name)
-            if path.is_dir() and table in listed:
-                # A folder of parts may keep a stranger's file, unless readers take it for a part.
-                stays_folder = parts is not None and parts > 1
-                others = [item.name for item in path.iterdir() if not _is_part(item.name)]
-                in_the_way += [
-                    f"{path.name}/{name}"
-                    for name in others
-                    if not stays_folder or _READ_AS_PART.fullmatch(name)
-                ]
-            if in_the_way:
-                hint = "move it away, or choose another folder with --out"
-                raise self._refusal(f"holds {in_the_way[0]}, which no run wrote", hint)
+        for name in (*contents.others, *contents.origins):
+            top, _, inner = name.partition("/")
+            table = top.removesuffix(".parquet")
+            if name in replaced or top not in _TABLE_FILES or table not in self.task.tables:
+                continue
+            # A folder of parts may keep a stranger's file, unless readers take it for a part.
+            stays_folder = inner and self.task.tables[table] > 1
+            if not stays_folder or _READ_AS_PART.fullmatch(inner):
+                raise self._refusal(f"holds {name}, which no run wrote, or is damaged", _MOVE_AWAY)
+
+    @staticmethod
+    def _at_the_top(name: str) -> str:
+        """Return the file or folder at the top of the run folder that a name is in."""
+        return name.partition("/")[0]
+
+    def _is_figure_of(self, name: str, run: tuple[str, str, int]) -> bool:
+        """Return True if a file is a figure of a run's study."""
+        _, study_hash, _ = run
+        return bool(FIGURE_FILE.fullmatch(name)) and holds_mark(self.path / name, study_hash)
 
     def _refusal(self, message: str, hint: str | None = None) -> FolderError:
         return FolderError(message, where=str(self.path), hint=hint)
 
-    def check_space(self) -> None:
+    def check_space(self, contents: FolderContents) -> None:
         """Raise SizeError for a run that cannot fit on the disk, before any of it is written."""
-        if (self.path / JOURNAL).exists():
+        if contents.record is None and contents.origins:
             return  # the finished parts of an unfinished run are on the disk already
         needed = self.task.least_bytes
         free = free_bytes(self.path)
@@ -140,36 +184,44 @@ class RunFolder:
                 "--dry-run prints the size beforehand",
             )
 
-    def header(self) -> dict[str, Any]:
-        """Return the first entry of this run's journal: which run it is, its tables and parts."""
-        return {**self.task.identity, "tables": list(self.task.tables), "parts": self.task.parts}
+    def standing(self, contents: FolderContents) -> dict[int, PartResult]:
+        """Return the parts of this run whose files are whole, by their indices.
 
-    def intact(self, journal: Journal) -> dict[int, PartResult]:
-        """Return the recorded parts whose files are as they were first or last written."""
-        intact = {}
-        for index, part in journal.parts.items():
-            if index >= self.task.parts or not self.task.is_note(index, part.note):
-                continue
-            files = {}
-            for name, first in part.files.items():
-                for written in (first, journal.last.get(name)):
-                    if written is not None and self._is_intact(name, written):
-                        files[name] = written
-                        break
-            is_whole = len(files) == len(part.files)
-            if is_whole and set(files) == set(self.task.files(index).values()):
-                intact[index] = replace(part, files=files)
-        return intact
+        Each file is read once.
+        """
+        standing = {}
+        for index in range(self.task.parts):
+            part = self._standing_part(contents, index)
+            if part is not None:
+                standing[index] = part
+        return standing
 
-    def _is_intact(self, name: str, file: WrittenFile) -> bool:
-        """Return True if a file in the folder has the recorded bytes."""
-        return is_intact(self.path, {"path": name, **asdict(file)})
+    def _standing_part(self, contents: FolderContents, index: int) -> PartResult | None:
+        """Return a part whose files are all there, as they were written; else None."""
+        files = {}
+        note: Any = None
+        for table, name in self.task.files(index).items():
+            if contents.origins.get(name) != self.task.origin(table, index):
+                return None
+            path = self.path / name
+            try:
+                whole = None if path.is_symlink() else read_whole(path)
+            except OSError:
+                return None
+            if whole is None:
+                return None
+            footer, sha256 = whole
+            note = footer.fact("note")
+            files[name] = WrittenFile(footer.metadata.num_rows, footer.size, sha256)
+        if not self.task.is_note(index, note):
+            return None
+        return PartResult(index, note, files)
 
     def prepare(self) -> None:
         """Make the folders of tables that have several parts; raises OutputError."""
-        for table, parts in self.task.tables.items():
+        for table, files in self.task.tables.items():
             folder = self.path / f"{table}.parquet"
-            if parts <= 1:
+            if files <= 1:
                 continue
             try:
                 if folder.is_symlink():
@@ -180,40 +232,27 @@ class RunFolder:
             except OSError as error:
                 raise OutputError(f"cannot be made: {error.strerror}", where=str(folder)) from error
 
-    def clear(self) -> bool:
+    def clear(self, contents: FolderContents) -> None:
         """Delete the files of the run in the folder, finished or not, and nothing else.
 
-        Returns:
-            True if there was one.
+        Tables go last: they say themselves whose they are, so that the next run knows the rest,
+        whenever the process ends.
         """
-        record = read_record(self.path)
-        journal = Journal.read(self.path)
-        if record is not None:
-            # Until the new run has its journal, this one says whose files these are.
-            tables = sorted({entry["path"].partition(".")[0] for entry in record["files"]})
-            identity = {key: record.get(key) for key in self.task.identity}
-            journal.figures = (*record["figures"], *journal.figures)
-            journal.start({**identity, "parts": record.get("parts", 1), "tables": tables})
-        with output_errors(self.path):
-            for name in RECORDS.values():
-                self._delete(name)  # first, so that what is half deleted does not look finished
-            for name in journal.figures:
-                self._delete(name)
-            for table in journal.header.get("tables", ()):
-                self._delete_table(f"{table}.parquet")
-        return journal.path.exists()
-
-    def _delete_table(self, name: str) -> None:
-        """Delete a table of the run, its file or all its parts; other files among parts stay."""
-        path = self.path / name
-        if path.is_symlink() or not path.is_dir():
-            self._delete(name)
+        run = contents.run
+        if run is None:
             return
-        for item in path.iterdir():
-            if _is_part(item.name):
-                self._delete(f"{name}/{item.name}")
-        with contextlib.suppress(OSError):
-            path.rmdir()
+        figures = contents.others if contents.record is None else contents.record["figures"]
+        with output_errors(self.path):
+            for name in figures:
+                if self._is_figure_of(name, run):
+                    self._delete(name)
+            for name in RECORDS.values():
+                self._delete(name)
+            for name in contents.of_run:
+                self._delete(name)
+            for name in _TABLE_FILES:
+                with contextlib.suppress(OSError):
+                    (self.path / name).rmdir()
 
     def _delete(self, name: str) -> None:
         (self.path / name).unlink(missing_ok=True)
@@ -234,77 +273,111 @@ class RunFolder:
         finally:
             shutil.rmtree(drawn, ignore_errors=True)
 
-    def place_figures(
-        self, drawn: Path, names: list[str], before: list[str], journal: Journal | None
-    ) -> list[str]:
+    def place_figures(self, drawn: Path, names: list[str], before: list[str]) -> list[str]:
         """Replace earlier figures by those that were drawn; raises OutputError.
 
         Args:
             drawn: The folder in which they were drawn.
             names: Their names; those that cannot be put in place are removed from the list.
             before: Names of the earlier figures.
-            journal: Journal in which the names are announced first; None if a record lists them.
 
         Returns:
             Warnings about figures that are left out.
         """
+        run = self.task.run
         faults = []
         for name in list(names):
-            if name not in before and os.path.lexists(self.path / name):
+            if os.path.lexists(self.path / name) and not self._is_figure_of(name, run):
                 names.remove(name)
                 faults.append(
                     f"{name} is not drawn: a file of that name is there, which no run wrote"
                 )
-        if journal is not None and names:
-            journal.announce(names)
         with output_errors(self.path):
             for name in before:
-                if name not in names:
+                if name not in names and self._is_figure_of(name, run):
                     self._delete(name)
             for name in names:
                 (drawn / name).replace(self.path / name)
         return faults
 
     def finish(self, record: dict[str, Any]) -> None:
-        """Declare the run finished: write its record last of all, then delete the journal.
-
-        Parts that the record does not list are deleted: a worker that was lost may have written
-        them late.
+        """Declare the run finished: write its record last of all.
 
         Raises:
-            WorkersLostError: A file of the run was replaced.
-            InputError: A file of the run was damaged.
+            WorkersLostError: A file of the run was replaced or damaged meanwhile.
+            FolderError: A file among the parts is not of the run.
         """
         sizes = {entry["path"]: entry["size"] for entry in record["files"]}
-        for table, parts in self.task.tables.items():
-            if parts <= 1:
+        for name, size in sizes.items():
+            path = self.path / name
+            if not path.exists() or path.lstat().st_size != size:
+                hint = "--resume computes it again"
+                message = "was replaced or damaged during the run"
+                raise WorkersLostError(message, where=str(path), hint=hint)
+        for table, files in self.task.tables.items():
+            if files <= 1:
                 continue
             for item in (self.path / f"{table}.parquet").iterdir():
                 name = f"{table}.parquet/{item.name}"
-                if _is_part(item.name) and name not in sizes:
-                    self._delete(name)
-        for name, size in sizes.items():
-            path = self.path / name
-            if path.lstat().st_size != size:
-                hint = "--resume computes it again"
-                if study_hash_of(path) is None:
-                    message = "was damaged during the run"
-                    raise InputError(message, where=str(path), hint=hint)
-                message = "was replaced during the run"
-                raise WorkersLostError(message, where=str(path), hint=hint)
+                if _READ_AS_PART.fullmatch(item.name) and name not in sizes:
+                    hint = "move it away, then --resume"
+                    raise self._refusal(f"holds {name}, which is not of this run", hint)
         write_record(self.path, record)
-        with contextlib.suppress(OSError):
-            self._delete(JOURNAL)
 
 
-def _is_ours(name: str) -> bool:
-    """Return True if a run gives this name to a file in its folder that is no table or figure."""
-    return name in OURS or bool(OF_A_RUN.fullmatch(name) or _FIGURES.fullmatch(name))
+def look(folder: Path) -> FolderContents:
+    """Look at what a folder holds. Of files that no record lists, footers are read.
+
+    Raises:
+        FolderError: It is no folder, or a record in it is not as tendon wrote it.
+    """
+    if not folder.is_dir():
+        if folder.exists():
+            raise FolderError("is a file, expected a folder for the run", where=str(folder))
+        return FolderContents(None, has_lock=False, origins={}, others=())
+    record = read_record(folder)
+    listed = set() if record is None else {entry["path"] for entry in record["files"]}
+    origins = {}
+    others = []
+    for name in _names_in(folder):
+        if name in listed:
+            continue
+        origin = _origin_of(folder / name) if TABLE_FILE.fullmatch(name) else None
+        if origin is not None:
+            origins[name] = origin
+        else:
+            others.append(name)
+    has_lock = (folder / LOCK).exists()
+    return FolderContents(record, has_lock=has_lock, origins=origins, others=tuple(others))
 
 
-def _is_part(name: str) -> bool:
-    """Return True if a run gives this name to a file in a folder of parts."""
-    return bool(_PART.fullmatch(name) or OF_A_RUN.fullmatch(name))
+def _names_in(folder: Path) -> Iterator[str]:
+    """Yield the names of all that a folder holds but records, locks and files that are begun.
+
+    Folders of tables are looked into, others are one name; an empty folder of a table is none.
+    """
+    for item in sorted(folder.iterdir()):
+        name = item.name
+        if name in (*RECORDS.values(), LOCK) or OF_A_RUN.fullmatch(name):
+            continue
+        if _FIGURES.fullmatch(name):
+            continue
+        is_table = name in _TABLE_FILES and item.is_dir() and not item.is_symlink()
+        if not is_table:
+            yield name
+            continue
+        for part in sorted(item.iterdir()):
+            if not OF_A_RUN.fullmatch(part.name):
+                yield f"{name}/{part.name}"
+
+
+def _origin_of(path: Path) -> Origin | None:
+    """Return what the file of a table says it is of; None if it is no file that a run wrote."""
+    try:
+        footer = read_footer(path)
+    except OSError:
+        return None
+    return None if footer is None else footer.origin
 
 
 def free_bytes(folder: Path) -> int:

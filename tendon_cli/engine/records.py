@@ -15,16 +15,17 @@ from tendon_cli.files import read_file, write_whole
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.digest import file_sha256
 from tendon_cli.tables.read import RECORDS
-from tendon_cli.version import RESULTS_VERSION
+from tendon_cli.version import RESULTS_VERSION, reader_of
 
-TABLES = ("designs", "states", "choices", "conditions", "persons", "draws")
+TABLES = ("designs", "states", "choices", "conditions", "named", "persons", "draws")
 """Tables that a run or an answer may have."""
 FIGURE_FILE = re.compile(r"[\w-][\w.-]*\.(png|svg|pdf)")
 """Names of figures."""
 MOST_BYTES = 2**30
-"""Largest record or journal that is read."""
+"""Largest record that is read."""
 
-_TABLE_FILE = re.compile(rf"({'|'.join(TABLES)})\.parquet(/part-\d{{5,}}\.parquet)?", re.ASCII)
+TABLE_FILE = re.compile(rf"({'|'.join(TABLES)})\.parquet(/part-\d{{5,}}\.parquet)?", re.ASCII)
+"""Names of the files of tables."""
 _ELSEWHERE = "choose another folder with --out, or delete this one yourself"
 
 _ALWAYS: dict[str, type] = {
@@ -138,7 +139,7 @@ def _is_file(entry: Mapping[str, Any]) -> bool:
     path = entry.get("path")
     return (
         isinstance(path, str)
-        and _TABLE_FILE.fullmatch(path) is not None
+        and TABLE_FILE.fullmatch(path) is not None
         and isinstance(entry.get("sha256"), str)
         and is_count(entry.get("size"))
         and is_count(entry.get("rows", 0))
@@ -172,13 +173,16 @@ def difference(recorded: Mapping[str, Any], verb: str, study: Study) -> str | No
     """Say how a recorded run differs from one of a study; None if it does not.
 
     Args:
-        recorded: A record, or the header of a journal.
+        recorded: A record, or what the tables of an unfinished run say.
         verb: The command that is to be run.
         study: Its study.
     """
     version = recorded.get("results_version")
     if version != RESULTS_VERSION:
-        return f"results version {version}, this tendon gives {RESULTS_VERSION}"
+        return (
+            f"results version {version}, which {reader_of(version)} reads; "
+            f"this tendon gives {RESULTS_VERSION}"
+        )
     other = recorded.get("verb", "sweep")
     if other != verb:
         return f"`tendon {other}` wrote it, not `tendon {verb}`"

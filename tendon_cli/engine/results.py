@@ -16,16 +16,16 @@ import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.display import Displayed, face
-from tendon_cli.engine.journal import Journal
+from tendon_cli.engine.folder import look
 from tendon_cli.engine.plan import Plan
-from tendon_cli.engine.records import damaged_files, read_record
+from tendon_cli.engine.records import damaged_files
 from tendon_cli.engine.states import WorkedOut
 from tendon_cli.engine.table_columns import PlanColumns
 from tendon_cli.errors import FolderError, InputError, UsageError, install_hint
 from tendon_cli.files import result_path
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.load import recorded_study
-from tendon_cli.tables.read import RECORDS, TableFiles, open_table
+from tendon_cli.tables.read import RECORDS, TableFiles, check_version, open_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -138,16 +138,18 @@ def verified_record(path: Path) -> dict[str, Any]:
     if not path.is_dir():
         message = "is a file, expected the folder of a run" if path.exists() else "no such folder"
         raise InputError(message, where=str(path))
-    record = read_record(path)
+    contents = look(path)
+    record = contents.record
     if record is None:
-        header = Journal.read(path).header
-        if header:
-            verb = header.get("verb", "sweep")
+        if contents.run is not None:
+            verb, _, version = contents.run
+            check_version(path, {"verb": verb, "results_version": version})
             hint = f"`tendon {verb} --resume` finishes it; in Python {verb}(..., resume=True)"
             raise FolderError("holds an unfinished run", where=str(path), hint=hint)
         message = f"is not a run folder: it holds no {' or '.join(RECORDS.values())}"
         hint = "`tendon sweep` or `tendon design` writes one"
         raise InputError(message, where=str(path), hint=hint)
+    check_version(path, record)
     for name in damaged_files(path, record):
         hint = f"`tendon {record['verb']} --resume` computes just this file again"
         raise InputError("is missing, or not as it was written", where=str(path / name), hint=hint)

@@ -10,9 +10,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
-from tendon_cli.engine.folder import RunFolder
-from tendon_cli.engine.journal import Journal
-from tendon_cli.engine.records import damaged_files, read_record, write_record
+from tendon_cli.engine.folder import RunFolder, look
+from tendon_cli.engine.records import damaged_files
 from tendon_cli.engine.results import Result
 from tendon_cli.engine.task import InMemory, PartMaker, PartResult, Task
 from tendon_cli.engine.threads import (
@@ -27,6 +26,7 @@ from tendon_cli.files import check_unlocked, locked
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import versions
 from tendon_cli.tables.write import WrittenFile
+from tendon_cli.version import RESULTS_VERSION
 
 Draw: TypeAlias = Callable[
     [Study, Path, Path, dict[str, Any]], tuple[list[str], list[str], str | None]
@@ -93,14 +93,15 @@ def run_task(
         folder = RunFolder(out, task.of(study, ended))
         if how.lock:
             check_unlocked(out)
-        # Checked before it is locked: a folder that is refused stays as it was.
-        folder.check(resume=how.resume, overwrite=how.overwrite)
-        folder.check_space()
+        # Looked at before it is locked: a folder that is refused stays as it was.
+        contents = look(out)
+        folder.check(contents, resume=how.resume, overwrite=how.overwrite)
+        folder.check_space(contents)
         with _runner(how, folder.task.parts) as runner, locked(out, use_lock=how.lock):
             record, up_to_date = compute_parts(folder, how, runner)
             note = None
             if not up_to_date or (how.draw is not None and _wants_figures(folder, record)):
-                note = _with_figures(folder, record, how.draw, up_to_date=up_to_date)
+                note = _with_figures(folder, record, how.draw)
                 folder.finish(record)
             return kind(record, out, up_to_date=up_to_date, note=note)
 
@@ -110,7 +111,7 @@ def _in_memory(task: Task, kind: type[ResultType], how: RunOptions) -> ResultTyp
     task.check_memory()
     maker = InMemory(task, Path())
     with _runner(how, task.parts) as runner:
-        record = _recorded(maker, Journal(Path(), in_memory=True), runner, how.progress)
+        record = _recorded(maker, {}, runner, how.progress)
     return kind({**record, "files": []}, tables=maker.tables())
 
 
@@ -149,45 +150,52 @@ def compute_parts(
         WorkersLostError: Parts failed.
         Stopped: The run was stopped.
     """
-    folder.check(resume=how.resume, overwrite=how.overwrite)
-    replaces = how.overwrite and folder.clear()
-    record = read_record(folder.path)
+    contents = look(folder.path)
+    folder.check(contents, resume=how.resume, overwrite=how.overwrite)
     maker = PartMaker(folder.task, folder.path)
     maker.tidy()
-    if record is not None:
-        return _repaired(folder, record, maker, runner if how.resume else None)
-    journal = Journal.read(folder.path)
-    if replaces:
-        journal.parts = {}
-        journal.figures = ()
+    done: dict[int, PartResult] = {}
+    if how.overwrite:
+        folder.clear(contents)
+    elif contents.record is not None:
+        return _repaired(folder, contents.record, maker, runner if how.resume else None)
     else:
-        journal.parts = folder.intact(journal)
-    journal.start(folder.header())
+        done = folder.standing(contents)
     folder.prepare()
-    return _recorded(maker, journal, runner, how.progress), False
+    return _recorded(maker, done, runner, how.progress), False
 
 
 def _recorded(
-    maker: PartMaker, journal: Journal, runner: Runner, progress: Progress
+    maker: PartMaker, done: dict[int, PartResult], runner: Runner, progress: Progress
 ) -> dict[str, Any]:
-    """Make the missing parts of a task, then the files that need all parts; return the record."""
+    """Make the missing parts of a task, then the files that need all parts; return the record.
+
+    Args:
+        maker: Makes a part.
+        done: Parts that are made already, by their indices; the others are added.
+        runner: Has the maker make parts.
+        progress: Called after each part.
+    """
     started = time.monotonic()
     task = maker.task
     study = task.study
-    resumed = len(journal.parts)
+    resumed = len(done)
 
     def take(result: PartResult) -> None:
-        journal.add(result)
-        progress(len(journal.parts), task.parts)
+        done[result.index] = result
+        progress(len(done), task.parts)
 
     progress(resumed, task.parts)
-    missing = (index for index in range(task.parts) if index not in journal.parts)
+    missing = [index for index in range(task.parts) if index not in done]
     make_parts(maker, runner, missing, take)
-    parts = [journal.parts[index] for index in range(task.parts)]
+    parts = [done[index] for index in range(task.parts)]
     record = {
         "name": study.name,
         "title": study.title,
-        **{key: value for key, value in task.identity.items() if key != "study"},
+        "verb": task.verb,
+        "study_hash": study.hash,
+        "results_version": RESULTS_VERSION,
+        **{key: value for key, value in study.record.items() if key != "study"},
         **task.results([part.note for part in parts]),
         "parts": task.parts,
         "resumed_parts": resumed,
@@ -199,31 +207,27 @@ def _recorded(
     }
     record["warnings"] = task.warnings(record)
     files = {name: file for part in parts for name, file in part.files.items()}
-    files |= _written_last(maker, record, journal.announce_last)
+    files |= _written_last(maker, record)
     entries = [{"path": name, **asdict(file)} for name, file in files.items()]
     return record | {"files": entries, "seconds": round(time.monotonic() - started, 3)}
 
 
 def _written_last(
-    maker: PartMaker,
-    record: Mapping[str, Any],
-    announce: Callable[[str, WrittenFile], None] = lambda _name, _file: None,
-    only: Collection[str] | None = None,
+    maker: PartMaker, record: Mapping[str, Any], only: Collection[str] | None = None
 ) -> dict[str, WrittenFile]:
     """Write the files that follow from the whole record; return their sizes and checksums by name.
 
     Args:
         maker: Writes a file.
         record: The record.
-        announce: Called with each file before it is put in place.
         only: Names of the files to write; None for all.
     """
     written = {}
-    for file in maker.task.final_files(record, maker.read):
+    for file in maker.task.final_files(record):
         name = file[0]
         if only is None or name in only:
             maker.task.check_stopped()
-            written[name] = maker.write(file, announce)
+            written[name] = maker.write(file)
     return written
 
 
@@ -252,21 +256,19 @@ def _repaired(
             where=str(folder.path),
             hint="--resume computes just these files again",
         )
-    rewritten = set(damaged)
 
     def take(result: PartResult) -> None:
         for name, file in result.files.items():
-            rewritten.add(name)
             entries[name].update(asdict(file))
 
     folder.prepare()
     missing = [
         index
         for index in range(folder.task.parts)
-        if not rewritten.isdisjoint(folder.task.files(index).values())
+        if not set(damaged).isdisjoint(folder.task.files(index).values())
     ]
     make_parts(maker, runner, missing, take)
-    for name, file in _written_last(maker, record, only=rewritten).items():
+    for name, file in _written_last(maker, record, only=damaged).items():
         entries[name].update(asdict(file))
     return {**record, "repaired": damaged}, False
 
@@ -274,26 +276,22 @@ def _repaired(
 # --- Figures --------------------------------------------------------------------------------------
 
 
-def _with_figures(
-    folder: RunFolder, record: dict[str, Any], draw: Draw | None, *, up_to_date: bool
-) -> str | None:
-    """Draw the figures into a folder of their own, write their names down, then put them in place.
+def _with_figures(folder: RunFolder, record: dict[str, Any], draw: Draw | None) -> str | None:
+    """Draw the figures into a folder of their own, then put them in place.
 
-    So a record or a journal lists each figure in the run folder, whenever the process ends.
+    Each says which study it is of, whenever the process ends.
 
     Args:
         folder: The folder.
         record: The record, whose figures and warnings are set.
-        draw: Draws the figures; None to delete those that are there.
-        up_to_date: True if the record is in the folder already.
+        draw: Draws the figures; None for no new ones.
 
     Returns:
         Why there is no slack map; None if there is one, or nobody asked for it.
     """
-    journal = Journal.read(folder.path)
-    before = list(dict.fromkeys([*record.get("figures", ()), *journal.figures]))
+    before = list(record["figures"])
     started = time.monotonic()
-    names = list(record.get("figures", ()))
+    names = before
     faults: list[str] = []
     note = None
     try:
@@ -301,12 +299,7 @@ def _with_figures(
         with drawing as drawn:
             if draw is not None:
                 names, faults, note = draw(folder.task.study, folder.path, drawn, record)
-            if up_to_date:
-                listed = list(dict.fromkeys([*before, *names]))
-                write_record(folder.path, {**record, "figures": listed})
-            if draw is not None or not record.get("figures"):
-                announced_in = None if up_to_date else journal
-                faults += folder.place_figures(drawn, names, before, announced_in)
+                faults += folder.place_figures(drawn, names, before)
     except (OSError, OutputError) as error:
         names = []
         faults = [*faults, f"the figures cannot be drawn: {error}"]

@@ -18,7 +18,7 @@ import pyarrow as pa
 from tendon_cli.errors import Stopped
 from tendon_cli.files import OF_A_RUN
 from tendon_cli.studies.study import Study
-from tendon_cli.tables.read import TableFiles
+from tendon_cli.tables.footer import Origin
 from tendon_cli.tables.schema import Column, TableLayout, schema_of, versions
 from tendon_cli.tables.write import (
     Filler,
@@ -31,7 +31,7 @@ from tendon_cli.tables.write import (
 from tendon_cli.version import RESULTS_VERSION
 
 Note: TypeAlias = dict[str, Any]
-"""Counts and other facts of a part besides its tables, as JSON."""
+"""Counts and other facts of a part besides its rows, as JSON, kept in the footers of its files."""
 FinalFile: TypeAlias = tuple[str, TableLayout, Filler]
 """A file that follows from the whole record: its name, its layout, and its filler."""
 Compute: TypeAlias = Callable[[Callable[[], Note]], Note]
@@ -41,8 +41,10 @@ Compute: TypeAlias = Callable[[Callable[[], Note]], Note]
 class Task(ABC):
     """Work of a command on a study, cut into parts that are computed independently.
 
-    The length of the parts follows from the study alone. Several threads may work on a task at
-    once. `stop` is set when its results are not wanted any more.
+    Each part is a function of the study alone, as are the lengths of the parts and the names of all
+    files; each file is written once. What only the whole knows stands in the last files of tables.
+    Several threads may work on a task at once. `stop` is set when its results are not wanted any
+    more.
     """
 
     verb: ClassVar[str]
@@ -62,7 +64,12 @@ class Task(ABC):
     @property
     @abstractmethod
     def tables(self) -> Mapping[str, int]:
-        """Tables and the number of parts of each; 0 for a table that follows from the record."""
+        """Tables and the number of files of each."""
+
+    @property
+    def last_files(self) -> Mapping[str, int]:
+        """Number of a table's files, the last of them, that follow from the whole record."""
+        return {}
 
     @abstractmethod
     def columns(self, table: str) -> tuple[Column, ...]:
@@ -101,20 +108,8 @@ class Task(ABC):
         """Return the warnings that a reader of the results needs first."""
         return list(self.study.warnings)
 
-    def final_files(
-        self,
-        record: Mapping[str, Any],  # noqa: ARG002
-        read: Callable[[str], pa.Table],  # noqa: ARG002
-    ) -> Iterator[FinalFile]:
-        """Yield the files that follow from the whole record, among them parts written once more.
-
-        A part comes out the same however often it is written, whether from its first form or from
-        its last.
-
-        Args:
-            record: The record.
-            read: Returns the rows of a part by the name of its file.
-        """
+    def final_files(self, record: Mapping[str, Any]) -> Iterator[FinalFile]:  # noqa: ARG002
+        """Yield the files that follow from the whole record, as many as `last_files` says."""
         return iter(())
 
     def check_memory(self) -> None:  # noqa: B027 - a task is of any size, unless it says so
@@ -123,36 +118,51 @@ class Task(ABC):
     @property
     def parts(self) -> int:
         """Number of parts that the work is cut into."""
-        return max(self.tables.values())
+        return max(map(self.filled, self.tables))
 
-    @property
-    def identity(self) -> dict[str, Any]:
-        """Facts that two runs share if and only if they are the same."""
-        study = self.study
-        return {
-            "verb": self.verb,
-            "study_hash": study.hash,
-            "results_version": RESULTS_VERSION,
-            **study.record,
-        }
+    def filled(self, table: str) -> int:
+        """Return the number of a table's files that parts of the work fill."""
+        return self.tables[table] - self.last_files.get(table, 0)
+
+    def file(self, table: str, index: int) -> str:
+        """Return the name of a table's file in the run folder: one file, or one of several."""
+        if self.tables[table] == 1:
+            return f"{table}.parquet"
+        return f"{table}.parquet/part-{index:05d}.parquet"
 
     def files(self, index: int) -> dict[str, str]:
         """Return the files of a part in the run folder, by table."""
         return {
-            table: file_name(table, index, parts)
-            for table, parts in self.tables.items()
-            if index < parts
+            table: self.file(table, index) for table in self.tables if index < self.filled(table)
         }
 
+    @cached_property
+    def names(self) -> set[str]:
+        """Names of all files of tables in the run folder."""
+        return {
+            self.file(table, index)
+            for table, count in self.tables.items()
+            for index in range(count)
+        }
+
+    @property
+    def run(self) -> tuple[str, str, int]:
+        """Facts that its files share with no file of another run, as in `Origin.run`."""
+        return self.verb, self.study.hash, RESULTS_VERSION
+
+    def origin(self, table: str, index: int) -> Origin:
+        """Return what a file of a table says it is of."""
+        return Origin(*self.run, table, index, self.tables[table])
+
     def layout(self, table: str, index: int, rows: int | None = None) -> TableLayout:
-        """Return the layout of a part of a table.
+        """Return the layout of a file of a table.
 
         Args:
             table: The table.
-            index: The part.
+            index: Number of the file, from 0.
             rows: Number of rows, if it is not that of `Task.rows`.
         """
-        part = json.dumps({"index": index, "of": max(1, self.tables[table])}, sort_keys=True)
+        part = json.dumps({"index": index, "of": self.tables[table]}, sort_keys=True)
         common = self._schemas[table]
         schema = common.with_metadata({**common.metadata, b"tendon.part": part})
         if rows is None:
@@ -163,6 +173,7 @@ class Task(ABC):
     def _schemas(self) -> dict[str, pa.Schema]:
         """Schemas of all tables without the part, from the study and the versions alone."""
         facts = {
+            "verb": self.verb,
             "study": self.study.record,
             "study_hash": self.study.hash,
             "results_version": RESULTS_VERSION,
@@ -177,11 +188,6 @@ class Task(ABC):
         """Raise Stopped if the results are not wanted any more."""
         if self.stop.is_set():
             raise Stopped
-
-
-def file_name(table: str, index: int, parts: int) -> str:
-    """Return the name of a part in the run folder: a file, or one in a folder of parts."""
-    return f"{table}.parquet" if parts <= 1 else f"{table}.parquet/part-{index:05d}.parquet"
 
 
 @dataclass(frozen=True)
@@ -235,7 +241,7 @@ class PartMaker:
                     files[table] = stack.enter_context(self.open(name, layout))
                 note = self.task.fill(files, index)
                 for file in files.values():
-                    file.close()
+                    file.close(note)
                 return note
 
             note = compute(work)
@@ -248,31 +254,21 @@ class PartMaker:
     def check(self) -> None:
         """Raise an exception if written files may not be put in place; here they always may."""
 
-    def write(self, file: FinalFile, announce: Callable[[str, WrittenFile], None]) -> WrittenFile:
-        """Write a file that follows from the whole record; raises OutputError.
-
-        Args:
-            file: The file.
-            announce: Called with its name and what is written, before it is put in place.
-        """
+    def write(self, file: FinalFile) -> WrittenFile:
+        """Write a file that follows from the whole record; raises OutputError."""
         name, layout, fill = file
         with self.open(name, layout) as opened:
             opened.fill(layout.rows, fill)
-            announce(name, opened.close())
             opened.flush()
             return opened.close()
-
-    def read(self, name: str) -> pa.Table:
-        """Return the rows of a file in the run folder; raises InputError."""
-        return TableFiles((self.folder / name,)).read()
 
     def tidy(self) -> None:
         """Remove files that killed processes had begun; only the holder of the folder may."""
         folders = [self.folder]
         folders += [
             self.folder / f"{table}.parquet"
-            for table, parts in self.task.tables.items()
-            if parts > 1
+            for table, files in self.task.tables.items()
+            if files > 1
         ]
         for folder in folders:
             if not folder.is_dir() or folder.is_symlink():
@@ -297,15 +293,10 @@ class InMemory(PartMaker):
         yield rows
         self.kept[name] = rows.table()
 
-    def read(self, name: str) -> pa.Table:
-        """Return the rows of a part that is kept."""
-        return self.kept[name]
-
     def tables(self) -> dict[str, pa.Table]:
         """Return the whole tables by name; their parts are not kept any longer."""
         tables = {}
-        for table, parts in self.task.tables.items():
-            count = max(1, parts)
-            names = [file_name(table, index, count) for index in range(count)]
+        for table, count in self.task.tables.items():
+            names = [self.task.file(table, index) for index in range(count)]
             tables[table] = pa.concat_tables(self.kept.pop(name) for name in names)
         return tables

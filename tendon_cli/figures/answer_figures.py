@@ -29,7 +29,7 @@ from tendon_cli.figures.frame import Page, grid_shape
 from tendon_cli.figures.served import draw_population
 from tendon_cli.figures.style import INK, OKABE_ITO, broken, hatch_key, house_style, unknown_hatch
 from tendon_cli.figures.window_over_angle import draw_between
-from tendon_cli.tables.read import open_table
+from tendon_cli.tables.named import CHOICES, open_choices
 
 _WINDOW = "#b4d4ea"
 _CHOICE = "#b8c4cc"
@@ -65,7 +65,7 @@ def draw_answer(folder: Path, record: dict[str, Any], out: Path) -> tuple[list[s
     """
     files: list[str] = []
     faults: list[str] = []
-    cube = choices_of(open_table(folder / "choices.parquet"))
+    cube = choices_of(open_choices(folder / CHOICES))
     for name in FIGURES:
         if name == "between":
             continue  # is drawn on request only
@@ -101,7 +101,7 @@ def draw_between_samples(folder: Path, record: dict[str, Any], out: Path | None)
     Raises:
         UsageError: The answer has no window over the angle.
     """
-    page = answer_figure("between", choices_of(open_table(folder / "choices.parquet")), record)
+    page = answer_figure("between", choices_of(open_choices(folder / CHOICES)), record)
     if page is None:
         hint = "an answer with a window has them; `tendon design --overwrite` solves it anew"
         raise UsageError(

@@ -39,6 +39,7 @@ from tendon_cli.space.space import Space
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import keys
+from tendon_cli.tables.named import CHOICES, open_choices
 from tendon_cli.tables.read import open_table
 from tendon_cli.tables.schema import as_numpy
 
@@ -84,7 +85,7 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
         folder: Folder of the answer.
         record: Its record, as `verified_record` returns it.
     """
-    table = open_table(folder / "choices.parquet")
+    table = open_choices(folder / CHOICES)
     cube = choices_of(table)
     axes = page_axes(cube)
     positions = {axis.axis.column: axis.positions for axis in axes}

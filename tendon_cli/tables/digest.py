@@ -23,7 +23,6 @@ _ZEROS = b"0" * 64
 # length before it. No text of a study has such control characters, so that nothing else in a footer
 # looks like it.
 _MARK = b"\x18%c%s\x18%csha256:" % (len(KEY), KEY.encode(), len(PLACEHOLDER))
-_LONGEST_FOOTER = 256 * 1024 * 1024
 _STEP = 1 << 20
 
 
@@ -72,7 +71,7 @@ class StampedSink(RawIOBase):
     def stamp(self) -> str:
         """Put the digest into the finished file, and return the SHA-256 of the file with it."""
         footer = b"".join(self._footer or [])
-        start = _digest_in(footer)
+        start = digest_place(footer)
         if start is None:
             raise ValueError("the footer has no place for a digest")
         self.footer = footer[:start] + self._written.hexdigest().encode() + footer[start + 64 :]
@@ -82,26 +81,26 @@ class StampedSink(RawIOBase):
         return self._before_footer.hexdigest()
 
 
-def is_intact(path: Path) -> bool | None:
-    """Return True if every byte of a table file is as it was written, else False.
+def digests_of(file: BinaryIO, footer: bytes, start: int) -> tuple[bool, str]:
+    """Digest an open table file in a single pass.
 
-    Return None if the file has no digest of tendon's.
+    Args:
+        file: The file.
+        footer: Its footer, which holds a digest.
+        start: Number of bytes before the footer.
+
+    Returns:
+        True if every byte is as it was written, and the SHA-256 of the file.
     """
-    with open_file(path) as file:
-        end = file.seek(0, os.SEEK_END)
-        file.seek(max(0, end - 8))
-        tail = file.read(8)
-        length = int.from_bytes(tail[:4], "little") + 8
-        if tail[4:] != b"PAR1" or length > min(end, _LONGEST_FOOTER):
-            return None
-        file.seek(end - length)
-        footer = file.read(length)
-        start = _digest_in(footer)
-        if start is None:
-            return None
-        digest = _digest_of(file, end - length)
-        digest.update(footer[:start] + _ZEROS + footer[start + 64 :])
-        return digest.hexdigest().encode() == footer[start : start + 64]
+    place = digest_place(footer)
+    if place is None:
+        raise ValueError("the footer has no digest")
+    whole = _digest_of(file, start)
+    as_written = whole.copy()
+    as_written.update(footer[:place] + _ZEROS + footer[place + 64 :])
+    whole.update(footer)
+    is_intact = as_written.hexdigest().encode() == footer[place : place + 64]
+    return is_intact, whole.hexdigest()
 
 
 def file_sha256(path: Path) -> str:
@@ -120,7 +119,7 @@ def _digest_of(file: BinaryIO, count: int) -> hashlib._Hash:
     return digest
 
 
-def _digest_in(footer: bytes) -> int | None:
+def digest_place(footer: bytes) -> int | None:
     """Return the offset of the digest's 64 digits in a footer, or None unless there is just one."""
     if footer.count(_MARK) != 1:
         return None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -18,7 +18,8 @@ import pyarrow.parquet as pq
 
 from tendon_cli.errors import InputError, is_memory_short
 from tendon_cli.files import read_file
-from tendon_cli.tables.digest import is_intact
+from tendon_cli.tables.footer import read_whole
+from tendon_cli.version import RESULTS_VERSION, reader_of
 
 RECORDS = {"sweep": "run.json", "design": "design.json"}
 """Name of the record in a run's folder, by the command of the run."""
@@ -180,11 +181,9 @@ def open_table(path: Path) -> TableFiles:
         files = sorted(path.glob("part-*.parquet"), key=_by_number)
     if not files:
         raise InputError("holds no parts of a table", where=str(path))
-    for file in files:
-        _verify(file)
     table = TableFiles(tuple(files))
     try:
-        _check_whole(path, files, [_facts(pq.read_schema(file)) for file in files])
+        _check_whole(path, files, [_verified_facts(file) for file in files])
     except (KeyError, TypeError, AttributeError, ValueError):
         raise InputError(
             "does not say what table it is", where=str(path), hint="`tendon sweep` writes it anew"
@@ -203,6 +202,7 @@ def _check_run(path: Path, table: TableFiles) -> None:
             all_recorded = {str(entry["path"]): entry["size"] for entry in record["files"]}
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             continue  # no record, or none as tendon writes it: readers of the run report that
+        check_version(folder, record)
         version = (table.facts["study_hash"], table.facts.get("results_version"))
         sizes = {str(file.relative_to(folder)): file.stat().st_size for file in table.files}
         recorded = {
@@ -217,12 +217,23 @@ def _check_run(path: Path, table: TableFiles) -> None:
             )
 
 
-def study_hash_of(file: Path) -> str | None:
-    """Return the hash of a table's study; None if the file is damaged or no table of tendon's."""
-    try:
-        return _facts(pq.read_schema(file)).get("study_hash")
-    except (pa.ArrowException, OSError, ValueError):
-        return None
+def check_version(folder: Path, record: Mapping[str, Any]) -> None:
+    """Raise InputError if a record is one of another results version.
+
+    Args:
+        folder: Folder of the record.
+        record: The record.
+    """
+    version = record.get("results_version")
+    if version != RESULTS_VERSION:
+        verb = record.get("verb", "sweep")
+        reader = reader_of(version)
+        raise InputError(
+            f"holds results of version {version}, which {reader} reads; this tendon reads "
+            f"version {RESULTS_VERSION}",
+            where=str(folder),
+            hint=f"`tendon {verb} --overwrite` runs the study again",
+        )
 
 
 _OF_ONE_TABLE = ("table", "study_hash", "results_version")
@@ -259,19 +270,18 @@ def _by_number(part: Path) -> tuple[int, str]:
     return len(part.name), part.name
 
 
-def _verify(file: Path) -> None:
-    """Raise InputError unless every byte of a file is as tendon wrote it."""
+def _verified_facts(file: Path) -> dict[str, Any]:
+    """Return the facts of a file. Raise InputError unless every byte is as tendon wrote it."""
     with _damage_in(file):
-        intact = is_intact(file)
-        metadata: dict[bytes, bytes] = {}
-        if intact is not False:
-            metadata = pq.read_schema(file).metadata or {}
-        if intact is None and not any(key.startswith(b"tendon.") for key in metadata):
+        whole = read_whole(file)
+        if whole is not None:
+            footer, _sha256 = whole
+            return footer.facts
+        if not any(key.startswith(b"tendon.") for key in pq.read_schema(file).metadata or {}):
             raise InputError(
                 "is not a table written by tendon", where=str(file), hint="run `tendon sweep` first"
             )
-        if not intact:
-            raise _damaged(file, "its bytes are not those that were written")
+    raise _damaged(file, "its bytes are not those that were written")
 
 
 def _facts(schema: pa.Schema) -> dict[str, Any]:

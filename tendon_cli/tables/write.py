@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack
@@ -62,7 +63,7 @@ class RowsInMemory:
         """Return all rows."""
         return pa.concat_tables(self._pieces) if self._pieces else self._layout.schema.empty_table()
 
-    def close(self) -> WrittenFile:
+    def close(self, note: Mapping[str, Any] | None = None) -> WrittenFile:  # noqa: ARG002 - nobody reads it
         """Return the record of a file with these rows, but without size or digest."""
         return WrittenFile(self._layout.rows, 0, "")
 
@@ -122,14 +123,18 @@ class RowGroups:
             self._writer.close()
             self._stream.close()
 
-    def close(self) -> WrittenFile:
-        """Write the remaining rows and the footer with the file's digest, once, and free memory."""
+    def close(self, note: Mapping[str, Any] | None = None) -> WrittenFile:
+        """Write the remaining rows and the footer with the file's digest, once, and free memory.
+
+        Args:
+            note: Facts of the part for its footer, which are known when all rows are.
+        """
         if self._written is None:
             if self._filled:
                 self._write()
             self._stream.flush()
             self.sink.begin_footer()
-            self._writer.add_key_value_metadata({KEY: PLACEHOLDER})
+            self._writer.add_key_value_metadata(_last_facts(note))
             self._writer.close()
             self._stream.close()
             self._buffers = {}
@@ -166,10 +171,10 @@ class TableFile(RowGroups):
         with output_errors(self._path):
             super().fill(count, write)
 
-    def close(self) -> WrittenFile:
-        """Write the remaining rows and the footer with the file's digest, once."""
+    def close(self, note: Mapping[str, Any] | None = None) -> WrittenFile:
+        """Write the remaining rows and the footer with the part's note and the digest, once."""
         with output_errors(self._path):
-            return super().close()
+            return super().close(note)
 
     def flush(self) -> None:
         """Flush the file to the disk and check that its length and footer there are as written."""
@@ -207,6 +212,12 @@ def table_file(path: Path, layout: TableLayout) -> Iterator[TableFile]:
 
 RowTarget: TypeAlias = RowsInMemory | RowGroups
 """Target of a table's rows."""
+
+
+def _last_facts(note: Mapping[str, Any] | None) -> dict[str, str]:
+    """Return what a footer gets when all rows are written: the note and room for the digest."""
+    digest = {KEY: PLACEHOLDER}
+    return digest if note is None else {"tendon.note": json.dumps(note, sort_keys=True), **digest}
 
 
 def _encoding(columns: Sequence[Column]) -> dict[str, object]:

@@ -30,7 +30,15 @@ from tendon_cli.engine.cluster.worker import (
 )
 from tendon_cli.engine.task import PartFailure, PartMaker, PartOutcomes, PartResult
 from tendon_cli.engine.threads import Runner, place
-from tendon_cli.errors import Stopped, TendonError, UsageError, WorkersLostError, install_hint
+from tendon_cli.errors import (
+    OutputError,
+    Stopped,
+    TendonError,
+    UsageError,
+    WorkersLostError,
+    install_hint,
+)
+from tendon_cli.files import mark_lock
 
 CONNECT = 6.0
 """Seconds within which the scheduler must answer, and have a worker."""
@@ -198,6 +206,8 @@ def _results(
                 return
     finally:
         loop.run(flight.recall())
+        with contextlib.suppress(OutputError):
+            mark_lock(maker.folder, "")
         maker.tidy()
 
 
@@ -227,6 +237,7 @@ class _Flight:
     async def prepare(self) -> None:
         """Make every worker ready for this run; raises WorkersLostError if one is unfit."""
         self.assignment = Assignment.of(self.maker)
+        mark_lock(self.maker.folder, self.assignment.run)
         await _ask_everywhere(self.client, prepare_worker, self.assignment)
         self.count = asyncio.create_task(self.client.nthreads())
         self._counted(await self.count)

@@ -3,12 +3,11 @@
 Nothing here knows the cluster's library. A worker answers with what it made or why it did not; it
 never raises. The cluster may give a part to a second worker while a first one, thought dead, still
 writes. So each worker writes under names that nobody else has, and renames at the very end, if the
-folder still holds the run.
+run still holds the folder.
 """
 
 from __future__ import annotations
 
-import contextlib
 import json
 import platform
 import threading
@@ -18,18 +17,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from tendon_cli.engine.journal import JOURNAL
 from tendon_cli.engine.task import PartMaker, PartResult, Task
 from tendon_cli.errors import OutputError, Stopped, TendonError, WorkersLostError
+from tendon_cli.files import lock_mark
 from tendon_cli.studies.load import recorded_study
-from tendon_cli.tables.read import RECORDS
 from tendon_cli.tables.schema import versions
 from tendon_cli.version import RESULTS_VERSION
 
 _MOST_RUNS = 4
 """Most runs whose makers are kept in a process."""
-_HEAD = 2**14
-"""Bytes at the beginning of a record that hold the hash of its study."""
 _PATIENCE = 5.0
 """Seconds after which a network file system should show what was written elsewhere."""
 
@@ -74,17 +70,11 @@ class Assignment:
         return self.kind.of(recorded_study(json.loads(self.record)))
 
     def is_in_folder(self) -> bool:
-        """Return True if the run folder is seen from here and holds this study.
+        """Return True if the run folder is seen from here, and this run goes on there.
 
-        The journal of an unfinished run names the study, or the record of one that is repaired.
+        The run that holds the folder's lock writes its name into it.
         """
-        mark = f'"study_hash": "{self.study_hash}"'.encode()
-        for name in (JOURNAL, *RECORDS.values()):
-            with contextlib.suppress(OSError), (Path(self.folder) / name).open("rb") as file:
-                beginning = file.readline() if name == JOURNAL else file.read(_HEAD)
-                if mark in beginning:
-                    return True
-        return False
+        return lock_mark(Path(self.folder)) == self.run
 
 
 @dataclass(frozen=True)
