@@ -206,12 +206,12 @@ class RunFolder:
             path = self.path / name
             try:
                 whole = None if path.is_symlink() else read_whole(path)
-            except OSError:
+                if whole is None:
+                    return None
+                footer, sha256 = whole
+                note = footer.fact("note")
+            except (OSError, ValueError, RecursionError):
                 return None
-            if whole is None:
-                return None
-            footer, sha256 = whole
-            note = footer.fact("note")
             files[name] = WrittenFile(footer.metadata.num_rows, footer.size, sha256)
         if not self.task.is_note(index, note):
             return None

@@ -9,7 +9,6 @@ import shutil
 import sys
 import tempfile
 import threading
-import zlib
 from contextlib import closing, contextmanager
 from pathlib import Path
 from types import SimpleNamespace
@@ -20,16 +19,16 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, ru
 
 from tendon_cli.answers import choices
 from tendon_cli.answers.choices import Choices
-from tendon_cli.engine import journal as journal_module
 from tendon_cli.engine import plan
 from tendon_cli.engine.run import RunOptions, run_task
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.errors import Stopped, TendonError
 from tendon_cli.studies.load import load_study
 from tendon_cli.tables.digest import file_sha256
+from tendon_cli.tables.footer import read_footer
 
 from .disk import ERRORS, Disk, Killed
-from .hostile.breed import regrown
+from .hostile.breed import regrown, stamped
 from .tools import QUESTION, temporary_files
 
 STUDY = """
@@ -52,19 +51,14 @@ FAST = MEMORY if os.access(MEMORY, os.W_OK) else None
 """Folder in which a flush costs nothing."""
 
 
-def draw(_study, _folder, place, _record):
+def draw(study, _folder, place, _record):
     """Write a stand-in for figures, which are slow to draw."""
-    (place / FIGURE).write_bytes(b"drawn")
+    (place / FIGURE).write_text(f"drawn of {study.hash}", encoding="utf-8")
     return [FIGURE], [], None
 
 
 def outcome(record, _out, **more):
     return SimpleNamespace(record=record, **more)
-
-
-def journal_line(text):
-    """Return a line of a journal with its checksum."""
-    return b"%08x %s\n" % (zlib.crc32(text), text)
 
 
 # --- Harm -----------------------------------------------------------------------------------------
@@ -99,38 +93,6 @@ def swap(file, _rng):
 HARMS = [delete, truncate, flip, lengthen, swap]
 
 
-def broken(journal, rng):
-    """Return a journal cut off, with a flipped bit, or with lines repeated, shuffled or added."""
-    lines = journal.split(b"\n")[:-1]
-    match rng.randrange(6):
-        case 0:
-            return journal[: rng.randrange(len(journal) + 1)]
-        case 1 if journal:
-            content = bytearray(journal)
-            content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
-            return bytes(content)
-        case 2 if len(lines) > 1:
-            lines.insert(rng.randrange(1, len(lines) + 1), rng.choice(lines[1:]))
-        case 3:
-            lines[1:] = rng.sample(lines[1:], len(lines[1:]))
-        case 4:
-            lines.insert(rng.randrange(len(lines) + 1), rng.randbytes(rng.randrange(100)))
-        case _:
-            # A power cut leaves zeros in a file that had been made longer.
-            return journal + bytes(rng.randrange(4096))
-    return b"\n".join(lines) + b"\n"
-
-
-def entries(content):
-    """Return the entries in the whole lines of a journal."""
-    pairs = (line.split(b" ", 1) for line in content.split(b"\n")[:-1] if b" " in line)
-    return [json.loads(text) for crc, text in pairs if crc == b"%08x" % zlib.crc32(text)]
-
-
-def has_header(known):
-    return any("tables" in entry for entry in known)
-
-
 # --- Reasons to refuse a run ----------------------------------------------------------------------
 # Each obstacle yields a piece of the hint that the refusal gives.
 
@@ -155,21 +117,34 @@ def _without_locks(number):
 
 
 @contextmanager
-def _journal_is_forbidden(folder, patch):
-    """Forbid to read the journal by a patch, since the superuser may read every file."""
-    read = journal_module.read_file
+def _has_a_journal(folder, _patch):
+    """Leave what tendon 0.3.0 left of an unfinished run."""
+    if folder.is_finished:
+        yield None
+        return
+    journal = folder.run / "journal.jsonl"
+    journal.write_text("{}", encoding="utf-8")
+    yield "tendon 0.3.0"
+    journal.unlink()
 
-    def forbidden(path, most):
-        if path == folder.journal:
-            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
-        return read(path, most)
 
-    patch.setattr(journal_module, "read_file", forbidden)
-    yield "make it a file"
+@contextmanager
+def _has_a_strangers_table(folder, _patch):
+    """Leave a file of a stranger at the place of a part."""
+    place = folder.run / "conditions.parquet"
+    if folder.name == "sweep":
+        place = folder.run / "states.parquet/part-00000.parquet"
+    if folder.is_finished or os.path.lexists(place):
+        yield None
+        return
+    place.parent.mkdir(exist_ok=True)
+    place.write_bytes(b"years of work")
+    yield ""
+    place.unlink()
 
 
 NO_LOCKS = ("ENOLCK", "EOPNOTSUPP", "ENOSYS")
-OBSTACLES = {"held": _held, "forbidden": _journal_is_forbidden} | {
+OBSTACLES = {"held": _held, "journal": _has_a_journal, "stranger": _has_a_strangers_table} | {
     name: _without_locks(getattr(errno, name)) for name in NO_LOCKS
 }
 
@@ -209,7 +184,6 @@ class Folder(RuleBasedStateMachine):
         self.home = Path(tempfile.mkdtemp(dir=FAST))
         self.run = self.home / "run"
         self.record = self.run / record
-        self.journal = self.run / "journal.jsonl"
         self.stranger = self.home / "stranger"
         self.stranger.mkdir()
         study = self.home / "study.toml"
@@ -217,8 +191,7 @@ class Folder(RuleBasedStateMachine):
         self.study = load_study(study)
         self.parts = self.task.of(self.study).parts
 
-        self.forms = {} if is_first else forms_of(name)
-        self.whole = {file: forms[-1] for file, forms in self.forms.items()}
+        self.whole = {} if is_first else whole_of(name)
         self.harmed = set()
         self.strangers = {}
         self.operations = []
@@ -255,31 +228,36 @@ class Folder(RuleBasedStateMachine):
     @property
     def damaged(self):
         """Names of files that are not as the run wrote them."""
-        is_finished = self.is_finished
         hashes = {
             name: sha256
             for name, sha256 in self.hashes.items()
             if not (self.run / name).is_symlink()
         }
-        damaged = []
-        for name, forms in self.forms.items():
-            permitted = forms[-1:] if is_finished else forms
-            if hashes.get(name) not in permitted:
-                damaged.append(name)
-        return sorted(damaged)
+        return sorted(name for name, sha256 in self.whole.items() if hashes.get(name) != sha256)
 
     @property
     def intact_parts(self):
         """Parts that need not be made anew."""
         files = self.task.of(self.study).files
         damaged = {*self.damaged}
-        known = {entry["part"] for entry in self.entries() if "part" in entry}
-        if self.is_finished:
-            known = range(self.parts)
-        return [index for index in known if damaged.isdisjoint(files(index).values())]
+        return [
+            index for index in range(self.parts) if damaged.isdisjoint(files(index).values())
+        ]
 
-    def entries(self):
-        return entries(self.journal.read_bytes()) if self.journal.exists() else []
+    @property
+    def unknown(self):
+        """Files among the tables that no longer say what they are of."""
+        return [
+            file
+            for file in self.run.rglob("*.parquet")
+            if file.is_file() and not self.says_its_run(file)
+        ]
+
+    def says_its_run(self, file):
+        """Return True if a file says that it is of this run."""
+        footer = read_footer(file)
+        origin = None if footer is None else footer.origin
+        return origin is not None and origin.run == self.task.of(self.study).run
 
     def modification_times(self, parts):
         """Return the time at which each file of some parts was written, in ns."""
@@ -312,7 +290,7 @@ class Folder(RuleBasedStateMachine):
         foreign = [
             name
             for name in hashes
-            if name not in self.harmed and hashes[name] not in self.forms[name]
+            if name not in self.harmed and hashes[name] != self.whole[name]
         ]
         assert foreign == []
         if self.is_finished and not self.harmed:
@@ -369,29 +347,38 @@ class Folder(RuleBasedStateMachine):
         assert self.hashes == self.whole
         assert not temporary_files(self.run)
 
+    def set_aside_unknown(self):
+        """Set files aside that no longer say whose they are; until then they are no run's.
+
+        Only the record of a finished run knows them by name.
+        """
+        if self.is_finished or not self.unknown:
+            return
+        for mode in ("", "resume"):
+            with self.untouched():
+                assert self.attempt(mode).exit == 7
+        for file in self.unknown:
+            file.unlink()
+
     @rule(mode=st.sampled_from(MODES[1:]))
     def finish(self, mode="resume", *, lock=True):
         """Run to the end: the bytes are the same, and only what was missing is made.
 
         Once more, and nothing at all is done.
         """
+        self.set_aside_unknown()
         was_finished = self.is_finished
         damaged = self.damaged
         intact = self.intact_parts
-        before = {}
-        if self.name == "sweep" or was_finished:
-            before = self.modification_times(intact)
+        before = self.modification_times(intact)
         record = self.carry_out(mode, lock=lock).record
         self.assert_whole()
         assert self.has_figure
-        assert was_finished or not self.journal.exists()
         if mode == "resume":
             assert before == {file: file.stat().st_mtime_ns for file in before}
             if was_finished and damaged:
                 assert sorted(record["repaired"]) == damaged
             if not was_finished:
-                assert record["resumed_parts"] <= len(intact)
-            if not was_finished and self.name != "design":
                 assert record["resumed_parts"] == len(intact)
         with self.untouched():
             assert self.carry_out(lock=lock).up_to_date
@@ -407,6 +394,7 @@ class Folder(RuleBasedStateMachine):
 
         A whole run is up to date; anything else that stands there is refused and stays.
         """
+        self.set_aside_unknown()
         was_finished = self.is_finished
         damaged = self.damaged
         had_figure = self.has_figure
@@ -424,6 +412,7 @@ class Folder(RuleBasedStateMachine):
 
     @rule(parts=st.integers(0, 5))
     def stop(self, parts):
+        self.set_aside_unknown()
         result = self.attempt(stop_after=parts)
         if isinstance(result, Stopped):
             assert temporary_files(self.run) == []
@@ -443,6 +432,7 @@ class Folder(RuleBasedStateMachine):
 
         A failure is exit 5, or the run is whole.
         """
+        self.set_aside_unknown()
         was_finished = self.is_finished
         self.disk.reset(at, error, lasting=lasting)
         result = self.attempt(mode)
@@ -457,9 +447,9 @@ class Folder(RuleBasedStateMachine):
     @rule(parts=st.sets(st.integers(0, 5), min_size=1, max_size=3))
     def lose(self, parts):
         """Let some parts fail: exit 6, and all others are kept."""
+        self.set_aside_unknown()
         fill = self.task.fill
         lost = {*parts} & {*range(self.parts)} - {*self.intact_parts}
-        is_design = self.name == "design"
 
         def fail_for_some(task, tables, index):
             if index in parts:
@@ -473,12 +463,11 @@ class Folder(RuleBasedStateMachine):
             assert result.exit == 6
             assert "--resume" in result.hint
             assert any(f"part {part} (" in result.message for part in parts)
-            if not is_design:
-                assert f"{len(lost)} of {self.parts} parts failed" in result.message
-            if not is_design and not self.is_finished:
+            assert f"{len(lost)} of {self.parts} parts failed" in result.message
+            if not self.is_finished:
                 assert len(self.intact_parts) == self.parts - len(lost)
         else:
-            assert not lost or is_design
+            assert not lost
             self.assert_whole()
 
     @rule(at=NUMBER, how=st.sampled_from(HARMS), rng=RNG)
@@ -486,7 +475,7 @@ class Folder(RuleBasedStateMachine):
         """Change a table file so that it is no longer as it was written."""
         files = sorted(self.run.glob("**/*.parquet"))
         files = [file for file in files if file.is_file() and not file.is_symlink()]
-        if files and (not self.journal.exists() or has_header(self.entries())):
+        if files:
             file = files[at % len(files)]
             self.harmed.add(str(file.relative_to(self.run)))
             how(file, rng)
@@ -503,48 +492,38 @@ class Folder(RuleBasedStateMachine):
             file.symlink_to(elsewhere)
             self.strangers[elsewhere] = elsewhere.read_bytes()
 
-    @rule(rng=RNG)
-    def break_journal(self, rng):
-        """Damage the journal.
-
-        It may lose its header only while all else shows whose it is; otherwise the folder would be
-        a stranger's.
-        """
-        before = self.journal.read_bytes() if self.journal.exists() else b""
-        content = broken(before, rng)
-        known = entries(content)
-        was_cut = has_header(self.entries()) and before.startswith(content)
-        is_known = len(known) > 0 or was_cut
-        may_lose_header = not self.harmed and not self.has_figure
-        if before and is_known and (has_header(known) or may_lose_header):
-            self.journal.write_bytes(content)
-
-    @rule(rng=RNG)
-    def forge(self, rng):
-        """Change an entry of the journal: the run gives one message or the same bytes, no bug."""
-        lines = self.entries()
-        if self.is_finished or not lines or self.name == "design":
+    @rule(at=NUMBER, rng=RNG)
+    def forge(self, at, rng):
+        """Change a part's note, with the right digest: one message or the same bytes, no bug."""
+        self.set_aside_unknown()
+        files = sorted(self.run.glob("*.parquet/*.parquet"))
+        files = [file for file in files if not file.is_symlink()]
+        if self.is_finished or not files or self.name == "design":
             return  # notes of an answer's parts decide on its rows: forged ones give another answer
-        before = self.journal.read_bytes()
-        at = rng.randrange(len(lines))
-        owner = {key: lines[at].pop(key) for key in ("study", "study_hash") if key in lines[at]}
-        forged = regrown(lines[at], rng)
-        lines[at] = owner | forged if isinstance(forged, dict) else forged
-        texts = [json.dumps(line).encode() for line in lines]
-        self.journal.write_bytes(b"".join(map(journal_line, texts)))
+        file = files[at % len(files)]
+        before = file.read_bytes()
+        if b"tendon.note" not in before:
+            return  # the harm of before
+        content = bytearray(before)
+        start = before.index(b"{", before.index(b"tendon.note"))
+        stop = before.index(b"}}", start) if b"}}" in before[start:] else start + 20
+        content[rng.randrange(start, stop)] = rng.choice(b'0123456789"{}[],:-ex')
+        file.write_bytes(stamped(bytes(content)))
         result = self.attempt()
         if isinstance(result, TendonError):
             assert result.exit in (5, 7)
         else:
-            assert self.hashes == self.whole
+            hashes = self.hashes
+            name = str(file.relative_to(self.run))
+            assert {**hashes, name: ""} == {**self.whole, name: ""}
         if self.is_finished:
             self.record.unlink()
             (self.run / FIGURE).unlink()
-        self.journal.write_bytes(before)
+        file.write_bytes(before)
 
     @rule(why=st.sampled_from(sorted(OBSTACLES)), mode=st.sampled_from(MODES))
     def refuse(self, why, mode):
-        """Run while another run writes here, or no lock or journal can be used.
+        """Run while another run writes here, no lock can be used, or another's file is in the way.
 
         This is exit 7, and nothing is touched.
         """
@@ -554,6 +533,8 @@ class Folder(RuleBasedStateMachine):
             OBSTACLES[why](self, patch) as hint,
             self.untouched(),
         ):
+            if hint is None:
+                return
             error = self.attempt(mode)
             assert error.exit == 7
             assert hint in error.hint
@@ -561,21 +542,20 @@ class Folder(RuleBasedStateMachine):
 
 
 @functools.cache
-def forms_of(name):
-    """Return the hashes of every file that an undisturbed run puts in place, in their order."""
+def whole_of(name):
+    """Return the hash of every file of a run that nobody disturbs; each is put in place once."""
     folder = Folder.of(name, is_first=True)
-    forms = {}
+    placed = []
     replace = Path.replace
 
     def replace_and_note(source, target):
-        target = Path(target)
-        if target.suffix == ".parquet":
-            file = str(target.relative_to(folder.run))
-            forms.setdefault(file, []).append(file_sha256(source))
+        placed.append(Path(target))
         return replace(source, target)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Path, "replace", replace_and_note)
         folder.carry_out()
+    assert len(placed) == len({*placed})
+    hashes = folder.hashes
     folder.close()
-    return forms
+    return hashes

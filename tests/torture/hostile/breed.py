@@ -183,10 +183,11 @@ def footer_start(content):
 
 def stamped(content):
     """Return a file with the right digest, or as it is if it has no place for one."""
-    from tendon_cli.tables.digest import _LONGEST_FOOTER, _digest_in
+    from tendon_cli.tables.digest import digest_place
+    from tendon_cli.tables.footer import _LONGEST
 
     start = max(0, footer_start(content)) if len(content) > 8 else 0
-    place = _digest_in(content[start:]) if len(content) < _LONGEST_FOOTER else None
+    place = digest_place(content[start:]) if len(content) < _LONGEST else None
     if place is None:
         return content
     before = content[: start + place]
