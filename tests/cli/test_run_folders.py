@@ -12,9 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from tendon_cli.engine import journal as journal_module
 from tendon_cli.engine import records as record_module
+from tendon_cli.engine import task as task_module
 from tendon_cli.engine.folder import RunFolder
+from tendon_cli.engine.task import PartMaker
 
 STUDY = """
 [tendon]
@@ -107,7 +108,8 @@ def test_another_study_is_refused_and_what_differs_is_named(run, monkeypatch, un
 def test_another_order_of_axes_or_other_results_are_refused(run, write_study, monkeypatch):
     run()
     with monkeypatch.context() as patch:
-        patch.setattr(record_module, "RESULTS_VERSION", 99)
+        for module in (record_module, task_module):
+            patch.setattr(module, "RESULTS_VERSION", 99)
         assert "results version" in run("--json").json["error"]["message"]
     tendon_table, _, rest = STUDY.partition("[load]")
     load, _, motion = rest.partition("[motion]")
@@ -262,8 +264,8 @@ def test_a_record_that_is_odd_is_no_record_whatever_its_checksum(run, small_part
         assert contents() == before
 
 
-@pytest.mark.parametrize("name", ["run.json", "journal.jsonl"])
-def test_a_pipe_a_device_or_a_folder_as_record_or_journal_is_refused_at_once(run, name):
+@pytest.mark.parametrize("name", ["run.json", "journal.jsonl", "states.parquet"])
+def test_a_pipe_a_device_or_a_folder_as_record_or_table_is_refused_at_once(run, name):
     Path("run").mkdir()
     os.mkfifo(Path("run", name))
     assert run().exit == 7
@@ -272,6 +274,7 @@ def test_a_pipe_a_device_or_a_folder_as_record_or_journal_is_refused_at_once(run
     assert run("--resume").exit == 7
     Path("run", name).unlink()
     Path("run", name).mkdir()
+    Path("run", name, "mine").touch()
     assert run("--overwrite").exit == 7
 
 
@@ -297,18 +300,77 @@ def test_a_study_whose_name_is_not_utf_8_is_swept(outside, workplace):
 # --- Unfinished runs ------------------------------------------------------------------------------
 
 
-def test_a_late_part_of_an_older_run_does_not_stay(run, monkeypatch):
-    """A worker thought dead may put its part in place while another run is being written."""
-    add = journal_module.Journal.add
+def test_a_strangers_part_that_comes_meanwhile_stays_and_the_run_is_not_finished(run, monkeypatch):
+    late = Path("run/states.parquet/part-00077.parquet")
+    make = PartMaker.make
 
-    def late(self, result):
-        (self.path.parent / "states.parquet/part-00077.parquet").write_bytes(b"of an older run")
-        add(self, result)
+    def meanwhile(self, *arguments):
+        late.write_bytes(b"mine")
+        return make(self, *arguments)
 
-    monkeypatch.setattr(journal_module.Journal, "add", late)
+    with monkeypatch.context() as patch:
+        patch.setattr(PartMaker, "make", meanwhile)
+        assert is_refused(run("--json"))
+    assert is_refused(run("--resume", "--json"))
+    assert late.read_bytes() == b"mine"
+    late.unlink()
+    assert run("--resume", "--json").json["resumed_parts"] == 10
+
+
+def test_parts_of_another_study_are_replaced_only_where_a_run_was(run, small_parts):
+    """A table that somebody copied into a folder is none of ours; nor is one of another study."""
+    assert run("--set", "tendon.length=3 m").exit == 0
+    Path("run/run.json").unlink()
+    before = contents()
+    for words in ((), ("--resume",)):
+        ran = run(*words, "--json")
+        assert is_refused(ran)
+        assert "tendon.length was 3" in ran.json["error"]["message"]
+    Path("run/.lock").rename("lock")
+    for words in ((), ("--resume",), ("--overwrite",)):
+        ran = run(*words, "--json")
+        assert is_refused(ran)
+        assert "is not a run folder" in ran.json["error"]["message"]
+    assert contents() == before
+    Path("lock").rename("run/.lock")
+    assert run("--overwrite").exit == 0
+
+
+def test_files_of_two_runs_are_not_mixed(run, workplace):
+    assert run("--set", "tendon.length=3 m").exit == 0
+    Path("run").rename("other")
     assert run().exit == 0
-    assert not Path("run/states.parquet/part-00077.parquet").exists()
+    Path("run/run.json").unlink()
+    part = "states.parquet/part-00003.parquet"
+    Path("run", part).write_bytes(Path("other", part).read_bytes())
+    before = contents()
+    for words in ((), ("--resume",), ("--overwrite",)):
+        ran = run(*words, "--json")
+        assert is_refused(ran)
+        assert "files of two runs" in ran.json["error"]["message"]
+    assert contents() == before
+
+
+OLD = "which tendon 0.3.0 reads"
+
+
+def test_a_run_of_an_older_version_is_refused_and_its_reader_named(run, tendon):
     assert run().exit == 0
+    file = Path("run/run.json")
+    record = json.loads(file.read_text("utf-8"))
+    file.write_text(signed({**record, "results_version": 6}), encoding="utf-8")
+    for words in ((), ("--resume",)):
+        assert OLD in run(*words, "--json").json["error"]["message"]
+    for command in ("report", "check", "show"):
+        ran = tendon(command, "run", "--json") if command != "report" else tendon(command, "run")
+        assert ran.exit == 3
+        assert OLD in ran.out + ran.err
+    file.unlink()
+    Path("run/journal.jsonl").write_text("{}", encoding="utf-8")
+    before = contents()
+    for words in ((), ("--resume",), ("--overwrite",)):
+        assert "tendon 0.3.0" in run(*words, "--json").json["error"]["hint"]
+    assert contents() == before
 
 
 # --- Figures --------------------------------------------------------------------------------------

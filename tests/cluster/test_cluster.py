@@ -43,7 +43,7 @@ def test_the_bytes_are_those_of_a_local_run(tendon, local, cluster, hashes_in, j
     for key in local.record.keys() - differ:
         assert record[key] == local.record[key]
     assert leftovers() == []
-    assert not Path("run/journal.jsonl").exists()
+    assert Path("run/.lock").read_text("utf-8") == ""
 
 
 def test_a_study_with_files_has_the_same_bytes_though_workers_do_not_see_them(

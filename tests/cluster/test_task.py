@@ -1,6 +1,5 @@
 """A worker, without a cluster around it."""
 
-import json
 import pickle
 from dataclasses import replace
 from pathlib import Path
@@ -10,12 +9,11 @@ import pytest
 from tendon_cli.answers.choices import Choices
 from tendon_cli.engine.cluster import worker
 from tendon_cli.engine.cluster.worker import Assignment, Refusal, check_versions, halt, make_part
-from tendon_cli.engine.folder import RunFolder
-from tendon_cli.engine.journal import Journal
+from tendon_cli.engine.folder import RunFolder, look
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.engine.task import PartMaker, PartResult
-from tendon_cli.files import locked
+from tendon_cli.files import locked, mark_lock
 from tendon_cli.studies.load import load_study
 
 
@@ -24,15 +22,16 @@ def maker(study):
     """Yield a run that has been begun in a locked folder, as the client sees it."""
     folder = RunFolder(Path("run"), Sweep(Plan(load_study(study))))
     with locked(folder.path):
-        header = json.dumps(folder.header(), sort_keys=True)
-        (folder.path / "journal.jsonl").write_text(f"00000000 {header}\n", "utf-8")
         folder.prepare()
         yield PartMaker(folder.task, folder.path)
 
 
 @pytest.fixture
 def assignment(maker):
-    return Assignment.of(maker)
+    """Return what a worker needs of a run that holds the lock."""
+    assignment = Assignment.of(maker)
+    mark_lock(maker.folder, assignment.run)
+    return assignment
 
 
 def names():
@@ -51,22 +50,20 @@ def test_every_shipped_study_is_the_same_when_a_worker_rebuilds_it(configs, tmp_
                 assert schema.equals(ours.layout(table, 0).schema, check_metadata=True)
 
 
-@pytest.mark.parametrize("end", ["another study", "gone"])
+@pytest.mark.parametrize("end", ["another run", "over", "gone"])
 def test_a_worker_that_comes_too_late_changes_nothing(assignment, end, monkeypatch):
     """It was thought dead, and the run went on without it.
 
-    Perhaps another study stands in the folder by now.
+    Perhaps another run goes on in the folder by now.
     """
     fill = Sweep.fill
 
     def slowly(self, tables, index):
         totals = fill(self, tables, index)
-        journal = Path("run/journal.jsonl")
-        if end == "another study":
-            text = journal.read_text("utf-8").replace(assignment.study_hash, 64 * "0")
-            journal.write_text(text, "utf-8")
+        if end == "gone":
+            Path("run/.lock").unlink()
         else:
-            journal.unlink()
+            mark_lock(Path("run"), "another" if end == "another run" else "")
         return totals
 
     monkeypatch.setattr(Sweep, "fill", slowly)
@@ -81,7 +78,8 @@ def test_two_workers_on_one_part_do_not_meet(assignment, monkeypatch, local):
 
     def meanwhile(self, tables, index):
         monkeypatch.setattr(Sweep, "fill", fill)
-        assert isinstance(make_part(replace(assignment, run="another process"), 1), PartResult)
+        monkeypatch.setattr(worker, "_MAKERS", {})  # as in another process
+        assert isinstance(make_part(assignment, 1), PartResult)
         return fill(self, tables, index)
 
     monkeypatch.setattr(Sweep, "fill", meanwhile)
@@ -90,7 +88,7 @@ def test_two_workers_on_one_part_do_not_meet(assignment, monkeypatch, local):
     for name, file in result.files.items():
         assert file.sha256 == local.hashes[name]
     assert names() == ["part-00001.parquet"] * 2
-    assert RunFolder(Path("run"), Sweep(local.plan)).intact(Journal(Path("run"), parts={1: result}))
+    assert RunFolder(Path("run"), Sweep(local.plan)).standing(look(Path("run"))) == {1: result}
 
 
 def test_a_part_that_is_halted_leaves_nothing(assignment):

@@ -32,7 +32,7 @@ def test_an_answer_is_written_to_its_folder_and_exits_with_0_or_4(tendon, study,
     assert done.exit == 0
     assert "K 5 kN/m, η 0.6" in done.out
     folder = workplace / "results" / "suit-design"
-    files = {".lock", "choices.parquet", "conditions.parquet", "design.json"}
+    files = {".lock", "choices.parquet", "conditions.parquet", "named.parquet", "design.json"}
     assert {file.name for file in folder.iterdir()} == files
     assert [item.name for item in folder.parent.iterdir()] == ["suit-design"]
     done = tendon("design", study(LOADS), "--no-figures", "--json", "--overwrite")
@@ -88,7 +88,10 @@ def test_a_signal_while_an_answer_is_worked_out_ends_with_its_code(
 PEOPLE = CATALOGUE + "[people]\ncount = 20\n"
 DRAWS = CATALOGUE + "[sheath]\nfriction = { mean = 0.07, std = 0.005 }\n[uncertainty]\ndraws = 8\n"
 TO_REPAIR = [
-    (RANGES, "choices.parquet"),
+    (RANGES, "choices.parquet/part-00000.parquet"),
+    (RANGES, "choices.parquet/part-00001.parquet"),
+    (CATALOGUE, "choices.parquet"),
+    (CATALOGUE, "named.parquet"),
     (RANGES, "conditions.parquet"),
     (RANGES, "choices.parquet/part-00005.parquet"),
     (PEOPLE, "persons.parquet"),
@@ -102,7 +105,7 @@ TO_REPAIR = [
 def test_a_damaged_answer_is_repaired_to_the_same_bytes(
     tendon, study, workplace, monkeypatch, hashes_in, text, name
 ):
-    monkeypatch.setattr(choices_module, "CHOICES_PER_PART", 9 if "/" in name else 48)
+    monkeypatch.setattr(choices_module, "CHOICES_PER_PART", 9 if "00005" in name else 48)
     file = study(f'{text}[design]\nmaximise = ["tolerance", "served"]\n')
     words = ("design", file, "--no-figures", "--out", "out")
     assert tendon(*words).exit == 0

@@ -13,7 +13,7 @@ from tendon_cli.engine.task import PartFailure, PartMaker
 from tendon_cli.engine.threads import in_threads
 from tendon_cli.errors import OutputError, Stopped
 from tendon_cli.studies.load import study_from
-from tendon_cli.tables.digest import is_intact
+from tendon_cli.tables.footer import read_whole
 from tendon_cli.tables.write import TableFile
 from tests.si import with_units
 
@@ -127,7 +127,7 @@ def test_no_part_is_worked_on_when_nobody_listens_any_more(maker, received, monk
     results.close()
     at_close = files(maker)
     assert not [path for path in at_close if path.suffix == ".tmp"]
-    assert all(is_intact(maker.folder / path) for path in at_close)
+    assert all(read_whole(maker.folder / path) for path in at_close)
     assert received <= len(at_close) / 2 < PARTS
     time.sleep(0.2)
     assert files(maker) == at_close

@@ -46,7 +46,6 @@ def assert_resumes(verb, place, expected, hashes_in, words=QUIET):
     assert code == 0, out + err
     assert hashes_in(run) == expected
     assert (run / RECORDS[verb]).exists()
-    assert not (run / "journal.jsonl").exists()
     assert not temporary_files(run)
     return json.loads(out)
 
@@ -65,7 +64,7 @@ def held_at(point, rng):
 def signalled(place, settings, words, numbers, rng, **options):
     """Run a command that gets signals, and return its exit code."""
     held = place / "held"
-    journal = place / "run/journal.jsonl"
+    lock = place / "run/.lock"
     held.unlink(missing_ok=True)
     is_one_kill = numbers == [KILL]
     with running(place, settings, *words, **options) as process:
@@ -73,8 +72,8 @@ def signalled(place, settings, words, numbers, rng, **options):
             wait_for(lambda: held.exists() or process.poll() is not None)
         elif is_one_kill:
             time.sleep(rng.uniform(0.0, 2.0))
-        else:  # before there is a journal, a signal may meet Python while it starts
-            wait_for(lambda: journal.exists() or process.poll() is not None)
+        else:  # before there is a lock, a signal may meet Python while it starts
+            wait_for(lambda: lock.exists() or process.poll() is not None)
             time.sleep(rng.uniform(0.0, 0.5))
         for number in numbers:
             process.send_signal(number)

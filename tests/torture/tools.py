@@ -40,7 +40,7 @@ elbow_angle = { from = "10 deg", to = "90 deg", num = 3 }
 [design]
 maximise = ["tolerance"]
 """
-"""Six parts of a choice; the best lies between two of them, so that a part is written once more."""
+"""Six parts of a choice; the best is said when all are solved."""
 STUDIES = {"sweep": STUDY, "design": QUESTION}
 READINGS = "cell 1,cell 2\n1.2,1\n2.4,2\n1,1.2\n2,2.4\n"
 SMALL = {"parts": STATES}
