@@ -156,15 +156,11 @@ def check_ours(path: Path, mark: str, option: str) -> None:
 
 
 def holds_mark(path: Path, mark: str) -> bool:
-    """Return True if a file holds a text by which tendon marks what it writes.
-
-    PDF may hold it in UTF-16.
-    """
+    """Return True if a file holds a text by which tendon marks what it writes."""
     try:
-        content = read_file(path, _MAX_MARKED_FILE)
+        return mark.encode() in read_file(path, _MAX_MARKED_FILE)
     except OSError:
         return False
-    return mark.encode() in content or mark.encode("utf-16-be") in content
 
 
 def write_new(path: Path, content: bytes) -> bool:

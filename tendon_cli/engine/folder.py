@@ -38,6 +38,8 @@ _READ_AS_PART = re.compile(r"part-.*\.parquet")
 """Names of files that readers of a folder of parts take for parts."""
 _FIGURES = re.compile(r"\.tendon-figures-[0-9a-f]{12}", re.ASCII)
 """Names of folders in which figures lie until all are drawn."""
+_DIGITS = 12
+"""Digits of the hash of its study that the metadata of every figure has, if not all."""
 _TABLE_FILES = tuple(f"{table}.parquet" for table in TABLES)
 _ELSEWHERE = "choose another folder with --out"
 _MOVE_AWAY = "move it away, or choose another folder with --out"
@@ -164,7 +166,8 @@ class RunFolder:
     def _is_figure_of(self, name: str, run: tuple[str, str, int]) -> bool:
         """Return True if a file is a figure of a run's study."""
         _, study_hash, _ = run
-        return bool(FIGURE_FILE.fullmatch(name)) and holds_mark(self.path / name, study_hash)
+        mark = study_hash[:_DIGITS]
+        return bool(FIGURE_FILE.fullmatch(name)) and holds_mark(self.path / name, mark)
 
     def _refusal(self, message: str, hint: str | None = None) -> FolderError:
         return FolderError(message, where=str(self.path), hint=hint)

@@ -16,7 +16,7 @@ from tendon_cli.cube.choice_grid import conflicts_of, position, value_text
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.figures.backend import Axes, Line2D, ListedColormap, Patch, mpl
-from tendon_cli.figures.frame import Page, framed
+from tendon_cli.figures.frame import Page, framed, source_of
 from tendon_cli.figures.scales import Scale, axis_scale, off_default
 from tendon_cli.figures.style import INK, SEQUENTIAL
 from tendon_cli.space.axis import Axis
@@ -105,12 +105,11 @@ def answer_page(
         notes: Sentences below the panels.
     """
     study_title = record["title"] or record["name"]
-    study = f"{record['name']} {record['study_hash'][:12]}"
     lines = [*notes, *_bench_text(record["best"])]
     given = off_default(cube.study, [axis.column for axis in cube.axes], {})
     if given:
         lines.append(f"With {', '.join(given)}; all else by default.")
-    return framed(f"{study_title}: {title}", panels, key, lines, study=study)
+    return framed(f"{study_title}: {title}", panels, key, lines, study=source_of(record))
 
 
 def _bench_text(best: Mapping[str, Any] | None) -> list[str]:

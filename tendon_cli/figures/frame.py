@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -86,6 +86,11 @@ class Page:
         about = {"title": self.title, "says": self.says, "study": self.study}
         write_whole(path, render(self.figure, format_of(path, "--out"), about))
         return path
+
+
+def source_of(record: Mapping[str, Any]) -> str:
+    """Return name and hash of the study of a record, for a figure's file."""
+    return f"tendon study {record['name']} {record['study_hash']}"
 
 
 def framed(

@@ -18,7 +18,7 @@ from tendon_cli.cube.axes import evenly_spaced
 from tendon_cli.cube.choice_grid import pretension_name
 from tendon_cli.cube.labels import plain
 from tendon_cli.figures.backend import Axes, Line2D, Patch
-from tendon_cli.figures.frame import Page, framed
+from tendon_cli.figures.frame import Page, framed, source_of
 from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO, house_style
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.tables.read import open_table
@@ -99,7 +99,7 @@ def for_whom(record: Mapping[str, Any], rows: Table) -> Page:
             f"{unbalanced} of {len(low)} {kind} have no pretension at all at which the arm "
             "balances."
         )
-    page = framed(population["title"], 68.0, key, notes)
+    page = framed(population["title"], 68.0, key, notes, study=source_of(record))
     shape: dict[str, Any] = {"ncols": 2, "width_ratios": [1.5, 1.0]} if has_bodies else {}
     panels = page.figure.subplots(1, squeeze=False, **shape)[0]
     _draw_windows(panels[0], low, high, is_served, band, pretension)
@@ -274,7 +274,7 @@ def how_sure(record: Mapping[str, Any]) -> Page:
     key = []
     if ends:
         key = [Patch(facecolor=colour, label=label) for label, colour in _INDICES.values()]
-    page = framed(population["title"], 66.0, key)
+    page = framed(population["title"], 66.0, key, study=source_of(record))
     widths = [1.6, *[1.0] * len(ends)]
     panels = page.figure.subplots(1, len(widths), width_ratios=widths, squeeze=False)[0]
     _draw_probability(panels[0], record)

@@ -63,8 +63,11 @@ class RowsInMemory:
         """Return all rows."""
         return pa.concat_tables(self._pieces) if self._pieces else self._layout.schema.empty_table()
 
-    def close(self, note: Mapping[str, Any] | None = None) -> WrittenFile:  # noqa: ARG002 - nobody reads it
-        """Return the record of a file with these rows, but without size or digest."""
+    def close(self, note: Mapping[str, Any] | None = None) -> WrittenFile:  # noqa: ARG002
+        """Return the record of a file with these rows, but without size or digest.
+
+        The note is not kept.
+        """
         return WrittenFile(self._layout.rows, 0, "")
 
     def flush(self) -> None:

@@ -76,5 +76,5 @@ plan_module.STATES_PER_PART = STATES_PER_PART
 choices_module.WINDOWS_PER_PART = WINDOWS_PER_PART
 pa.__version__ = hazard("old") or pa.__version__
 if hazard("blind"):
-    worker.lock_mark = lambda folder: ""
+    worker.lock_mark = lambda _folder: ""
     worker._PATIENCE = 0.3

@@ -3,7 +3,6 @@
 import errno
 import fcntl
 import functools
-import json
 import os
 import shutil
 import sys
@@ -28,7 +27,7 @@ from tendon_cli.tables.digest import file_sha256
 from tendon_cli.tables.footer import read_footer
 
 from .disk import ERRORS, Disk, Killed
-from .hostile.breed import regrown, stamped
+from .hostile.breed import stamped
 from .tools import QUESTION, temporary_files
 
 STUDY = """
@@ -240,9 +239,7 @@ class Folder(RuleBasedStateMachine):
         """Parts that need not be made anew."""
         files = self.task.of(self.study).files
         damaged = {*self.damaged}
-        return [
-            index for index in range(self.parts) if damaged.isdisjoint(files(index).values())
-        ]
+        return [index for index in range(self.parts) if damaged.isdisjoint(files(index).values())]
 
     @property
     def unknown(self):
@@ -288,9 +285,7 @@ class Folder(RuleBasedStateMachine):
         """
         hashes = self.hashes
         foreign = [
-            name
-            for name in hashes
-            if name not in self.harmed and hashes[name] != self.whole[name]
+            name for name in hashes if name not in self.harmed and hashes[name] != self.whole[name]
         ]
         assert foreign == []
         if self.is_finished and not self.harmed:
