@@ -3,7 +3,7 @@
 `bare_write` and `ready_table` are the machine's limit: a table that is ready in memory, written by
 pyarrow as tendon writes it (row groups, encoding of each column, compression, statistics, page
 checksums) and by as many threads, but to one file a thread, without fsync, SHA-256, footer check,
-journal and record. Pages have the library's own length, with which encoding takes a quarter longer
+footers and record. Pages have the library's own length, with which encoding takes a quarter longer
 than with tendon's. `joblib_per_design` is a plain script.
 """
 
