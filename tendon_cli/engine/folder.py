@@ -13,6 +13,7 @@ import re
 import shutil
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -58,12 +59,12 @@ class FolderContents:
     others: tuple[str, ...]
     """Other files by name, among them tables that no run wrote; in folders of tables, too."""
 
-    @property
+    @cached_property
     def listed(self) -> set[str]:
         """Names of the tables' files that the record lists."""
         return set() if self.record is None else {item["path"] for item in self.record["files"]}
 
-    @property
+    @cached_property
     def run(self) -> tuple[str, str, int] | None:
         """The run that stands in the folder, finished or not; None if there is none.
 
@@ -74,7 +75,7 @@ class FolderContents:
             return record["verb"], record["study_hash"], record["results_version"]
         return next((origin.run for origin in self.origins.values()), None)
 
-    @property
+    @cached_property
     def of_run(self) -> set[str]:
         """Names of the tables' files that belong to the run in the folder."""
         by_footer = {name for name, origin in self.origins.items() if origin.run == self.run}

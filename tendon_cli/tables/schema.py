@@ -182,18 +182,6 @@ def _has_nan(values: npt.NDArray[Any]) -> bool:
     return values.dtype.kind == "f" and math.isnan(values.min(initial=math.inf))
 
 
-def arrays_of(columns: Sequence[Column], table: pa.Table) -> dict[str, npt.NDArray[Any]]:
-    """Return columns as they are written: NaN for null, text by its position in the choices."""
-    arrays = {}
-    for column in columns:
-        values = as_numpy(table[column.name])
-        if column.kind == "text":
-            positions = {word: position for position, word in enumerate(column.choices)}
-            values = np.array([positions[word] for word in values])
-        arrays[column.name] = values.astype(column.dtype)
-    return arrays
-
-
 def as_numpy(column: pa.ChunkedArray) -> npt.NDArray[Any]:
     """Return a column as a NumPy array: numbers and truths with NaN for null, words with "".
 

@@ -34,6 +34,8 @@ def record(read="pretension", **population):
         "sobol": [],
     }
     return {
+        "name": "suit",
+        "study_hash": "0" * 64,
         "serve": 0.95,
         "study": {"setting": {"read": read}},
         "population": {**unknown, **population},

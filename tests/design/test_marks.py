@@ -1,0 +1,31 @@
+"""Every figure in the folder of an answer says which study it is of."""
+
+import tendon_cli as tendon
+from tendon_cli.files import holds_mark
+
+QUESTION = {
+    "spring": {"stiffness": ["3 kN/m", "5 kN/m"]},
+    "spool": {"ratio": [0.5, 0.6]},
+    "motion": {"elbow_angle": ["0 deg", "45 deg", "90 deg"]},
+    "people": {"count": 20},
+    "design": {"maximise": ["tolerance", "served"]},
+}
+
+
+def test_every_figure_of_an_answer_carries_the_hash_of_its_study(tmp_path):
+    answer = tendon.design(QUESTION, tmp_path / "answer", figures=True)
+    names = {file.name for file in answer.folder.glob("*.png")}
+    assert names == set(answer.record["figures"])
+    assert {"for_whom.png", "how_sure.png", "tolerance_map.png"} <= names
+    for name in names:
+        assert holds_mark(answer.folder / name, answer.record["study_hash"]), name
+
+
+def test_every_figure_of_a_run_does_in_each_format(tmp_path):
+    figure = {"name": "torque", "quantity": "motor_torque", "format": ["png", "svg", "pdf"]}
+    study = {"tendon": {"pretension": ["60 N", "120 N"]}, "figure": [figure]}
+    study |= {"spring": QUESTION["spring"]}
+    run = tendon.sweep(study, tmp_path / "run", figures=True)
+    assert set(run.record["figures"]) >= {"slack_map.png", "torque.svg", "torque.pdf"}
+    for name in run.record["figures"]:
+        assert holds_mark(run.folder / name, run.record["study_hash"]), name
