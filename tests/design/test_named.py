@@ -1,4 +1,4 @@
-"""What only the whole answer knows stands in a table of its own; readers join it to the choices."""
+"""Readers join choices with the table of what only the whole answer knows of them."""
 
 import numpy as np
 import pandas as pd
