@@ -44,7 +44,7 @@ MAY_IMPORT = {
     "paper": {"answers", "cube", *ROOMS, *BELOW_THE_ROOMS},
     "state_page": {"figures", "engine", *BELOW_THE_ROOMS},
     "summary": {"cube", "engine", *BELOW_THE_ROOMS},
-    "arms": {"studies"},
+    "arms": {"studies", "say"},
 }
 MAY_IMPORT["face"] = {name for name in MAY_IMPORT if name not in ("startup", "terminal")}
 MAY_IMPORT[THE_FACE] = set(MAY_IMPORT) - {"startup", "terminal"}

@@ -110,17 +110,18 @@ class Answer(Result):
         import pyarrow.compute as pc  # only who asks for this pays for its import
 
         from tendon_cli.answers.problem import question_of
+        from tendon_cli.answers.tables import choice_columns
 
         library = xarray_library()
         table = self.table("choices")
         grid = table.filter(pc.invert(table.column("refined")))
-        names = grid.column_names[: grid.column_names.index("refined")]
-        sizes = {name: len(grid.column(name).unique()) for name in names}
+        problem = question_of(recorded_study(self.record))
+        sizes = {axis.column: len(axis) for axis in problem.choices.axes}
+        names = [column.name for column in choice_columns(problem) if column.is_axis]
         choices = variables_of(grid, sizes)
         conditions = variables_of(
             self.table("conditions"), {"condition": self.record["conditions"]}
         )
-        problem = question_of(recorded_study(self.record))
         count = len(problem.choices)
         if count * len(problem.conditions) <= _MOST_WINDOWS:
             ends = problem.ends(problem.choices.numbers(np.arange(count)), count)

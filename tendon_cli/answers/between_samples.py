@@ -279,7 +279,7 @@ def scope(problem: Problem) -> str:
     for axis in problem.conditions.axes:
         if (axis.key in LOADS or axis.is_interval) and len(axis) > 1:
             name = keys()[axis.key].number.quantity.name
-            noun = "load" if axis.key == "load.mass" else name.replace("_", " ")
+            noun = "load" if axis.key == "load.mass" else say.spaced(name)
             words.append(_every(noun, name, axis.values))
     return say.join_words(words)
 

@@ -20,6 +20,7 @@ from tendon_cli.answers.question import goals_of
 from tendon_cli.answers.record import make_record, named_rows
 from tendon_cli.answers.text import answer_blocks
 from tendon_cli.engine.plan import part_range
+from tendon_cli.engine.table_columns import axis_column
 from tendon_cli.engine.task import FinalFile, Note, Task
 from tendon_cli.errors import SizeError
 from tendon_cli.kernel import columns_writer
@@ -212,10 +213,9 @@ class Choices(Task):
         """Return the file of persons or draws under the choice that the record names first."""
         table = f"{axis.key}s"
         chosen = {}
-        for column in self.columns("choices"):
-            if column.is_axis:
-                value = answer_tables.as_value(column, population["values"][column.name])
-                chosen[column.name] = np.array([value])
+        for along in self.problem.choices.axes:
+            value = population["values"][along.column]
+            chosen[along.column] = np.array([answer_tables.as_value(axis_column(along), value)])
         pretension = np.nan if population["pretension"] is None else population["pretension"]
         windows = GroupWindows.of(self.problem, chosen)
         rows = answer_tables.person_rows(self.problem, axis, windows, chosen, pretension)

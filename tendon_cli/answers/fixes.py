@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.phrases import COSTS, Row, costs, parameter
+from tendon_cli.answers.phrases import COSTS, Row, costs
 from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.solve import WORST, Solutions, solve
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import Quantity
 from tendon_cli.space.axis import Numbers
+from tendon_cli.studies.axis_words import parameter
 from tendon_cli.studies.study import keys
 from tendon_cli.units import parse_measure
 

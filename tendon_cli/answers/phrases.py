@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -13,8 +12,7 @@ from tendon_cli.answers.coverage import ROUNDING
 from tendon_cli.answers.problem import Problem
 from tendon_cli.space.axis import Axis
 from tendon_cli.space.space import Space
-from tendon_cli.studies.study import keys
-from tendon_cli.studies.values import RIGID
+from tendon_cli.studies.axis_words import value_words
 
 Row = Mapping[str, Any]
 """A part of the record of an answer, such as a row of `choices.parquet`."""
@@ -40,24 +38,13 @@ _DIFFERENT = 0.5
 """Standard deviations by which those who are not served must differ from everyone to say so."""
 
 
-def parameter(key: str, value: float | str) -> str:
-    """Say a recorded number of a study with its symbol and unit."""
-    number = math.inf if value == RIGID else float(value)
-    return say.parameter(keys()[key].number.quantity, number, say.side_of(key))
-
-
-def value_words(axis: Axis, value: float | str) -> str:
-    """Say the value of a choice or a condition on an axis."""
-    return axis.in_words(str(value)) if axis.names else parameter(axis.key, value)
-
-
 def row_words(product: Space, row: Row) -> str:
     """Say a choice by its value on each axis; empty if there is no axis."""
     return ", ".join(value_words(axis, row[axis.column]) for axis in product.axes)
 
 
 def condition_words(conditions: Space, condition: int, *, but_first: bool = False) -> str:
-    """Say a condition by its row of conditions.parquet.
+    """Say a condition, within brackets, by its row of conditions.parquet.
 
     Args:
         conditions: All conditions.
@@ -68,7 +55,9 @@ def condition_words(conditions: Space, condition: int, *, but_first: bool = Fals
     words = []
     for axis in conditions.axes[int(but_first) :]:
         value = columns[axis.column][0]
-        words.append(value_words(axis, axis.names[int(value)] if axis.names else value))
+        if axis.names:
+            value = axis.names[int(value)]
+        words.append(value_words(axis, value, in_brackets=True))
     return ", ".join(words)
 
 

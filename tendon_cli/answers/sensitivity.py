@@ -320,7 +320,7 @@ def indices(problem: Problem, numbers: Numbers) -> list[dict[str, Any]]:
             drawn |= {key: values[persons] for key, values in person_axis.numbers.items()}
         for place, (key, known) in enumerate(study.uncertain.items()):
             drawn[key] = quantile(known, points[:, place])
-        axis = replace(Axis.of_points(drawn), key=DRAW_AXIS)
+        axis = replace(Axis.of_points(drawn), key=DRAW_AXIS, role="draw")
         varied = replace(problem, conditions=Space((axis, *others)).grouped())
         windows = varied.ends(numbers, 1)
         return np.concatenate(group_windows(windows.low, windows.high, varied.groups))

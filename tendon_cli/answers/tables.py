@@ -17,13 +17,14 @@ from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.question import ColumnArrays
 from tendon_cli.answers.setup import SETTING_COLUMNS, setting_columns, settings, study_arm
 from tendon_cli.answers.solve import WORST, Solutions
+from tendon_cli.engine.table_columns import axis_column, columns_set_by_names
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.design import F0
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.space.axis import Axis, Rows
-from tendon_cli.studies.study import keys
+from tendon_cli.space.axis import Axis, Rows, split_side
+from tendon_cli.space.space import Space
 from tendon_cli.studies.values import RIGID
 from tendon_cli.tables.schema import Column
 
@@ -43,7 +44,7 @@ def choice_columns(problem: Problem) -> tuple[Column, ...]:
     of_state = "direction of the state that binds; empty where the limit belongs to none"
     read = problem.study.setting.read
     return (
-        *map(_of_axis, problem.choices.axes),
+        *_row_columns(problem.choices),
         Column("refined", "truth", "1", "a point between those of the grid"),
         *_of_quantities("pretension_from", "pretension_to", read=read),
         Column(
@@ -93,6 +94,8 @@ def choice_rows(
         on_front: True for a choice that no other beats.
     """
     rows = choices.results | choices.columns | {"refined": refined, "on_front": on_front}
+    points = problem.choices.at(problem.numbers_of(choices.columns))
+    rows |= _set_by_names(problem.choices, points)
     rows["pretension_to"] = _finite(choices["pretension_to"])
     for end in ("from", "to"):
         state = choices[f"{end}_state"]
@@ -116,7 +119,7 @@ def choice_rows(
 def condition_columns(problem: Problem) -> tuple[Column, ...]:
     """Return the columns of `conditions.parquet`."""
     weighting = Column("weighting", "number", "1", "how much the condition counts in a share")
-    return (*map(_of_axis, problem.conditions.axes), weighting)
+    return (*_row_columns(problem.conditions), weighting)
 
 
 def condition_rows(problem: Problem) -> ColumnArrays:
@@ -125,7 +128,7 @@ def condition_rows(problem: Problem) -> ColumnArrays:
     weighting = problem.conditions.weighting
     rows: ColumnArrays = problem.conditions.columns(np.arange(count))
     rows["weighting"] = np.ones(count) if weighting is None else weighting
-    return rows
+    return rows | _set_by_names(problem.conditions, problem.conditions)
 
 
 # --- Persons and draws ----------------------------------------------------------------------------
@@ -138,7 +141,7 @@ def person_columns(problem: Problem, axis: Axis) -> tuple[Column, ...]:
     sex = (_SEX,) if people is not None and people.sexes else ()
     dimensions = DIMENSIONS if people is not None else ()
     return (
-        Column(axis.column, "text", "1", axis.meaning, is_axis=True, choices=names),
+        replace(axis_column(axis), choices=names),
         *sex,
         Column("weighting", "number", "1", "how much it counts in a share"),
         *_of_quantities(*dimensions),
@@ -248,11 +251,24 @@ def _of_quantities(*names: str, read: str = F0) -> tuple[Column, ...]:
     return tuple(columns)
 
 
-def _of_axis(axis: Axis) -> Column:
-    """Return the column of an axis."""
-    if axis.names:
-        return Column(axis.column, "text", "1", axis.meaning, is_axis=True, choices=axis.names)
-    return Column.of(keys()[axis.key].number.quantity, axis.column, is_axis=True)
+def _row_columns(space: Space) -> tuple[Column, ...]:
+    """Return the columns that say what a row of a space is: its axes, and what their names set."""
+    return (*map(axis_column, space.axes), *columns_set_by_names(space).values())
+
+
+def _set_by_names(space: Space, rows: Space) -> ColumnArrays:
+    """Return the numbers that vary over the named axes of a space, of some rows.
+
+    Args:
+        space: All choices, or all conditions.
+        rows: The space itself, or a list of points of it.
+    """
+    values: ColumnArrays = {}
+    for key, column in columns_set_by_names(space).items():
+        number = rows.number(*split_side(key)).within(rows.whole)
+        of_rows = np.broadcast_to(number, (*rows.shape, 1, 1)).ravel()
+        values[column.name] = of_rows.astype(column.dtype)
+    return values
 
 
 def _finite(ends: Array) -> Array:

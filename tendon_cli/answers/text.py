@@ -9,11 +9,12 @@ import numpy as np
 from tendon_cli import say
 from tendon_cli.answers import phrases
 from tendon_cli.answers.fixes import fixes_table
-from tendon_cli.answers.phrases import COSTS, Row, costs, ends_of, parameter, row_words
+from tendon_cli.answers.phrases import COSTS, Row, costs, ends_of, row_words
 from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.question import Goal
 from tendon_cli.answers.relax import relaxations_in_words
 from tendon_cli.answers.setup import drift_in_words, on_whom, posture, to_set
+from tendon_cli.studies.axis_words import parameter
 from tendon_cli.studies.study import keys
 
 _MOST_ALTERNATIVES = 8

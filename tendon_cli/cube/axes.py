@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.space.axis import Axis
-from tendon_cli.studies.spaces import space_of
+from tendon_cli.space.axis import Axis, split_side
+from tendon_cli.space.space import Space
+from tendon_cli.studies.contents import column_of
+from tendon_cli.studies.spaces import WORDS_OF, space_of
 from tendon_cli.studies.study import Study
 
 Ints = npt.NDArray[np.int64]
@@ -54,6 +57,31 @@ def thin_axes(lengths: Sequence[int], most: int) -> list[Ints]:
         evenly_spaced(length, count) if count > 1 else first
         for length, count in zip(lengths, counts, strict=True)
     ]
+
+
+def columns_of_names(
+    axes: Sequence[Axis], single: Mapping[str, Any]
+) -> dict[str, tuple[Axis, Axis]]:
+    """Return the columns whose numbers or words follow from one named axis alone.
+
+    Args:
+        axes: Axes of a table.
+        single: Numbers that all rows share, by dotted key.
+
+    Returns:
+        The named axis, and the same axis with the values of the column in place of its names.
+    """
+    space = Space(tuple(axes), single)
+    columns: dict[str, tuple[Axis, Axis]] = {}
+    for key, number in space.set_by_names.items():
+        if len(number.axes) > 1 or key in space.keys_of_sides:
+            continue
+        values = np.ravel(number.within(space.whole))  # (len(axis),)
+        words = WORDS_OF.get(split_side(key)[0])
+        names = () if words is None else tuple(words[int(value)] for value in values)
+        column = column_of(key)
+        columns[column] = (axes[number.axes[0]], Axis(key, column, {key: values}, names))
+    return columns
 
 
 def axes_of(study: Study, kind: str) -> tuple[Axis, ...]:

@@ -14,25 +14,37 @@ from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import reading
+from tendon_cli.errors import InputError
 from tendon_cli.model.kinematics import Array
-from tendon_cli.space.axis import Axis
+from tendon_cli.space.axis import Axis, NamedAxis
+from tendon_cli.studies.axis_words import value_words
+from tendon_cli.studies.fields import hint_at_nearest
+from tendon_cli.units import shorten
 
 
 def position(axis: Axis, value: Any) -> Ints:
     """Return the position of a value on an axis, or of the nearest value, as an array of one.
 
-    A word that the axis does not have gives the first position.
+    Raises:
+        InputError: The axis has names, and the value is none of them.
     """
     is_same = np.array(axis.values == value)
-    if is_same.any() or axis.is_text:
+    if is_same.any():
         return np.array([int(np.argmax(is_same))], dtype=np.int64)
+    if axis.is_text:
+        hint = hint_at_nearest(str(value), axis.names) or f"{', '.join(axis.names[:20])}"
+        raise InputError(f'there is no {axis.key} "{shorten(str(value))}"', hint=hint)
     distance = np.abs(axis.values - value)
     return np.array([int(np.argmin(distance))], dtype=np.int64)
 
 
 def value_text(cube: Cube, axis: Axis, value: Any) -> str:
     """Return one value of an axis, as titles have it."""
-    return str(value) if axis.is_text else cube.shown(axis.column).equation(float(value))
+    if isinstance(axis, NamedAxis):
+        return value_words(axis, value)
+    if axis.is_text:
+        return str(value)
+    return cube.shown(axis.column).equation(float(value))
 
 
 def conflicts_of(read: Mapping[str, ColumnArray], bounds: Mapping[str, float]) -> ColumnArray:

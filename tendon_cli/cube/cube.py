@@ -12,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from tendon_cli.cube.axes import ANGLE, LOAD, Ints, axes_of
+from tendon_cli import say
+from tendon_cli.cube.axes import ANGLE, LOAD, Ints, axes_of, columns_of_names
 from tendon_cli.cube.columns import ColumnArray, TableColumns
 from tendon_cli.cube.labels import ColumnLabel, as_read
 from tendon_cli.engine.states import WorkedOut
@@ -120,6 +121,11 @@ class Cube:
             for place, axis in enumerate(self.axes)
         }
 
+    @cached_property
+    def columns_of_names(self) -> dict[str, tuple[Axis, Axis]]:
+        """Columns that follow from one named axis, as `columns_of_names` of `axes.py` has them."""
+        return columns_of_names(self.axes, space_of(self.study).single)
+
     def axis(self, column: str) -> Axis | None:
         """Return the axis of a column; None if it has none."""
         return next((axis for axis in self.axes if axis.column == column), None)
@@ -131,7 +137,7 @@ class Cube:
             column: Its name.
             units: Units by dimension that overrule the usual ones.
         """
-        words = column.replace("_", " ")
+        words = say.spaced(column)
         quantity = self.columns[column] or Quantity(column, words, "number", "1", "1", words)
         return ColumnLabel.of(column, as_read(quantity, self.document), units)
 
@@ -140,20 +146,25 @@ class Cube:
     def choose(self, asked: Sequence[Condition]) -> dict[str, Ints]:
         """Return the positions on each axis that conditions leave, by the axis's column.
 
+        A condition on a number that a named axis sets selects among its names.
+
         Raises:
             UsageError: A condition leaves nothing of its axis, or names a word that is not on it.
         """
         chosen = {axis.column: np.arange(axis.length, dtype=np.int64) for axis in self.axes}
         for condition in asked:
             axis = self.axis(condition.column)
-            if axis is None:
+            values = axis
+            if condition.column in self.columns_of_names:
+                axis, values = self.columns_of_names[condition.column]
+            if axis is None or values is None:
                 continue
-            if axis.is_text:
-                _check_words(axis, condition)
+            if values.is_text:
+                _check_words(values, condition)
             positions = chosen[axis.column]
-            left = positions[condition.holds(axis.values[positions], of_axis=True)]
+            left = positions[condition.holds(values.values[positions], of_axis=True)]
             if not len(left):
-                hint = f"values: {', '.join(self._listed(axis, positions))}"
+                hint = f"values: {', '.join(self._listed(values, positions))}"
                 raise UsageError(
                     f'"{shorten(condition.text)}" leaves nothing of the axis',
                     where="--where",

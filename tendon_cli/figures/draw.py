@@ -206,7 +206,10 @@ def _plan(cube: Cube, spec: FigureSpec) -> tuple[MapPlan | CurvePlan, list[Condi
     conditions = cube.table_columns.conditions(spec.filters)
     chosen = cube.choose(conditions)
     is_plain = not (spec.quantity or spec.x or spec.colour or spec.panels)
-    on_axes = all(cube.axis(condition.column) for condition in conditions)
+    on_axes = all(
+        cube.axis(condition.column) or condition.column in cube.columns_of_names
+        for condition in conditions
+    )
     if cube.kind == "designs" and is_plain and on_axes and len(long_axes(cube, chosen)) > 1:
         return plan_maps(cube, chosen), conditions
     return plan_curves(cube, chosen, spec), conditions

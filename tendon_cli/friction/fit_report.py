@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+from tendon_cli import say
 from tendon_cli.files import write_whole
 from tendon_cli.friction.fit_result import Check, Fit
 from tendon_cli.units import counted, shorten
@@ -43,7 +44,7 @@ def summary_text(fit: Fit) -> str:
         if direction.standard_error is not None:
             text += f" ± {direction.standard_error:.{digits}f}"
         text += f" with a gain ratio of 1, {counted(direction.used, 'reading')}"
-        rows.append((name.replace("_", " "), text))
+        rows.append((say.spaced(name), text))
     rows.append(("plain answer", _plain_text(fit, digits)))
     for place, part in enumerate(uncertainty.parts):
         kind = f"type {part.type}"
@@ -78,7 +79,7 @@ def _readings_rows(fit: Fit) -> list[tuple[str, str]]:
         rows.append((shorten(file["file"], 18), f"{text}, {counted(file['strokes'], 'stroke')}"))
     for check in fit.checks:
         if check.found and check.name != "gain":
-            rows.append((check.name.replace("_", " "), _check_text(check)))
+            rows.append((say.spaced(check.name), _check_text(check)))
     return rows
 
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli import say
 from tendon_cli.cube.axes import Ints, evenly_spaced, thin_axes
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
@@ -143,7 +144,7 @@ def truths_record(columns: Mapping[str, ColumnArray]) -> list[dict[str, Any]]:
     return [
         {
             "name": name,
-            "label": name.replace("_", " "),
+            "label": say.spaced(name),
             "unit": "",
             "truth": True,
             "hidden": True,

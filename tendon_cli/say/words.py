@@ -218,7 +218,7 @@ def _bound(share: float, rounding: str) -> str:
 
 # --- Columns, sentences ---------------------------------------------------------------------------
 
-_WORDS_OF_MARKS = {"_proximal": " at the motor", "_distal": " at the elbow", "_": " "}
+_WORDS_OF_MARKS = {"_proximal": " at the motor", "_distal": " at the elbow"}
 _COLUMNS = {
     "radius_ratio": "flexor over extensor travel",
     "served": "share served",
@@ -234,7 +234,12 @@ def column(name: str) -> str:
     words = _COLUMNS.get(name, name)
     for mark, word in _WORDS_OF_MARKS.items():
         words = words.replace(mark, word)
-    return words
+    return spaced(words)
+
+
+def spaced(name: str) -> str:
+    """Return a name as plain words, with spaces for underscores."""
+    return name.replace("_", " ")
 
 
 def join_words(words: Sequence[str], last: str = "and") -> str:

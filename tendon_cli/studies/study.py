@@ -13,7 +13,7 @@ from pydantic import PrivateAttr
 
 from tendon_cli.display import Displayed, face
 from tendon_cli.model.trajectory import Trajectory
-from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, PERSON_AXIS
+from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, PERSON_AXIS, SAMPLE_AXES
 from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies import parts
 from tendon_cli.studies.contents import (
@@ -105,20 +105,21 @@ class Study(Displayed, Part):
 
         Values that were computed from the old tables are not kept.
         """
-        study = self.model_copy(update=parts)
-        for computed in ("numbers", "hash", "trajectory"):
-            study.__dict__.pop(computed, None)
-        return study
+        kept = {name: getattr(self, name) for name in type(self).model_fields}
+        study = self.model_construct(self.model_fields_set | parts.keys(), **(kept | parts))
+        return study.ordered(self._axes, self._sources)
 
-    def ordered(self, axes: tuple[str, ...], sources: dict[str, dict[str, Any]]) -> Study:
+    def ordered(self, axes: tuple[str, ...] | None, sources: dict[str, dict[str, Any]]) -> Study:
         """Return the same study with a given order of its axes, and a record of its files.
 
         Args:
-            axes: Keys in the order in which the axes shall vary, slowest first.
+            axes: Keys in the order in which the axes shall vary, slowest first; None for the order
+                of the schema.
             sources: Files that gave numbers of the study, by the key that names each.
         """
         study = self.model_copy()
-        object.__setattr__(study, "__pydantic_private__", {"_axes": axes, "_sources": sources})
+        study._axes = axes  # noqa: SLF001 - another study of this class
+        study._sources = sources  # noqa: SLF001
         return study
 
     # --- Numbers ---------------------------------------------------------------------------------
@@ -230,18 +231,26 @@ class Study(Displayed, Part):
         return self.uncertainty.draws if is_axis else 0
 
     @property
+    def named_lengths(self) -> dict[str, int]:
+        """Numbers of cases, of persons and of draws as far as there are any, by axis."""
+        lengths = {CASE_AXIS: len(self.cases)} if self.cases else {}
+        if self.people is not None:  # a number of 0 while their file is not read
+            lengths[PERSON_AXIS] = self.people.persons
+        if self.draws:
+            lengths[DRAW_AXIS] = self.draws
+        return lengths
+
+    @property
     def axes(self) -> tuple[str, ...]:
         """Keys of the design axes, slowest first.
 
         `case`, `person` and `draw` are axes of several numbers each.
         """
-        named = {CASE_AXIS: self.cases, PERSON_AXIS: self.people, DRAW_AXIS: self.draws}
-        named_axes = [key for key, given in named.items() if given]
         varied = [key for key, values in self.numbers.items() if values.is_axis]
         varied += self.words
         if self._axes is not None:
             varied = [key for key in self._axes if key in varied]
-        return (*named_axes, *varied)
+        return (*self.named_lengths, *varied)
 
     @property
     def conditions(self) -> tuple[str, ...]:
@@ -259,7 +268,7 @@ class Study(Displayed, Part):
                 if key.partition(".")[0] in _GIVEN_TABLES and key != _STRAP_WIDTH
             ]
             stated = (CASE_AXIS, *given)
-        conditions = (*stated, PERSON_AXIS, DRAW_AXIS, *self.intervals)
+        conditions = (*stated, *SAMPLE_AXES, *self.intervals)
         return tuple(key for key in self.axes if key in conditions)
 
     @property
@@ -270,7 +279,7 @@ class Study(Displayed, Part):
         """
         if self.design.serve is not None:
             return self.design.serve.single
-        return 0.95 if {PERSON_AXIS, DRAW_AXIS} & set(self.axes) else 1.0
+        return 0.95 if self.named_lengths.keys() & set(SAMPLE_AXES) else 1.0
 
     # --- Remarks and record ----------------------------------------------------------------------
 

@@ -1,0 +1,72 @@
+"""Values of axes, and the numbers that a named row sets, in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from tendon_cli import say
+from tendon_cli.space.axis import NAMED_AXES, Axis, NamedAxis, split_side
+from tendon_cli.studies.contents import keys
+from tendon_cli.studies.spaces import WORDS_OF
+from tendon_cli.studies.values import RIGID
+
+
+def axis_meaning(axis: Axis) -> str:
+    """Return the meaning of a column that holds the names of an axis's values."""
+    if isinstance(axis, NamedAxis):
+        return f"name of the {axis.key}"
+    return say.spaced(axis.column)
+
+
+def parameter(key: str, value: float | str) -> str:
+    """Say a recorded number of a study with its symbol and unit."""
+    number = math.inf if value == RIGID else float(value)
+    return say.parameter(keys()[key].number.quantity, number, say.side_of(key))
+
+
+def value_words(axis: Axis, value: float | str, *, in_brackets: bool = False) -> str:
+    """Say a recorded value of an axis: "K 3 kN/m", "spring at the motor", "d88 (b₁ 88 mm)".
+
+    Args:
+        axis: The axis.
+        value: The number, or the name of the value.
+        in_brackets: True for words that stand in brackets: "d88: b₁ 88 mm".
+    """
+    if isinstance(axis, NamedAxis):
+        name = str(value)
+        shown = name if axis.key in NAMED_AXES else f"{axis.key} {name}"
+        told = told_words(axis, name, parameter)
+        if not told:
+            return shown
+        return f"{shown}: {told}" if in_brackets else f"{shown} ({told})"
+    return word_of_key(axis.key, str(value)) if axis.names else parameter(axis.key, value)
+
+
+def told_words(axis: Axis, name: str, number: Callable[[str, float], str]) -> str:
+    """List what tells a named row from the others; empty if that is nothing, or much.
+
+    Args:
+        axis: The axis; the values of one that is not named are told by their names alone.
+        name: Name of the row.
+        number: Returns the words for a number, of its key and its value in SI.
+    """
+    if not isinstance(axis, NamedAxis):
+        return ""
+    words = []
+    for key, value in axis.told_by(axis.names.index(name)).items():
+        options = WORDS_OF.get(split_side(key)[0])
+        words.append(
+            number(key, value) if options is None else word_of_key(key, options[int(value)])
+        )
+    return ", ".join(words)
+
+
+def word_of_key(key: str, word: str) -> str:
+    """Say a word of a study: "the extensor's spring at the motor", "after flexion"."""
+    common, side = split_side(key)
+    table, _, name = common.partition(".")
+    if name != "at":
+        return f"{name} {word}"
+    whose = f"the {side}'s " if side else ""
+    return f"{whose}{table} at the {word}"
