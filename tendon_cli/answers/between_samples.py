@@ -23,6 +23,7 @@ from tendon_cli.model.window import Ends, Window, as_read, window, with_binding_
 from tendon_cli.space.axis import PRETENSION, Numbers, Rows
 from tendon_cli.studies.measured_motion import at_times
 from tendon_cli.studies.study import keys
+from tendon_cli.tables.schema import finite_or_none
 
 _DENSER = 16
 """Factor by which samples are made denser to estimate the error of an end."""
@@ -184,7 +185,7 @@ def estimate_error(
     found = _SAFE * np.maximum(errors[0], 0.0)
     missed = _MISSED * np.max(np.abs(errors), axis=0)
     estimate = float(np.max(found + missed) + _ROUNDING)
-    return estimate if np.isfinite(estimate) else None
+    return finite_or_none(estimate)
 
 
 def _tightest_conditions(ends: Array, common: float, most: int) -> Rows:
@@ -327,11 +328,6 @@ def curves_of(problem: Problem, choice: Solutions, ends: Ends) -> dict[str, Any]
         "elbow_angle": problem.angles.ravel().tolist(),
         "samples": np.unique(problem.study.angles).tolist(),
         "all_conditions": bool(counts.all()),
-        "lower": {name: _finite_or_null(values) for name, values in lower.items()},
-        "upper": {name: _finite_or_null(values) for name, values in upper.items()},
+        "lower": {name: [*map(finite_or_none, values.tolist())] for name, values in lower.items()},
+        "upper": {name: [*map(finite_or_none, values.tolist())] for name, values in upper.items()},
     }
-
-
-def _finite_or_null(values: Array) -> list[float | None]:
-    """Return values as a list with None for what is not finite."""
-    return [value if np.isfinite(value) else None for value in values.tolist()]

@@ -17,6 +17,7 @@ from tendon_cli.quantities import Quantity
 from tendon_cli.space.axis import Numbers
 from tendon_cli.studies.axis_words import parameter
 from tendon_cli.studies.study import keys
+from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.units import parse_measure
 
 PARAMETERS = {
@@ -136,7 +137,7 @@ def _fix(problem: Problem, numbers: Numbers, key: str, before: float) -> dict[st
     return {
         **record,
         "after": after,
-        **{name: value if np.isfinite(value) else None for name, value in results.items()},
+        **{name: finite_or_none(value) for name, value in results.items()},
         "printed": printed,
         "printed_pretension": pretension,
     }

@@ -27,7 +27,7 @@ from tendon_cli.answers.solve import Solutions
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import LIMIT_NAMES, Codes
-from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, Axis, Rows
+from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, Axis, Rows, evenly_spaced
 from tendon_cli.studies.people.population import Population
 from tendon_cli.studies.values import RIGID
 
@@ -116,8 +116,7 @@ def population(
     largest_share = chosen.scalar("served")
     curve = coverage.curve(windows.low, windows.high, weighting)
     count = len(curve.pretension)
-    points = np.linspace(0, count - 1, min(count, _MOST_OF_CURVE))
-    thinned = np.unique(points.round().astype(np.int64))
+    thinned = evenly_spaced(count, _MOST_OF_CURVE)
     effective = effective_count(weighting)
     record = {
         "choice": row["choice"],
@@ -285,8 +284,7 @@ def _sizes(problem: Problem, chosen: Solutions) -> Iterator[tuple[str, list[dict
     weighting = problem.weighting[: persons * draws : draws]
     of_persons = problem.under(np.arange(conditions))
     for axis in problem.choices.axes:
-        spread = np.linspace(0, len(axis) - 1, min(len(axis), _MOST_ALONG))
-        along = np.unique(spread.round().astype(np.int64))
+        along = evenly_spaced(len(axis), _MOST_ALONG)
         if len(along) < 2:
             continue
         columns = {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -24,6 +23,8 @@ from tendon_cli.answers.solve import Solutions, solve_rows
 from tendon_cli.answers.tables import as_records, choice_columns, choice_rows
 from tendon_cli.engine.task import Note
 from tendon_cli.model.window import Ends
+from tendon_cli.space.axis import evenly_spaced
+from tendon_cli.tables.schema import finite_or_none
 
 _REFINED_ON_FRONT = 24
 """Most choices of a front that are refined between the points of the grid."""
@@ -119,8 +120,7 @@ def _front(
     on_front = front_of(feasible)
     count = len(on_front)
     if count > _REFINED_ON_FRONT and any(axis.is_range for axis in problem.choices.axes):
-        places = np.linspace(0, count - 1, _REFINED_ON_FRONT).round().astype(np.int64)
-        on_front = on_front.select(places)
+        on_front = on_front.select(evenly_spaced(count, _REFINED_ON_FRONT))
     choices = []
     for place in range(len(on_front)):
         choice = on_front.select([place])
@@ -244,7 +244,7 @@ def _window_for_all(problem: Problem, ends: Ends) -> list[float | None] | None:
     high = float(ends.high.min())
     if not low <= high:
         return None
-    return [low, high if math.isfinite(high) else None]
+    return [low, finite_or_none(high)]
 
 
 def _conflict_record(
@@ -292,7 +292,7 @@ def _conflicts(
         yield {
             "limits": list(pair),
             "choices": count,
-            "gap": gap if math.isfinite(gap) else None,
+            "gap": finite_or_none(gap),
             "nearest": named.records(closest)[0],
         }
 

@@ -19,7 +19,7 @@ from tendon_cli.answers.solve import Solutions, solve
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import QUANTITIES, Quantity
-from tendon_cli.space.axis import Numbers, Rows
+from tendon_cli.space.axis import Numbers, Rows, evenly_spaced
 from tendon_cli.space.space import Space
 from tendon_cli.studies.study import keys
 from tendon_cli.studies.values import RIGID
@@ -106,7 +106,7 @@ def relaxations(problem: Problem, limits: set[str]) -> list[dict[str, Any]]:
     count = len(problem.choices)
     states = len(problem.conditions) * problem.states_per_design
     most = max(1, _MOST // states)
-    rows = np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
+    rows = evenly_spaced(count, most)
     return [_least_change(problem, demand) for demand in _demands(problem, limits, rows)]
 
 

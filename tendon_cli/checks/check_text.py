@@ -11,6 +11,7 @@ from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel, number
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import QUANTITIES
+from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.units import counted
 
 NO_EQUILIBRIUM = "no equilibrium"
@@ -35,7 +36,7 @@ class CheckResult:
 def finite(value: Any) -> Any:
     """Replace numbers of a record that are infinite or NaN by None, for JSON."""
     if isinstance(value, float):
-        return value if math.isfinite(value) else None
+        return finite_or_none(value)
     if isinstance(value, Mapping):
         return {name: finite(item) for name, item in value.items()}
     if isinstance(value, list):

@@ -26,6 +26,7 @@ from tendon_cli.studies.json_schema import key_words
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import TableFiles
+from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.units import counted, shorten
 
 FLAGS = ("status", *JUDGEMENTS)
@@ -274,8 +275,8 @@ class TablePair:
             flip = {
                 "where": self.where(row),
                 "now": bool(now[row]),
-                "margin_before": _known(margin_before[row]),
-                "margin_now": _known(margin_now[row]),
+                "margin_before": finite_or_none(margin_before[row]),
+                "margin_now": finite_or_none(margin_now[row]),
             }
             flips.append(flip)
         return sorted(flips, key=_margin_change, reverse=True)
@@ -291,11 +292,6 @@ def _results(cube: Cube) -> list[str]:
 def _largest(values: ColumnArray) -> float:
     """Return the largest magnitude in a column; 0 if nothing in it is finite."""
     return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
-
-
-def _known(margin: float) -> float | None:
-    """Return the margin of a design; None if it has none."""
-    return float(margin) if math.isfinite(margin) else None
 
 
 def difference(

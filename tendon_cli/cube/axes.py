@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.space.axis import Axis, split_side
+from tendon_cli.space.axis import Axis, evenly_spaced, split_side
 from tendon_cli.space.space import Space
 from tendon_cli.studies.contents import column_of
 from tendon_cli.studies.spaces import WORDS_OF, space_of
@@ -21,18 +21,6 @@ LOAD = "load_mass"
 DIRECTION = "direction"
 ANGLE = "elbow_angle"
 TIME = "time"
-
-
-def evenly_spaced(count: int, most: int) -> Ints:
-    """Choose at most `most` of `count` positions evenly, with both ends.
-
-    If `most` is 1, choose the middle.
-    """
-    if count <= most:
-        return np.arange(count, dtype=np.int64)
-    if most == 1:
-        return np.array([count // 2], dtype=np.int64)
-    return np.unique(np.round(np.linspace(0, count - 1, most)).astype(np.int64))
 
 
 def thin_axes(lengths: Sequence[int], most: int) -> list[Ints]:

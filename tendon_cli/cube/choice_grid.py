@@ -13,12 +13,12 @@ from tendon_cli import say
 from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
-from tendon_cli.cube.labels import reading
+from tendon_cli.cube.labels import drawn_name, reading
 from tendon_cli.errors import InputError
 from tendon_cli.model.kinematics import Array
-from tendon_cli.space.axis import Axis, NamedAxis
-from tendon_cli.studies.axis_words import value_words
+from tendon_cli.space.axis import Axis
 from tendon_cli.studies.fields import hint_at_nearest
+from tendon_cli.studies.values import RIGID
 from tendon_cli.units import shorten
 
 
@@ -28,23 +28,27 @@ def position(axis: Axis, value: Any) -> Ints:
     Raises:
         InputError: The axis has names, and the value is none of them.
     """
-    is_same = np.array(axis.values == value)
+    wanted = value if axis.is_text else _number(value)
+    is_same = np.asarray(axis.values == wanted)
     if is_same.any():
         return np.array([int(np.argmax(is_same))], dtype=np.int64)
     if axis.is_text:
         hint = hint_at_nearest(str(value), axis.names) or f"{', '.join(axis.names[:20])}"
         raise InputError(f'there is no {axis.key} "{shorten(str(value))}"', hint=hint)
-    distance = np.abs(axis.values - value)
+    distance = np.abs(axis.values - wanted)
     return np.array([int(np.argmin(distance))], dtype=np.int64)
 
 
 def value_text(cube: Cube, axis: Axis, value: Any) -> str:
-    """Return one value of an axis, as titles have it."""
-    if isinstance(axis, NamedAxis):
-        return value_words(axis, value)
+    """Return one value of an axis, or of a record on it, as titles have it."""
     if axis.is_text:
-        return str(value)
-    return cube.shown(axis.column).equation(float(value))
+        return drawn_name(axis, str(value))
+    return cube.shown(axis.column).equation(_number(value))
+
+
+def _number(value: Any) -> float:
+    """Return a number of a record, in which an infinite stiffness is a word."""
+    return math.inf if value == RIGID else float(value)
 
 
 def conflicts_of(read: Mapping[str, ColumnArray], bounds: Mapping[str, float]) -> ColumnArray:

@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.cube.axes import evenly_spaced
 from tendon_cli.cube.choice_grid import pretension_name
 from tendon_cli.cube.cube import Cube, choices_of
 from tendon_cli.errors import UsageError
@@ -29,6 +28,7 @@ from tendon_cli.figures.frame import Page, grid_shape
 from tendon_cli.figures.served import draw_population
 from tendon_cli.figures.style import INK, OKABE_ITO, broken, hatch_key, house_style, unknown_hatch
 from tendon_cli.figures.window_over_angle import draw_between
+from tendon_cli.space.axis import evenly_spaced
 from tendon_cli.tables.read import open_table
 
 _WINDOW = "#b4d4ea"

@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.cube.axes import evenly_spaced
 from tendon_cli.cube.labels import number
 from tendon_cli.figures.arm_shape import ArmShape, ArmSizes, Points, arm_sizes
 from tendon_cli.figures.backend import Arc, Axes, Circle, FancyArrowPatch, Line2D, Patch
 from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, house_style
-from tendon_cli.space.axis import SIDES
+from tendon_cli.space.axis import SIDES, evenly_spaced
 from tendon_cli.studies.angle_curves import curves_of
 from tendon_cli.studies.study import Study
 

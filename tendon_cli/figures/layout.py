@@ -10,11 +10,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, TIME, Ints, evenly_spaced
+from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, TIME, Ints
 from tendon_cli.cube.columns import DERIVED
 from tendon_cli.cube.cube import Cube
 from tendon_cli.errors import UsageError
-from tendon_cli.space.axis import CASE_AXIS, Axis
+from tendon_cli.space.axis import CASE_AXIS, Axis, evenly_spaced
 from tendon_cli.studies.figures import MOST_QUANTITIES, OF_STATES, FigureSpec
 from tendon_cli.studies.study import keys
 

@@ -14,13 +14,13 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.cube.axes import evenly_spaced
 from tendon_cli.cube.choice_grid import pretension_name
 from tendon_cli.cube.labels import plain
 from tendon_cli.figures.backend import Axes, Line2D, Patch
 from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO, house_style
 from tendon_cli.quantities import QUANTITIES
+from tendon_cli.space.axis import evenly_spaced
 from tendon_cli.tables.read import open_table
 from tendon_cli.tables.schema import as_numpy
 

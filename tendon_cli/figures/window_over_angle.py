@@ -13,6 +13,7 @@ import numpy as np
 from tendon_cli import say
 from tendon_cli.cube.choice_grid import over_angle, pretension_name
 from tendon_cli.cube.cube import Cube
+from tendon_cli.cube.labels import without_formulas
 from tendon_cli.figures.backend import Axes, Line2D, Patch
 from tendon_cli.figures.choice_maps import answer_page, choice_text
 from tendon_cli.figures.frame import Page
@@ -52,7 +53,7 @@ def draw_between(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
         for name, colour in colours.items()
     ]
     key += _key(*drawn.works)
-    text = choice_text(cube, chosen)
+    text = without_formulas(choice_text(cube, chosen))
     title = f"the window over the angle, {text}" if text else "the window over the angle"
     page = answer_page(cube, record, title, 92.0, key, [*drawn.texts])
     panel = page.figure.subplots()

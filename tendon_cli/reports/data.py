@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.cube.axes import Ints, evenly_spaced, thin_axes
+from tendon_cli.cube.axes import Ints, thin_axes
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel
@@ -23,7 +23,7 @@ from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Anchors, Array
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.space.axis import Axis
+from tendon_cli.space.axis import Axis, evenly_spaced
 from tendon_cli.studies.study import Study
 from tendon_cli.units import UNITS
 

@@ -11,7 +11,7 @@ import numpy as np
 import pyarrow as pa
 
 from tendon_cli import say
-from tendon_cli.cube.axes import Ints, evenly_spaced
+from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.choice_grid import conflicts_of, over_angle, position, pretension_name
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube, choices_of
@@ -34,13 +34,13 @@ from tendon_cli.reports.data import (
     truths_record,
     within_size,
 )
-from tendon_cli.space.axis import PRETENSION
+from tendon_cli.space.axis import PRETENSION, evenly_spaced
 from tendon_cli.space.space import Space
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import keys
 from tendon_cli.tables.read import open_table
-from tendon_cli.tables.schema import as_numpy
+from tendon_cli.tables.schema import as_numpy, finite_or_none
 
 RESULTS = (
     "tolerance",
@@ -303,7 +303,7 @@ def _between(record: dict[str, Any], bounds: Mapping[str, float]) -> dict[str, A
     return {
         "angles": drawn.angle.round(6).tolist(),
         "lines": lines,
-        "window": [low, None if np.isinf(high) else high],
+        "window": [low, finite_or_none(high)],
         "top": drawn.top,
         "samples": {"x": [angle for angle, _ in points], "y": [value for _, value in points]},
         "says": " ".join([*drawn.texts, f"The shaded pretension {drawn.works[0]}."]),
@@ -312,7 +312,7 @@ def _between(record: dict[str, Any], bounds: Mapping[str, float]) -> dict[str, A
 
 def _rounded(value: float) -> float | None:
     """Return a number with six digits; None if it is not finite."""
-    return float(f"{value:.6g}") if np.isfinite(value) else None
+    return finite_or_none(float(f"{value:.6g}"))
 
 
 MOST_PERSONS = 5000

@@ -59,6 +59,18 @@ def split_side(path: str) -> tuple[str, str | None]:
     return path, None
 
 
+def evenly_spaced(count: int, most: int) -> Rows:
+    """Choose at most `most` of `count` positions evenly, with both ends.
+
+    If `most` is 1, choose the middle.
+    """
+    if count <= most:
+        return np.arange(count, dtype=np.int64)
+    if most == 1:
+        return np.array([count // 2], dtype=np.int64)
+    return np.unique(np.round(np.linspace(0, count - 1, most)).astype(np.int64))
+
+
 @cache
 def of_side(key: str, side: str) -> str:
     """Return the key of one side: `tendon.flexor.length` for `tendon.length`."""
