@@ -23,7 +23,8 @@ from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.model.reversal import Drift, drift
 from tendon_cli.model.setting import all_readings, pretension_per_length
-from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, PRETENSION, SIDES, Axis, Numbers
+from tendon_cli.quantities import SIDES
+from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, PRETENSION, Axis, Numbers
 
 SETTING_COLUMNS = tuple(f"set_{side}_tension{end}" for end in ("", "_motor") for side in SIDES)
 """Columns of the tensions to set, at the joint and at the motor, N."""

@@ -26,7 +26,7 @@ from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import Axis, Rows, split_side
 from tendon_cli.space.space import Space
 from tendon_cli.studies.values import RIGID
-from tendon_cli.tables.schema import Column
+from tendon_cli.tables.schema import Column, finite_or_none
 
 _LIMITS = ("", *LIMIT_NAMES)
 """Names of limits by their code plus one, because the code NOTHING is -1."""
@@ -289,13 +289,7 @@ def _as_list(column: Column, values: np.ndarray[Any, Any]) -> list[Any]:
     if column.kind != "number":
         return list(values.tolist())
     infinite = RIGID if column.is_axis else None
-    numbers = []
-    for value in values.tolist():
-        if np.isfinite(value):
-            numbers.append(value)
-        else:
-            numbers.append(infinite if value == np.inf else None)
-    return numbers
+    return [infinite if value == np.inf else finite_or_none(value) for value in values.tolist()]
 
 
 def as_value(column: Column, value: Any) -> Any:

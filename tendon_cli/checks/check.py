@@ -27,7 +27,7 @@ from tendon_cli.engine.results import AnyResult, Run, folder_of, verified_record
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.statics import SLACK_TOLERANCE
-from tendon_cli.space.axis import SIDES
+from tendon_cli.quantities import SIDES
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import TableFiles

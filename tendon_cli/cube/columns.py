@@ -12,8 +12,7 @@ import pyarrow as pa
 
 from tendon_cli import say
 from tendon_cli.errors import UsageError
-from tendon_cli.quantities import OF_FIGURES, QUANTITIES, Quantity
-from tendon_cli.space.axis import SIDES
+from tendon_cli.quantities import OF_FIGURES, QUANTITIES, SIDES, Quantity
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.filters import Condition, Filter, read_filter
 from tendon_cli.studies.study import keys

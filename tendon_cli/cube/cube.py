@@ -18,8 +18,8 @@ from tendon_cli.cube.columns import ColumnArray, TableColumns
 from tendon_cli.cube.labels import ColumnLabel, as_read
 from tendon_cli.engine.states import WorkedOut
 from tendon_cli.errors import InputError, TendonError, UsageError
-from tendon_cli.quantities import Quantity
-from tendon_cli.space.axis import SIDES, SLACK, Axis
+from tendon_cli.quantities import SIDES, Quantity
+from tendon_cli.space.axis import SLACK, Axis
 from tendon_cli.studies.filters import Condition
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.spaces import space_of

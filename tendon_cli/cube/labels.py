@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.quantities import AS_READ, Quantity
-from tendon_cli.space.axis import SIDES, Axis
+from tendon_cli.quantities import AS_READ, SIDES, Quantity
+from tendon_cli.space.axis import Axis
 from tendon_cli.studies.axis_words import told_words
 from tendon_cli.studies.contents import column_of, keys
 from tendon_cli.units import factor_of

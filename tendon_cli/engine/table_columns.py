@@ -16,8 +16,8 @@ from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.model.design import F0
 from tendon_cli.model.kinematics import Spline
 from tendon_cli.model.statics import STATUS_NAMES
-from tendon_cli.quantities import AS_READ, OF_DESIGNS, OF_STATES, QUANTITIES, Quantity
-from tendon_cli.space.axis import SIDES, SLACK, Axis, Varying, of_side, split_side
+from tendon_cli.quantities import AS_READ, OF_DESIGNS, OF_STATES, QUANTITIES, SIDES, Quantity
+from tendon_cli.space.axis import SLACK, Axis, Varying, of_side, split_side
 from tendon_cli.space.space import ANCHORS, Space
 from tendon_cli.studies.axis_words import axis_meaning
 from tendon_cli.studies.contents import column_of

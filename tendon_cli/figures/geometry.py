@@ -20,7 +20,7 @@ from tendon_cli.figures.arm import arm_page
 from tendon_cli.figures.backend import Axes, mpl
 from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, SEQUENTIAL, house_style
-from tendon_cli.space.axis import SIDES
+from tendon_cli.quantities import SIDES
 from tendon_cli.studies.load import load_study
 from tendon_cli.studies.spaces import case_place
 from tendon_cli.studies.study import Study

@@ -16,7 +16,8 @@ from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel, as_read, drawn_name, number, plain
 from tendon_cli.figures.backend import Axes, ticker
-from tendon_cli.space.axis import SIDES, Axis
+from tendon_cli.quantities import SIDES
+from tendon_cli.space.axis import Axis
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.study import Study, keys

@@ -18,9 +18,7 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flag, Flags, Real, Travels
 from tendon_cli.model.sheath import Sheathed, sheaths_of
 from tendon_cli.model.statics import Balance, Coupling, Response, Status, respond
-from tendon_cli.quantities import OF_STATES, QUANTITIES
-
-SIDES = ("flexor", "extensor")
+from tendon_cli.quantities import OF_STATES, QUANTITIES, SIDES
 
 
 @dataclass(frozen=True, eq=False)

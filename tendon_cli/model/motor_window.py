@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tendon_cli.model.actuator import SIDES, State, evaluate
+from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags, Real
@@ -24,6 +24,7 @@ from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
 from tendon_cli.model.motor import gauss_rule, motor_rates, select_points
 from tendon_cli.model.statics import SLACK_TOLERANCE
 from tendon_cli.model.window import Positions, Window
+from tendon_cli.quantities import SIDES
 
 _STEP = 100.0  # N; first step of the search for an upper end, where a window has none
 _DOUBLINGS = 16  # of that step, until some limit is broken

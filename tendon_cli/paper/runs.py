@@ -22,6 +22,7 @@ from tendon_cli.friction.fit_result import Fit
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
 from tendon_cli.model.window import window as window_of
+from tendon_cli.quantities import SIDES
 from tendon_cli.studies.load import load_study, study_from
 from tendon_cli.studies.study import Study
 
@@ -53,8 +54,6 @@ VARIANTS = PLACES | {
     "fig11-10kg": ("fig11", "load.mass=10 kg"),
 }
 """Variants by name: a study, and the settings that a statement about the paper needs."""
-
-SIDES = ("flexor", "extensor")
 
 
 @dataclass(frozen=True)

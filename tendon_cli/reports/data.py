@@ -22,7 +22,7 @@ from tendon_cli.cube.labels import ColumnLabel
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Anchors, Array
-from tendon_cli.quantities import QUANTITIES
+from tendon_cli.quantities import QUANTITIES, SIDES
 from tendon_cli.space.axis import Axis, evenly_spaced
 from tendon_cli.studies.study import Study
 from tendon_cli.units import UNITS
@@ -344,7 +344,7 @@ def _groups(arm: int, condition: str, result: Curves) -> Iterable[dict[str, Any]
 def _line(column: str, values: Array) -> dict[str, Any]:
     """Return the curves of one column, in the colour of its side or else of the motor."""
     shown = ColumnLabel.of(column, QUANTITIES[column])
-    colour = next((side for side in ("flexor", "extensor") if side in column), "motor")
+    colour = next((side for side in SIDES if side in column), "motor")
     return {"label": shown.name, "colour": colour, "array": pack_numbers(shown.scaled(values))}
 
 

@@ -14,7 +14,7 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context
 from typing import Any
 
 from tendon_cli import units
-from tendon_cli.quantities import QUANTITIES, Quantity
+from tendon_cli.quantities import QUANTITIES, SIDES, Quantity
 from tendon_cli.units import counted
 
 WIDTH = 80
@@ -102,7 +102,7 @@ def parameter(of: Quantity, value: float, side: str = "", digits: int = 3) -> st
 
 def side_of(key: str) -> str:
     """Return the side that a dotted key or a column names: "flexor", "extensor", or ""."""
-    for side in ("flexor", "extensor"):
+    for side in SIDES:
         if f".{side}." in key or key.endswith(f"_{side}"):
             return side
     return ""

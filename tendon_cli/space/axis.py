@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model.kinematics import Array, Real
+from tendon_cli.quantities import SIDES
 
-SIDES = ("flexor", "extensor")
 CASE_AXIS = "case"
 PERSON_AXIS = "person"
 DRAW_AXIS = "draw"

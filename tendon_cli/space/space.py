@@ -21,12 +21,12 @@ from tendon_cli.model.design import READINGS, Design, Limb, Posture, Side
 from tendon_cli.model.kinematics import Anchors, Array, Excursion, Flag
 from tendon_cli.model.limits import GIVEN
 from tendon_cli.model.setting import with_set_pretension
+from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import (
     AFTER,
     PRETENSION,
     READ,
     REFERENCE,
-    SIDES,
     SLACK,
     SPRING_AT,
     Axis,

@@ -13,6 +13,7 @@ from pydantic_core import CoreSchema
 
 from tendon_cli.errors import InputError
 from tendon_cli.model.kinematics import Array, Spline
+from tendon_cli.quantities import SIDES
 from tendon_cli.studies.csv_columns import read_columns
 from tendon_cli.studies.fields import FieldMark, SingleField, fault
 from tendon_cli.studies.number import NumberField, schema_table
@@ -228,7 +229,7 @@ def curves_of(study: Any) -> dict[str, Spline]:
         curves[key] = table.spline("bend")
     if isinstance(joint.excursion, CurveTable):
         noise = joint.smoothing.single if joint.smoothing is not None else 0.0
-        for side in ("flexor", "extensor"):
+        for side in SIDES:
             curves[f"joint.{side}_excursion"] = joint.excursion.spline(side, noise)
     return curves
 
@@ -293,7 +294,7 @@ def warnings_of(study: Any, table: CurveTable, where: str) -> list[str]:
         if is_beyond.sum() < FEWEST_BEYOND:
             near = f"within {FEWEST_BEYOND} rows of the table's end, where slopes are less certain"
             warnings.append(f"{where}: the motion reaches {math.degrees(end):.4g} deg, {near}")
-    for side in ("flexor", "extensor"):
+    for side in SIDES:
         slopes = table.spline(side)(table.angles, 1)
         if (slopes < 0.0).all():
             hint = f"is the sign of {side} the other way? Both travels increase with flexion"

@@ -10,7 +10,7 @@ from typing import Any
 
 from tendon_cli.errors import Fault, InputError, StudyError
 from tendon_cli.files import read_file
-from tendon_cli.space.axis import SIDES
+from tendon_cli.quantities import SIDES
 from tendon_cli.studies import angle_curves
 from tendon_cli.studies.parts import Part
 from tendon_cli.studies.people.people_section import MAX_BYTES as MAX_PEOPLE_BYTES

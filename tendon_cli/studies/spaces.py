@@ -11,6 +11,7 @@ from tendon_cli.errors import Fault, UsageError
 from tendon_cli.model.design import F0, READINGS
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.setting import Reading
+from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import (
     AFTER,
     CASE_AXIS,
@@ -19,7 +20,6 @@ from tendon_cli.space.axis import (
     PRETENSION,
     READ,
     REFERENCE,
-    SIDES,
     SLACK,
     SPRING_AT,
     Axis,
