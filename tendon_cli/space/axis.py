@@ -19,7 +19,7 @@ DRAW_AXIS = "draw"
 NAMED_AXES = (CASE_AXIS, PERSON_AXIS, DRAW_AXIS)
 """Keys of the named axes that a study may have, slowest first."""
 SAMPLE_AXES = (PERSON_AXIS, DRAW_AXIS)
-"""Those of a sample, of whose members a share is served."""
+"""Named axes of a sample, of whose members a share is served."""
 PRETENSION = "tendon.pretension"
 
 # Keys of settings that a study gives as words, and the model takes as numbers
