@@ -28,7 +28,7 @@ def position(axis: Axis, value: Any) -> Ints:
     Raises:
         InputError: The axis has names, and the value is none of them.
     """
-    wanted = value if axis.is_text else _number(value)
+    wanted = value if axis.is_text else recorded_number(value)
     is_same = np.asarray(axis.values == wanted)
     if is_same.any():
         return np.array([int(np.argmax(is_same))], dtype=np.int64)
@@ -43,10 +43,10 @@ def value_text(cube: Cube, axis: Axis, value: Any) -> str:
     """Return one value of an axis, or of a record on it, as titles have it."""
     if axis.is_text:
         return drawn_name(axis, str(value))
-    return cube.shown(axis.column).equation(_number(value))
+    return cube.shown(axis.column).equation(recorded_number(value))
 
 
-def _number(value: Any) -> float:
+def recorded_number(value: Any) -> float:
     """Return a number of a record, in which an infinite stiffness is a word."""
     return math.inf if value == RIGID else float(value)
 

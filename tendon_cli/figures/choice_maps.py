@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.cube.choice_grid import conflicts_of, position, value_text
+from tendon_cli.cube.choice_grid import conflicts_of, position, recorded_number, value_text
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.figures.backend import Axes, Line2D, ListedColormap, Patch, mpl
@@ -148,9 +148,10 @@ def place_of(cube: Cube, axis: Axis, value: Any, scale: Scale) -> float:
     if axis.is_text:
         return float(scale.names.index(str(value)))
     shown = cube.shown(axis.column)
+    number = recorded_number(value)
     if scale.names:
-        return float(scale.names.index(shown.text(float(value))))
-    return float(shown.scaled(value))
+        return float(scale.names.index(shown.text(number)))
+    return float(shown.scaled(number))
 
 
 # --- Maps over two choices ------------------------------------------------------------------------

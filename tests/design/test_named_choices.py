@@ -71,3 +71,16 @@ def test_a_name_that_the_axis_does_not_have_has_no_position():
         position(axis, "d15")
     assert 'there is no case "d15"' in str(told.value)
     assert told.value.hint == 'did you mean "d150"?'
+
+
+def test_figures_show_a_rigid_spring_that_is_best(tmp_path):
+    rigid = {
+        "anchor": {"stiffness": "10 kN/m"},
+        "spring": {"stiffness": ["rigid", "1 kN/m"]},
+        "joint": {"stiffness": "20 N m/rad", "rest_angle": "40 deg"},
+        "design": {"minimise": ["max_spring_extension"]},
+        "motion": STUDY["motion"],
+    }
+    answer = tendon.design(rigid, tmp_path / "answer", figures=True)
+    assert answer.best["spring_stiffness"] == "rigid"
+    assert (tmp_path / "answer" / "window.png").is_file()

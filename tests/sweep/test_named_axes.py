@@ -50,10 +50,8 @@ def test_every_number_that_varies_has_a_column(content):
     run = tendon.sweep(study_from(content))
     space = space_of(study_from(content))
     for key in keys():
-        common, side = key, None
-        if key.startswith(("tendon.", "spring.", "sheath.", "anchor.")):
-            side = "flexor"
-        number = space.number(common, side)
+        side = "flexor" if key.startswith(("tendon.", "spring.", "sheath.", "anchor.")) else None
+        number = space.number(key, side)
         if key.count(".") > 1 or not number.axes:
             continue
         column = keys()[key].column
