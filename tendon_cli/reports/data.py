@@ -24,6 +24,7 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Anchors, Array
 from tendon_cli.quantities import QUANTITIES, SIDES
 from tendon_cli.space.axis import Axis, evenly_spaced
+from tendon_cli.studies.axis_words import name_words
 from tendon_cli.studies.study import Study
 from tendon_cli.units import UNITS
 
@@ -59,7 +60,7 @@ class PageAxis:
         about = _about(self.shown) | {"key": self.axis.key}
         values = self.axis.values[self.positions]
         if self.axis.is_text:
-            names = [str(value) for value in values]
+            names = [name_words(self.axis, str(value)) for value in values]
             return {**about, "values": None, "names": names, "is_log": False}
         if not np.isfinite(values).all():
             names = [self.shown.text(float(value)) for value in values]

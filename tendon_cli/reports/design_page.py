@@ -36,6 +36,7 @@ from tendon_cli.reports.data import (
 )
 from tendon_cli.space.axis import PRETENSION, evenly_spaced
 from tendon_cli.space.space import Space
+from tendon_cli.studies.axis_words import name_words
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import keys
@@ -267,7 +268,7 @@ def _condition_name(conditions: Space, condition: Ints) -> str:
     for axis, places in zip(conditions.axes, conditions.places(condition).values(), strict=True):
         place = int(places[0])
         if axis.names:
-            words.append(axis.names[place])
+            words.append(name_words(axis, axis.names[place], in_brackets=True))
         else:
             shown = ColumnLabel.of(axis.column, keys()[axis.key].number.quantity)
             words.append(f"{shown.name} {shown.text(float(axis.values[place]))}")

@@ -34,13 +34,24 @@ def value_words(axis: Axis, value: float | str, *, in_brackets: bool = False) ->
         in_brackets: True for words that stand in brackets: "d88: b₁ 88 mm".
     """
     if isinstance(axis, NamedAxis):
-        name = str(value)
-        shown = name if axis.key in NAMED_AXES else f"{axis.key} {name}"
-        told = told_words(axis, name, parameter)
-        if not told:
-            return shown
-        return f"{shown}: {told}" if in_brackets else f"{shown} ({told})"
+        return name_words(axis, str(value), in_brackets=in_brackets)
     return word_of_key(axis.key, str(value)) if axis.names else parameter(axis.key, value)
+
+
+def name_words(axis: Axis, name: str, *, in_brackets: bool = False) -> str:
+    """Say a name on an axis, with what it sets if that is short: "d88 (b₁ 88 mm)".
+
+    Args:
+        axis: An axis whose values have names.
+        name: The name.
+        in_brackets: True for words that stand in brackets: "d88: b₁ 88 mm".
+    """
+    told = told_words(axis, name, parameter)
+    is_of_a_table = isinstance(axis, NamedAxis) and axis.key not in NAMED_AXES
+    shown = f"{axis.key} {name}" if is_of_a_table else name
+    if not told:
+        return shown
+    return f"{shown}: {told}" if in_brackets else f"{shown} ({told})"
 
 
 def told_words(axis: Axis, name: str, number: Callable[[str, float], str]) -> str:
