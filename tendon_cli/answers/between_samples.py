@@ -14,13 +14,13 @@ from tendon_cli.answers.question import LOADS
 from tendon_cli.answers.solve import Solutions, quantities_under_each, worst_columns
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array, Flags, Rows
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import contact_pressure
 from tendon_cli.model.motor_window import narrow
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.model.whole_motion import end_curves
 from tendon_cli.model.window import Ends, Window, as_read, window, with_binding_limits
-from tendon_cli.space.axis import PRETENSION, Numbers
+from tendon_cli.space.axis import PRETENSION, Numbers, Rows
 from tendon_cli.studies.measured_motion import at_times
 from tendon_cli.studies.study import keys
 from tendon_cli.tables.schema import finite_or_none

@@ -19,9 +19,9 @@ from tendon_cli.answers.solve import (
     worst,
 )
 from tendon_cli.engine.task import Note
-from tendon_cli.model.kinematics import Array, Rows
+from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
-from tendon_cli.space.axis import Axis, Numbers
+from tendon_cli.space.axis import Axis, Numbers, Rows
 
 LimitPair = tuple[str, ...]
 """The limit that asks for more pretension and the one that asks for less, by name.

@@ -25,9 +25,9 @@ from tendon_cli.answers.sensitivity import indices
 from tendon_cli.answers.setup import FEW_PERSONS, settings, study_arm
 from tendon_cli.answers.solve import Solutions
 from tendon_cli.model.body import DIMENSIONS
-from tendon_cli.model.kinematics import Array, Flags, Rows
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import LIMIT_NAMES, Codes
-from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, Axis, evenly_spaced
+from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, Axis, Rows, evenly_spaced
 from tendon_cli.studies.people.population import Population
 from tendon_cli.studies.values import RIGID
 

@@ -17,10 +17,10 @@ from tendon_cli.errors import UsageError
 from tendon_cli.model import whole_motion, window
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array, Flags, Rows
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.motor_window import narrow
 from tendon_cli.model.window import Ends, Window
-from tendon_cli.space.axis import PRETENSION, Numbers, split_side
+from tendon_cli.space.axis import PRETENSION, Numbers, Rows, split_side
 from tendon_cli.studies.contents import case_numbers
 from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import Study

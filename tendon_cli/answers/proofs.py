@@ -14,12 +14,12 @@ from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.question import LEAN, LOADS
 from tendon_cli.answers.solve import Solutions, solve_windows
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array, Flags, Rows
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.proof import MOST_CELLS, Cells, Proof, first_cells, prove
 from tendon_cli.model.setting import pretension_of
 from tendon_cli.model.whole_motion import refine_ends
-from tendon_cli.model.window import Ends
-from tendon_cli.space.axis import Numbers, scale_of
+from tendon_cli.model.window import Ends, Positions
+from tendon_cli.space.axis import Numbers, Rows, scale_of
 
 _MARGIN = 1e-6
 """Distance from both ends within which a window is not proved, N: there a limit is just kept."""
@@ -312,7 +312,7 @@ def _tighten(problem: Problem, ends: Ends, broken: Cells, postures: _ConditionAr
 
 
 def _tightest_ends(
-    postures: _ConditionArcs, points: Array, state: Rows, *, upper: bool
+    postures: _ConditionArcs, points: Array, state: Positions, *, upper: bool
 ) -> tuple[Rows, list[Any]]:
     """Seek the tightest ends near points at which a limit is broken.
 
@@ -332,7 +332,7 @@ def _tightest_ends(
     shares = points[:, 1:]
 
     def ends_at(
-        selected: _ConditionArcs, shares: Array, state: Rows, start: Array | None = None
+        selected: _ConditionArcs, shares: Array, state: Positions, start: Array | None = None
     ) -> list[Any]:
         """Return ends (N), states and angles (rad) at points of the box."""
         unbounded = np.full(len(state), -sign * np.inf)

@@ -14,7 +14,7 @@ from tendon_cli.errors import Stopped
 from tendon_cli.model import whole_motion
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import F0, READINGS, Design
-from tendon_cli.model.kinematics import Array, Flags, Rows
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.space.axis import (
     DRAW_AXIS,
     PERSON_AXIS,
@@ -22,6 +22,7 @@ from tendon_cli.space.axis import (
     READ,
     Axis,
     Numbers,
+    Rows,
     overlay,
     split_side,
 )

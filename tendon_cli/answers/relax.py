@@ -16,10 +16,10 @@ from tendon_cli.answers.fixes import edge
 from tendon_cli.answers.phrases import Row, row_words
 from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.solve import Solutions, solve
-from tendon_cli.model.kinematics import Array, Rows
+from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import QUANTITIES, Quantity
-from tendon_cli.space.axis import Numbers, evenly_spaced
+from tendon_cli.space.axis import Numbers, Rows, evenly_spaced
 from tendon_cli.space.space import Space
 from tendon_cli.studies.study import keys
 from tendon_cli.studies.values import RIGID

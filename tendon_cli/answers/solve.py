@@ -15,10 +15,10 @@ from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.question import ColumnArrays, Goal, select_numbers
 from tendon_cli.model import extremes, window
 from tendon_cli.model.actuator import State
-from tendon_cli.model.kinematics import Array, Flags, Rows
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import contact_pressure
 from tendon_cli.model.window import Ends, Window
-from tendon_cli.space.axis import Numbers
+from tendon_cli.space.axis import Numbers, Rows
 
 WORST = (
     "max_tension",

@@ -20,10 +20,10 @@ from tendon_cli.answers.solve import WORST, Solutions
 from tendon_cli.engine.table_columns import axis_column, columns_set_by_names
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.design import F0
-from tendon_cli.model.kinematics import Array, Flags, Rows
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.space.axis import Axis, split_side
+from tendon_cli.space.axis import Axis, Rows, split_side
 from tendon_cli.space.space import Space
 from tendon_cli.studies.values import RIGID
 from tendon_cli.tables.schema import Column, finite_or_none

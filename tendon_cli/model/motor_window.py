@@ -19,11 +19,11 @@ import numpy as np
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array, Flags, Real, Rows
+from tendon_cli.model.kinematics import Array, Flags, Real
 from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
 from tendon_cli.model.motor import gauss_rule, motor_rates, select_points
 from tendon_cli.model.statics import SLACK_TOLERANCE
-from tendon_cli.model.window import Window
+from tendon_cli.model.window import Positions, Window
 from tendon_cli.quantities import SIDES
 
 _STEP = 100.0  # N; first step of the search for an upper end, where a window has none
@@ -305,8 +305,8 @@ def _set_end(
     name: str,
     where: Flags,
     end: Array,
-    code: int | Rows,
-    state: int | Rows,
+    code: int | Positions,
+    state: int | Positions,
 ) -> None:
     """Give some of the windows another lower or upper end, in place.
 
@@ -368,7 +368,7 @@ def _is_broken(pretension: Array, measures: dict[int, Measure]) -> Flags:
     return np.asarray(np.any([measure(pretension) > 0.0 for measure in measures.values()], axis=0))
 
 
-def _edge(inside: Array, outside: Array, measures: dict[int, Measure]) -> tuple[Array, Rows]:
+def _edge(inside: Array, outside: Array, measures: dict[int, Measure]) -> tuple[Array, Positions]:
     """Bisect between two pretensions for the one at which the limits are just kept.
 
     Returns:
@@ -384,7 +384,7 @@ def _edge(inside: Array, outside: Array, measures: dict[int, Measure]) -> tuple[
     return inside, codes[beyond.argmax(axis=0)]
 
 
-def _close(windows: Window, code: int | Rows, where: Flags) -> None:
+def _close(windows: Window, code: int | Positions, where: Flags) -> None:
     """Empty some windows because of the limit `code`, in place."""
     where = where & ~np.isnan(windows.low)
     for ends, by in ((windows.low, windows.low_by), (windows.high, windows.high_by)):
