@@ -12,7 +12,17 @@ import tendon_cli
 
 PACKAGE = Path(tendon_cli.__file__).parent
 FILES = sorted(PACKAGE.rglob("*.py"))
-GROUND = {"cells", "errors", "files", "quantities", "say", "display", "units", "version"}
+GROUND = {
+    "answer_record",
+    "cells",
+    "display",
+    "errors",
+    "files",
+    "quantities",
+    "say",
+    "units",
+    "version",
+}
 ROOMS = ("figures", "friction", "engine")
 BELOW_THE_ROOMS = {"studies", "space", "tables", "model", *GROUND}
 THE_FACE = ""
@@ -20,6 +30,7 @@ THE_FACE = ""
 # What each room, and each file at the root, may import of the package besides itself.
 MAY_IMPORT = {
     "version": set(),
+    "answer_record": set(),
     "errors": set(),
     "startup": {"errors"},
     "terminal": {"errors"},
@@ -29,7 +40,7 @@ MAY_IMPORT = {
     "display": set(),
     "units": set(),
     "model": {"quantities", "units", "errors"},
-    "say": {"model", "quantities", "units"},
+    "say": {"answer_record", "model", "quantities", "units"},
     "tables": GROUND,
     "studies": {"space", "model", *GROUND},
     "cube": {"engine", *BELOW_THE_ROOMS},
@@ -130,6 +141,22 @@ def test_figures_take_only_the_kinematics_of_the_model():
         return [name for name in modules if name != "model.kinematics"]
 
     assert wrong(files_of("figures"), model) == {}
+
+
+OF_A_TEXT = {"answer_record", "say", "space", "studies", "quantities"}
+
+
+def test_the_text_of_an_answer_knows_its_record_and_no_question():
+    texts = {"answers.text", "answers.phrases"}
+    texts |= {name_of(path) for path in FILES if name_of(path).startswith("answers.text_")}
+    files = [path for path in FILES if name_of(path) in texts]
+
+    def beyond_the_record(path):
+        known = {"model.kinematics", *texts}
+        return [name for name in ours(path) if room_of(name) not in OF_A_TEXT and name not in known]
+
+    assert len(files) == len(texts) > 2
+    assert wrong(files, beyond_the_record) == {}
 
 
 @pytest.mark.parametrize("room", ROOMS)

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from tendon_cli import say
+from tendon_cli.answer_record import CurvesRecord
 from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.question import LOADS
 from tendon_cli.answers.solve import Solutions, quantities_under_each, worst_columns
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
@@ -22,7 +20,6 @@ from tendon_cli.model.whole_motion import end_curves
 from tendon_cli.model.window import Ends, Window, as_read, window, with_binding_limits
 from tendon_cli.space.axis import PRETENSION, Numbers, Rows
 from tendon_cli.studies.measured_motion import at_times
-from tendon_cli.studies.study import keys
 
 _DENSER = 16
 """Factor by which samples are made denser to estimate the error of an end."""
@@ -47,11 +44,6 @@ _AT_ONCE = 2**8
 """Conditions that are worked out together."""
 _STEPS = 16
 """Dense steps between two angles of the grid."""
-METHOD = (
-    "interval arithmetic with outward rounding on Taylor forms of second order over cells of the"
-    " angle and of numbers in a box, in both directions, at both ends of the window and of the"
-    " loads"
-)
 
 
 def worst_between(
@@ -273,26 +265,7 @@ def _common_ends(windows: Window) -> Array:
     return np.where(np.isnan(ends), np.inf, ends)
 
 
-def scope(problem: Problem) -> str:
-    """Say what a proof holds for: "every angle from 0 to 90 deg and every load from 0 to 10 kg"."""
-    words = [_every("angle", "elbow_angle", problem.angles)]
-    for axis in problem.conditions.axes:
-        if (axis.key in LOADS or axis.is_interval) and len(axis) > 1:
-            name = keys()[axis.key].number.quantity.name
-            noun = "load" if axis.key == "load.mass" else name.replace("_", " ")
-            words.append(_every(noun, name, axis.values))
-    return say.join_words(words)
-
-
-def _every(noun: str, quantity: str, values: Array) -> str:
-    """Say the range of values: "every load from 0 to 10 kg"."""
-    low = say.quantity(quantity, float(values.min()))
-    high = say.quantity(quantity, float(values.max()))
-    unit = high.partition(" ")[2]
-    return f"every {noun} from {low.removesuffix(' ' + unit)} to {high}"
-
-
-def curves_of(problem: Problem, choice: Solutions, ends: Ends) -> dict[str, Any]:
+def curves_of(problem: Problem, choice: Solutions, ends: Ends) -> CurvesRecord:
     """Return the pretensions that each limit allows one choice over the elbow angle, as recorded.
 
     Limits on the whole motion have no curve.

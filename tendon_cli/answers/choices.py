@@ -11,14 +11,14 @@ from typing import Any, Self
 import numpy as np
 import pyarrow as pa
 
-from tendon_cli import say
+from tendon_cli.answer_record import PopulationRecord, as_answer, value_of
 from tendon_cli.answers import tables as answer_tables
 from tendon_cli.answers.candidates import solve_part, summarise
 from tendon_cli.answers.people import GroupWindows, people_of, population
 from tendon_cli.answers.problem import Problem, question_of, rows_to_prove
 from tendon_cli.answers.question import goals_of
 from tendon_cli.answers.record import make_record, named_rows
-from tendon_cli.answers.text import answer_blocks
+from tendon_cli.answers.text import answer_blocks, answer_text
 from tendon_cli.engine.plan import part_range
 from tendon_cli.engine.task import FinalFile, Note, Task
 from tendon_cli.errors import SizeError
@@ -163,8 +163,7 @@ class Choices(Task):
         if self.persons is not None:
             windows = GroupWindows.of(self.problem, chosen.columns)
             record["population"] = population(self.problem, chosen, row, windows)
-        blocks = [*answer_blocks(self.problem, record)]
-        return record | {"blocks": blocks, "text": say.as_text(blocks, self.study)}
+        return {**record, "blocks": [*answer_blocks(record)], "text": answer_text(record)}
 
     def warnings(self, record: Mapping[str, Any]) -> list[str]:  # noqa: ARG002
         """Return no warnings: the record has its notes."""
@@ -182,7 +181,8 @@ class Choices(Task):
             record: The record of the answer.
             read: Function that reads a file of this task by its name.
         """
-        named, refined = named_rows(record)
+        answer = as_answer(record)
+        named, refined = named_rows(answer)
         final = self.parts - 1
         columns = self.columns("choices")
         for index in sorted({choice // self.length for choice in named} | {final}):
@@ -195,9 +195,12 @@ class Choices(Task):
             values = {}
             for column in columns:
                 of_grid = before[column.name][: len(part)]  # without what was added before
-                of_added = [answer_tables.as_value(column, row[column.name]) for row in added]
+                of_added = [
+                    answer_tables.as_value(column, value_of(row, column.name)) for row in added
+                ]
                 of_named = [
-                    answer_tables.as_value(column, named[choice][column.name]) for choice in choices
+                    answer_tables.as_value(column, value_of(named[choice], column.name))
+                    for choice in choices
                 ]
                 whole = np.concatenate([of_grid, np.array(of_added, dtype=column.dtype)])
                 whole[places] = of_named
@@ -205,10 +208,11 @@ class Choices(Task):
             count = len(part) + len(added)
             yield name, self.layout("choices", index, count), columns_writer(values, (count,))
 
-        if self.persons is not None:
-            yield self._persons_file(self.persons, record["population"])
+        population = answer["population"]
+        if self.persons is not None and population is not None:
+            yield self._persons_file(self.persons, population)
 
-    def _persons_file(self, axis: Axis, population: Mapping[str, Any]) -> FinalFile:
+    def _persons_file(self, axis: Axis, population: PopulationRecord) -> FinalFile:
         """Return the file of persons or draws under the choice that the record names first."""
         table = f"{axis.key}s"
         chosen = {}

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.phrases import COSTS, Row, costs, parameter
+from tendon_cli.answer_record import FixRecord
 from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.solve import WORST, Solutions, solve
+from tendon_cli.answers.solve import Solutions, solve
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import Quantity
 from tendon_cli.space.axis import Numbers
@@ -54,7 +53,7 @@ FirstOpen = Callable[[Array], tuple[int | None, int]]
 the one that is nearest to giving one."""
 
 
-def fixes(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
+def fixes(problem: Problem, choice: Solutions) -> list[FixRecord]:
     """Return the least change of each parameter alone that gives one choice a window, as recorded.
 
     The parameter that changes by the smallest factor comes first. Values are SI. `after` is null if
@@ -102,7 +101,7 @@ def _current_value(problem: Problem, numbers: Numbers, key: str) -> float:
     return float(np.asarray(unscaled.within(space.whole)).item())
 
 
-def _fix(problem: Problem, numbers: Numbers, key: str, before: float) -> dict[str, Any]:
+def _fix(problem: Problem, numbers: Numbers, key: str, before: float) -> FixRecord:
     """Return the record of the least change of one parameter that gives a choice a window."""
     low, high = PARAMETERS[key]
 
@@ -125,20 +124,43 @@ def _fix(problem: Problem, numbers: Numbers, key: str, before: float) -> dict[st
         ends.append(high)
     nearest_values = [_nearest_open(first_open, before, end) for end in ends]
     values = [value for value in nearest_values if value is not None]
-    record = {"parameter": key, "before": before, "after": None, "plausible": (low, high)}
     if not values:
-        return record | {"pretension": None, "printed": "", "printed_pretension": ""}
+        return {
+            "parameter": key,
+            "before": before,
+            "after": None,
+            "plausible": (low, high),
+            "pretension": None,
+            "max_tension": None,
+            "max_spring_extension": None,
+            "peak_motor_torque": None,
+            "min_elbow_stiffness": None,
+            "max_contact_pressure": None,
+            "printed": "",
+            "printed_pretension": "",
+        }
     after = min(values, key=lambda value: abs(np.log(value / before)))
     solved = solve_at(np.array([after]), with_worst=True)
-    results = {name: solved.scalar(name) for name in ("pretension", *WORST)}
     printed, pretension = _printed(solve_at, keys()[key].number.quantity, before, after)
     return {
-        **record,
+        "parameter": key,
+        "before": before,
         "after": after,
-        **{name: value if np.isfinite(value) else None for name, value in results.items()},
+        "plausible": (low, high),
+        "pretension": _finite_or_null(solved.scalar("pretension")),
+        "max_tension": _finite_or_null(solved.scalar("max_tension")),
+        "max_spring_extension": _finite_or_null(solved.scalar("max_spring_extension")),
+        "peak_motor_torque": _finite_or_null(solved.scalar("peak_motor_torque")),
+        "min_elbow_stiffness": _finite_or_null(solved.scalar("min_elbow_stiffness")),
+        "max_contact_pressure": _finite_or_null(solved.scalar("max_contact_pressure")),
         "printed": printed,
         "printed_pretension": pretension,
     }
+
+
+def _finite_or_null(value: float) -> float | None:
+    """Return a value as recorded: None if it is not finite."""
+    return value if np.isfinite(value) else None
 
 
 def _printed(
@@ -217,20 +239,3 @@ def _width(problem: Problem, solutions: Solutions) -> Array:
     with np.errstate(invalid="ignore"):
         width = solutions["pretension_to"] - solutions["pretension_from"]
     return np.where(np.isnan(width), -np.inf, width)
-
-
-def fixes_table(fixes: list[Row]) -> Iterator[say.Block]:
-    """Yield the table of the value that each parameter alone would have to take."""
-    lines = [["", "N", *COSTS.values()]]
-    idle = []
-    for fix in fixes:
-        if fix["after"] is None:
-            idle.append(keys()[fix["parameter"]].number.quantity.symbol)
-            continue
-        before = parameter(fix["parameter"], fix["before"])
-        lines.append([f"{before} to {fix['printed']}", fix["printed_pretension"], *costs(fix)])
-    yield say.heading("What would help, all else equal")
-    if len(lines) > 1:
-        yield say.table(lines)
-    if idle:
-        yield from say.items([f"no plausible value of these helps: {', '.join(idle)}"])

@@ -4,11 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from tendon_cli import say
+from tendon_cli.answer_record import (
+    BodyRecord,
+    ChoiceRecord,
+    PopulationRecord,
+    ReasonRecord,
+    SexRecord,
+    SizeRecord,
+    SuitRecord,
+    value_of,
+)
 from tendon_cli.answers import coverage
 from tendon_cli.answers.coverage import (
     Sizes,
@@ -18,18 +27,29 @@ from tendon_cli.answers.coverage import (
     normalise,
     serves,
 )
-from tendon_cli.answers.phrases import LESS, MORE, NEITHER, population_share, row_words, why_not
 from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.question import ColumnArrays
+from tendon_cli.answers.question_facts import (
+    condition_values,
+    question_record,
+    value_at,
+)
 from tendon_cli.answers.sensitivity import indices
-from tendon_cli.answers.setup import FEW_PERSONS, settings, study_arm
+from tendon_cli.answers.setup import settings, study_arm
 from tendon_cli.answers.solve import Solutions
+from tendon_cli.answers.text_bench import FEW_PERSONS
+from tendon_cli.answers.text_people import (
+    LESS,
+    MORE,
+    NEITHER,
+    population_title,
+    reason_words,
+)
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import LIMIT_NAMES, Codes
 from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, Axis, Rows
 from tendon_cli.studies.people.population import Population
-from tendon_cli.studies.values import RIGID
 
 MOST_SIZES = 3
 _MOST_ALONG = 16
@@ -99,8 +119,8 @@ def person_of(problem: Problem, groups: Rows) -> Rows:
 
 
 def population(
-    problem: Problem, chosen: Solutions, row: dict[str, Any], windows: GroupWindows
-) -> dict[str, Any]:
+    problem: Problem, chosen: Solutions, row: ChoiceRecord, windows: GroupWindows
+) -> PopulationRecord:
     """Return the record of a choice for persons or draws: whom it serves, and why not the others.
 
     Args:
@@ -119,9 +139,9 @@ def population(
     points = np.linspace(0, count - 1, min(count, _MOST_OF_CURVE))
     thinned = np.unique(points.round().astype(np.int64))
     effective = effective_count(weighting)
-    record = {
+    record: PopulationRecord = {
         "choice": row["choice"],
-        "values": {axis.column: row[axis.column] for axis in problem.choices.axes},
+        "values": {axis.column: value_of(row, axis.column) for axis in problem.choices.axes},
         "kind": problem.counted,
         "count": len(windows.low),
         "effective_count": effective,
@@ -134,16 +154,19 @@ def population(
         "largest_share_at": curve.best if largest_share > 0.0 else None,
         "set": {} if people is None else _spread_of_settings(problem, chosen),
         "by": [] if people is None else _by_sex(problem, people, windows.served(pretension)),
-        "curve": {name: values[thinned].tolist() for name, values in vars(curve).items()},
+        "curve": {
+            "pretension": curve.pretension[thinned].tolist(),
+            "share": curve.share[thinned].tolist(),
+            "low": curve.low[thinned].tolist(),
+            "high": curve.high[thinned].tolist(),
+        },
         "not_served": reasons_not_served(problem, windows, pretension),
         "sizes": {} if people is None else dict(_sizes(problem, chosen)),
         "sobol": indices(problem, problem.numbers_of(chosen.columns)),
+        "title": "",
     }
-    share = f"serves {population_share(record)}"
-    if row["pretension"] is not None:
-        share = f"{say.number(row['pretension'])} N {share}"
-    choice = row_words(problem.choices, record["values"])
-    return record | {"title": f"{choice}, {share}" if choice else share}
+    record["title"] = population_title(question_record(problem), record)
+    return record
 
 
 def _spread_of_settings(problem: Problem, chosen: Solutions) -> dict[str, list[float]]:
@@ -160,14 +183,14 @@ def _spread_of_settings(problem: Problem, chosen: Solutions) -> dict[str, list[f
     return {name: np.quantile(values, shares).tolist() for name, values in tensions.items()}
 
 
-def _by_sex(problem: Problem, people: Population, served: Flags) -> list[dict[str, Any]]:
+def _by_sex(problem: Problem, people: Population, served: Flags) -> list[SexRecord]:
     """Return the share that the pretension serves among men and among women."""
     if problem.study.design.by != "sex":
         return []
     weighting = problem.weighting
     rows = person_of(problem, np.arange(len(weighting)))
     sexes = np.array(people.sexes)[rows]
-    shares = []
+    shares: list[SexRecord] = []
     for sex in dict.fromkeys(sexes.tolist()):
         groups = np.flatnonzero(sexes == sex)
         weights = normalise(weighting[groups])
@@ -188,7 +211,7 @@ def _by_sex(problem: Problem, people: Population, served: Flags) -> list[dict[st
 
 def reasons_not_served(
     problem: Problem, windows: GroupWindows, pretension: float
-) -> list[dict[str, Any]]:
+) -> list[ReasonRecord]:
     """Return the reasons why a pretension does not serve some groups, as recorded.
 
     The most frequent reason comes first. A reason names the limit that is not kept, or both limits
@@ -211,7 +234,8 @@ def reasons_not_served(
     low_by = np.where(needs == LESS, -1, windows.low_by[groups])
     high_by = np.where(needs == MORE, -1, windows.high_by[groups])
     kinds = list(zip(needs.tolist(), low_by.tolist(), high_by.tolist(), strict=True))
-    reasons = []
+    question = question_record(problem)
+    reasons: list[ReasonRecord] = []
     for kind in dict.fromkeys(kinds):
         need, low_code, high_code = kind
         places = [place for place, other in enumerate(kinds) if other == kind]
@@ -227,18 +251,20 @@ def reasons_not_served(
             conditions.append(_most_frequent(problem, windows.high_condition[members]))
         share = float(weights[members].sum())
         names: list[str] = []
-        bodies: dict[str, dict[str, float]] = {}
+        bodies: dict[str, BodyRecord] = {}
         if people is not None:
             rows = person_of(problem, members)
             persons = (rows // people.completions).tolist()
             names = list(dict.fromkeys(people.persons[person] for person in persons))
             bodies = dict(_differences(people, rows))
+        under = [condition_values(problem, condition) for condition in conditions]
         reasons.append(
             {
-                "text": why_not(problem, limits, conditions),
+                "text": reason_words(question, limits, under),
                 "needs": need,
                 "limits": limits,
                 "conditions": conditions,
+                "under": under,
                 "count": len(members),
                 "share": share,
                 "interval_95": list(say.interval(share, effective_count(weights))),
@@ -256,7 +282,7 @@ def _most_frequent(problem: Problem, conditions: Rows) -> int:
     return int(conditions[np.argmax(within == np.bincount(within).argmax())])
 
 
-def _differences(people: Population, members: Rows) -> Iterator[tuple[str, dict[str, float]]]:
+def _differences(people: Population, members: Rows) -> Iterator[tuple[str, BodyRecord]]:
     """Yield the dimensions in which persons differ from everyone, the largest difference first.
 
     Means are SI; `deviations` is the difference in standard deviations.
@@ -268,7 +294,7 @@ def _differences(people: Population, members: Rows) -> Iterator[tuple[str, dict[
     with np.errstate(divide="ignore", invalid="ignore"):
         difference = np.where(deviation > 0.0, (mean_of_members - mean) / deviation, 0.0)
     for dimension in np.argsort(-np.abs(difference), kind="stable"):
-        record = {
+        record: BodyRecord = {
             "theirs": float(mean_of_members[dimension]),
             "of_all": float(mean[dimension]),
             "deviations": float(difference[dimension]),
@@ -276,7 +302,7 @@ def _differences(people: Population, members: Rows) -> Iterator[tuple[str, dict[
         yield DIMENSIONS[dimension], record
 
 
-def _sizes(problem: Problem, chosen: Solutions) -> Iterator[tuple[str, list[dict[str, Any]]]]:
+def _sizes(problem: Problem, chosen: Solutions) -> Iterator[tuple[str, list[SizeRecord]]]:
     """Yield the best few suits along each axis of the choices, all else as in the chosen one."""
     draws = len(problem.weighting) // problem.counts[PERSON_AXIS]
     persons = min(problem.counts[PERSON_AXIS], _MOST_PERSONS)
@@ -308,13 +334,11 @@ def _sizes(problem: Problem, chosen: Solutions) -> Iterator[tuple[str, list[dict
         yield axis.column, [_size(axis, along, sizes, persons) for sizes in best]
 
 
-def _size(axis: Axis, along: Rows, sizes: Sizes, persons: int) -> dict[str, Any]:
+def _size(axis: Axis, along: Rows, sizes: Sizes, persons: int) -> SizeRecord:
     """Return the record of the best few suits, whose choices are places in `along`."""
-    suits = []
+    suits: list[SuitRecord] = []
     for choice, pretension in zip(sizes.choices, sizes.pretensions, strict=True):
-        place = along[choice]
-        value = axis.names[place] if axis.names else float(axis.values[place])
-        suits.append({"value": RIGID if value == np.inf else value, "pretension": pretension})
+        suits.append({"value": value_at(axis, along[choice]), "pretension": pretension})
     return {
         "choices": suits,
         "served": sizes.share,

@@ -9,9 +9,10 @@ from typing import Any, cast
 
 import numpy as np
 
-from tendon_cli import kernel, say
+from tendon_cli import kernel
 from tendon_cli.answers.coverage import group_windows, share_served
 from tendon_cli.answers.question import Question, select_numbers
+from tendon_cli.answers.text_notes import question_notes
 from tendon_cli.engine.plan import bounds_of
 from tendon_cli.errors import UsageError
 from tendon_cli.model import whole_motion, window
@@ -20,8 +21,7 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.motor_window import narrow
 from tendon_cli.model.window import Ends, Window
-from tendon_cli.space.axis import PRETENSION, Numbers, Rows, split_side
-from tendon_cli.studies.contents import case_numbers
+from tendon_cli.space.axis import PRETENSION, Numbers, Rows
 from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import StudyNumber
@@ -33,8 +33,6 @@ _MOTOR_IN_NUMPY = 8
 """Factor by which a portion is smaller with limits on the motor, whose arrays hold all states."""
 _REFINED_AT_ONCE = 2**12
 """Ends that are sought between the angles together."""
-_SEVERAL = {"peak_motor_power", "max_motor_work_in", "max_friction_loss", "min_efficiency"}
-"""Limits that several intervals of pretension may keep."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,53 +227,8 @@ def question_of(study: Study) -> Problem:
         middle=pretension == "middle",
         given=pretension.single if isinstance(pretension, StudyNumber) else None,
     )
-    return replace(problem, notes=(*study.warnings, *_notes(problem)))
-
-
-def _notes(problem: Problem) -> Iterator[str]:
-    """Yield notes on numbers left out, on intervals, on people and on numbers not drawn."""
-    study = problem.study
-    pretensions = [key for key in study.numbers if split_side(key)[0] == PRETENSION]
-    of_cases = [split_side(key)[0] for case in study.cases for key in case_numbers(case)]
-    if any(split_side(key)[1] for key in pretensions):
-        yield (
-            "the study's pretensions per side are left out: one pretension for both sides is solved"
-            " for"
-        )
-    if any(study.numbers[key].is_axis for key in pretensions):
-        yield (
-            "the study's values of pretension are left out: the window is solved exactly,"
-            " without them"
-        )
-    if PRETENSION in of_cases:
-        yield (
-            "the pretensions of the study's cases are left out: one pretension for all is solved"
-            " for"
-        )
-    if problem.sampled_intervals:
-        names = ", ".join(problem.sampled_intervals)
-        yield (
-            f"{names}: {say.proved_word(say.SAMPLED)} at both ends of the interval; "
-            f"what lies between is {say.proved_word(say.OPEN)}"
-        )
-    if problem.whole_intervals:
-        names = ", ".join(problem.whole_intervals)
-        yield (
-            f"{names}: the window holds for the whole interval; the worst values are those at its"
-            " ends"
-        )
-    several = [name for name in study.limits if name in _SEVERAL]
-    if several:
-        yield (
-            f"{', '.join(several)}: if several intervals of pretension keep this limit,"
-            " the widest is used"
-        )
-    if study.people is not None and study.people.content is None:
-        yield from study.people.population.notes
-    if study.uncertain and study.uncertainty is None:
-        yield "uncertain numbers are taken at their middle; [uncertainty] draws them"
-    if study.uncertainty is not None and not study.uncertain:
-        yield "nothing in this study is uncertain, so that [uncertainty] draws nothing"
+    notes = question_notes(study, problem.sampled_intervals, problem.whole_intervals)
+    return replace(problem, notes=(*study.warnings, *notes))
 
 
 def rows_to_prove(problem: Problem) -> Rows:

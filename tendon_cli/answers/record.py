@@ -4,26 +4,45 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, cast
 
 import numpy as np
 
+from tendon_cli.answer_record import (
+    AnswerResults,
+    BestRecord,
+    BetweenSamples,
+    CertificateRecord,
+    ChoiceCertificate,
+    ChoiceRecord,
+    ConflictRecord,
+    FixRecord,
+    RelaxationRecord,
+)
 from tendon_cli.answers import candidates
-from tendon_cli.answers.between_samples import METHOD, curves_of, scope
+from tendon_cli.answers.between_samples import curves_of
 from tendon_cli.answers.candidates import LimitPair
 from tendon_cli.answers.fixes import fixes, sampled
 from tendon_cli.answers.problem import Problem, rows_to_prove
-from tendon_cli.answers.proofs import Proofs, ProvedChoice
-from tendon_cli.answers.question import Goal, goals_of
+from tendon_cli.answers.proofs import Certificate, Proofs, ProvedChoice
+from tendon_cli.answers.question import LOADS, Goal, goals_of
+from tendon_cli.answers.question_facts import condition_values, goal_record, question_record
 from tendon_cli.answers.relax import relaxations
 from tendon_cli.answers.sensitivity import sensitivities
-from tendon_cli.answers.setup import bench_record
+from tendon_cli.answers.setup import drift_record, remarks, setting_record
 from tendon_cli.answers.solve import Solutions, solve_rows
 from tendon_cli.answers.tables import as_records, choice_columns, choice_rows
+from tendon_cli.answers.text_notes import (
+    PROOF_METHOD,
+    note_on_remedies,
+    note_on_worst_values,
+    scope_words,
+)
 from tendon_cli.engine.task import Note
 from tendon_cli.model.window import Ends
+from tendon_cli.space.axis import Rows
 
 _REFINED_ON_FRONT = 24
 """Most choices of a front that are refined between the points of the grid."""
@@ -87,16 +106,34 @@ class NamedChoices:
         if self.front is not None:
             self.front = proofs.prove(self.front)
 
-    def records(self, choices: Solutions) -> list[dict[str, Any]]:
-        """Return choices as rows of the table for JSON, each with its row number as `choice`."""
+    @property
+    def rows_on_front(self) -> Rows:
+        """Rows of the choices that no other beats; none if the study leaves its goals open."""
+        if self.front is not None:
+            return self.front.row
+        if len(self.goals) == 1 and self.best:
+            return next(iter(self.best.values())).row
+        return np.empty(0, dtype=np.int64)
+
+    def records(self, choices: Solutions) -> list[ChoiceRecord]:
+        """Return choices as rows of the table for JSON, with their rows and what binds them."""
         is_refined = choices.row >= len(self.problem.choices)
-        on_front = np.full(len(choices), self.front is not None or len(self.goals) == 1)
+        on_front = np.isin(choices.row, self.rows_on_front)
         rows = choice_rows(self.problem, choices, is_refined, on_front)
         records = as_records(choice_columns(self.problem), rows)
         return [
-            {"choice": number, **record}
+            self._record(number, record)
             for number, record in zip(choices.row.tolist(), records, strict=True)
         ]
+
+    def _record(self, number: int, row: dict[str, Any]) -> ChoiceRecord:
+        """Return a choice from its row of the table, with the conditions that bind it."""
+        under = {}
+        for end in ("from", "to"):
+            binds = row[f"{end}_by"] is not None
+            condition = row[f"{end}_condition"]
+            under[f"{end}_under"] = condition_values(self.problem, condition) if binds else {}
+        return cast("ChoiceRecord", {"choice": number, **row, **under})
 
 
 def _front(
@@ -130,7 +167,7 @@ def _front(
 
 def make_record(
     problem: Problem, notes: Sequence[Note]
-) -> tuple[dict[str, Any], Solutions, dict[str, Any]]:
+) -> tuple[AnswerResults, Solutions, ChoiceRecord]:
     """Make the record of an answer.
 
     Choices that may matter are solved again, since the notes have only their rows. A choice that
@@ -171,7 +208,13 @@ def make_record(
         of_chosen = next(iter(proofs.done.values()))
         between = _between_samples(problem, chosen, of_chosen, proofs)
         ends = of_chosen.ends
-    record = {
+    if chosen is None:
+        named_first = relevant.select([int(np.argmax(relevant["served"]))])
+    else:
+        named_first = chosen
+    fixed, relaxed, notes_on_remedies = _remedies(problem, relevant, conflicts, chosen)
+    record: AnswerResults = {
+        "question": question_record(problem),
         "choices": sum(note["choices"] for note in notes),
         "conditions": len(problem.conditions),
         "feasible": feasible,
@@ -179,12 +222,13 @@ def make_record(
         **_best_record(problem, named, chosen, ends),
         "between_samples": between,
         "proved": [] if proved is None else named.records(proved),
-        **_conflict_record(problem, named, relevant, conflicts, chosen),
+        "conflicts": [*_conflicts(named, relevant, conflicts)],
+        "fixes": fixed,
+        "would_take": relaxed,
+        "notes": [*_notes(problem), *notes_on_remedies],
         "population": None,
     }
-    if chosen is None:
-        chosen = relevant.select([int(np.argmax(relevant["served"]))])
-    return record, chosen, named.records(chosen)[0]
+    return record, named_first, named.records(named_first)[0]
 
 
 def _lost_windows(relevant: Solutions, proofs: Proofs) -> list[Solutions]:
@@ -200,18 +244,33 @@ def _lost_windows(relevant: Solutions, proofs: Proofs) -> list[Solutions]:
 
 def _between_samples(
     problem: Problem, chosen: Solutions, of_chosen: ProvedChoice, proofs: Proofs
-) -> dict[str, Any]:
+) -> BetweenSamples:
     """Return the record of all proofs, with the scope and curves of the choice named first."""
-    of_each = [
-        {"choice": proved.choice.row.item(), **asdict(proved.certificate)}
+    of_each: list[ChoiceCertificate] = [
+        {"choice": proved.choice.row.item(), **_certificate_record(proved.certificate)}
         for proved in proofs.done.values()
     ]
+    intervals = [
+        axis
+        for axis in problem.conditions.axes
+        if (axis.key in LOADS or axis.is_interval) and len(axis) > 1
+    ]
     return {
-        **asdict(of_chosen.certificate),
+        **_certificate_record(of_chosen.certificate),
         "choices": of_each,
-        "method": METHOD,
-        "scope": scope(problem),
+        "method": PROOF_METHOD,
+        "scope": scope_words(problem.angles, intervals),
         "curves": curves_of(problem, chosen, of_chosen.ends),
+    }
+
+
+def _certificate_record(certificate: Certificate) -> CertificateRecord:
+    """Return the record of the proof of one choice."""
+    return {
+        "status": certificate.status,
+        "cells": certificate.cells,
+        "margin": certificate.margin,
+        "estimate": certificate.estimate,
     }
 
 
@@ -220,20 +279,28 @@ def _between_samples(
 
 def _best_record(
     problem: Problem, named: NamedChoices, chosen: Solutions | None, ends: Ends | None
-) -> dict[str, Any]:
+) -> BestRecord:
     """Return the record of the best choices, and of the first of them on the bench, in SI."""
     best = {column: named.records(choice)[0] for column, choice in named.best.items()}
-    return {
-        "goals": [asdict(goal) for goal in named.goals],
+    record: BestRecord = {
+        "goals": [goal_record(goal) for goal in named.goals],
         "best": next(iter(best.values()), None),
         "best_by": {} if named.goals else best,
         "given_up": named.given_up,
         "window_for_all": None if ends is None else _window_for_all(problem, ends),
         "gains": named.gains,
         "front": [] if named.front is None else named.records(named.front),
-        **({} if chosen is None else bench_record(problem, chosen)),
-        "sensitivities": [] if chosen is None else sensitivities(problem, chosen),
+        "setting": None,
+        "drift": None,
+        "remarks": [],
+        "sensitivities": [],
     }
+    if chosen is not None:
+        record["setting"] = setting_record(problem, chosen)
+        record["drift"] = drift_record(problem, chosen)
+        record["remarks"] = [*remarks(problem, chosen)]
+        record["sensitivities"] = sensitivities(problem, chosen)
+    return record
 
 
 def _window_for_all(problem: Problem, ends: Ends) -> list[float | None] | None:
@@ -247,39 +314,32 @@ def _window_for_all(problem: Problem, ends: Ends) -> list[float | None] | None:
     return [low, high if math.isfinite(high) else None]
 
 
-def _conflict_record(
-    problem: Problem,
-    named: NamedChoices,
-    relevant: Solutions,
-    conflicts: Counter[LimitPair],
-    chosen: Solutions | None,
-) -> dict[str, Any]:
-    """Return the record of conflicts, of fixes if no choice has a window, and of notes."""
-    notes = [*problem.notes]
+def _notes(problem: Problem) -> Iterator[str]:
+    """Yield the notes of a question, and one on the worst values if not all choices have them."""
+    yield from problem.notes
     if candidates.leaves_out(problem):
-        notes.append(
-            f"windows are worked out for all {len(problem.choices):,} choices, the worst values at"
-            " their pretension only for those that may matter; they are null in the others"
-        )
-    record: dict[str, Any] = {"fixes": [], "would_take": [], "notes": notes}
-    record["conflicts"] = [*_conflicts(named, relevant, conflicts)]
-    if chosen is None:
-        closest = candidates.nearest(relevant)
-        tried = sampled(problem, closest)
-        if len(tried.weighting) < len(problem.weighting):
-            share = f"{len(tried.weighting):,} of the {len(problem.weighting):,} {problem.counted}"
-            notes.append(
-                f"what would help is worked out for {share}: those that bind, and others at random"
-            )
-        limits = {limit for pair in conflicts for limit in pair}
-        record["fixes"] = fixes(tried, closest)
-        record["would_take"] = relaxations(problem, limits)
-    return record
+        yield note_on_worst_values(len(problem.choices))
+
+
+def _remedies(
+    problem: Problem, relevant: Solutions, conflicts: Counter[LimitPair], chosen: Solutions | None
+) -> tuple[list[FixRecord], list[RelaxationRecord], list[str]]:
+    """Return fixes, relaxations, and notes on them, if no choice has a window."""
+    if chosen is not None:
+        return [], [], []
+    closest = candidates.nearest(relevant)
+    tried = sampled(problem, closest)
+    notes = []
+    if len(tried.weighting) < len(problem.weighting):
+        groups = len(problem.weighting)
+        notes.append(note_on_remedies(len(tried.weighting), groups, problem.counted))
+    limits = {limit for pair in conflicts for limit in pair}
+    return fixes(tried, closest), relaxations(problem, limits), notes
 
 
 def _conflicts(
     named: NamedChoices, relevant: Solutions, conflicts: Counter[LimitPair]
-) -> Iterator[dict[str, Any]]:
+) -> Iterator[ConflictRecord]:
     """Yield the limits that leave choices without a window, the most frequent conflict first.
 
     `gap` is the distance between the pretensions asked for, N, in the choice that is nearest to a
@@ -297,7 +357,7 @@ def _conflicts(
         }
 
 
-def named_rows(record: Mapping[str, Any]) -> tuple[dict[int, dict[str, Any]], list[dict[str, Any]]]:
+def named_rows(record: AnswerResults) -> tuple[dict[int, ChoiceRecord], list[ChoiceRecord]]:
     """Return the choices that a record names.
 
     Returns:

@@ -7,22 +7,21 @@ least change; for postures and anchors that is not proved.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from tendon_cli import say
+from tendon_cli.answer_record import RelaxationRecord, Values
 from tendon_cli.answers.fixes import edge
-from tendon_cli.answers.phrases import Row, row_words
 from tendon_cli.answers.problem import Problem
+from tendon_cli.answers.question_facts import recorded_value
 from tendon_cli.answers.solve import Solutions, solve
+from tendon_cli.answers.text_remedies import quantity_of_demand
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS
-from tendon_cli.quantities import QUANTITIES, Quantity
+from tendon_cli.quantities import Quantity
 from tendon_cli.space.axis import Numbers, Rows
-from tendon_cli.space.space import Space
-from tendon_cli.studies.study import keys
-from tendon_cli.studies.values import RIGID
 from tendon_cli.units import parse_measure
 
 _MOST = 2**28
@@ -57,7 +56,7 @@ class Demand(NamedTuple):
     @property
     def quantity(self) -> Quantity:
         """Quantity of the value."""
-        return _quantity_of(self.key)
+        return quantity_of_demand(self.key)
 
     def relaxed(
         self, problem: Problem, value: float, numbers: Numbers, count: int
@@ -84,15 +83,7 @@ class Demand(NamedTuple):
         return problem.saying({self.key: scaled}), numbers
 
 
-def _quantity_of(key: str) -> Quantity:
-    """Return the quantity of a number, or of a limit, by its key."""
-    limit = key.removeprefix("limits.")
-    if limit == key:
-        return keys()[key].number.quantity
-    return QUANTITIES.get(limit, QUANTITIES["pretension"])
-
-
-def relaxations(problem: Problem, limits: set[str]) -> list[dict[str, Any]]:
+def relaxations(problem: Problem, limits: set[str]) -> list[RelaxationRecord]:
     """Return the least change of each demand that gives some choice a window, as recorded.
 
     Args:
@@ -143,7 +134,7 @@ def _demands(problem: Problem, limits: set[str], rows: Rows) -> Iterator[Demand]
             yield Demand(key, float(np.abs(values).max()), 0.0, rows)
 
 
-def _least_change(problem: Problem, demand: Demand) -> dict[str, Any]:
+def _least_change(problem: Problem, demand: Demand) -> RelaxationRecord:
     """Return the record of the least change of one demand."""
 
     def solve_with(value: float, rows: Rows) -> Solutions:
@@ -152,15 +143,19 @@ def _least_change(problem: Problem, demand: Demand) -> dict[str, Any]:
         solved = solve(relaxed, numbers, len(rows), with_worst=False)
         return Solutions(solved.results, rows, problem.choices.columns(rows))
 
-    record: dict[str, Any] = {
-        "key": demand.key,
-        "before": demand.before,
-        "farthest": demand.farthest,
-        "after": None,
-    }
     solved = solve_with(demand.farthest, demand.rows)
     if not solved["feasible"].any():
-        return record | {"printed": "", "choice": None, "served": float(solved["served"].max())}
+        return {
+            "key": demand.key,
+            "before": demand.before,
+            "farthest": demand.farthest,
+            "after": None,
+            "printed": "",
+            "choice": None,
+            "values": {},
+            "pretension": None,
+            "served": float(solved["served"].max()),
+        }
     rows = solved.row[solved["feasible"]]
 
     def first_open(values: Array) -> tuple[int | None, int]:
@@ -179,13 +174,15 @@ def _least_change(problem: Problem, demand: Demand) -> dict[str, Any]:
     after = parse_measure(printed.replace(",", ""), demand.quantity.dimension).si
     solved = solve_with(after, rows)
     best = solved.select([int(np.lexsort((-solved["tolerance"], -solved["served_at"]))[0])])
-    values: dict[str, Any] = {}
+    values: Values = {}
     for axis in problem.choices.axes:
         place_or_value = best[axis.column][0]
         value = axis.names[place_or_value] if axis.names else float(place_or_value)
-        values[axis.column] = RIGID if value == np.inf else value
+        values[axis.column] = recorded_value(value)
     return {
-        **record,
+        "key": demand.key,
+        "before": demand.before,
+        "farthest": demand.farthest,
         "after": after,
         "printed": printed,
         "choice": int(best.row[0]),
@@ -193,35 +190,3 @@ def _least_change(problem: Problem, demand: Demand) -> dict[str, Any]:
         "pretension": best.scalar("pretension"),
         "served": best.scalar("served_at"),
     }
-
-
-# --- In words -------------------------------------------------------------------------------------
-
-_WORDS = {
-    "load.mass": "loads of at most {} instead of {}",
-    "arm.upper_arm_angle": "an upper arm tilted by at most {} instead of {}",
-    "arm.contact_width": "a strap of {} instead of {}",
-    "anchor.stiffness": "tissue and cuffs of {} behind each anchor instead of {}",
-}
-
-
-def relaxations_in_words(problem: Problem, relaxations: list[Row]) -> Iterator[str]:
-    """Say the value that each demand would have to take, and the suit that then serves."""
-    not_enough = []
-    for record in relaxations:
-        key = record["key"]
-        quantity = _quantity_of(key)
-        text = _WORDS.get(key, f"{key.removeprefix('limits.')} = {{}} instead of {{}}")
-        if record["after"] is None:
-            farthest = say.quantity(quantity, record["farthest"])
-            not_enough.append(text.partition(" instead of")[0].format(farthest))
-            continue
-        changed = text.format(record["printed"], say.quantity(quantity, record["before"]))
-        others = Space(tuple(axis for axis in problem.choices.axes if axis.key != key))
-        choice = row_words(others, record["values"])
-        pretension = f"{say.number(record['pretension'])} N"
-        suit = f"{choice}, {pretension}" if choice else pretension
-        share = "all" if record["served"] >= 1.0 else f"{say.percent(record['served'])} of the"
-        yield f"{changed}: {suit} serves {share} {problem.counted}"
-    if not_enough:
-        yield f"not enough alone: {', '.join(not_enough)}"

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Any
+from typing import Literal
 
 import numpy as np
 
-from tendon_cli import say
+from tendon_cli.answer_record import IndexRecord, SensitivityRecord, SobolRecord
 from tendon_cli.answers.coverage import group_windows, normalise
 from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.solve import Solutions, solve
+from tendon_cli.answers.text_people import input_words
 from tendon_cli.model.bounds import Bounds, limit_end
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags, Spline
@@ -35,11 +36,13 @@ _FACTORS = (0.99, 1.01)
 _NEAR = 3
 """Distance up to which states count as the same: the binding angle moves with most numbers."""
 
+End = Literal["from", "to"]
+"""Name of an end of a window."""
 Slope = Callable[[Design, Bounds], float]
 """Function from designs and bounds with a complex number to the derivative of an end by it, N."""
 
 
-def sensitivities(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
+def sensitivities(problem: Problem, choice: Solutions) -> list[SensitivityRecord]:
     """Return how both ends of one choice's window move, as recorded, the largest per 1 % first.
 
     `key` is the dotted key of a number, or `limits.` and the name of a limit, and `slope` is N per
@@ -51,7 +54,7 @@ def sensitivities(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
     return sorted(records, key=lambda record: -abs(record["per_percent"]))
 
 
-def _of_end(problem: Problem, choice: Solutions, end: str) -> Iterator[dict[str, Any]]:
+def _of_end(problem: Problem, choice: Solutions, end: End) -> Iterator[SensitivityRecord]:
     """Yield the record of each number that moves one end, "from" or "to"."""
     code = int(choice[f"{end}_by"][0])
     state = int(choice[f"{end}_state"][0])
@@ -72,7 +75,9 @@ def _of_end(problem: Problem, choice: Solutions, end: str) -> Iterator[dict[str,
         else _slope_of_state_end(alone, choice, end)
     )
 
-    def record(key: str, value: float, derivative: float, *, steady: bool = True) -> dict[str, Any]:
+    def record(
+        key: str, value: float, derivative: float, *, steady: bool = True
+    ) -> SensitivityRecord:
         """Return the record of one number, SI, and the derivative of the end by it."""
         return {
             "end": end,
@@ -221,7 +226,7 @@ ResultsAt = Callable[[Array], Array]
 
 def sobol(
     results_at: ResultsAt, inputs: tuple[str, ...], names: tuple[str, ...], count: int, seed: int
-) -> Iterator[Any]:
+) -> Iterator[SobolRecord]:
     """Yield first-order and total indices of results, by Saltelli's design of Sobol points.
 
     Standard errors are bootstrapped. A result that is not finite everywhere, or never changes, has
@@ -252,10 +257,10 @@ def sobol(
         resampled = [_saltelli(centred[:, draw]) for draw in draws]
         first_error, total_error = np.std(resampled, axis=0, ddof=1)
         first, total = _saltelli(centred)
-        of_inputs = {}
+        of_inputs: dict[str, IndexRecord] = {}
         for place, key in enumerate(inputs):
             of_inputs[key] = {
-                "name": _words(key),
+                "name": input_words(key),
                 "first": float(first[place]),
                 "first_standard_error": float(first_error[place]),
                 "total": float(total[place]),
@@ -280,16 +285,7 @@ def _saltelli(values: Array) -> Array:
     return np.asarray(np.stack([first, total]) / np.var(values[:2]))
 
 
-def _words(key: str) -> str:
-    """Say the name of an input."""
-    if key not in keys():
-        return key
-    name = say.column(keys()[key].number.quantity.name)
-    side = say.side_of(key)
-    return f"{name} of the {side}" if side else name
-
-
-def indices(problem: Problem, numbers: Numbers) -> list[dict[str, Any]]:
+def indices(problem: Problem, numbers: Numbers) -> list[SobolRecord]:
     """Return the Sobol indices of both ends of one choice's window, as recorded.
 
     The window holds under all conditions but persons and draws, which vary. There are no indices if

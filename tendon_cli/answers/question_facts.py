@@ -1,0 +1,74 @@
+"""Facts of a question in the record of its answer: axes, limits, and what a share counts."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import cast
+
+import numpy as np
+
+from tendon_cli.answer_record import AxisRecord, GoalRecord, QuestionRecord, Value, Values
+from tendon_cli.answers.problem import Problem
+from tendon_cli.answers.question import Goal
+from tendon_cli.space.axis import Axis
+from tendon_cli.studies.values import RIGID
+
+
+def question_record(problem: Problem) -> QuestionRecord:
+    """Return the record of a question."""
+    study = problem.study
+    return {
+        "joint": str(study.joint.name),
+        "read": study.setting.read,
+        "pretension": problem.given,
+        "limits": dict(study.limits.items()),
+        "choices": [_axis_record(axis) for axis in problem.choices.axes],
+        "conditions": [_axis_record(axis) for axis in problem.conditions.axes],
+        "counted": problem.counted,
+        "groups": len(problem.weighting),
+        "counts": problem.counts,
+        "ranked_by": [goal_record(goal) for goal in problem.goals],
+    }
+
+
+def goal_record(goal: Goal) -> GoalRecord:
+    """Return the record of a goal."""
+    return cast("GoalRecord", asdict(goal))
+
+
+def _axis_record(axis: Axis) -> AxisRecord:
+    """Return the record of an axis."""
+    both_ends = None
+    if axis.is_range:
+        both_ends = [float(axis.values.min()), float(axis.values.max())]
+    return {
+        "key": axis.key,
+        "column": axis.column,
+        "named": axis.is_text,
+        "range": both_ends,
+    }
+
+
+def value_at(axis: Axis, place: int) -> Value:
+    """Return the value of an axis at a place, as recorded."""
+    return recorded_value(axis.names[place] if axis.names else axis.values[place])
+
+
+def recorded_value(value: Value) -> Value:
+    """Return a value of an axis as recorded: "rigid" for infinity."""
+    if isinstance(value, str):
+        return value
+    return RIGID if value == np.inf else float(value)
+
+
+def condition_values(problem: Problem, condition: int) -> Values:
+    """Return the values of a condition by the columns of `conditions.parquet`.
+
+    Args:
+        problem: The question.
+        condition: Row of the condition.
+    """
+    places = problem.conditions.places(np.array([condition]))
+    return {
+        axis.column: value_at(axis, int(places[axis.key][0])) for axis in problem.conditions.axes
+    }
