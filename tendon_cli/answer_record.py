@@ -572,6 +572,17 @@ class AnswerRecord(AnswerResults):
     """The same in 80 columns."""
 
 
+def population_of(record: AnswerResults) -> PopulationRecord:
+    """Return the part of a record on persons or draws.
+
+    Raises:
+        ValueError: The answer has neither.
+    """
+    if record["population"] is None:
+        raise ValueError("an answer without persons and draws has no record of them")
+    return record["population"]
+
+
 def as_answer(record: Mapping[str, Any]) -> AnswerRecord:
     """Return the record of an answer, as read from `design.json`, with its type."""
     return cast("AnswerRecord", record)

@@ -5,14 +5,15 @@ One map shows the tolerance, the other the share that one pretension serves.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.cube.choice_grid import conflicts_of, position, value_text
+from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, value_of
+from tendon_cli.cube.choice_grid import conflicts_of, position, served_words, value_text
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.figures.backend import Axes, Line2D, ListedColormap, Patch, mpl
@@ -31,7 +32,7 @@ _MOST_WRITTEN = 120
 """Largest number of cells of a map whose values are also written in them."""
 _MEANING = (
     "Tolerance: the share by which the pretension may be off on either side of the middle of its "
-    "window. Pale: no pretension suits all conditions, for the reason given."
+    "window. Pale: no pretension suits {}, for the reason given."
 )
 _SLICE_COLUMNS = ("pretension_from", "pretension_to", "tolerance", "served", "from_by", "to_by")
 
@@ -54,14 +55,14 @@ class Slice:
     """Limits of the study by name, SI."""
 
     @classmethod
-    def of(cls, cube: Cube, axes: Sequence[Axis], choice: dict[str, Any]) -> Slice:
+    def of(cls, cube: Cube, axes: Sequence[Axis], choice: ChoiceRecord) -> Slice:
         """Read the choices that differ from a choice along some axes only, in the scales' order."""
         scales = [axis_scale(cube, axis, slice(None), {}, is_log=False) for axis in axes]
         positions = {}
         texts = []
         for axis in cube.axes:
             if axis not in axes:
-                place = position(axis, choice[axis.column])
+                place = position(axis, value_of(choice, axis.column))
                 positions[axis.column] = place
                 texts.append(value_text(cube, axis, axis.values[place[0]]))
         for axis, scale in zip(axes, scales, strict=True):
@@ -89,7 +90,7 @@ class Slice:
 
 
 def answer_page(
-    cube: Cube, record: dict[str, Any], title: str, panels: float, key: list[Any], notes: list[str]
+    cube: Cube, record: AnswerRecord, title: str, panels: float, key: list[Any], notes: list[str]
 ) -> Page:
     """Begin a page of an answer's figure.
 
@@ -113,7 +114,7 @@ def answer_page(
     return framed(f"{study_title}: {title}", panels, key, lines, study=study)
 
 
-def _bench_text(best: Mapping[str, Any] | None) -> list[str]:
+def _bench_text(best: ChoiceRecord | None) -> list[str]:
     """Return a sentence with the tensions to which the best choice is set, if they are known."""
     names = (
         "set_flexor_tension",
@@ -121,9 +122,9 @@ def _bench_text(best: Mapping[str, Any] | None) -> list[str]:
         "set_flexor_tension_motor",
         "set_extensor_tension_motor",
     )
-    if best is None or any(best.get(name) is None for name in names):
+    if best is None or any(value_of(best, name) is None for name in names):
         return []
-    flexor, extensor, *motor = (say.quantity(name, best[name], 4) for name in names)
+    flexor, extensor, *motor = (say.quantity(name, value_of(best, name), 4) for name in names)
     joint = f"{flexor} in the flexor and {extensor} in the extensor at the joint"
     return [f"The best is set to {joint}, {' and '.join(motor)} at the motor."]
 
@@ -133,9 +134,9 @@ def star(**more: Any) -> Line2D:
     return Line2D([], [], color=INK, marker="*", markersize=9, linestyle="", **more)
 
 
-def choice_text(cube: Cube, choice: dict[str, Any]) -> str:
+def choice_text(cube: Cube, choice: ChoiceRecord) -> str:
     """Describe a choice by its values."""
-    return ", ".join(value_text(cube, axis, choice[axis.column]) for axis in cube.axes)
+    return ", ".join(value_text(cube, axis, value_of(choice, axis.column)) for axis in cube.axes)
 
 
 def long_axes(cube: Cube) -> list[Axis]:
@@ -156,7 +157,7 @@ def place_of(cube: Cube, axis: Axis, value: Any, scale: Scale) -> float:
 # --- Maps over two choices ------------------------------------------------------------------------
 
 
-def draw_tolerance(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> Page | None:
+def draw_tolerance(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page | None:
     """Draw the tolerance over the first two axes of more than one value.
 
     Cells without a window have a pale background for the reason.
@@ -177,7 +178,8 @@ def draw_tolerance(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -
     backgrounds = _backgrounds(reasons)
     key = [Patch(label=reason, linewidth=0.4, **style) for reason, style in backgrounds.items()]
     title = "by how much the pretension may be off"
-    page, panel = _begin_map(cube, record, chosen, part, title, key, [_MEANING])
+    meaning = _MEANING.format(served_words(record))
+    page, panel = _begin_map(cube, record, chosen, part, title, key, [meaning])
     x, y = part.scales
     for reason, style in backgrounds.items():
         cells = np.ma.masked_where(reasons != reason, np.zeros(part.low.shape))
@@ -225,14 +227,14 @@ def _window_text(low: float, high: float) -> str:
     return f"{low:.0f}–{high:.0f} N"
 
 
-def draw_served(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> Page | None:
+def draw_served(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page | None:
     """Draw the largest share of the population that one pretension serves, over the same axes.
 
     Returns:
         The page; None if there are not two such axes, or if the answer is not for a population.
     """
     axes = long_axes(cube)[:2]
-    if len(axes) < 2 or not record.get("population"):
+    if len(axes) < 2 or record["population"] is None:
         return None
     part = Slice.of(cube, axes, chosen)
     title = "the largest share that one pretension serves"
@@ -248,8 +250,8 @@ def draw_served(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> P
 
 def _begin_map(
     cube: Cube,
-    record: dict[str, Any],
-    chosen: dict[str, Any],
+    record: AnswerRecord,
+    chosen: ChoiceRecord,
     part: Slice,
     title: str,
     key: list[Any],
@@ -270,8 +272,8 @@ def _begin_map(
     panel.set(xlabel=x.label, ylabel=y.label)
     if chosen["feasible"]:
         x_axis, y_axis = part.axes
-        across = place_of(cube, x_axis, chosen[x_axis.column], x)
-        up = place_of(cube, y_axis, chosen[y_axis.column], y)
+        across = place_of(cube, x_axis, value_of(chosen, x_axis.column), x)
+        up = place_of(cube, y_axis, value_of(chosen, y_axis.column), y)
         if part.low.size <= _MOST_WRITTEN:
             up += 0.3 * float(np.diff(y.edges).min())  # above the value written in the cell
         style: dict[str, Any] = {"color": INK, "markersize": 11, "markeredgecolor": "white"}
