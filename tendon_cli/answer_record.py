@@ -142,9 +142,9 @@ class ChoiceRecord(TypedDict):
     """True if no other choice is as good in every goal and better in one."""
 
 
-def value_of(row: Mapping[str, Any] | ChoiceRecord, column: str) -> Any:
-    """Return the value of a choice in a column that is known by its name, such as an axis."""
-    return cast("Mapping[str, Any]", row)[column]
+def value_of(row: Mapping[str, Any], column: str) -> Any:
+    """Return the value of a record in a column that is known by its name alone, such as an axis."""
+    return row[column]
 
 
 # --- Windows between the samples ------------------------------------------------------------------
