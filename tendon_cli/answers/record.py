@@ -208,10 +208,9 @@ def make_record(
         of_chosen = next(iter(proofs.done.values()))
         between = _between_samples(problem, chosen, of_chosen, proofs)
         ends = of_chosen.ends
-    if chosen is None:
+    named_first = chosen
+    if named_first is None:
         named_first = relevant.select([int(np.argmax(relevant["served"]))])
-    else:
-        named_first = chosen
     fixed, relaxed, notes_on_remedies = _remedies(problem, relevant, conflicts, chosen)
     record: AnswerResults = {
         "question": question_record(problem),
