@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.coverage import ROUNDING
-from tendon_cli.answers.problem import Problem
 from tendon_cli.space.axis import Axis
 from tendon_cli.space.space import Space
 from tendon_cli.studies.study import keys
 from tendon_cli.studies.values import RIGID
+from tendon_cli.windows.coverage import ROUNDING
+from tendon_cli.windows.question import Question
 
 Row = Mapping[str, Any]
 """A part of the record of an answer, such as a row of `choices.parquet`."""
@@ -104,7 +104,7 @@ def ends_of(row: Row) -> tuple[Any, float]:
     return row["pretension_from"], np.inf if high is None else high
 
 
-def end_words(problem: Problem, row: Row, end: str) -> str:
+def end_words(problem: Question, row: Row, end: str) -> str:
     """Say one end of a window, "from" or "to", with the limit, condition and state that bind."""
     limit = row[f"{end}_by"]
     if limit is None:
@@ -114,12 +114,12 @@ def end_words(problem: Problem, row: Row, end: str) -> str:
     return f"{side} {value} N {broken(problem, limit)}{where(problem, row, end)}"
 
 
-def broken(problem: Problem, limit: str) -> str:
+def broken(problem: Question, limit: str) -> str:
     """Say what happens if a limit of the study is not kept."""
     return say.limit_words(limit, problem.study.limits).broken
 
 
-def where(problem: Problem, row: Row, end: str) -> str:
+def where(problem: Question, row: Row, end: str) -> str:
     """Say the condition and the state that bind, in brackets."""
     words = [condition_words(problem.conditions, row[f"{end}_condition"])]
     if row[f"{end}_direction"] is not None:
@@ -129,9 +129,9 @@ def where(problem: Problem, row: Row, end: str) -> str:
     return f" ({inside})" if inside else ""
 
 
-def margins(problem: Problem, row: Row) -> str:
+def margins(problem: Question, row: Row) -> str:
     """Say by how much a given pretension lies within the window of a choice, or misses it."""
-    pretension = problem.given
+    pretension = problem.placement.given
     low, high = ends_of(row)
     if pretension is None or low is None or not low <= high:
         return "there is no window"
@@ -150,7 +150,7 @@ def margins(problem: Problem, row: Row) -> str:
 # --- Persons and draws ----------------------------------------------------------------------------
 
 
-def why_not(problem: Problem, limits: list[str], conditions: list[int]) -> str:
+def why_not(problem: Question, limits: list[str], conditions: list[int]) -> str:
     """Say what happens to those who are not served, by limit, and under which condition."""
     words = []
     for limit, condition in zip(limits, conditions, strict=False):
@@ -181,7 +181,7 @@ def population_share(population: Row) -> str:
     return say.sampled_share(served, count, kind.removesuffix("s"), population["effective_count"])
 
 
-def population_blocks(problem: Problem, population: Row) -> Iterator[say.Block]:
+def population_blocks(problem: Question, population: Row) -> Iterator[say.Block]:
     """Yield the blocks of an answer about persons or draws."""
     counts = population["counts"]
     choice = row_words(problem.choices, population["values"])
@@ -243,7 +243,7 @@ def _not_served(population: Row, reason: Row) -> str:
 
 
 def _sizes(
-    problem: Problem, axis: Axis, sizes: list[Row] | None, of_all: int
+    problem: Question, axis: Axis, sizes: list[Row] | None, of_all: int
 ) -> Iterator[say.Block]:
     """Yield the best few suits along an axis, of `of_all` persons."""
     if not sizes:
@@ -256,8 +256,8 @@ def _sizes(
     if not first["all_values"]:
         values = f", among {first['values_tried']} of its values"
     of_draws = ""
-    if problem.counted == "pairs":
-        of_draws = f" with at least {say.percent(problem.enough)} of their draws"
+    if problem.groups.noun == "pairs":
+        of_draws = f" with at least {say.percent(problem.serve)} of their draws"
     yield say.heading(f"Sizes of {axis.key}{persons}{values}")
     served_before = None
     for suits_in_words, size in zip(_SUITS, sizes, strict=False):

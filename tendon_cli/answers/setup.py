@@ -15,15 +15,17 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answers.phrases import Row
-from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.solve import Solutions, severest_conditions, worst
 from tendon_cli.model.actuator import evaluate
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.model.reversal import Drift, drift
 from tendon_cli.model.setting import all_readings, pretension_per_length
-from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, PRETENSION, SIDES, Axis, Numbers
+from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, SIDES, Axis
+from tendon_cli.windows.points import Points
+from tendon_cli.windows.question import Question
+from tendon_cli.windows.solutions import Solutions
+from tendon_cli.windows.solver import Solver
 
 SETTING_COLUMNS = tuple(f"set_{side}_tension{end}" for end in ("", "_motor") for side in SIDES)
 """Columns of the tensions to set, at the joint and at the motor, N."""
@@ -56,28 +58,25 @@ _BEYOND = 1.1
 # --- What to set ----------------------------------------------------------------------------------
 
 
-def study_arm(
-    problem: Problem, numbers: Numbers, pretension: Array, whom: Axis | None = None
-) -> Design:
+def study_arm(question: Question, points: Points, whom: Axis | None = None) -> Design:
     """Return choices on the study's own arm, or on the bodies of all persons.
 
     The numbers of a draw are left out, and every other condition has its first value.
 
     Args:
-        problem: The question.
-        numbers: Numbers of the choices.
-        pretension: Pretensions of the choices, (choices,), N.
+        question: The question.
+        points: The choices at their pretensions.
         whom: Axis of the persons or draws; None for the study's own arm.
     """
     count = 1 if whom is None else len(whom)
     under: dict[str, Array] = {}
-    for axis in problem.conditions.axes:
+    for axis in question.conditions.axes:
         if axis.key not in (PERSON_AXIS, DRAW_AXIS):
             for key, values in axis.numbers.items():
                 under[key] = np.repeat(values[:1], count)
     if whom is not None:
         under |= whom.numbers
-    return problem.choices.at({**numbers, PRETENSION: pretension}, under).design()
+    return question.designs(points, under)
 
 
 def settings(design: Design, count: int) -> dict[str, Array]:
@@ -94,13 +93,13 @@ def _of_designs(values: Array, count: int) -> Array:
 
 
 def setting_columns(
-    problem: Problem, numbers: Numbers, low: Array, high: Array, pretension: Array
+    question: Question, points: Points, low: Array, high: Array, pretension: Array
 ) -> dict[str, Array]:
     """Return the tensions to set for choices, N, and half the window as a length of both tendons.
 
     Args:
-        problem: The question.
-        numbers: Numbers of the choices.
+        question: The question.
+        points: The choices.
         low: Lower ends of their windows, (choices,), N.
         high: Upper ends.
         pretension: Pretensions of the choices, (choices,), N.
@@ -109,10 +108,10 @@ def setting_columns(
         The columns `SETTING_COLUMNS` and `tolerance_length`, m, NaN for an empty or endless window.
     """
     count = len(low)
-    design = study_arm(problem, numbers, pretension)
+    design = study_arm(question, points.at_pretension(pretension))
     with np.errstate(invalid="ignore"):
-        at_low = study_arm(problem, numbers, low).flexor.pretension
-        at_high = study_arm(problem, numbers, high).flexor.pretension
+        at_low = study_arm(question, points.at_pretension(low)).flexor.pretension
+        at_high = study_arm(question, points.at_pretension(high)).flexor.pretension
         width = _of_designs(np.asarray(at_high), count) - _of_designs(np.asarray(at_low), count)
         length = 0.5 * width / _of_designs(pretension_per_length(design), count)
     is_closed = (low <= high) & np.isfinite(high)
@@ -122,11 +121,12 @@ def setting_columns(
 # --- The record -----------------------------------------------------------------------------------
 
 
-def bench_record(problem: Problem, choice: Solutions) -> dict[str, Any]:
+def bench_record(solver: Solver, choice: Solutions) -> dict[str, Any]:
     """Return the tensions to set for a choice, the drift beyond its window, and remarks."""
-    design = study_arm(problem, problem.numbers_of(choice.columns), choice["pretension"])
-    beyond = drift_of(problem, choice)
-    posture = problem.study.setting
+    question = solver.question
+    design = study_arm(question, choice.points.at_pretension(choice.pretension))
+    beyond = drift_of(question, choice)
+    posture = question.study.setting
     angles = {
         name: float(getattr(posture, name).array[0])
         for name in ("angle", "upper_arm_angle", "load")
@@ -139,37 +139,39 @@ def bench_record(problem: Problem, choice: Solutions) -> dict[str, Any]:
             "newtons_per_metre": float(_of_designs(pretension_per_length(design), 1)[0]),
         },
         "drift": None if beyond is None else {"pretension": beyond[0], **asdict(beyond[1])},
-        "remarks": [*remarks(problem, choice)],
+        "remarks": [*remarks(solver, choice)],
     }
 
 
-def remarks(problem: Problem, choice: Solutions) -> Iterator[Row]:
+def remarks(solver: Solver, choice: Solutions) -> Iterator[Row]:
     """Yield remarks, with their sources, on a suit at its pretension.
 
     They name loads that no limit of the study forbids, but nobody would want.
     """
-    pretension = choice["pretension"]
-    if np.isnan(pretension[0]) or not choice["served_at"][0] > 0.0:
+    pretension = choice.pretension
+    if np.isnan(pretension[0]) or not choice.served_at[0] > 0.0:
         return
-    numbers = problem.numbers_of(choice.columns)
-    count = len(problem.conditions)
+    question = solver.question
+    points = choice.points
+    count = len(question.conditions)
     everyone = np.ones((1, count), dtype=np.bool_)
-    if "max_contact_pressure" not in problem.bounds:
-        pressure = choice.scalar("max_contact_pressure")
+    if "max_contact_pressure" not in question.bounds:
+        pressure = float(choice.worst.max_contact_pressure[0])
         width = ""
         if np.isnan(pressure):
-            strapped = problem.saying({"arm.contact_width": np.full(count, _STRAP_WIDTH)})
-            of_strap = worst(strapped, numbers, pretension, everyone)["max_contact_pressure"]
-            pressure = float(of_strap[0])
+            strapped = question.with_numbers({"arm.contact_width": np.full(count, _STRAP_WIDTH)})
+            of_strap = solver.for_question(strapped).worst(points, pretension, everyone)
+            pressure = float(of_strap.max_contact_pressure[0])
             width = f" if it is {1e3 * _STRAP_WIDTH:.0f} mm wide"
         yield from _remarks_on_strap(pressure, width)
-    if "max_tension" not in problem.bounds:
-        design = problem.design(numbers)
+    if "max_tension" not in question.bounds:
+        design = question.designs(points)
         diameter = float(min(np.min(design.flexor.diameter), np.min(design.extensor.diameter)))
-        yield from _remarks_on_rope(choice.scalar("max_tension"), diameter)
-    if not {"max_spring_extension", "min_spring_room"} & set(problem.bounds):
-        few = problem.under(severest_conditions(problem, numbers, pretension, everyone, 1))
-        yield from _remarks_on_spring(few, few.design(numbers, pretension=pretension))
+        yield from _remarks_on_rope(float(choice.worst.max_tension[0]), diameter)
+    if not {"max_spring_extension", "min_spring_room"} & set(question.bounds):
+        severest = solver.severest_conditions(points, pretension, everyone, 1)
+        few = question.for_conditions(severest)
+        yield from _remarks_on_spring(few, few.designs(points.at_pretension(pretension)))
 
 
 def _remarks_on_strap(pressure: float, width: str) -> Iterator[Row]:
@@ -203,9 +205,9 @@ def _remarks_on_rope(tension: float, diameter: float) -> Iterator[Row]:
         }
 
 
-def _remarks_on_spring(problem: Problem, design: Design) -> Iterator[Row]:
+def _remarks_on_spring(question: Question, design: Design) -> Iterator[Row]:
     """Yield a remark if the flexor's stretched spring hardly fits between its anchors."""
-    state = evaluate(design, problem.angles, problem.flexion)
+    state = evaluate(design, question.angles, question.flexion)
     extension: Array = np.asarray(state.balance.flexor / design.flexor.spring_stiffness)
     path = state.motion.flexor_path
     if path is None:
@@ -228,22 +230,22 @@ def _remarks_on_spring(problem: Problem, design: Design) -> Iterator[Row]:
         yield {"about": "spring", "text": text, "source": _SOURCE_OF_SPRINGS}
 
 
-def drift_of(problem: Problem, choice: Solutions) -> tuple[float, Drift] | None:
+def drift_of(question: Question, choice: Solutions) -> tuple[float, Drift] | None:
     """Return the pretension 10 % beyond the upper end, N, and the arm's drift there.
 
     The drift is under the condition that binds. Return None if the upper end is not set by
     stability.
     """
-    high = choice.scalar("pretension_to")
-    state = int(choice["to_state"][0])
-    is_stability = state >= 0 and LIMIT_NAMES[choice["to_by"][0]] == "min_elbow_stiffness"
-    if not (is_stability and np.isfinite(high) and problem.bounds["min_elbow_stiffness"] == 0.0):
+    high = float(choice.pretension_to[0])
+    state = int(choice.to_binding.state[0])
+    is_stability = state >= 0 and LIMIT_NAMES[choice.to_binding.by[0]] == "min_elbow_stiffness"
+    if not (is_stability and np.isfinite(high) and question.bounds["min_elbow_stiffness"] == 0.0):
         return None
-    alone = problem.under(choice["to_condition"][:1])
+    alone = question.for_conditions(choice.to_binding.condition[:1])
     pretension = _BEYOND * high
-    design = alone.design(problem.numbers_of(choice.columns), pretension=np.array([pretension]))
-    start = float(problem.angles[0, state % problem.angles.size])
-    ends = (float(problem.angles.min()), float(problem.angles.max()))
+    design = alone.designs(choice.points.at_pretension(np.array([pretension])))
+    start = float(question.angles[0, state % question.angles.size])
+    ends = (float(question.angles.min()), float(question.angles.max()))
     drifts = [drift(design, start, end) for end in ends if end != start]
     return pretension, max(drifts, key=lambda drifted: abs(drifted.end - drifted.start))
 
@@ -251,14 +253,14 @@ def drift_of(problem: Problem, choice: Solutions) -> tuple[float, Drift] | None:
 # --- In words -------------------------------------------------------------------------------------
 
 
-def on_whom(problem: Problem) -> str:
+def on_whom(question: Question) -> str:
     """Say whose tensions are recorded: a study about people has the mean man's arm as its own."""
-    return " on the mean man" if PERSON_AXIS in problem.counts else ""
+    return " on the mean man" if PERSON_AXIS in question.groups.counts else ""
 
 
-def posture(problem: Problem, setting: Row) -> str:
+def posture(question: Question, setting: Row) -> str:
     """Say the posture in which a pretension is set."""
-    joint = say.joint_name(problem.study)
+    joint = say.joint_name(question.study)
     angle = setting["angle"]
     tilt = setting["upper_arm_angle"]
     load = setting["load"]
@@ -276,7 +278,7 @@ def posture(problem: Problem, setting: Row) -> str:
     return f"{limb}, {held}, after {setting['after']}"
 
 
-def to_set(problem: Problem, record: Row) -> Iterator[str]:
+def to_set(question: Question, record: Row) -> Iterator[str]:
     """Say the tensions to set at the joint and at the motor, and the effect of shorter tendons."""
     row = record["best"]
     joint_flexor, joint_extensor, motor_flexor, motor_extensor = (
@@ -284,10 +286,10 @@ def to_set(problem: Problem, record: Row) -> Iterator[str]:
     )
     yield f"{joint_flexor} in the flexor and {joint_extensor} in the extensor at the joint"
     yield f"{motor_flexor} and {motor_extensor} at the motor"
-    if on_whom(problem):
+    if on_whom(question):
         spreads = record["population"]["set"]
         flexor, extensor = (_spread(name, spreads[name]) for name in SETTING_COLUMNS[:2])
-        whom = _persons(problem.counts[PERSON_AXIS])
+        whom = _persons(question.groups.counts[PERSON_AXIS])
         yield f"on {whom} {flexor} in the flexor and {extensor} in the extensor at the joint"
     length = row["tolerance_length"]
     window = ""

@@ -10,11 +10,10 @@ from tendon_cli import say
 from tendon_cli.answers import phrases
 from tendon_cli.answers.fixes import fixes_table
 from tendon_cli.answers.phrases import COSTS, Row, costs, ends_of, parameter, row_words
-from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.question import Goal
 from tendon_cli.answers.relax import relaxations_in_words
 from tendon_cli.answers.setup import drift_in_words, on_whom, posture, to_set
 from tendon_cli.studies.study import keys
+from tendon_cli.windows.question import Goal, Question
 
 _MOST_ALTERNATIVES = 8
 _MOST_MOVES = 5
@@ -29,7 +28,7 @@ _WORST = {
 }
 
 
-def answer_blocks(problem: Problem, record: Row) -> Iterator[say.Block]:
+def answer_blocks(problem: Question, record: Row) -> Iterator[say.Block]:
     """Yield the blocks of the whole answer, with its part on persons or draws, and its notes."""
     if record["best"] is None:
         yield from _no_window(problem, record)
@@ -51,7 +50,7 @@ def _list(heading: str, texts: Iterable[str]) -> Iterator[say.Block]:
 # --- There is a window ----------------------------------------------------------------------------
 
 
-def _answer(problem: Problem, record: Row) -> Iterator[say.Block]:
+def _answer(problem: Question, record: Row) -> Iterator[say.Block]:
     """Yield the answer if a choice has a window."""
     yield say.sentence(
         f"{_first_sentence(problem, record)} {say.proof_sentence(record['between_samples'])}"
@@ -71,7 +70,7 @@ def _answer(problem: Problem, record: Row) -> Iterator[say.Block]:
     yield from say.items(_in_choices(problem, conflict) for conflict in record["conflicts"])
 
 
-def _first_sentence(problem: Problem, record: Row) -> str:
+def _first_sentence(problem: Question, record: Row) -> str:
     """Say the best pretension, whom it serves, and the window."""
     best = record["best"]
     noun, where = say.setting_words(problem.study.setting.read)
@@ -80,15 +79,15 @@ def _first_sentence(problem: Problem, record: Row) -> str:
     start = f"{choice}: a {noun}" if choice else f"A {noun}"
     served = best["served_at"]
     whom = _all_of(problem) if served >= 1.0 else f"{say.percent(served)} of {_everyone(problem)}"
-    if problem.given is not None:
-        pretension = say.number(problem.given)
+    if problem.placement.given is not None:
+        pretension = say.number(problem.placement.given)
         margins = phrases.margins(problem, best)
         return f"{start} of {pretension} N{where} suits {whom}; {margins}."
     either_way = f", {_tolerance(best)} % either way" if np.isfinite(high) else ""
-    if problem.enough >= 1.0 or len(problem.weighting) == 1:
+    if problem.serve >= 1.0 or len(problem.groups.weighting) == 1:
         then = f"suits {whom}; anything {_span(low, high)} does{either_way}"
     else:
-        enough = say.percent(problem.enough)
+        enough = say.percent(problem.serve)
         then = f"serves {whom}; at least {enough} are served {_span(low, high)}{either_way}"
         window_for_all = record["window_for_all"]
         if window_for_all is not None:
@@ -118,23 +117,25 @@ def _tolerance(row: Row) -> str:
     return "0"
 
 
-def _everyone(problem: Problem) -> str:
+def _everyone(problem: Question) -> str:
     """Say who or what a share is counted in: "1,000 persons"."""
-    return phrases.everyone(problem.counts, len(problem.weighting), problem.counted)
+    return phrases.everyone(
+        problem.groups.counts, len(problem.groups.weighting), problem.groups.noun
+    )
 
 
-def _all_of(problem: Problem) -> str:
+def _all_of(problem: Question) -> str:
     """Say whom or what a pretension must suit: "all 1,000 persons", "the design"."""
     whom = _everyone(problem)
-    is_single = len(problem.weighting) == 1
-    if problem.counted == "conditions" and is_single:
+    is_single = len(problem.groups.weighting) == 1
+    if problem.groups.noun == "conditions" and is_single:
         return "the design"
     if whom.startswith("this"):
         return whom if is_single else f"all of {whom}"
     return f"all {whom}"
 
 
-def _why_first(problem: Problem, record: Row) -> str:
+def _why_first(problem: Question, record: Row) -> str:
     """Say why this choice is named first."""
     if record["choices"] == 1:
         return ""
@@ -145,7 +146,7 @@ def _why_first(problem: Problem, record: Row) -> str:
             " any goal."
         )
     choices = say.counted(record["choices"], "choice")
-    return f" It has the {_superlative(problem.goals[0])} of {choices}."
+    return f" It has the {_superlative(problem.ranking[0])} of {choices}."
 
 
 def _superlative(goal: Goal) -> str:
@@ -158,7 +159,7 @@ def _name(column: str) -> str:
     return say.column(column).removeprefix("max ").removeprefix("min ").removeprefix("peak ")
 
 
-def _why(problem: Problem, record: Row) -> Iterator[str]:
+def _why(problem: Question, record: Row) -> Iterator[str]:
     """Say the limits that bind at both ends, the worst values, and ranges that should be wider."""
     best = record["best"]
     yield phrases.end_words(problem, best, "from")
@@ -170,7 +171,7 @@ def _why(problem: Problem, record: Row) -> Iterator[str]:
     yield from _edges(problem, best)
 
 
-def _proved(problem: Problem, row: Row) -> str:
+def _proved(problem: Question, row: Row) -> str:
     """Say the window of a choice that was to be proved."""
     result = "no window"
     if row["feasible"]:
@@ -178,7 +179,7 @@ def _proved(problem: Problem, row: Row) -> str:
     return f"{row_words(problem.choices, row) or 'the design'}: {result}"
 
 
-def _edges(problem: Problem, best: Row) -> Iterator[str]:
+def _edges(problem: Question, best: Row) -> Iterator[str]:
     """Say which ranges of the study have the best choice at their end."""
     for axis in problem.choices.axes:
         if not axis.is_range:
@@ -213,7 +214,7 @@ def _move(move: Row) -> str:
 # --- Other choices --------------------------------------------------------------------------------
 
 
-def _alternatives(problem: Problem, record: Row) -> Iterator[say.Block]:
+def _alternatives(problem: Question, record: Row) -> Iterator[say.Block]:
     """Yield the best by each goal, or the front, as a small table."""
     front = record["front"]
     if front:
@@ -221,7 +222,7 @@ def _alternatives(problem: Problem, record: Row) -> Iterator[say.Block]:
         rows = [("", row) for row in front[:: max(1, len(front) // _MOST_ALTERNATIVES)]]
     else:
         head = "Best by"
-        goals = problem.goals
+        goals = problem.ranking
         best_by = {goals[0].column: record["best"]} if record["goals"] else record["best_by"]
         rows = [
             (_superlative(goal), best_by[goal.column]) for goal in goals if goal.column in best_by
@@ -229,7 +230,7 @@ def _alternatives(problem: Problem, record: Row) -> Iterator[say.Block]:
         refined = sum(bool(row["refined"]) for _, row in rows)
         if record["choices"] + refined < 2:
             return
-    shows_share = problem.enough < 1.0
+    shows_share = problem.serve < 1.0
     share_head = ["served"] if shows_share else []
     lines = [["", "", "window N", "±%", "N", *share_head, *COSTS.values()]]
     for name, row in rows:
@@ -262,17 +263,17 @@ def _alternatives(problem: Problem, record: Row) -> Iterator[say.Block]:
 # --- There is no window ---------------------------------------------------------------------------
 
 
-def _no_window(problem: Problem, record: Row) -> Iterator[say.Block]:
+def _no_window(problem: Question, record: Row) -> Iterator[say.Block]:
     """Yield the answer if no choice has a window."""
     choices = record["choices"]
     noun, where = say.setting_words(problem.study.setting.read)
     whichever = "" if choices == 1 else f", whichever of {choices:,} choices is taken"
     whom = _all_of(problem)
-    if problem.enough < 1.0:
-        whom = f"{say.percent(problem.enough)} of {_everyone(problem)}"
+    if problem.serve < 1.0:
+        whom = f"{say.percent(problem.serve)} of {_everyone(problem)}"
     start = f"No {noun}{where} suits"
-    if problem.given is not None:
-        start = f"A {noun} of {say.number(problem.given)} N{where} does not suit"
+    if problem.placement.given is not None:
+        start = f"A {noun} of {say.number(problem.placement.given)} N{where} does not suit"
     yield say.sentence(f"{start} {whom}{whichever}.")
     reasons = (
         text for conflict in record["conflicts"] for text in _conflict(problem, record, conflict)
@@ -284,18 +285,18 @@ def _no_window(problem: Problem, record: Row) -> Iterator[say.Block]:
         yield from fixes_table(record["fixes"])
 
 
-def _in_choices(problem: Problem, conflict: Row) -> str:
+def _in_choices(problem: Question, conflict: Row) -> str:
     """Say in how many choices which limits leave no window."""
     choices = say.counted(conflict["choices"], "choice")
     limits = conflict["limits"]
     has_window = conflict["nearest"]["pretension_from"] is not None
-    if problem.given is not None and has_window and len(limits) == 1:
+    if problem.placement.given is not None and has_window and len(limits) == 1:
         broken = phrases.broken(problem, limits[0])
-        return f"in {choices} {say.number(problem.given)} N does not work: {broken}"
+        return f"in {choices} {say.number(problem.placement.given)} N does not work: {broken}"
     return f"in {choices} {say.conflict(limits, problem.study.limits)}"
 
 
-def _conflict(problem: Problem, record: Row, conflict: Row) -> Iterator[str]:
+def _conflict(problem: Question, record: Row, conflict: Row) -> Iterator[str]:
     """Say what leaves some choices without a window, and how far the nearest is from one."""
     row = conflict["nearest"]
     low, high = ends_of(row)
@@ -305,12 +306,12 @@ def _conflict(problem: Problem, record: Row, conflict: Row) -> Iterator[str]:
     if low is None:
         broken = phrases.broken(problem, row["from_by"])
         yield f"at any pretension {broken}{phrases.where(problem, row, 'from')}"
-    elif problem.given is not None and low <= high:
-        end = "from" if problem.given < low else "to"
+    elif problem.placement.given is not None and low <= high:
+        end = "from" if problem.placement.given < low else "to"
         yield f"{phrases.end_words(problem, row, end)}; {phrases.margins(problem, row)}"
     else:
         yield f"{phrases.end_words(problem, row, 'from')},"
         yield f"{phrases.end_words(problem, row, 'to')}: {say.number(conflict['gap'], 3)} N apart"
-        if row["served"] > 0.0 and problem.enough >= 1.0 and len(problem.conditions) > 1:
-            served = f"{say.percent(row['served'])} of the {problem.counted}"
+        if row["served"] > 0.0 and problem.serve >= 1.0 and len(problem.conditions) > 1:
+            served = f"{say.percent(row['served'])} of the {problem.groups.noun}"
             yield f"one pretension, {say.number(row['pretension'], 3)} N, suits {served}"

@@ -236,7 +236,7 @@ def _cost_of_sweep(
 
 def _size_of_design(study: "Study") -> tuple[dict[str, Any], str]:
     """Return the size of the question that a study asks, as a record and as text."""
-    from tendon_cli.answers.problem import question_of
+    from tendon_cli.windows.question import question_of
 
     question = question_of(study)
     record: dict[str, Any] = {"name": study.name}
