@@ -13,6 +13,7 @@ from tendon_cli.model import actuator
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.windows import solutions as solutions_module
 from tendon_cli.windows import solver as solver_module
+from tendon_cli.windows.solutions import Solutions
 from tendon_cli.windows.solver import Solver
 
 from .studies import CATALOGUE, LOADS, RANGES, question_from, solved
@@ -122,6 +123,31 @@ def test_enough_may_be_less_than_all(tmp_path):
     binding_high = windows.high[rows, solutions.to_binding.condition]
     np.testing.assert_array_equal(binding_low, solutions.pretension_from)
     np.testing.assert_array_equal(binding_high, solutions.pretension_to)
+
+
+def test_solutions_selected_and_concatenated_again_are_the_same(catalogue):
+    _, solutions = catalogue
+    is_even = np.arange(9) % 2 == 0
+    parts = [solutions.select(is_even), solutions.select(~is_even)]
+    order = np.argsort(np.concatenate([part.row for part in parts]))
+    assert_same(asdict(Solutions.concatenate(parts).select(order)), asdict(solutions))
+
+
+def test_ends_that_may_bind_set_the_windows_that_all_ends_over_all_angles_set(tmp_path):
+    limits = '[limits]\nmax_tension = "380 N"\n'
+    coarse = '[motion]\nelbow_angle = { from = "0 deg", to = "120 deg", num = 5 }\n'
+    question = question_from(limits + coarse + RANGES, tmp_path)
+    solver = Solver(question)
+    points = question.all_points()
+    of_all = solver.ends_over_all_angles(points)
+    few = solver.ends_that_may_bind(points)
+    sampled = solver.ends_at_samples(points)
+    np.testing.assert_array_equal(few.low.max(axis=1), of_all.low.max(axis=1))
+    np.testing.assert_array_equal(few.high.min(axis=1), of_all.high.min(axis=1))
+    assert (sampled.low <= of_all.low).all()
+    assert (sampled.high >= of_all.high).all()
+    assert (sampled.high > few.high).any()
+    assert (few.high > of_all.high).any()
 
 
 def windows_of(text, folder):

@@ -145,10 +145,10 @@ def test_one_person_with_draws_is_as_their_arm_typed_in_with_draws(tmp_path):
             arm[key.removeprefix("arm.")] = float(values.array[0])
     of_person, person = solved(ROUGH, FILE, suit(5e3, 0.6), folder=tmp_path)
     of_arm, typed = solved(ROUGH, {"arm": arm}, suit(5e3, 0.6))
-    assert of_person.counted == "pairs"
-    assert of_arm.counted == "draws"
-    assert person["served"] == pytest.approx(typed["served"], abs=1e-12)
-    assert person["pretension"] == pytest.approx(typed["pretension"], rel=1e-9)
+    assert of_person.groups.noun == "pairs"
+    assert of_arm.groups.noun == "draws"
+    assert person.served == pytest.approx(typed.served, abs=1e-12)
+    assert person.pretension == pytest.approx(typed.pretension, rel=1e-9)
 
 
 def test_only_ratios_of_weightings_count(tmp_path):
