@@ -256,7 +256,9 @@ def refine_choice(solver: Solver, goals: tuple[Goal, ...], start: Solutions) -> 
 
     def choices_at(places: Array) -> Points:
         """Return choices at places, (choices, ranges), 0 to 1; the rest is as in `start`."""
-        columns: ColumnArrays = dict(start.points.repeat(len(places)).columns)
+        columns: ColumnArrays = {
+            name: np.repeat(values, len(places)) for name, values in start.points.columns.items()
+        }
         for axis, along in zip(axes, places.T, strict=True):
             columns[axis.column] = _value(axis, along)
         return Points.of_columns(question.choices, columns, len(places))

@@ -144,7 +144,8 @@ def solve(solver: Solver, points: Points, *, with_worst: bool = True) -> Solutio
         solved, served = solve_windows(solver, selected)
         if with_worst:
             worst = solver.worst(selected, solved.pretension, served)
-            solved = solved.with_worst(slice(None), worst)
+            has_worst = np.ones(len(solved), dtype=np.bool_)
+            solved = replace(solved, worst=worst, has_worst=has_worst)
         parts.append(solved)
     return parts[0] if len(parts) == 1 else Solutions.concatenate(parts)
 

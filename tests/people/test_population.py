@@ -71,7 +71,7 @@ NOBODY_ENOUGH = PEOPLE | {"spring": {"stiffness": 3e3}, "spool": {"ratio": [1.0,
 def is_feasible(content):
     """Return true if the first choice of a study is feasible."""
     question = question_of(tendon.study(content))
-    return bool(solve(Solver(question), question.all_points())["feasible"][0])
+    return bool(solve(Solver(question), question.all_points()).feasible[0])
 
 
 def test_if_no_choice_serves_enough_the_answer_has_the_most_universal_and_its_fixes():
