@@ -49,10 +49,11 @@ MAY_IMPORT = {
     "kernel": {"model"},
     "space": {"model"},
     "engine": {"kernel", *BELOW_THE_ROOMS},
-    "answers": {"engine", "kernel", "figures", *BELOW_THE_ROOMS},
+    "windows": {"engine", "kernel", *BELOW_THE_ROOMS},
+    "answers": {"windows", "engine", "kernel", "figures", *BELOW_THE_ROOMS},
     "checks": {"answers", "cube", *ROOMS, *BELOW_THE_ROOMS},
     "reports": {"cube", "summary", *ROOMS, *BELOW_THE_ROOMS},
-    "paper": {"answers", "cube", *ROOMS, *BELOW_THE_ROOMS},
+    "paper": {"windows", "cube", *ROOMS, *BELOW_THE_ROOMS},
     "state_page": {"figures", "engine", *BELOW_THE_ROOMS},
     "summary": {"cube", "engine", *BELOW_THE_ROOMS},
     "arms": {"studies"},
@@ -246,3 +247,49 @@ def test_what_draws_nothing_loads_no_matplotlib(module):
 def test_no_two_classes_of_the_package_share_a_name():
     names = [node.name for path in FILES for node in nodes(path) if isinstance(node, ast.ClassDef)]
     assert sorted({name for name in names if names.count(name) > 1}) == []
+
+
+# --- Size of objects ------------------------------------------------------------------------------
+
+MOST_MEMBERS = 35
+"""Most members of a class that has methods; plain data may have more."""
+TOO_LARGE = {"Study"}
+"""Classes that are to be made smaller: a study is its tables, and much that follows from them."""
+
+
+def members(node):
+    """Return the names of the fields, attributes, properties and methods of a class.
+
+    Attributes that a method gives itself count, too. Names between double underscores do not.
+    """
+    names = set()
+    for part in node.body:
+        if isinstance(part, ast.FunctionDef | ast.AsyncFunctionDef):
+            names.add(part.name)
+        elif isinstance(part, ast.AnnAssign):
+            names.add(part.target.id)
+        elif isinstance(part, ast.Assign):
+            names.update(target.id for target in part.targets if isinstance(target, ast.Name))
+    for part in ast.walk(node):
+        is_set = isinstance(part, ast.Attribute) and isinstance(part.ctx, ast.Store)
+        if is_set and isinstance(part.value, ast.Name) and part.value.id == "self":
+            names.add(part.attr)
+    return {name for name in names if not (name.startswith("__") and name.endswith("__"))}
+
+
+def has_methods(node):
+    """Return True if a class has a method that is no property and makes no object of it."""
+    kinds = ("property", "cached_property", "classmethod", "staticmethod")
+    for part in node.body:
+        if isinstance(part, ast.FunctionDef) and not part.name.startswith("__"):
+            decorators = {getattr(one, "id", "") for one in part.decorator_list}
+            if not decorators & {*kinds}:
+                return True
+    return False
+
+
+def test_no_object_with_methods_has_more_members_than_can_be_said_in_a_sentence():
+    classes = [node for path in FILES for node in nodes(path) if isinstance(node, ast.ClassDef)]
+    large = {node.name for node in classes if len(members(node)) > MOST_MEMBERS}
+    with_methods = {node.name for node in classes if has_methods(node)}
+    assert large & with_methods == TOO_LARGE

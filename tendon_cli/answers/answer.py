@@ -16,9 +16,9 @@ from tendon_cli.answer_record import (
     as_answer,
     value_of,
 )
-from tendon_cli.answers.question import Goal
 from tendon_cli.engine.results import Result, along_own_axes, framed, variables_of, xarray_library
 from tendon_cli.studies.load import recorded_study
+from tendon_cli.windows.question import Goal
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -123,7 +123,8 @@ class Answer(Result):
         """
         import pyarrow.compute as pc  # only who asks for this pays for its import
 
-        from tendon_cli.answers.problem import question_of
+        from tendon_cli.windows.question import question_of
+        from tendon_cli.windows.solver import Solver
 
         library = xarray_library()
         table = self.table("choices")
@@ -134,10 +135,9 @@ class Answer(Result):
         conditions = variables_of(
             self.table("conditions"), {"condition": self.record["conditions"]}
         )
-        problem = question_of(recorded_study(self.record))
-        count = len(problem.choices)
-        if count * len(problem.conditions) <= _MOST_WINDOWS:
-            ends = problem.ends(problem.choices.numbers(np.arange(count)), count)
+        question = question_of(recorded_study(self.record))
+        if len(question.choices) * len(question.conditions) <= _MOST_WINDOWS:
+            ends = Solver(question).ends(question.all_points())
             for name, values, which in (
                 ("window_from", ends.low, "smallest"),
                 ("window_to", ends.high, "largest"),

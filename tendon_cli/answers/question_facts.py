@@ -8,27 +8,35 @@ from typing import cast
 import numpy as np
 
 from tendon_cli.answer_record import AxisRecord, GoalRecord, QuestionRecord, Value, Values
-from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.question import Goal
+from tendon_cli.answers.text_notes import question_notes
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.values import RIGID
+from tendon_cli.windows.question import Goal, Question
 
 
-def question_record(problem: Problem) -> QuestionRecord:
+def question_record(question: Question) -> QuestionRecord:
     """Return the record of a question."""
-    study = problem.study
+    study = question.study
+    groups = question.groups
     return {
         "joint": str(study.joint.name),
         "read": study.setting.read,
-        "pretension": problem.given,
+        "pretension": question.placement.given,
         "limits": dict(study.limits.items()),
-        "choices": [_axis_record(axis) for axis in problem.choices.axes],
-        "conditions": [_axis_record(axis) for axis in problem.conditions.axes],
-        "counted": problem.counted,
-        "groups": len(problem.weighting),
-        "counts": problem.counts,
-        "ranked_by": [goal_record(goal) for goal in problem.goals],
+        "choices": [_axis_record(axis) for axis in question.choices.axes],
+        "conditions": [_axis_record(axis) for axis in question.conditions.axes],
+        "counted": groups.noun,
+        "groups": len(groups),
+        "counts": dict(groups.counts),
+        "ranked_by": [goal_record(goal) for goal in question.ranking],
     }
+
+
+def notes_of(question: Question) -> list[str]:
+    """Return notes on what a question leaves out, and why."""
+    study = question.study
+    notes = question_notes(study, question.sampled_intervals, question.whole_intervals)
+    return [*study.warnings, *notes]
 
 
 def goal_record(goal: Goal) -> GoalRecord:
@@ -61,14 +69,14 @@ def recorded_value(value: Value) -> Value:
     return RIGID if value == np.inf else float(value)
 
 
-def condition_values(problem: Problem, condition: int) -> Values:
+def condition_values(question: Question, condition: int) -> Values:
     """Return the values of a condition by the columns of `conditions.parquet`.
 
     Args:
-        problem: The question.
+        question: The question.
         condition: Row of the condition.
     """
-    places = problem.conditions.places(np.array([condition]))
+    places = question.conditions.places(np.array([condition]))
     return {
-        axis.column: value_at(axis, int(places[axis.key][0])) for axis in problem.conditions.axes
+        axis.column: value_at(axis, int(places[axis.key][0])) for axis in question.conditions.axes
     }

@@ -12,8 +12,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from tendon_cli.answer_record import DriftRecord, RemarkRecord, SettingRecord
-from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.solve import Solutions, severest_conditions, worst
 from tendon_cli.answers.text_bench import (
     SET_AT_JOINT,
     SET_AT_MOTOR,
@@ -27,7 +25,11 @@ from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.model.reversal import Drift, drift
 from tendon_cli.model.setting import all_readings, pretension_per_length
-from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, PRETENSION, SIDES, Axis, Numbers
+from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, SIDES, Axis
+from tendon_cli.windows.points import Points
+from tendon_cli.windows.question import Question
+from tendon_cli.windows.solutions import Solutions
+from tendon_cli.windows.solver import Solver
 
 SETTING_COLUMNS = (*SET_AT_JOINT, *SET_AT_MOTOR)
 """Columns of the tensions to set, at the joint and at the motor, N."""
@@ -55,28 +57,25 @@ _BEYOND = 1.1
 # --- What to set ----------------------------------------------------------------------------------
 
 
-def study_arm(
-    problem: Problem, numbers: Numbers, pretension: Array, whom: Axis | None = None
-) -> Design:
+def study_arm(question: Question, points: Points, whom: Axis | None = None) -> Design:
     """Return choices on the study's own arm, or on the bodies of all persons.
 
     The numbers of a draw are left out, and every other condition has its first value.
 
     Args:
-        problem: The question.
-        numbers: Numbers of the choices.
-        pretension: Pretensions of the choices, (choices,), N.
+        question: The question.
+        points: The choices at their pretensions.
         whom: Axis of the persons or draws; None for the study's own arm.
     """
     count = 1 if whom is None else len(whom)
     under: dict[str, Array] = {}
-    for axis in problem.conditions.axes:
+    for axis in question.conditions.axes:
         if axis.key not in (PERSON_AXIS, DRAW_AXIS):
             for key, values in axis.numbers.items():
                 under[key] = np.repeat(values[:1], count)
     if whom is not None:
         under |= whom.numbers
-    return problem.choices.at({**numbers, PRETENSION: pretension}, under).design()
+    return question.designs(points, under)
 
 
 def settings(design: Design, count: int) -> dict[str, Array]:
@@ -93,13 +92,13 @@ def _of_designs(values: Array, count: int) -> Array:
 
 
 def setting_columns(
-    problem: Problem, numbers: Numbers, low: Array, high: Array, pretension: Array
+    question: Question, points: Points, low: Array, high: Array, pretension: Array
 ) -> dict[str, Array]:
     """Return the tensions to set for choices, N, and half the window as a length of both tendons.
 
     Args:
-        problem: The question.
-        numbers: Numbers of the choices.
+        question: The question.
+        points: The choices.
         low: Lower ends of their windows, (choices,), N.
         high: Upper ends.
         pretension: Pretensions of the choices, (choices,), N.
@@ -108,10 +107,10 @@ def setting_columns(
         The columns `SETTING_COLUMNS` and `tolerance_length`, m, NaN for an empty or endless window.
     """
     count = len(low)
-    design = study_arm(problem, numbers, pretension)
+    design = study_arm(question, points.at_pretension(pretension))
     with np.errstate(invalid="ignore"):
-        at_low = study_arm(problem, numbers, low).flexor.pretension
-        at_high = study_arm(problem, numbers, high).flexor.pretension
+        at_low = study_arm(question, points.at_pretension(low)).flexor.pretension
+        at_high = study_arm(question, points.at_pretension(high)).flexor.pretension
         width = _of_designs(np.asarray(at_high), count) - _of_designs(np.asarray(at_low), count)
         length = 0.5 * width / _of_designs(pretension_per_length(design), count)
     is_closed = (low <= high) & np.isfinite(high)
@@ -121,10 +120,10 @@ def setting_columns(
 # --- The record -----------------------------------------------------------------------------------
 
 
-def setting_record(problem: Problem, choice: Solutions) -> SettingRecord:
+def setting_record(question: Question, choice: Solutions) -> SettingRecord:
     """Return the posture in which a choice is set, and the pretension that shorter tendons add."""
-    design = study_arm(problem, problem.numbers_of(choice.columns), choice["pretension"])
-    posture = problem.study.setting
+    design = study_arm(question, choice.points.at_pretension(choice.pretension))
+    posture = question.study.setting
     return {
         "angle": float(posture.angle.array[0]),
         "upper_arm_angle": float(posture.upper_arm_angle.array[0]),
@@ -135,9 +134,9 @@ def setting_record(problem: Problem, choice: Solutions) -> SettingRecord:
     }
 
 
-def drift_record(problem: Problem, choice: Solutions) -> DriftRecord | None:
+def drift_record(question: Question, choice: Solutions) -> DriftRecord | None:
     """Return the drift of a choice beyond its window; None if stability does not end it."""
-    beyond = drift_of(problem, choice)
+    beyond = drift_of(question, choice)
     if beyond is None:
         return None
     pretension, drifted = beyond
@@ -150,44 +149,46 @@ def drift_record(problem: Problem, choice: Solutions) -> DriftRecord | None:
     }
 
 
-def remarks(problem: Problem, choice: Solutions) -> Iterator[RemarkRecord]:
+def remarks(solver: Solver, choice: Solutions) -> Iterator[RemarkRecord]:
     """Yield remarks, with their sources, on a suit at its pretension.
 
     They name loads that no limit of the study forbids, but nobody would want.
     """
-    pretension = choice["pretension"]
-    if np.isnan(pretension[0]) or not choice["served_at"][0] > 0.0:
+    pretension = choice.pretension
+    if np.isnan(pretension[0]) or not choice.served_at[0] > 0.0:
         return
-    numbers = problem.numbers_of(choice.columns)
-    count = len(problem.conditions)
+    question = solver.question
+    points = choice.points
+    count = len(question.conditions)
     everyone = np.ones((1, count), dtype=np.bool_)
-    if "max_contact_pressure" not in problem.bounds:
-        pressure = choice.scalar("max_contact_pressure")
+    if "max_contact_pressure" not in question.bounds:
+        pressure = float(choice.worst.max_contact_pressure[0])
         width = None
         if np.isnan(pressure):
-            strapped = problem.saying({"arm.contact_width": np.full(count, _STRAP_WIDTH)})
-            of_strap = worst(strapped, numbers, pretension, everyone)["max_contact_pressure"]
-            pressure = float(of_strap[0])
+            strapped = question.with_numbers({"arm.contact_width": np.full(count, _STRAP_WIDTH)})
+            of_strap = solver.for_question(strapped).worst(points, pretension, everyone)
+            pressure = float(of_strap.max_contact_pressure[0])
             width = _STRAP_WIDTH
         if pressure > _PAIN:
             yield strap_remark(pressure, _PAIN, pains=True, width=width)
         elif pressure > _DISCOMFORT:
             yield strap_remark(pressure, _DISCOMFORT, pains=False, width=width)
-    if "max_tension" not in problem.bounds:
-        design = problem.design(numbers)
+    if "max_tension" not in question.bounds:
+        design = question.designs(points)
         diameter = float(min(np.min(design.flexor.diameter), np.min(design.extensor.diameter)))
         breaking = _ROPE_STRENGTH * (diameter / _ROPE_DIAMETER) ** 2
-        tension = choice.scalar("max_tension")
+        tension = float(choice.worst.max_tension[0])
         if tension > breaking / _ROPE_SAFETY:
             yield rope_remark(diameter, breaking, tension, _ROPE_SAFETY)
-    if not {"max_spring_extension", "min_spring_room"} & set(problem.bounds):
-        few = problem.under(severest_conditions(problem, numbers, pretension, everyone, 1))
-        yield from _remarks_on_spring(few, few.design(numbers, pretension=pretension))
+    if not {"max_spring_extension", "min_spring_room"} & set(question.bounds):
+        severest = solver.severest_conditions(points, pretension, everyone, 1)
+        few = question.for_conditions(severest)
+        yield from _remarks_on_spring(few, few.designs(points.at_pretension(pretension)))
 
 
-def _remarks_on_spring(problem: Problem, design: Design) -> Iterator[RemarkRecord]:
+def _remarks_on_spring(question: Question, design: Design) -> Iterator[RemarkRecord]:
     """Yield a remark if the flexor's stretched spring hardly fits between its anchors."""
-    state = evaluate(design, problem.angles, problem.flexion)
+    state = evaluate(design, question.angles, question.flexion)
     extension: Array = np.asarray(state.balance.flexor / design.flexor.spring_stiffness)
     path = state.motion.flexor_path
     if path is None:
@@ -201,21 +202,21 @@ def _remarks_on_spring(problem: Problem, design: Design) -> Iterator[RemarkRecor
         yield spring_remark(float(extension[tightest]), float(room[tightest]))
 
 
-def drift_of(problem: Problem, choice: Solutions) -> tuple[float, Drift] | None:
+def drift_of(question: Question, choice: Solutions) -> tuple[float, Drift] | None:
     """Return the pretension 10 % beyond the upper end, N, and the arm's drift there.
 
     The drift is under the condition that binds. Return None if the upper end is not set by
     stability.
     """
-    high = choice.scalar("pretension_to")
-    state = int(choice["to_state"][0])
-    is_stability = state >= 0 and LIMIT_NAMES[choice["to_by"][0]] == "min_elbow_stiffness"
-    if not (is_stability and np.isfinite(high) and problem.bounds["min_elbow_stiffness"] == 0.0):
+    high = float(choice.pretension_to[0])
+    state = int(choice.to_binding.state[0])
+    is_stability = state >= 0 and LIMIT_NAMES[choice.to_binding.by[0]] == "min_elbow_stiffness"
+    if not (is_stability and np.isfinite(high) and question.bounds["min_elbow_stiffness"] == 0.0):
         return None
-    alone = problem.under(choice["to_condition"][:1])
+    alone = question.for_conditions(choice.to_binding.condition[:1])
     pretension = _BEYOND * high
-    design = alone.design(problem.numbers_of(choice.columns), pretension=np.array([pretension]))
-    start = float(problem.angles[0, state % problem.angles.size])
-    ends = (float(problem.angles.min()), float(problem.angles.max()))
+    design = alone.designs(choice.points.at_pretension(np.array([pretension])))
+    start = float(question.angles[0, state % question.angles.size])
+    ends = (float(question.angles.min()), float(question.angles.max()))
     drifts = [drift(design, start, end) for end in ends if end != start]
     return pretension, max(drifts, key=lambda drifted: abs(drifted.end - drifted.start))
