@@ -15,6 +15,7 @@ from tendon_cli.figures.scales import Scale, plain_numbers
 from tendon_cli.figures.style import (
     COLUMN_WIDTH,
     INK,
+    LIMIT_COLOURS,
     MARKERS,
     PAGE_HEIGHT,
     broken,
@@ -160,6 +161,11 @@ def _draw_line(axes: Axes, data: CurveData, cell: Cell, colour: int, dash: int) 
     axes.plot(x, y, **style, gid="curve", label=label or "_line")
     if unstable.any() and data.is_line:
         axes.plot(*_stretches(x, y, unstable), **_UNSTABLE, gid="unstable")
+    for limit, broken in enumerate(data.broken[:, *place[1:]]):
+        marked = broken[order]
+        if marked.any():
+            points = _stretches(x, y, marked) if data.is_line else (x[marked], y[marked])
+            axes.plot(*points, **_limit_style(data, limit), gid=data.limits[limit])
     if data.has_kinks and data.is_line and data.x:
         # A kink is drawn half way between the last taut state and the first slack one.
         change = any_slack[:-1] != any_slack[1:]
@@ -221,6 +227,21 @@ def _line_style(data: CurveData, colour: int, dash: int, points: int) -> dict[st
     }
 
 
+def _limit_style(data: CurveData, limit: int) -> dict[str, Any]:
+    """Return the style of what breaks a limit, `limit` its index.
+
+    On a line the marks of several limits take turns; on points they are rings around each other.
+    """
+    colour = LIMIT_COLOURS[1 + limit % (len(LIMIT_COLOURS) - 1)]
+    if not data.is_line:
+        size = 5.5 + 2.0 * limit
+        ring: dict[str, Any] = {"marker": "o", "markersize": size, "markerfacecolor": "none"}
+        return {"color": colour, "linestyle": "none", "markeredgewidth": 0.8, **ring}
+    gap = 1.6 * len(data.limits) - 0.6
+    dashes = (-1.6 * limit, (1.0, gap))
+    return {"color": colour, "linewidth": 2.6, "linestyle": dashes, "marker": "none"}
+
+
 def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
     """Return the key: colours, dashes (filled and open markers), slack, instability, no value."""
     points = data.x_values.shape[-1]
@@ -248,6 +269,11 @@ def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
         key.append(Line2D([], [], **_KINK, label="one goes slack"))
     if data.is_line and unstable.any():
         key.append(Line2D([], [], **_UNSTABLE, label="unstable elbow"))
+    for limit, text in enumerate(data.limits):
+        style = _limit_style(data, limit)
+        if data.is_line:
+            style["linestyle"] = (0, (1.0, 0.6))
+        key.append(Line2D([], [], **style, label=f"breaks {text}"))
     # True where some line of a panel has a value, of shape (cells, x).
     is_known = np.isfinite(np.array([data.values[cell] for cell in cells])).any(axis=(1, 2))
     if data.x is not None and not is_known.all():
