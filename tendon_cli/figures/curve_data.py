@@ -85,12 +85,9 @@ class CurveData:
     """True if lines have a kink where a tendon goes slack; not if tendons push in the model."""
     is_slack_below_zero: bool
     """True if a negative value of every quantity means slack."""
+    is_line: bool
+    """True if points are joined by lines; False if they are those of names."""
     notes: tuple[str, ...]
-
-    @property
-    def is_line(self) -> bool:
-        """True if points are joined by lines; False if names run along x."""
-        return not (self.x and self.x.names)
 
 
 def curve_data(
@@ -153,6 +150,7 @@ def curve_data(
         panels=panels,
         has_kinks=not cube.has_pushing_tendons,
         is_slack_below_zero=all(name.endswith(endings) for name in plan.quantities),
+        is_line=plan.is_joined and not (x and x.names),
         notes=(*remarks, *meaning, *lines, *plan.notes),
     )
     if spec.overlay:

@@ -89,7 +89,8 @@ def for_whom(record: Mapping[str, Any], rows: Table) -> Page:
     styles = [_reason_style(place) for place in range(len(reasons))]
     key = _window_key(low, high, is_served)
     if np.isfinite(band).all():
-        key.append(Line2D([], [], label="serves enough between", **_LIMIT))
+        label = f"between these lines {say.percent(record['serve'])} or more are served"
+        key.append(Line2D([], [], label=label, **_LIMIT))
     for reason, style in zip(reasons, styles, strict=True):
         key.append(Line2D([], [], label=plain(reason["text"], width=60, lines=2), **style))
     unbalanced = int(np.isnan(low).sum())
@@ -98,6 +99,12 @@ def for_whom(record: Mapping[str, Any], rows: Table) -> Page:
         notes.append(
             f"{unbalanced} of {len(low)} {kind} have no pretension at all at which the arm "
             "balances."
+        )
+    balanced = len(low) - unbalanced
+    if balanced > _MOST_LINES:
+        notes.append(
+            f"The figure shows {_MOST_LINES:,} of {balanced:,} windows, evenly spread over all "
+            "in their order."
         )
     page = framed(population["title"], 68.0, key, notes)
     shape: dict[str, Any] = {"ncols": 2, "width_ratios": [1.5, 1.0]} if has_bodies else {}
