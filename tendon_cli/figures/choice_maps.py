@@ -18,7 +18,7 @@ from tendon_cli.cube.cube import Cube
 from tendon_cli.figures.backend import Axes, Line2D, ListedColormap, Patch, mpl
 from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.scales import Scale, axis_scale, off_default
-from tendon_cli.figures.style import INK, SEQUENTIAL
+from tendon_cli.figures.style import INK, SEQUENTIAL, wrapped
 from tendon_cli.space.axis import Axis
 
 _PALE = ("#f6d9c5", "#e9e2f3", "#dcebe4", "#f7ecc8", "#e5e5e5", "#dbe7f3")
@@ -89,7 +89,14 @@ class Slice:
 
 
 def answer_page(
-    cube: Cube, record: dict[str, Any], title: str, panels: float, key: list[Any], notes: list[str]
+    cube: Cube,
+    record: dict[str, Any],
+    title: str,
+    panels: float,
+    key: list[Any],
+    notes: list[str],
+    *,
+    subtitle: str = "",
 ) -> Page:
     """Begin a page of an answer's figure.
 
@@ -103,6 +110,7 @@ def answer_page(
         panels: Height of the panels, mm.
         key: Artists with a label.
         notes: Sentences below the panels.
+        subtitle: Second title, which may hold formulas.
     """
     study_title = record["title"] or record["name"]
     study = f"{record['name']} {record['study_hash'][:12]}"
@@ -110,7 +118,9 @@ def answer_page(
     given = off_default(cube.study, [axis.column for axis in cube.axes], {})
     if given:
         lines.append(f"With {', '.join(given)}; all else by default.")
-    return framed(f"{study_title}: {title}", panels, key, lines, study=study)
+    return framed(
+        f"{study_title}: {title}", panels, key, lines, study=study, subtitle=wrapped(subtitle, 90)
+    )
 
 
 def _bench_text(best: Mapping[str, Any] | None) -> list[str]:
