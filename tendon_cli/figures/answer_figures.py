@@ -323,8 +323,8 @@ def draw_front(cube: Cube, record: dict[str, Any], _chosen: dict[str, Any]) -> P
     if len(record["goals"]) > 2:
         notes.append("The front is one of more goals than the two that are drawn.")
     if cube.table.rows > _MOST_POINTS:
-        shown = f"{_MOST_POINTS:,} of {cube.table.rows:,} choices"
-        notes.append(f"The figure shows {shown}, evenly spread, and the whole front.")
+        drawn = f"{_MOST_POINTS:,} of {cube.table.rows:,} choices"
+        notes.append(f"The figure shows {drawn}, evenly spread, and the whole front.")
     page = answer_page(cube, record, "what one goal costs the other", 95.0, key, notes)
     panel = page.figure.subplots()
 

@@ -129,7 +129,10 @@ def curve_data(
     varied = [axis.column for axis in plan.parts if axis is not None]
     lines, _ = caption(cube, spec, read, varied=varied)
     limits, broken, remarks = _broken_limits(cube, plan, spec, is_known[0])
-    meaning = [meaning_of_margin(cube)] if MARGIN in plan.quantities else []
+    is_line = plan.is_joined and not (x and x.names)
+    meaning = []
+    if MARGIN in plan.quantities:
+        meaning.append(meaning_of_margin(cube, has_lines=is_line))
     # Negative means slack for a margin and, if tendons push, for their tensions and lengths.
     endings = (MARGIN, *_TENDON_ENDINGS) if cube.has_pushing_tendons else (MARGIN,)
     data = CurveData(
@@ -150,7 +153,7 @@ def curve_data(
         panels=panels,
         has_kinks=not cube.has_pushing_tendons,
         is_slack_below_zero=all(name.endswith(endings) for name in plan.quantities),
-        is_line=plan.is_joined and not (x and x.names),
+        is_line=is_line,
         notes=(*remarks, *meaning, *lines, *plan.notes),
     )
     if spec.overlay:

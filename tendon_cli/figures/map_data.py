@@ -154,8 +154,8 @@ def margin_shown(cube: Cube, spec: FigureSpec) -> ColumnLabel:
     return replace(margin, quantity=replace(margin.quantity, name=name, symbol="margin"))
 
 
-def meaning_of_margin(cube: Cube) -> str:
-    """Return a sentence that says what the margin is."""
+def meaning_of_margin(cube: Cube, *, has_lines: bool = True) -> str:
+    """Return sentences that say what the margin is, and what lines between designs are, if any."""
     if _has_two_pretensions(cube):
         return (
             "Margin: by how much both pretensions can be lowered together, "
@@ -165,7 +165,7 @@ def meaning_of_margin(cube: Cube) -> str:
     return (
         f"Margin: {reading(cube.document)} in hand above {least}, "
         "the smallest that leaves no slack at any elbow angle of the study. "
-        "It is exact for each design; lines are drawn from design to design."
+        f"It is exact for each design{'; lines are drawn from design to design' * has_lines}."
     )
 
 
