@@ -12,7 +12,6 @@ from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.forms import DesignLimit
 from tendon_cli.model.limits import LIMITS
-from tendon_cli.model.motor import select_points
 from tendon_cli.studies.spaces import space_of
 
 if TYPE_CHECKING:
@@ -94,6 +93,8 @@ def _state_values(cube: Cube, limit: DesignLimit, designs: Ints) -> Floats:
 
 def _designs_at(cube: Cube, designs: Ints) -> Design:
     """Return designs by number, along one axis before those of directions and angles."""
+    from tendon_cli.model.motor import select_points  # only states pay for its import
+
     space = space_of(cube.study)
     shape = space.shape or (1,)
     places = np.unravel_index(designs, shape)

@@ -390,6 +390,16 @@ def _tick_height(text: str) -> float:
     return _TICK_LINE * (text.count("\n") + 1)
 
 
+def _labels_box(axis: Any, side: str) -> Any:
+    """Return the box of the labels of an axis, pixels; None without any.
+
+    Matplotlib would lay out all ticks to find that none has a label.
+    """
+    is_bar = axis.axes.get_label() == "<colorbar>"
+    has_labels = is_bar or axis.get_tick_params(which="major").get(side, True)
+    return axis.get_tightbbox() if has_labels or axis.get_label_text() else None
+
+
 def _reach(page: Page, axes: Axes) -> tuple[float, float, float, float]:
     """Return the reach of a panel's labels beyond it to the left, below, right and above, mm.
 
@@ -399,8 +409,8 @@ def _reach(page: Page, axes: Axes) -> tuple[float, float, float, float]:
     if not axes.get_visible():
         return 0.0, 0.0, 0.0, _EDGE
     panel = axes.bbox
-    x_labels = axes.xaxis.get_tightbbox()
-    y_labels = axes.yaxis.get_tightbbox()
+    x_labels = _labels_box(axes.xaxis, "labelbottom")
+    y_labels = _labels_box(axes.yaxis, "labelleft")
     left = panel.x0 - y_labels.x0 if y_labels else 0.0
     below = panel.y0 - x_labels.y0 if x_labels else 0.0
     right = 0.0

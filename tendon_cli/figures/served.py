@@ -20,12 +20,12 @@ from tendon_cli.cube.labels import plain
 from tendon_cli.figures.backend import Axes, Line2D, Patch
 from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO, house_style
+from tendon_cli.model.kinematics import Flags
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.tables.read import open_table
 from tendon_cli.tables.schema import as_numpy
 
 Values = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 Table = Mapping[str, npt.NDArray[Any]]
 
 _SERVED = OKABE_ITO[0]
