@@ -12,6 +12,7 @@ from tendon_cli.cube.axes import LOAD
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel
+from tendon_cli.cube.room import room_to
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.layout import CurvePlan
 from tendon_cli.figures.limit_remarks import crosses_zero, limit_remarks
@@ -24,7 +25,6 @@ from tendon_cli.figures.map_data import (
 )
 from tendon_cli.figures.scales import Scale, axis_scale, caption, value_texts
 from tendon_cli.figures.style import OKABE_ITO, Colour, load_colours, sequence
-from tendon_cli.model.limits import LIMITS
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.filters import Condition, Truth
@@ -208,7 +208,7 @@ def _marks(cube: Cube, read: Mapping[str, ColumnArray], name: str) -> tuple[Trut
         any_slack = slack
     if _STIFFNESS in read:
         stiffness = read[_STIFFNESS]
-        unstable = LIMITS[STIFFNESS].room(stiffness, cube.limits[STIFFNESS]) < 0.0
+        unstable = room_to(STIFFNESS, stiffness, cube.limits[STIFFNESS]) < 0.0
     elif "stable" in read:
         unstable = read["stable"] == 0.0
     return slack, any_slack, unstable

@@ -11,10 +11,10 @@ import numpy.typing as npt
 
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel, as_read, reading, symbol
+from tendon_cli.cube.room import bounded_column, is_default, sign_of
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.layout import MapPlan
 from tendon_cli.figures.scales import Scale, axis_scale, caption, value_texts
-from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.figures import FigureSpec
 
@@ -91,7 +91,7 @@ def map_data(cube: Cube, plan: MapPlan, spec: FigureSpec) -> MapData:
         rooms={name: room[first] for name, room in rooms.items()},
         limits={name: limit_text(cube, spec, name) for name in limits},
         unstable=f"unstable: elbow stiffness below {_stiffness(cube, spec)} at some angle",
-        defaults=frozenset(name for name in limits if cube.limits[name] == LIMITS[name].default),
+        defaults=frozenset(name for name in limits if is_default(name, cube.limits[name])),
         titles=tuple(titles),
         in_row=len(plan.positions[plan.titled[0].column]) if plan.titled else 1,
         notes=(meaning_of_margin(cube), *lines, *plan.notes, *repeated),
@@ -127,9 +127,8 @@ def _group_pictures(
 
 def limit_text(cube: Cube, spec: FigureSpec, name: str) -> str:
     """Return a limit as an inequality, such as "max tension ≤ 300 N"."""
-    limit = LIMITS[name]
-    shown = cube.shown(limit.column, spec.units)
-    return f"{shown.name} {'≥' if limit.from_below else '≤'} {shown.text(cube.limits[name])}"
+    shown = cube.shown(bounded_column(name), spec.units)
+    return f"{shown.name} {sign_of(name)} {shown.text(cube.limits[name])}"
 
 
 def _stiffness(cube: Cube, spec: FigureSpec) -> str:

@@ -8,11 +8,24 @@ from typing import Any
 
 import pytest
 
+from tendon_cli import design
+from tendon_cli.cube.cube import choices_of
+from tendon_cli.figures.answer_figures import answer_figure
 from tendon_cli.figures.backend import FigureCanvasAgg
 from tendon_cli.figures.frame import framed
 from tendon_cli.figures.style import broken, house_style
-from tendon_cli.tables.read import TableFiles
-from tests.figures.runs import LOADS, designs, figure_of, figures_of, grid, panels, words
+from tendon_cli.tables.read import TableFiles, open_table
+from tests.figures.runs import (
+    LOADS,
+    by_gid,
+    designs,
+    figure_of,
+    figures_of,
+    grid,
+    panels,
+    study_of,
+    words,
+)
 
 SIZES = ("page", "column", "96 mm")
 
@@ -122,3 +135,27 @@ def test_no_line_of_a_caption_ends_within_an_equation() -> None:
         lines = words(framed("t", 50.0, notes=[note], width=float(width)).figure).splitlines()
         assert len(lines) > 3
         assert not any(line.endswith((" =", "₁", "N", "0")) for line in lines)
+
+
+@pytest.mark.parametrize("rows", [3, 20])
+def test_the_star_of_a_map_is_in_its_cell(rows: int, tmp_path: Path) -> None:
+    content = {
+        "spring": {"stiffness": grid("0.5 kN/m", "4 kN/m", 5)},
+        "spool": {"flexor_radius": grid("20 mm", "40 mm", rows)},
+        "load": {"mass": ["4 kg", "5 kg"]},
+        "motion": {"elbow_angle": grid("0 deg", "90 deg", 7)},
+    }
+    answer = design(study_of(content), out=tmp_path / "out")
+    cube = choices_of(open_table(tmp_path / "out" / "choices.parquet"))
+    page = answer_figure("tolerance_map", cube, answer.record)
+    assert page is not None
+    drawn(page.figure)
+    axes = page.figure.axes[0]
+    (star,) = by_gid(axes, "best")
+    radius = 1e3 * answer.record["best"]["spool_flexor_radius"]
+    step = 20.0 / (rows - 1)
+    low, high = (axes.transData.transform((1.0, radius + side * step / 2.0))[1] for side in (-1, 1))
+    middle = axes.transData.transform(star.get_xydata()[0])[1]
+    half = star.get_markersize() / 2.0 * page.figure.dpi / 72.0
+    assert low <= middle - half
+    assert middle + half <= high + 1.0
