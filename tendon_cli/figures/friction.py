@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli.cube.axes import evenly_spaced
 from tendon_cli.cube.labels import plain
 from tendon_cli.figures.backend import Axes, Figure, Line2D
 from tendon_cli.figures.frame import Page, framed
@@ -285,8 +286,7 @@ def _draw_log(upper: Axes, lower: Axes, fit: Any) -> None:
         lower.plot(place[part], rows.residual[part], color=colour, alpha=0.35, **style)
         for run in np.unique(rows.run[part]):
             stroke = np.flatnonzero(rows.used & (rows.run == run))
-            evenly = np.linspace(0, len(stroke) - 1, _STROKE_POINTS).astype(int)
-            stroke = stroke[np.unique(evenly)]
+            stroke = stroke[evenly_spaced(len(stroke), _STROKE_POINTS)]
             ends = stroke[[0, -1]]
             upper.plot(place[stroke], fitted[stroke], color=_LINE, linewidth=1.2)
             lower.plot(place[ends], [mean_residual[run]] * 2, color=_LINE, linewidth=1.6)
