@@ -15,6 +15,7 @@ import pyarrow as pa
 from tendon_cli.cube.axes import ANGLE, LOAD, Ints, axes_of
 from tendon_cli.cube.columns import ColumnArray, TableColumns
 from tendon_cli.cube.labels import ColumnLabel, as_read
+from tendon_cli.cube.room import bounded_column, bounded_values, has_bounded_column, room_to
 from tendon_cli.engine.states import WorkedOut
 from tendon_cli.errors import InputError, TendonError, UsageError
 from tendon_cli.quantities import Quantity
@@ -208,6 +209,20 @@ class Cube:
         return self.table_columns.compute(
             names, self._stored(rows, self.table_columns.stored(names))
         )
+
+    def room(self, limit: str, rows: Ints) -> npt.NDArray[np.float64]:
+        """Return the room that a limit of the study leaves at some rows.
+
+        It is positive where the limit is kept, negative where it is broken, and NaN where there is
+        nothing to compare; SI, in the shape of `rows`.
+        """
+        column = bounded_column(limit)
+        is_column = column in self.columns and self.with_sides(column) == [column]
+        if is_column and has_bounded_column(limit, self.kind):
+            values = self.gather(rows, [column])[column]
+        else:
+            values = bounded_values(self.study, self.kind, limit, rows)
+        return room_to(limit, values, self.limits[limit])
 
     def _stored(self, rows: Ints, names: list[str]) -> dict[str, ColumnArray]:
         """Read columns of the table at some rows, in the shape of `rows`."""

@@ -146,8 +146,8 @@ def draw_windows(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page
     if chosen["feasible"]:
         key.append(star(label="pretension recommended"))
     note = (
-        "At each end stands the limit that binds there. "
-        "Elsewhere among the choices the window may be another."
+        "The limit that sets an end of the window is written next to it. "
+        "Windows of other choices may differ."
     )
     rows, columns = grid_shape(len(along), most=2)
     page = answer_page(cube, record, "the window of pretension", rows * 68.0, key, [note])
@@ -324,6 +324,9 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> Page 
     notes = []
     if len(record["goals"]) > 2:
         notes.append("The front is one of more goals than the two that are drawn.")
+    if cube.table.rows > _MOST_POINTS:
+        drawn = f"{_MOST_POINTS:,} of {cube.table.rows:,} choices"
+        notes.append(f"The figure shows {drawn}, evenly spread, and the whole front.")
     page = answer_page(cube, record, "what one goal costs the other", 95.0, key, notes)
     panel = page.figure.subplots()
 

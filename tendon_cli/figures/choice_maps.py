@@ -19,7 +19,7 @@ from tendon_cli.cube.cube import Cube
 from tendon_cli.figures.backend import Axes, Line2D, ListedColormap, Patch, mpl
 from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.scales import Scale, axis_scale, off_default
-from tendon_cli.figures.style import INK, SEQUENTIAL
+from tendon_cli.figures.style import INK, SEQUENTIAL, wrapped
 from tendon_cli.space.axis import Axis
 
 _PALE = ("#f6d9c5", "#e9e2f3", "#dcebe4", "#f7ecc8", "#e5e5e5", "#dbe7f3")
@@ -28,6 +28,14 @@ _HATCHES = ("", "....", "----", "\\\\\\\\", "xxxx", "++++")
 _BLUES = ListedColormap(
     [mpl.colormaps["Blues"](place) for place in np.linspace(0.15, 0.95, 256)], name="tendon_window"
 )
+_STAR = 11.0
+"""Size of the star that marks a choice, pt."""
+_STAR_PLACE = 0.72
+"""Place of the star in its cell, above the value, as a share of the cell's height."""
+_VALUE_PLACE = 0.28
+"""Place of the value below the star, as a share of the cell's height."""
+_PANEL_HEIGHT = 220.0
+"""About the height of the panel of a map, pt."""
 _MOST_WRITTEN = 120
 """Largest number of cells of a map whose values are also written in them."""
 _MEANING = (
@@ -90,7 +98,14 @@ class Slice:
 
 
 def answer_page(
-    cube: Cube, record: AnswerRecord, title: str, panels: float, key: list[Any], notes: list[str]
+    cube: Cube,
+    record: AnswerRecord,
+    title: str,
+    panels: float,
+    key: list[Any],
+    notes: list[str],
+    *,
+    subtitle: str = "",
 ) -> Page:
     """Begin a page of an answer's figure.
 
@@ -104,6 +119,7 @@ def answer_page(
         panels: Height of the panels, mm.
         key: Artists with a label.
         notes: Sentences below the panels.
+        subtitle: Second title, which may hold formulas.
     """
     study_title = record["title"] or record["name"]
     study = f"{record['name']} {record['study_hash'][:12]}"
@@ -111,7 +127,9 @@ def answer_page(
     given = off_default(cube.study, [axis.column for axis in cube.axes], {})
     if given:
         lines.append(f"With {', '.join(given)}; all else by default.")
-    return framed(f"{study_title}: {title}", panels, key, lines, study=study)
+    return framed(
+        f"{study_title}: {title}", panels, key, lines, study=study, subtitle=wrapped(subtitle, 90)
+    )
 
 
 def _bench_text(best: ChoiceRecord | None) -> list[str]:
@@ -201,7 +219,15 @@ def draw_tolerance(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Pa
         ]
         is_dark = percent.filled(0.0) > 0.55 * most
         _draw_cells(
-            panel, part, percent, _BLUES, most, "tolerance of pretension (± %)", texts, is_dark
+            panel,
+            part,
+            percent,
+            _BLUES,
+            most,
+            "tolerance of pretension (± %)",
+            texts,
+            is_dark,
+            _starred(cube, part, chosen),
         )
     return page
 
@@ -244,7 +270,8 @@ def draw_served(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page 
     texts = [f"{share:.3g} %" for share in filled.ravel()]
     colours = SEQUENTIAL.reversed()
     label = "served by one pretension (%)"
-    _draw_cells(panel, part, percent, colours, 100.0, label, texts, filled < 45.0)
+    starred = _starred(cube, part, chosen)
+    _draw_cells(panel, part, percent, colours, 100.0, label, texts, filled < 45.0, starred)
     return page
 
 
@@ -274,11 +301,34 @@ def _begin_map(
         x_axis, y_axis = part.axes
         across = place_of(cube, x_axis, value_of(chosen, x_axis.column), x)
         up = place_of(cube, y_axis, value_of(chosen, y_axis.column), y)
-        if part.low.size <= _MOST_WRITTEN:
-            up += 0.3 * float(np.diff(y.edges).min())  # above the value written in the cell
-        style: dict[str, Any] = {"color": INK, "markersize": 11, "markeredgecolor": "white"}
-        panel.plot(across, up, marker="*", zorder=5, **style)
+        size = _STAR
+        starred = _starred(cube, part, chosen)
+        if starred is not None and part.low.size <= _MOST_WRITTEN:
+            row, _ = starred
+            low, high = y.edges[row : row + 2]
+            up = low + _STAR_PLACE * (high - low)  # above the value written in the cell
+            size = min(_STAR, 0.5 * _row_height(y, row))
+        style: dict[str, Any] = {"color": INK, "markersize": size, "markeredgecolor": "white"}
+        panel.plot(across, up, marker="*", zorder=5, gid="best", **style)
     return page, panel
+
+
+def _starred(cube: Cube, part: Slice, chosen: ChoiceRecord) -> tuple[int, int] | None:
+    """Return row and column of the cell of the choice named first; None if it has no window."""
+    if not chosen["feasible"]:
+        return None
+    places = []
+    for axis, scale in zip(part.axes, part.scales, strict=True):
+        place = place_of(cube, axis, value_of(chosen, axis.column), scale)
+        places.append(int(np.searchsorted(scale.edges, place)) - 1)
+    column, row = places
+    return row, column
+
+
+def _row_height(y: Scale, row: int) -> float:
+    """Return about the height of a row of a map, pt."""
+    share = (y.edges[row + 1] - y.edges[row]) / (y.edges[-1] - y.edges[0])
+    return float(abs(share)) * _PANEL_HEIGHT
 
 
 def _draw_cells(
@@ -290,6 +340,7 @@ def _draw_cells(
     label: str,
     texts: Sequence[str],
     is_dark: Any,
+    starred: tuple[int, int] | None,
 ) -> None:
     """Draw the cells of a map with their colour bar, and a text in each if there is room.
 
@@ -302,6 +353,7 @@ def _draw_cells(
         label: Label of the colour bar.
         texts: Text of each cell, row by row.
         is_dark: True for each cell (y, x) that is so dark that its text is white.
+        starred: Row and column of the cell with the star, whose text is below it; None without one.
     """
     x, y = part.scales
     mesh = panel.pcolormesh(x.edges, y.edges, values, cmap=colours, vmin=0.0, vmax=most)
@@ -313,7 +365,9 @@ def _draw_cells(
     columns = values.shape[1]
     for row, column in np.argwhere(~np.ma.getmaskarray(values)):
         across = x.edges[column : column + 2].mean()
-        up = y.edges[row : row + 2].mean()
+        low, high = y.edges[row : row + 2]
+        place = _VALUE_PLACE if (row, column) == starred else 0.5
+        up = low + place * (high - low)
         colour = "white" if is_dark[row, column] else INK
         text = texts[row * columns + column]
         panel.text(across, up, text, ha="center", va="center", size=6.0, color=colour)

@@ -28,12 +28,12 @@ from tendon_cli.cube.labels import plain
 from tendon_cli.figures.backend import Axes, Line2D, Patch
 from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO, house_style
+from tendon_cli.model.kinematics import Flags
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.tables.read import open_table
 from tendon_cli.tables.schema import as_numpy
 
 Values = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 Table = Mapping[str, npt.NDArray[Any]]
 
 _SERVED = OKABE_ITO[0]
@@ -97,7 +97,8 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
     styles = [_reason_style(place) for place in range(len(reasons))]
     key = _window_key(low, high, is_served)
     if np.isfinite(band).all():
-        key.append(Line2D([], [], label="serves enough between", **_LIMIT))
+        label = f"between these lines {say.percent(record['serve'])} or more are served"
+        key.append(Line2D([], [], label=label, **_LIMIT))
     for reason, style in zip(reasons, styles, strict=True):
         key.append(Line2D([], [], label=plain(reason["text"], width=60, lines=2), **style))
     unbalanced = int(np.isnan(low).sum())
@@ -106,6 +107,12 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
         notes.append(
             f"{unbalanced} of {len(low)} {kind} have no pretension at all at which the arm "
             "balances."
+        )
+    balanced = len(low) - unbalanced
+    if balanced > _MOST_LINES:
+        notes.append(
+            f"The figure shows {_MOST_LINES:,} of {balanced:,} windows, evenly spread over all "
+            "in their order."
         )
     page = framed(population["title"], 68.0, key, notes)
     shape: dict[str, Any] = {"ncols": 2, "width_ratios": [1.5, 1.0]} if has_bodies else {}

@@ -54,8 +54,9 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page
     ]
     key += _key(*drawn.works)
     text = choice_text(cube, chosen)
-    title = f"the window over the angle, {text}" if text else "the window over the angle"
-    page = answer_page(cube, record, title, 92.0, key, [*drawn.texts])
+    page = answer_page(
+        cube, record, "the window over the angle", 92.0, key, [*drawn.texts], subtitle=text
+    )
     panel = page.figure.subplots()
     has_window = (floor <= roof).tolist()
     area: dict[str, Any] = {"color": _AT_ANGLE, "linewidth": 0.0, "zorder": 0.5}

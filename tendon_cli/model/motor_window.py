@@ -18,7 +18,7 @@ import numpy as np
 
 from tendon_cli.model.actuator import SIDES, State, evaluate
 from tendon_cli.model.bounds import Bounds
-from tendon_cli.model.design import Design
+from tendon_cli.model.design import Design, map_arrays
 from tendon_cli.model.kinematics import Array, Flags, Real
 from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
 from tendon_cli.model.motor import gauss_rule, motor_rates, select_points
@@ -70,11 +70,15 @@ def narrow(
         bounds: Limits of the designs.
         loads: Least and largest load, kg; the motor's power is then the largest between.
     """
-    shape = windows.low.shape or (1,)
-    open_places = np.nonzero(windows.is_open.reshape(shape))
-    if not open_places[0].size or not bounds.of_motion:
+    if not windows.is_open.any() or not bounds.of_motion:
         return windows
-    columns = {name: np.array(values).reshape(shape) for name, values in vars(windows).items()}
+    # What changes no single state, such as the spool's radius, may change the motion of the spool.
+    designs = np.broadcast_shapes(windows.low.shape, _shape_of(design))
+    shape = designs or (1,)
+    columns = {
+        name: np.array(np.broadcast_to(values, shape)) for name, values in vars(windows).items()
+    }
+    open_places = np.nonzero(columns["low"] <= columns["high"])
     cut = Window(**{name: values[open_places] for name, values in columns.items()})
     open_designs = select_points(design, (*shape, 1, 1), open_places)
     motor = Motor(
@@ -93,7 +97,19 @@ def narrow(
         _cut_to_widest(cut, measures)
     for name, values in columns.items():
         values[open_places] = getattr(cut, name)
-    return Window(**{name: values.reshape(windows.low.shape) for name, values in columns.items()})
+    return Window(**{name: values.reshape(designs) for name, values in columns.items()})
+
+
+def _shape_of(design: Design) -> tuple[int, ...]:
+    """Return the shape of designs, without the axes of directions and angles."""
+    shapes: list[tuple[int, ...]] = []
+
+    def note(values: Array) -> Array:
+        shapes.append(values.shape[:-2])
+        return values
+
+    map_arrays(design, note)
+    return np.broadcast_shapes(*shapes)
 
 
 def motion_excess(

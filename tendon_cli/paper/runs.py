@@ -19,14 +19,12 @@ from tendon_cli.engine.sweep import Sweep
 from tendon_cli.friction.fit_result import Fit
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.window import window as window_of
 from tendon_cli.studies.load import load_study, study_from
 from tendon_cli.studies.study import Study
 from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solver import Solver
-
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 
 FOLDER = Path(__file__).parent / "studies"
 """Folder of the paper's studies."""

@@ -14,14 +14,8 @@ import numpy as np
 from tendon_cli.model import statics
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
-from tendon_cli.paper.runs import (
-    SIDES,
-    Array,
-    Flags,
-    Paper,
-    PaperTables,
-    relative_difference,
-)
+from tendon_cli.model.kinematics import Array, Flags
+from tendon_cli.paper.runs import SIDES, Paper, PaperTables, relative_difference
 from tendon_cli.paper.statements import Check, Evidence
 
 _RISE = 1.5
