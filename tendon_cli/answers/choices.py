@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
 import pyarrow as pa
 
-from tendon_cli import say
+from tendon_cli.answer_record import PopulationRecord, as_answer, value_of
 from tendon_cli.answers import tables as answer_tables
-from tendon_cli.answers.candidates import solve_part, summarise
 from tendon_cli.answers.people import GroupWindows, people_of, population
-from tendon_cli.answers.problem import Problem, question_of, rows_to_prove
-from tendon_cli.answers.question import goals_of
 from tendon_cli.answers.record import make_record, named_rows
-from tendon_cli.answers.text import answer_blocks
+from tendon_cli.answers.text import answer_blocks, answer_text
 from tendon_cli.engine.plan import part_range
 from tendon_cli.engine.table_columns import axis_column
 from tendon_cli.engine.task import FinalFile, Note, Task
@@ -28,6 +24,10 @@ from tendon_cli.space.axis import Axis
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import Column, arrays_of
 from tendon_cli.tables.write import RowTarget
+from tendon_cli.windows.candidates import solve_part, summarise
+from tendon_cli.windows.points import Points
+from tendon_cli.windows.question import Question, question_of, rows_to_prove
+from tendon_cli.windows.solver import Solver
 
 CHOICES_PER_PART = 2**17
 WINDOWS_PER_PART = 2**19
@@ -42,15 +42,15 @@ class Choices(Task):
 
     verb = "design"
 
-    def __init__(self, problem: Problem) -> None:
-        self.problem = problem
-        self.stop = problem.stop
-        self.persons = problem.group_axis
+    def __init__(self, question: Question, stop: threading.Event | None = None) -> None:
+        self.question = question
+        self.stop = stop or threading.Event()
+        self.solver = Solver(question, self.stop)
+        self.persons = question.group_axis
         """Axis of persons or draws, whose table is written last; None if there are neither."""
-        states = len(problem.choices) * len(problem.conditions) * problem.states_per_design
-        if states >= 2**63:
+        if question.states >= 2**63:
             raise SizeError("more than 2^63 states", hint="fewer values on an axis")
-        rows_to_prove(problem)  # a fault in it is raised before anything is solved
+        rows_to_prove(question)  # a fault in it is raised before anything is solved
 
     @classmethod
     def of(cls, study: Study, stop: threading.Event | None = None) -> Self:
@@ -59,12 +59,12 @@ class Choices(Task):
         Raises:
             TendonError: The study asks no question that can be answered.
         """
-        return cls(replace(question_of(study), stop=stop or threading.Event()))
+        return cls(question_of(study), stop)
 
     @property
     def study(self) -> Study:
         """Study that asks the question."""
-        return self.problem.study
+        return self.question.study
 
     @cached_property
     def tables(self) -> dict[str, int]:
@@ -72,7 +72,7 @@ class Choices(Task):
 
         Parts of choices follow from the question alone; conditions are one part.
         """
-        parts = -(-len(self.problem.choices) // self.length)
+        parts = -(-len(self.question.choices) // self.length)
         tables = {"choices": parts, "conditions": 1}
         if self.persons is not None:
             tables[f"{self.persons.key}s"] = 0
@@ -81,38 +81,38 @@ class Choices(Task):
     @property
     def length(self) -> int:
         """Number of choices in each part but the last."""
-        return max(1, min(CHOICES_PER_PART, WINDOWS_PER_PART // len(self.problem.conditions)))
+        return max(1, min(CHOICES_PER_PART, WINDOWS_PER_PART // len(self.question.conditions)))
 
     def part(self, index: int) -> range:
         """Return the choices of a part."""
-        return part_range(len(self.problem.choices), self.length, index)
+        return part_range(len(self.question.choices), self.length, index)
 
     @property
     def least_bytes(self) -> int:
         """Bytes that the tables take on a disk at the very least."""
-        return _LEAST_BYTES * len(self.problem.choices)
+        return _LEAST_BYTES * len(self.question.choices)
 
     def check_memory(self) -> None:
         """Raise SizeError if there are too many choices for memory."""
-        count = len(self.problem.choices)
+        count = len(self.question.choices)
         if count > MOST_IN_MEMORY:
             raise SizeError(f"{count:,} choices do not fit into memory", hint="name a folder")
 
     def columns(self, table: str) -> tuple[Column, ...]:
         """Return the columns of a table."""
         if table == "choices":
-            return answer_tables.choice_columns(self.problem)
+            return answer_tables.choice_columns(self.question)
         if table == "conditions" or self.persons is None:
-            return answer_tables.condition_columns(self.problem)
-        return answer_tables.person_columns(self.problem, self.persons)
+            return answer_tables.condition_columns(self.question)
+        return answer_tables.person_columns(self.question, self.persons)
 
     def rows(self, table: str, index: int) -> int:
         """Return the number of rows of a part of a table."""
         if table == "choices":
             return len(self.part(index))
         if table == "conditions" or self.persons is None:
-            return len(self.problem.conditions)
-        people = people_of(self.problem)
+            return len(self.question.conditions)
+        people = people_of(self.question)
         return len(self.persons if people is None else people.persons)
 
     def fill(self, tables: Mapping[str, RowTarget], index: int) -> Note:
@@ -126,16 +126,16 @@ class Choices(Task):
         """
         self.check_stopped()
         part = self.part(index)
-        solutions = solve_part(self.problem, np.arange(part.start, part.stop))
+        solutions = solve_part(self.solver, np.arange(part.start, part.stop))
         refined = np.zeros(len(part), dtype=np.bool_)
         on_front = np.zeros(len(part), dtype=np.bool_)
-        rows = {"choices": answer_tables.choice_rows(self.problem, solutions, refined, on_front)}
+        rows = {"choices": answer_tables.choice_rows(self.question, solutions, refined, on_front)}
         if "conditions" in tables:
-            rows["conditions"] = answer_tables.condition_rows(self.problem)
+            rows["conditions"] = answer_tables.condition_rows(self.question)
         for table, target in tables.items():
             count = self.rows(table, index)
             target.fill(count, columns_writer(rows[table], (count,)))
-        return summarise(solutions, goals_of(self.study))
+        return summarise(solutions, self.question.goals)
 
     def is_note(self, index: int, note: Any) -> bool:
         """Return True if the note of a part is as `fill` gives it."""
@@ -160,12 +160,11 @@ class Choices(Task):
 
     def results(self, notes: Sequence[Note]) -> dict[str, Any]:
         """Return the record of the answer, from the notes of all parts."""
-        record, chosen, row = make_record(self.problem, notes)
+        record, chosen, row = make_record(self.solver, notes)
         if self.persons is not None:
-            windows = GroupWindows.of(self.problem, chosen.columns)
-            record["population"] = population(self.problem, chosen, row, windows)
-        blocks = [*answer_blocks(self.problem, record)]
-        return record | {"blocks": blocks, "text": say.as_text(blocks, self.study)}
+            windows = GroupWindows.of(self.solver, chosen.points)
+            record["population"] = population(self.solver, chosen, row, windows)
+        return {**record, "blocks": [*answer_blocks(record)], "text": answer_text(record)}
 
     def warnings(self, record: Mapping[str, Any]) -> list[str]:  # noqa: ARG002
         """Return no warnings: the record has its notes."""
@@ -183,7 +182,8 @@ class Choices(Task):
             record: The record of the answer.
             read: Function that reads a file of this task by its name.
         """
-        named, refined = named_rows(record)
+        answer = as_answer(record)
+        named, refined = named_rows(answer)
         final = self.parts - 1
         columns = self.columns("choices")
         for index in sorted({choice // self.length for choice in named} | {final}):
@@ -196,9 +196,12 @@ class Choices(Task):
             values = {}
             for column in columns:
                 of_grid = before[column.name][: len(part)]  # without what was added before
-                of_added = [answer_tables.as_value(column, row[column.name]) for row in added]
+                of_added = [
+                    answer_tables.as_value(column, value_of(row, column.name)) for row in added
+                ]
                 of_named = [
-                    answer_tables.as_value(column, named[choice][column.name]) for choice in choices
+                    answer_tables.as_value(column, value_of(named[choice], column.name))
+                    for choice in choices
                 ]
                 whole = np.concatenate([of_grid, np.array(of_added, dtype=column.dtype)])
                 whole[places] = of_named
@@ -206,19 +209,21 @@ class Choices(Task):
             count = len(part) + len(added)
             yield name, self.layout("choices", index, count), columns_writer(values, (count,))
 
-        if self.persons is not None:
-            yield self._persons_file(self.persons, record["population"])
+        population = answer["population"]
+        if self.persons is not None and population is not None:
+            yield self._persons_file(self.persons, population)
 
-    def _persons_file(self, axis: Axis, population: Mapping[str, Any]) -> FinalFile:
+    def _persons_file(self, axis: Axis, population: PopulationRecord) -> FinalFile:
         """Return the file of persons or draws under the choice that the record names first."""
         table = f"{axis.key}s"
-        chosen = {}
-        for along in self.problem.choices.axes:
-            value = population["values"][along.column]
-            chosen[along.column] = np.array([answer_tables.as_value(axis_column(along), value)])
+        columns = {}
+        for along in self.question.choices.axes:
+            value = answer_tables.as_value(axis_column(along), population["values"][along.column])
+            columns[along.column] = np.array([value])
+        chosen = Points.of_columns(self.question.choices, columns, 1)
         pretension = np.nan if population["pretension"] is None else population["pretension"]
-        windows = GroupWindows.of(self.problem, chosen)
-        rows = answer_tables.person_rows(self.problem, axis, windows, chosen, pretension)
+        windows = GroupWindows.of(self.solver, chosen)
+        rows = answer_tables.person_rows(self.question, axis, windows, chosen, pretension)
         return (
             f"{table}.parquet",
             self.layout(table, 0),

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.answer_record import AnswerRecord, as_answer
 from tendon_cli.checks.check_text import (
     NO_EQUILIBRIUM,
     SLACK,
@@ -77,7 +78,7 @@ def check(
         )
     record = verified_record(folder)
     if record["verb"] == "design":
-        return _check_answer(record)
+        return _check_answer(as_answer(record))
     table = Run(record, folder).kept("designs")
     study = recorded_study(table.facts["study"])
     result = _check_designs(table, study, worst)
@@ -85,7 +86,7 @@ def check(
     return CheckResult(result["holds"], text, finite(result))
 
 
-def _check_answer(record: dict[str, Any]) -> CheckResult:
+def _check_answer(record: AnswerRecord) -> CheckResult:
     """Check that at least one choice of an answer has a window."""
     choices = record["choices"]
     feasible = record["feasible"]

@@ -236,9 +236,11 @@ def _cost_of_sweep(
 
 def _size_of_design(study: "Study") -> tuple[dict[str, Any], str]:
     """Return the size of the question that a study asks, as a record and as text."""
-    from tendon_cli.answers.problem import question_of
+    from tendon_cli.answers.question_facts import notes_of
+    from tendon_cli.windows.question import question_of
 
     question = question_of(study)
+    notes = notes_of(question)
     record: dict[str, Any] = {"name": study.name}
     lines = [f"{study.name}: nothing is written by --dry-run"]
     for name, product in (("choices", question.choices), ("conditions", question.conditions)):
@@ -247,9 +249,9 @@ def _size_of_design(study: "Study") -> tuple[dict[str, Any], str]:
         lines.append(f"  {name:<12} {len(product):,}" + (f"  ({axes})" if axes else ""))
     record["windows"] = len(question.choices) * len(question.conditions)
     record["states"] = record["windows"] * question.states_per_design
-    record["notes"] = list(question.notes)
+    record["notes"] = notes
     lines += [f"  {name:<12} {record[name]:,}" for name in ("windows", "states")]
-    lines += [f"  note         {note}" for note in question.notes]
+    lines += [f"  note         {note}" for note in notes]
     return record, "\n".join(lines)
 
 

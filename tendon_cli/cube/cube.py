@@ -16,6 +16,7 @@ from tendon_cli import say
 from tendon_cli.cube.axes import ANGLE, LOAD, Ints, axes_of, columns_of_names
 from tendon_cli.cube.columns import ColumnArray, TableColumns
 from tendon_cli.cube.labels import ColumnLabel, as_read
+from tendon_cli.cube.room import bounded_column, bounded_values, has_bounded_column, room_to
 from tendon_cli.engine.states import WorkedOut
 from tendon_cli.errors import InputError, TendonError, UsageError
 from tendon_cli.quantities import SIDES, Quantity
@@ -219,6 +220,20 @@ class Cube:
         return self.table_columns.compute(
             names, self._stored(rows, self.table_columns.stored(names))
         )
+
+    def room(self, limit: str, rows: Ints) -> npt.NDArray[np.float64]:
+        """Return the room that a limit of the study leaves at some rows.
+
+        It is positive where the limit is kept, negative where it is broken, and NaN where there is
+        nothing to compare; SI, in the shape of `rows`.
+        """
+        column = bounded_column(limit)
+        is_column = column in self.columns and self.with_sides(column) == [column]
+        if is_column and has_bounded_column(limit, self.kind):
+            values = self.gather(rows, [column])[column]
+        else:
+            values = bounded_values(self.study, self.kind, limit, rows)
+        return room_to(limit, values, self.limits[limit])
 
     def _stored(self, rows: Ints, names: list[str]) -> dict[str, ColumnArray]:
         """Read columns of the table at some rows, in the shape of `rows`."""

@@ -66,7 +66,8 @@ def arm_page(study: Study, elbow_angles: Sequence[float] = (), case: str | None 
         angles = [float(study_angles[place]) for place in evenly_spaced(len(study_angles), 4)]
     remarks = list(sizes.remarks)
     if len(angles) > _MOST_ANGLES:
-        remarks.append(f"{_MOST_ANGLES} of {len(angles)} elbow angles drawn, evenly chosen.")
+        shown = f"{_MOST_ANGLES} of {len(angles)} elbow angles"
+        remarks.append(f"The figure shows {shown}, evenly spread.")
         angles = [angles[place] for place in evenly_spaced(len(angles), _MOST_ANGLES)]
     names = (study.title or study.name, case)
     title = ", ".join(name for name in names if name)

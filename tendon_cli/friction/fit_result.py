@@ -138,7 +138,8 @@ class Fit(Displayed):
     """Table of means over parts of strokes, by which the rig is checked.
 
     It has `way`, `force` at the load, `rate` d ln F/dt if there is a time, `misfit` of the log
-    ratio before effects, and the part of it that the `effects` that were fitted explain.
+    ratio before effects, the part of it that the `effects` that were fitted explain, and the part
+    of these that a `delay` explains.
     """
     checks: tuple[Check, ...]
     notes: tuple[str, ...]

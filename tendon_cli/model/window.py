@@ -18,7 +18,7 @@ from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds, bound_ends
 from tendon_cli.model.design import Design
 from tendon_cli.model.extremes import Extremes
-from tendon_cli.model.kinematics import Array, Flags
+from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import (
     EXTENSOR_SLACK,
     FLEXOR_SLACK,
@@ -31,8 +31,6 @@ from tendon_cli.model.limits import (
 from tendon_cli.model.setting import pretension_of, reading_at
 from tendon_cli.model.statics import SLACK_TOLERANCE
 
-Positions = npt.NDArray[np.int64]
-"""Indices into an array, such as those of states among all states of a design."""
 Element = TypeVar("Element", bound=np.generic)
 
 
@@ -47,10 +45,10 @@ class Ends:
     """Smallest pretension of both sides, at least 0, N."""
     high: Array
     """Largest pretension, N; infinite if nothing bounds it."""
-    low_state: Positions
+    low_state: Rows
     """Index of the binding state among the design's states; where the ends are NaN, of the first
     state that no pretension satisfies; -1 if the limit belongs to no state."""
-    high_state: Positions
+    high_state: Rows
     """The same for the largest."""
     low_angle: Array
     """Elbow angle that binds, rad, if it differs from that of the state (`whole_motion`), else
@@ -130,7 +128,7 @@ def begin(shape: tuple[int, ...]) -> Extremes:
     return {name: np.full(shape, start) for name, start in starts.items()}
 
 
-def fold(folded: Extremes, at: State, bounds: Bounds, states: Positions) -> None:
+def fold(folded: Extremes, at: State, bounds: Bounds, states: Rows) -> None:
     """Tighten ends by more states, in place.
 
     Args:
@@ -236,7 +234,7 @@ def with_binding_limits(
     broken = _drop_state_axes(_broken_by_design(design, bounds))
     directions = np.broadcast_to(flexion, (len(flexion), elbow_angle.size))
 
-    def binding(state: Positions, beside: Array, *, upper: bool) -> Codes:
+    def binding(state: Rows, beside: Array, *, upper: bool) -> Codes:
         """Return the codes of the limits that bind in states, or at the angles `beside` them."""
         direction, place = np.divmod(np.maximum(state, 0), elbow_angle.size)
         angle = np.where(np.isnan(beside), elbow_angle.ravel()[place], beside)

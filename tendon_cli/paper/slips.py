@@ -14,7 +14,8 @@ import numpy as np
 from tendon_cli.model import statics
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
-from tendon_cli.paper.runs import Array, Flags, Paper, PaperTables, relative_difference
+from tendon_cli.model.kinematics import Array, Flags
+from tendon_cli.paper.runs import Paper, PaperTables, relative_difference
 from tendon_cli.paper.statements import Check, Evidence
 from tendon_cli.quantities import SIDES
 

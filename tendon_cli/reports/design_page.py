@@ -11,6 +11,7 @@ import numpy as np
 import pyarrow as pa
 
 from tendon_cli import say
+from tendon_cli.answer_record import AnswerRecord, value_of
 from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.choice_grid import conflicts_of, over_angle, position, pretension_name
 from tendon_cli.cube.columns import ColumnArray
@@ -78,7 +79,7 @@ _WORDS = ("from_by", "to_by")
 """Columns of words: the limits that bound the window below and above."""
 
 
-def design_page(folder: Path, record: dict[str, Any]) -> str:
+def design_page(folder: Path, record: AnswerRecord) -> str:
     """Return the page of an answer.
 
     Args:
@@ -116,7 +117,7 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
         between=between,
     )
 
-    answer = html.blocks(record.get("blocks") or [say.sentence(record["text"])])
+    answer = html.blocks(record["blocks"])
     answer += html.notes(thinning_text(axes, left_out))
     parts: dict[str, html.Part] = {}
     if axes:
@@ -218,14 +219,14 @@ def _table(
     return {"rows": len(read["feasible"]), "columns": records}
 
 
-def _start(record: dict[str, Any], axes: Sequence[PageAxis]) -> list[int] | None:
+def _start(record: AnswerRecord, axes: Sequence[PageAxis]) -> list[int] | None:
     """Return the page's positions nearest to the best choice, at which the map opens; else None."""
-    best = record.get("best")
+    best = record["best"]
     if best is None:
         return None
     start = []
     for axis in axes:
-        place = int(position(axis.axis, best[axis.axis.column])[0])
+        place = int(position(axis.axis, value_of(best, axis.axis.column))[0])
         start.append(int(np.argmin(np.abs(axis.positions - place))))
     return start
 
@@ -275,7 +276,7 @@ def _condition_name(conditions: Space, condition: Ints) -> str:
     return ", ".join(words)
 
 
-def _between(record: dict[str, Any], bounds: Mapping[str, float]) -> dict[str, Any] | None:
+def _between(record: AnswerRecord, bounds: Mapping[str, float]) -> dict[str, Any] | None:
     """Return each limit's bound on the pretension over the angle, for the choice named first.
 
     Args:
@@ -321,7 +322,7 @@ MOST_PERSONS = 5000
 _USUAL_MEASURES = ("biceps_circumference", "weight")
 
 
-def people_record(record: dict[str, Any], persons: pa.Table | None) -> dict[str, Any] | None:
+def people_record(record: AnswerRecord, persons: pa.Table | None) -> dict[str, Any] | None:
     """Return the persons of an answer as JSON, over two measures of the body.
 
     These are measures that explain who is not served, or else the usual ones.

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
+from tendon_cli.answer_record import as_answer
 from tendon_cli.cube.columns import TRUTHS, ColumnArray
 from tendon_cli.cube.cube import Cube, cube_of
 from tendon_cli.engine.results import AnyResult, Run, folder_of, verified_record
@@ -121,7 +122,7 @@ def _page(folder: Path) -> str:
         return _paper_page(folder)
     record = verified_record(folder)
     if record["verb"] == "design":
-        return design_page(folder, record)
+        return design_page(folder, as_answer(record))
     return _sweep_page(folder, Run(record, folder))
 
 

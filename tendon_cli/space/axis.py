@@ -10,7 +10,7 @@ from typing import Any, Literal, Self
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model.kinematics import Array, Real
+from tendon_cli.model.kinematics import Array, Real, Rows
 from tendon_cli.quantities import SIDES
 
 CASE_AXIS = "case"
@@ -42,8 +42,6 @@ Numbers = Mapping[str, Array]
 
 A value is NaN if its row does not set the number.
 """
-Rows = npt.NDArray[np.int64]
-"""Indices of rows."""
 Box = tuple[slice, ...]
 """A slice of each axis."""
 _SCALE = "scale of "

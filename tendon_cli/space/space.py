@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model.design import READINGS, Design, Limb, Posture, Side
-from tendon_cli.model.kinematics import Anchors, Array, Excursion, Flag
+from tendon_cli.model.kinematics import Anchors, Array, Excursion, Flag, Rows
 from tendon_cli.model.limits import GIVEN
 from tendon_cli.model.setting import with_set_pretension
 from tendon_cli.quantities import SIDES
@@ -34,7 +34,6 @@ from tendon_cli.space.axis import (
     NamedAxis,
     Numbers,
     Role,
-    Rows,
     Varying,
     of_side,
     scale_of,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from tendon_cli import say
 from tendon_cli.space.axis import NAMED_AXES, Axis, NamedAxis, split_side
@@ -46,9 +46,21 @@ def name_words(axis: Axis, name: str, *, in_brackets: bool = False) -> str:
         name: The name.
         in_brackets: True for words that stand in brackets: "d88: b₁ 88 mm".
     """
+    is_named = isinstance(axis, NamedAxis)
     told = told_words(axis, name, parameter)
-    is_of_a_table = isinstance(axis, NamedAxis) and axis.key not in NAMED_AXES
-    shown = f"{axis.key} {name}" if is_of_a_table else name
+    return row_name(axis.key if is_named else "", name, told, in_brackets=in_brackets)
+
+
+def row_name(key: str, name: str, told: str, *, in_brackets: bool = False) -> str:
+    """Say the name of a row with what tells it from others: "d88 (b₁ 88 mm)", "spring A2".
+
+    Args:
+        key: Key of a named axis; empty for another axis.
+        name: The name.
+        told: What tells the row from the others, in words; may be empty.
+        in_brackets: True for words that stand in brackets: "d88: b₁ 88 mm".
+    """
+    shown = f"{key} {name}" if key and key not in NAMED_AXES else name
     if not told:
         return shown
     return f"{shown}: {told}" if in_brackets else f"{shown} ({told})"
@@ -64,8 +76,13 @@ def told_words(axis: Axis, name: str, number: Callable[[str, float], str]) -> st
     """
     if not isinstance(axis, NamedAxis):
         return ""
+    return numbers_in_words(axis.told_by(axis.names.index(name)), number)
+
+
+def numbers_in_words(told: Mapping[str, float], number: Callable[[str, float], str]) -> str:
+    """List the numbers that tell a row from others; words of a study are told as words."""
     words = []
-    for key, value in axis.told_by(axis.names.index(name)).items():
+    for key, value in told.items():
         options = WORDS_OF.get(split_side(key)[0])
         words.append(
             number(key, value) if options is None else word_of_key(key, options[int(value)])
