@@ -12,7 +12,17 @@ import tendon_cli
 
 PACKAGE = Path(tendon_cli.__file__).parent
 FILES = sorted(PACKAGE.rglob("*.py"))
-GROUND = {"cells", "errors", "files", "quantities", "say", "display", "units", "version"}
+GROUND = {
+    "cells",
+    "errors",
+    "files",
+    "quantities",
+    "say",
+    "display",
+    "registry",
+    "units",
+    "version",
+}
 ROOMS = ("figures", "friction", "engine")
 BELOW_THE_ROOMS = {"studies", "space", "tables", "model", *GROUND}
 THE_FACE = ""
@@ -26,7 +36,8 @@ MAY_IMPORT = {
     "files": {"errors", "units"},
     "cells": {"errors"},
     "quantities": {"units"},
-    "display": set(),
+    "display": {"registry"},
+    "registry": set(),
     "units": set(),
     "model": {"quantities", "units", "errors"},
     "say": {"model", "quantities", "units"},
@@ -40,16 +51,15 @@ MAY_IMPORT = {
     "engine": {"kernel", *BELOW_THE_ROOMS},
     "answers": {"engine", "kernel", "figures", *BELOW_THE_ROOMS},
     "checks": {"answers", "cube", *ROOMS, *BELOW_THE_ROOMS},
-    "reports": {"cube", "summary", *ROOMS, *BELOW_THE_ROOMS},
+    "reports": {"cube", *ROOMS, *BELOW_THE_ROOMS},
     "paper": {"answers", "cube", *ROOMS, *BELOW_THE_ROOMS},
     "state_page": {"figures", "engine", *BELOW_THE_ROOMS},
-    "summary": {"cube", "engine", *BELOW_THE_ROOMS},
     "arms": {"studies"},
 }
 MAY_IMPORT["face"] = {name for name in MAY_IMPORT if name not in ("startup", "terminal")}
 MAY_IMPORT[THE_FACE] = set(MAY_IMPORT) - {"startup", "terminal"}
 MAY_IMPORT["commands"] = set(MAY_IMPORT)
-MAY_IMPORT["cli"] = {"commands", "terminal", "startup", "errors", "version"}
+MAY_IMPORT["cli"] = {"commands", "registry", "terminal", "startup", "errors", "version"}
 MAY_IMPORT["__main__"] = {"cli", "startup"}
 
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from tendon_cli.answers.question import Goal
 from tendon_cli.engine.results import Result, along_own_axes, framed, variables_of, xarray_library
-from tendon_cli.studies.load import recorded_study
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -27,6 +26,13 @@ _UNDER = (
 @dataclass(frozen=True, eq=False, repr=False)
 class Answer(Result):
     """An answer: `record` as in `design.json`, its tables, and the answer as `text`."""
+
+    drawn_by: ClassVar[str] = "tendon_cli.face.page_of_answer"
+
+    @property
+    def is_negative(self) -> bool:
+        """True if no choice has a window."""
+        return not self.feasible
 
     @property
     def best(self) -> dict[str, Any] | None:
@@ -120,7 +126,7 @@ class Answer(Result):
         conditions = variables_of(
             self.table("conditions"), {"condition": self.record["conditions"]}
         )
-        problem = question_of(recorded_study(self.record))
+        problem = question_of(self.study)
         count = len(problem.choices)
         if count * len(problem.conditions) <= _MOST_WINDOWS:
             ends = problem.ends(problem.choices.numbers(np.arange(count)), count)

@@ -14,6 +14,7 @@ import pyarrow as pa
 from tendon_cli import say
 from tendon_cli.answers import tables as answer_tables
 from tendon_cli.answers.candidates import solve_part, summarise
+from tendon_cli.answers.design_kind import DESIGN
 from tendon_cli.answers.people import GroupWindows, people_of, population
 from tendon_cli.answers.problem import Problem, question_of, rows_to_prove
 from tendon_cli.answers.question import goals_of
@@ -39,7 +40,7 @@ _LEAST_BYTES = 40
 class Choices(Task):
     """Task that solves every choice of a question under its conditions, and records the answer."""
 
-    verb = "design"
+    kind = DESIGN
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem

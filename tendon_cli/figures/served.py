@@ -21,6 +21,7 @@ from tendon_cli.figures.backend import Axes, Line2D, Patch
 from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO, house_style
 from tendon_cli.quantities import QUANTITIES
+from tendon_cli.registry import by_name
 from tendon_cli.tables.read import open_table
 from tendon_cli.tables.schema import as_numpy
 
@@ -54,7 +55,7 @@ def draw_population(folder: Path, record: dict[str, Any], out: Path) -> list[str
         OutputError: A file cannot be written.
     """
     kind = "persons" if "person" in record["population"]["counts"] else "draws"
-    table = open_table(folder / f"{kind}.parquet").read()
+    table = open_table(folder / f"{kind}.parquet", by_name(record)).read()
     rows = {name: as_numpy(table.column(name)) for name in table.column_names}
     with house_style():
         pages = {"for_whom": for_whom(record, rows), "how_sure": how_sure(record)}
