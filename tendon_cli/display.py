@@ -5,6 +5,7 @@ from __future__ import annotations
 from os import PathLike
 from typing import Any, ClassVar
 
+from tendon_cli.errors import UsageError
 from tendon_cli.registry import load
 
 _MOST_LINES = 15
@@ -18,8 +19,8 @@ class Displayed:
     the only way from a result up to its figures.
     """
 
-    drawn_by: ClassVar[str]
-    """Full dotted name of the function that draws the result as a `Page`.
+    drawn_by: ClassVar[str] = ""
+    """Full dotted name of the function that draws the result as a `Page`; empty without one.
 
     It takes the result, what to draw, and the options of `plot`, and raises UsageError.
     """
@@ -45,6 +46,8 @@ class Displayed:
         Raises:
             UsageError: This cannot be drawn.
         """
+        if not self.drawn_by:
+            raise UsageError("this result has no picture")
         return load(self.drawn_by)(self, what, how).shown(out)
 
     def __repr__(self) -> str:

@@ -36,7 +36,7 @@ MAY_IMPORT = {
     "files": {"errors", "units"},
     "cells": {"errors"},
     "quantities": {"units"},
-    "display": {"registry"},
+    "display": {"errors", "registry"},
     "registry": set(),
     "units": set(),
     "model": {"quantities", "units", "errors"},

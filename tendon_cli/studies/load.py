@@ -160,9 +160,6 @@ def varied_study(study: Study, settings: Mapping[str, Any]) -> Study:
     return varied.ordered(varied.axes, study.sources)
 
 
-Study.check_changed = varied_study
-
-
 def recorded_study(record: Mapping[str, Any]) -> Study:
     """Return the study of a run or a table from its `Study.record`, without its files."""
     axes = tuple(record["axes"])

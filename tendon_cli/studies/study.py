@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Annotated, Any, ClassVar
 
@@ -15,6 +14,7 @@ from pydantic import PrivateAttr
 from tendon_cli import say
 from tendon_cli.display import Displayed
 from tendon_cli.model.trajectory import Trajectory
+from tendon_cli.registry import load
 from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, PERSON_AXIS
 from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies import parts
@@ -39,6 +39,8 @@ __all__ = ["Key", "Study", "keys"]
 
 _GIVEN_TABLES = ("load", "joint", "anchor", "setting", "arm")
 """Tables of numbers that a designer does not decide."""
+_VARIED = "tendon_cli.studies.load.varied_study"
+"""Function behind `vary`, by its name: what checks studies takes them, and lies above."""
 _UNNAMED = "study"
 """Name of a study that has none."""
 _MAX_VALUES = 6
@@ -87,11 +89,6 @@ class Study(Displayed, Part):
     """Files that gave numbers of the study, by the key that names each."""
 
     drawn_by: ClassVar[str] = "tendon_cli.face.page_of_study"
-    check_changed: ClassVar[Callable[[Study, Mapping[str, Any]], Study]]
-    """Returns a study with other values, checked; `studies/load.py`, which checks, sets it.
-
-    Checks take studies, so this module cannot import them.
-    """
 
     @property
     def text(self) -> str:
@@ -123,7 +120,8 @@ class Study(Displayed, Part):
             StudyError: The study with these values has faults.
             UsageError: A setting has no place in a study.
         """
-        return Study.check_changed(self, settings)
+        varied: Study = load(_VARIED)(self, settings)
+        return varied
 
     def replaced(self, parts: dict[str, Any]) -> Study:
         """Return the same study with some of its tables replaced.
