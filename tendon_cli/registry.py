@@ -11,10 +11,9 @@ that lies above it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module
-from typing import Any
+from typing import Any, NamedTuple
 
 KINDS: tuple[str, ...] = (
     "tendon_cli.engine.sweep_kind.SWEEP",
@@ -23,8 +22,7 @@ KINDS: tuple[str, ...] = (
 """Names of the kinds of tasks, in the order in which they are listed."""
 
 
-@dataclass(frozen=True)
-class TableKind:
+class TableKind(NamedTuple):
     """A table that a task writes."""
 
     name: str
@@ -40,8 +38,7 @@ class TableKind:
     """Column that is true in rows that follow after those of the product; empty without such."""
 
 
-@dataclass(frozen=True)
-class SettingOption:
+class SettingOption(NamedTuple):
     """Option of a command that sets a key of the study to a list of texts."""
 
     flag: str
@@ -51,16 +48,14 @@ class SettingOption:
     """The key, such as `design.prove`."""
 
 
-@dataclass(frozen=True)
-class FlagOption:
+class FlagOption(NamedTuple):
     """Option of a command that is given or not."""
 
     flag: str
     help: str
 
 
-@dataclass(frozen=True)
-class TaskKind:
+class TaskKind(NamedTuple):
     """A verb that computes: its command, its record, its tables, and what reads its results.
 
     Functions and classes are given by their full dotted names; empty where there is none.
