@@ -11,6 +11,7 @@ import pyarrow as pa
 from tendon_cli.cube.columns import TableColumns, column_named
 from tendon_cli.cube.cube import study_of
 from tendon_cli.engine.states import WorkedOut
+from tendon_cli.engine.sweep_kind import SWEEP
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import read_file
 from tendon_cli.model.body import DIMENSIONS
@@ -26,7 +27,7 @@ from tendon_cli.tables.schema import Column
 from tendon_cli.units import shorten
 from tendon_cli.version import RESULTS_VERSION
 
-_DRAWN = ("states", "designs")
+_DRAWN = SWEEP.table_names[::-1]
 """Tables of a sweep, the one first that is drawn if it has what is asked for."""
 _ONLY_IN_STATES = {"direction", "elbow_angle", "status", *OF_STATES}
 

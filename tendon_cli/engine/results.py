@@ -24,7 +24,7 @@ from tendon_cli.engine.table_columns import PlanColumns
 from tendon_cli.errors import FolderError, InputError, UsageError, install_hint
 from tendon_cli.files import result_path
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.registry import TaskKind, by_name, kind_of, load, record_names
+from tendon_cli.registry import TaskKind, by_name, kind_of, kinds, load, record_names
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.tables.read import TableFiles, open_table
@@ -262,7 +262,7 @@ def _verified_record(path: Path) -> dict[str, Any]:
             hint = f"`tendon {verb} --resume` finishes it; in Python {verb}(..., resume=True)"
             raise FolderError("holds an unfinished run", where=str(path), hint=hint)
         message = f"is not a run folder: it holds no {' or '.join(record_names())}"
-        hint = "`tendon sweep` or `tendon design` writes one"
+        hint = " or ".join(f"`tendon {verb}`" for verb in kinds()) + " writes one"
         raise InputError(message, where=str(path), hint=hint)
     for name in damaged_files(path, record):
         hint = f"`tendon {record['verb']} --resume` computes just this file again"
