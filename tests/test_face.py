@@ -300,3 +300,9 @@ def test_without_xarray_the_extra_is_named(study, monkeypatch):
     with pytest.raises(UsageError) as told:
         tendon.sweep(study).to_xarray()
     assert "-m pip install xarray" in told.value.hint
+
+
+def test_a_study_without_a_name_prints_as_a_study():
+    assert repr(tendon.study({})).startswith("study\n")
+    assert repr(tendon.study({"name": "suit"})).startswith("study suit\n")
+    assert repr(tendon.study({"name": "suit", "title": "Mine"})).startswith("suit: Mine\n")
