@@ -15,11 +15,12 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 GROUND = {
     "answer_record",
     "cells",
-    "display",
     "errors",
     "files",
     "quantities",
     "say",
+    "display",
+    "registry",
     "units",
     "version",
 }
@@ -37,7 +38,8 @@ MAY_IMPORT = {
     "files": {"errors", "units"},
     "cells": {"errors"},
     "quantities": {"units"},
-    "display": set(),
+    "display": {"errors", "registry"},
+    "registry": set(),
     "units": set(),
     "model": {"quantities", "units", "errors"},
     "say": {"answer_record", "model", "quantities", "units"},
@@ -52,16 +54,15 @@ MAY_IMPORT = {
     "windows": {"engine", "kernel", *BELOW_THE_ROOMS},
     "answers": {"windows", "engine", "kernel", "figures", *BELOW_THE_ROOMS},
     "checks": {"answers", "cube", *ROOMS, *BELOW_THE_ROOMS},
-    "reports": {"cube", "summary", *ROOMS, *BELOW_THE_ROOMS},
+    "reports": {"cube", *ROOMS, *BELOW_THE_ROOMS},
     "paper": {"windows", "cube", *ROOMS, *BELOW_THE_ROOMS},
     "state_page": {"figures", "engine", *BELOW_THE_ROOMS},
-    "summary": {"cube", "engine", *BELOW_THE_ROOMS},
     "arms": {"studies", "say"},
 }
 MAY_IMPORT["face"] = {name for name in MAY_IMPORT if name not in ("startup", "terminal")}
 MAY_IMPORT[THE_FACE] = set(MAY_IMPORT) - {"startup", "terminal"}
 MAY_IMPORT["commands"] = set(MAY_IMPORT)
-MAY_IMPORT["cli"] = {"commands", "terminal", "startup", "errors", "version"}
+MAY_IMPORT["cli"] = {"commands", "registry", "terminal", "startup", "errors", "version"}
 MAY_IMPORT["__main__"] = {"cli", "startup"}
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from tendon_cli.answer_record import (
     value_of,
 )
 from tendon_cli.engine.results import Result, along_own_axes, framed, variables_of, xarray_library
-from tendon_cli.studies.load import recorded_study
 from tendon_cli.windows.question import Goal
 
 if TYPE_CHECKING:
@@ -35,6 +34,13 @@ _UNDER = (
 @dataclass(frozen=True, eq=False, repr=False)
 class Answer(Result):
     """An answer: `record` as in `design.json`, its tables, and the answer as `text`."""
+
+    drawn_by: ClassVar[str] = "tendon_cli.face.page_of_answer"
+
+    @property
+    def is_negative(self) -> bool:
+        """True if no choice has a window."""
+        return not self.feasible
 
     @property
     def _answer(self) -> AnswerRecord:
@@ -130,7 +136,7 @@ class Answer(Result):
         library = xarray_library()
         table = self.table("choices")
         grid = table.filter(pc.invert(table.column("refined")))
-        question = question_of(recorded_study(self.record))
+        question = question_of(self.study)
         sizes = {axis.column: len(axis) for axis in question.choices.axes}
         names = [column.name for column in choice_columns(question) if column.is_axis]
         choices = variables_of(grid, sizes)

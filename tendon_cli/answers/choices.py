@@ -12,6 +12,7 @@ import pyarrow as pa
 
 from tendon_cli.answer_record import PopulationRecord, as_answer, value_of
 from tendon_cli.answers import tables as answer_tables
+from tendon_cli.answers.design_kind import DESIGN
 from tendon_cli.answers.people import GroupWindows, people_of, population
 from tendon_cli.answers.record import make_record, named_rows
 from tendon_cli.answers.text import answer_blocks, answer_text
@@ -40,7 +41,7 @@ _LEAST_BYTES = 40
 class Choices(Task):
     """Task that solves every choice of a question under its conditions, and records the answer."""
 
-    verb = "design"
+    kind = DESIGN
 
     def __init__(self, question: Question, stop: threading.Event | None = None) -> None:
         self.question = question

@@ -16,6 +16,7 @@ from tendon_cli.units import counted
 
 NO_EQUILIBRIUM = "no equilibrium"
 SLACK = "slack"
+NEGATIVE = "negative result"
 WORST = 10
 """Number of breaches, or of designs whose feasibility changed, that are listed by default."""
 
@@ -31,6 +32,8 @@ class CheckResult:
     """True if every design is within its limits, or if nothing changed."""
     text: str
     record: dict[str, Any]
+    verdict: str
+    """The result in two or three words."""
 
 
 def finite(value: Any) -> Any:
@@ -163,10 +166,9 @@ def _place_text(where: Record, cube: Cube) -> str:
     return ", ".join(words) or "the only row"
 
 
-def as_markdown(text: str, *, holds: bool) -> str:
-    """Convert the text of a check to Markdown, for a job's summary."""
+def as_markdown(text: str, verdict: str) -> str:
+    """Convert the text of a check to Markdown, for a job's summary, with the verdict above it."""
     head, *rest = text.split("\n")
-    verdict = "within limits" if holds else "negative result"
     lines = []
     for line in rest:
         is_item = line.startswith("  ")

@@ -72,13 +72,19 @@ def columns_of_names(
     return columns
 
 
-def axes_of(study: Study, kind: str) -> tuple[Axis, ...]:
-    """Return the axes of a study in a table of designs, states or choices, slowest first."""
+def choice_axes(study: Study) -> tuple[Axis, ...]:
+    """Return the axes of a table of choices, slowest first."""
+    return space_of(study).without_pretension().choices.axes
+
+
+def design_axes(study: Study) -> tuple[Axis, ...]:
+    """Return the axes of a table of designs, slowest first."""
+    return space_of(study).axes
+
+
+def state_axes(study: Study) -> tuple[Axis, ...]:
+    """Return the axes of a table of states, slowest first."""
     space = space_of(study)
-    if kind == "choices":
-        return space.without_pretension().choices.axes
-    if kind == "designs":
-        return space.axes
     if study.trajectory is not None:
         return (*space.axes, Axis(TIME, TIME, {TIME: study.trajectory.time}))
     direction = Axis(DIRECTION, DIRECTION, {}, study.motion.direction)

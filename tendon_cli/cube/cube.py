@@ -13,13 +13,15 @@ import numpy.typing as npt
 import pyarrow as pa
 
 from tendon_cli import say
-from tendon_cli.cube.axes import ANGLE, LOAD, Ints, axes_of, columns_of_names
+from tendon_cli.cube.axes import ANGLE, Ints, columns_of_names
 from tendon_cli.cube.columns import ColumnArray, TableColumns
 from tendon_cli.cube.labels import ColumnLabel, as_read
 from tendon_cli.cube.room import bounded_column, bounded_values, has_bounded_column, room_to
 from tendon_cli.engine.states import WorkedOut
+from tendon_cli.engine.sweep_kind import DEFINING, SWEEP
 from tendon_cli.errors import InputError, TendonError, UsageError
 from tendon_cli.quantities import SIDES, Quantity
+from tendon_cli.registry import load, table_kinds
 from tendon_cli.space.axis import SLACK, Axis
 from tendon_cli.studies.filters import Condition
 from tendon_cli.studies.load import recorded_study
@@ -29,13 +31,21 @@ from tendon_cli.tables.read import AnyTable
 from tendon_cli.tables.schema import as_numpy
 from tendon_cli.units import shorten
 
-_ALWAYS = ("pretension", "spring_stiffness", "spool_ratio", LOAD, "friction", "bend_angle")
-"""Columns that every table has, and that say what a design is."""
 _SLACK_LENGTHS = ("flexor_slack", "extensor_slack", "max_slack")
 _LARGEST = 1e150
 """Bound above any number of a study, below which all can be drawn."""
 _MOST_LISTED = 12
 """Most values of an axis that a hint lists."""
+_UNREADABLE = (
+    LookupError,
+    TypeError,
+    ValueError,
+    OverflowError,
+    AttributeError,
+    pa.ArrowException,
+    TendonError,
+)
+"""Errors of metadata that are not as tendon writes them."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +115,7 @@ class Cube:
         """Columns of numbers that say what a design is."""
         of_axes = [axis.column for axis in self.axes if not axis.is_text and axis.column != ANGLE]
         names = []
-        for name in dict.fromkeys([*_ALWAYS, *of_axes]):
+        for name in dict.fromkeys([*DEFINING, *of_axes]):
             names += self.with_sides(name)
         return names
 
@@ -276,48 +286,41 @@ def _null_of(kind: pa.DataType) -> tuple[Any, Any]:
     return ("", object) if pa.types.is_dictionary(kind) else (np.nan, np.float64)
 
 
-def cube_of(table: AnyTable, kinds: Sequence[str] = ("designs", "states")) -> Cube:
-    """Return a table by the axes of the study that its metadata hold.
+def cube_of(
+    table: AnyTable, study: Study | None = None, kinds: Sequence[str] = SWEEP.table_names
+) -> Cube:
+    """Return a table by the axes of its study.
 
     Args:
         table: The table.
-        kinds: Kinds of tables that are accepted.
+        study: Its study, if the caller has it already; else that of the table's metadata.
+        kinds: Names of the tables that are accepted.
 
     Raises:
         InputError: It is a table of another kind, or not as tendon writes it.
     """
     try:
-        kind = table.facts["table"]
-        record = table.facts["study"]
-        study = recorded_study(record)
-        axes = axes_of(study, kind)
+        kind = table_kinds()[table.facts["table"]]
+        if study is None:
+            study = study_of(table)
+        axes: tuple[Axis, ...] = load(kind.axes)(study)
         rows = table.rows
-        needed = {axis.column for axis in axes}
-        if kind == "choices":
-            rows -= int(as_numpy(table.read(["refined"])["refined"]).sum())
-        else:
-            needed.update(_ALWAYS)
+        if kind.beyond:
+            rows -= int(as_numpy(table.read([kind.beyond])[kind.beyond]).sum())
+        needed = {*kind.always, *(axis.column for axis in axes)}
         is_whole = needed <= {*table.schema.names} and rows == math.prod(map(len, axes))
-        if kind not in kinds or not _is_ours(table.schema) or not is_whole:
+        if kind.name not in kinds or not _is_ours(table.schema) or not is_whole:
             raise foreign(table)
         return Cube(
-            kind=kind,
+            kind=kind.name,
             axes=axes,
             table_columns=TableColumns.of(table.schema),
-            document=record["study"],
+            document=table.facts["study"]["study"],
             study=study,
             study_hash=str(table.facts["study_hash"]),
             table=table,
         )
-    except (
-        LookupError,
-        TypeError,
-        ValueError,
-        OverflowError,
-        AttributeError,
-        pa.ArrowException,
-        TendonError,
-    ):
+    except _UNREADABLE:
         raise foreign(table) from None
 
 
@@ -325,13 +328,39 @@ def cube_to_come(study: Study, kind: str) -> Cube:
     """Return the table of designs or states that a study will give.
 
     With it figures are planned before anything is computed.
+
+    Raises:
+        StudyError: The study cannot be swept.
     """
-    return cube_of(WorkedOut(study.record, study.hash, kind=kind))
+    table = WorkedOut(study, kind=kind)
+    return Cube(
+        kind=kind,
+        axes=load(table_kinds()[kind].axes)(study),
+        table_columns=TableColumns.of(table.schema),
+        document=study.document(),
+        study=study,
+        study_hash=study.hash,
+        table=table,
+    )
 
 
-def choices_of(table: AnyTable) -> Cube:
+def choices_of(table: AnyTable, study: Study | None = None) -> Cube:
     """Return the choices of an answer by the axes of their grid; raises as `cube_of` does."""
-    return cube_of(table, ("choices",))
+    return cube_of(table, study, ("choices",))
+
+
+def study_of(table: AnyTable) -> Study:
+    """Return the study of a table: the one of which it is worked out, or that of its metadata.
+
+    Raises:
+        InputError: The metadata hold no study.
+    """
+    if isinstance(table, WorkedOut):
+        return table.study
+    try:
+        return recorded_study(table.facts["study"])
+    except _UNREADABLE:
+        raise foreign(table) from None
 
 
 def _is_ours(schema: pa.Schema) -> bool:

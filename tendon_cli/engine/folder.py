@@ -12,15 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.engine.journal import JOURNAL, Journal
-from tendon_cli.engine.records import TABLES, difference, is_intact, read_record, write_record
+from tendon_cli.engine.records import difference, is_intact, read_record, write_record
 from tendon_cli.engine.task import PartResult, Task
 from tendon_cli.errors import FolderError, InputError, OutputError, SizeError, WorkersLostError
 from tendon_cli.files import LOCK, OF_A_RUN, output_errors
-from tendon_cli.tables.read import RECORDS, study_hash_of
+from tendon_cli.registry import record_names, table_kinds
+from tendon_cli.tables.read import study_hash_of
 from tendon_cli.tables.write import WrittenFile
 
-OURS = (*RECORDS.values(), JOURNAL, LOCK)
-"""Files of a run besides tables and figures."""
 _PART = re.compile(r"part-(\d{5,})\.parquet", re.ASCII)
 _READ_AS_PART = re.compile(r"part-.*\.parquet")
 """Names of files that readers of a folder of parts take for parts."""
@@ -57,7 +56,7 @@ class RunFolder:
         if overwrite:
             self._check_replaceable(existing)
             return
-        differs = difference(existing, self.task.verb, self.task.study)
+        differs = difference(existing, self.task.kind.verb, self.task.study)
         if differs is not None:
             hint = "--overwrite replaces it, --out writes elsewhere"
             raise self._refusal(f"holds a run of another study: {differs}", hint)
@@ -87,7 +86,7 @@ class RunFolder:
     def _is_of_this_study(self, name: str) -> bool:
         """Return True if a file, or a folder of parts, is a table of this study, or becomes one."""
         path = self.path / name
-        if path.is_symlink() or name not in {f"{table}.parquet" for table in TABLES}:
+        if path.is_symlink() or name not in {f"{table}.parquet" for table in table_kinds()}:
             return False
         files = [path]
         if not path.is_file():
@@ -102,7 +101,7 @@ class RunFolder:
         """
         listed = {entry["path"].partition(".")[0] for entry in existing.get("files", ())}
         listed.update(existing.get("tables", ()))
-        for table in TABLES:
+        for table in table_kinds():
             path = self.path / f"{table}.parquet"
             parts = self.task.tables.get(table)
             is_unlisted = parts is not None and table not in listed
@@ -195,7 +194,7 @@ class RunFolder:
             journal.figures = (*record["figures"], *journal.figures)
             journal.start({**identity, "parts": record.get("parts", 1), "tables": tables})
         with output_errors(self.path):
-            for name in RECORDS.values():
+            for name in record_names():
                 self._delete(name)  # first, so that what is half deleted does not look finished
             for name in journal.figures:
                 self._delete(name)
@@ -299,7 +298,8 @@ class RunFolder:
 
 def _is_ours(name: str) -> bool:
     """Return True if a run gives this name to a file in its folder that is no table or figure."""
-    return name in OURS or bool(OF_A_RUN.fullmatch(name) or _FIGURES.fullmatch(name))
+    is_named = name in (*record_names(), JOURNAL, LOCK)
+    return is_named or bool(OF_A_RUN.fullmatch(name) or _FIGURES.fullmatch(name))
 
 
 def _is_part(name: str) -> bool:

@@ -14,10 +14,11 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.engine.records import FIGURE_FILE, MOST_BYTES, TABLES, is_count
+from tendon_cli.engine.records import FIGURE_FILE, MOST_BYTES, is_count
 from tendon_cli.engine.task import PartResult
 from tendon_cli.errors import FolderError
 from tendon_cli.files import output_errors, read_file, write_whole
+from tendon_cli.registry import table_kinds
 from tendon_cli.tables.write import WrittenFile
 
 JOURNAL = "journal.jsonl"
@@ -140,7 +141,7 @@ def _is_header(entry: dict[str, Any]) -> bool:
     if not isinstance(tables, list) or not tables:
         return False
     return (
-        all(table in TABLES for table in tables)
+        all(table in table_kinds() for table in tables)
         and is_count(entry.get("parts"))
         and 0 < entry["parts"] <= _MOST_PARTS
         and type(entry.get("study_hash")) is str

@@ -12,19 +12,17 @@ from typing import Any
 
 from tendon_cli.errors import FolderError
 from tendon_cli.files import read_file, write_whole
+from tendon_cli.registry import TaskKind, kind_of, kinds, table_kinds
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.digest import file_sha256
-from tendon_cli.tables.read import RECORDS
 from tendon_cli.version import RESULTS_VERSION
 
-TABLES = ("designs", "states", "choices", "conditions", "persons", "draws")
-"""Tables that a run or an answer may have."""
 FIGURE_FILE = re.compile(r"[\w-][\w.-]*\.(png|svg|pdf)")
 """Names of figures."""
 MOST_BYTES = 2**30
 """Largest record or journal that is read."""
 
-_TABLE_FILE = re.compile(rf"({'|'.join(TABLES)})\.parquet(/part-\d{{5,}}\.parquet)?", re.ASCII)
+_TABLE_FILE = re.compile(r"(\w+)\.parquet(/part-\d{5,}\.parquet)?", re.ASCII)
 _ELSEWHERE = "choose another folder with --out, or delete this one yourself"
 
 _ALWAYS: dict[str, type] = {
@@ -34,20 +32,6 @@ _ALWAYS: dict[str, type] = {
     "results_version": int,
 }
 """Types of the entries that every record has had since the first version."""
-_COUNTS = {
-    "sweep": (
-        "designs",
-        "states",
-        "feasible",
-        "slack",
-        "no_equilibrium",
-        "unstable",
-        "parts",
-        "resumed_parts",
-    ),
-    "design": ("choices", "conditions", "feasible"),
-}
-"""Counts that every record of a command has had since the first version."""
 _LATER: dict[str, type] = {
     "sources": dict,
     "axes": list,
@@ -70,10 +54,10 @@ def read_record(folder: Path) -> dict[str, Any] | None:
         FolderError: A record is not as tendon wrote it, or there are two.
     """
     found = []
-    for verb, name in RECORDS.items():
-        record = _read_sealed(folder / name, verb)
+    for kind in kinds().values():
+        record = _read_sealed(folder / kind.record, kind)
         if record is not None:
-            found.append({"verb": verb, **record})
+            found.append({"verb": kind.verb, **record})
     if len(found) > 1:
         raise FolderError("contains the records of two runs", where=str(folder), hint=_ELSEWHERE)
     return found[0] if found else None
@@ -83,7 +67,7 @@ def write_record(folder: Path, record: dict[str, Any]) -> None:
     """Write a record with its checksum, whole or not at all; raises OutputError."""
     record["checksum"] = checksum(record)
     content = json.dumps(record, indent=2, ensure_ascii=False) + "\n"
-    write_whole(folder / RECORDS[record["verb"]], content.encode(), of_a_run=True)
+    write_whole(folder / kind_of(record).record, content.encode(), of_a_run=True)
 
 
 def checksum(record: dict[str, Any]) -> str:
@@ -92,7 +76,7 @@ def checksum(record: dict[str, Any]) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def _read_sealed(path: Path, verb: str) -> dict[str, Any] | None:
+def _read_sealed(path: Path, kind: TaskKind) -> dict[str, Any] | None:
     """Return a record as tendon wrote it, None if there is no file; raises FolderError."""
     try:
         record = json.loads(read_file(path, MOST_BYTES))
@@ -102,7 +86,7 @@ def _read_sealed(path: Path, verb: str) -> dict[str, Any] | None:
         record = None
     if isinstance(record, dict):
         is_as_written = record.get("checksum") == checksum(record)
-        if is_as_written and _is_sound(record, verb):
+        if is_as_written and _is_sound(record, kind):
             return record
     raise FolderError(
         f"holds a {path.name} that is not as tendon wrote it",
@@ -111,17 +95,17 @@ def _read_sealed(path: Path, verb: str) -> dict[str, Any] | None:
     )
 
 
-def _is_sound(record: dict[str, Any], verb: str) -> bool:
+def _is_sound(record: dict[str, Any], kind: TaskKind) -> bool:
     """Return True if every entry has its type, which a right checksum does not prove."""
-    kinds = {**_ALWAYS, **dict.fromkeys(_COUNTS[verb], int)}
-    kinds |= {name: kind for name, kind in _LATER.items() if name in record}
-    for name, kind in kinds.items():
+    expected = {**_ALWAYS, **dict.fromkeys(kind.counts, int)}
+    expected |= {name: later for name, later in _LATER.items() if name in record}
+    for name, expected_type in expected.items():
         value = record.get(name)
-        if type(value) is not kind:
+        if type(value) is not expected_type:
             return False
-        if kind is int and not is_count(value):
+        if expected_type is int and not is_count(value):
             return False
-    if record.get("verb", verb) != verb:
+    if record.get("verb", kind.verb) != kind.verb:
         return False
     if type(record.get("seconds")) not in (int, float) or not math.isfinite(record["seconds"]):
         return False
@@ -136,9 +120,12 @@ def _is_sound(record: dict[str, Any], verb: str) -> bool:
 def _is_file(entry: Mapping[str, Any]) -> bool:
     """Return True if an entry of a record describes a file of a table."""
     path = entry.get("path")
+    if not isinstance(path, str):
+        return False
+    named = _TABLE_FILE.fullmatch(path)
     return (
-        isinstance(path, str)
-        and _TABLE_FILE.fullmatch(path) is not None
+        named is not None
+        and named[1] in table_kinds()
         and isinstance(entry.get("sha256"), str)
         and is_count(entry.get("size"))
         and is_count(entry.get("rows", 0))

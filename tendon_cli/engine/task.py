@@ -17,6 +17,7 @@ import pyarrow as pa
 
 from tendon_cli.errors import Stopped
 from tendon_cli.files import OF_A_RUN
+from tendon_cli.registry import TaskKind
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import TableFiles
 from tendon_cli.tables.schema import Column, TableLayout, schema_of, versions
@@ -45,8 +46,8 @@ class Task(ABC):
     once. `stop` is set when its results are not wanted any more.
     """
 
-    verb: ClassVar[str]
-    """Command that runs it, sweep or design."""
+    kind: ClassVar[TaskKind]
+    """Kind of the task: its verb, its record, its tables, and who reads its results."""
     stop: threading.Event
 
     @classmethod
@@ -130,7 +131,7 @@ class Task(ABC):
         """Facts that two runs share if and only if they are the same."""
         study = self.study
         return {
-            "verb": self.verb,
+            "verb": self.kind.verb,
             "study_hash": study.hash,
             "results_version": RESULTS_VERSION,
             **study.record,

@@ -29,7 +29,9 @@ from tendon_cli.figures.frame import Page, grid_shape
 from tendon_cli.figures.served import draw_population
 from tendon_cli.figures.style import INK, OKABE_ITO, broken, hatch_key, house_style, unknown_hatch
 from tendon_cli.figures.window_over_angle import draw_between
+from tendon_cli.registry import by_name
 from tendon_cli.space.axis import evenly_spaced
+from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import open_table
 
 _WINDOW = "#b4d4ea"
@@ -50,23 +52,27 @@ _LETTER = 0.58
 Floats = npt.NDArray[np.float64]
 
 
-def draw_answer(folder: Path, record: Mapping[str, Any], out: Path) -> tuple[list[str], list[str]]:
+def draw_answer(
+    study: Study, folder: Path, out: Path, record: Mapping[str, Any]
+) -> tuple[list[str], list[str], None]:
     """Draw the figures of an answer, as far as there is something to draw.
 
     The figure `between` is drawn only on request, by `draw_between_samples`. A figure never costs
     an answer: errors are reported, not raised.
 
     Args:
+        study: Study of the answer.
         folder: Folder of the answer, whose tables are complete.
-        record: Record of the answer.
         out: Folder of the figures.
+        record: Record of the answer.
 
     Returns:
-        The names of the files, and a sentence for each figure that could not be drawn.
+        The names of the files; a sentence for each figure that could not be drawn; and None, as no
+        slack map is expected.
     """
     files: list[str] = []
     faults: list[str] = []
-    cube = choices_of(open_table(folder / "choices.parquet"))
+    cube = choices_of(open_table(folder / "choices.parquet", by_name(record)), study)
     for name in FIGURES:
         if name == "between":
             continue  # is drawn on request only
@@ -79,7 +85,7 @@ def draw_answer(folder: Path, record: Mapping[str, Any], out: Path) -> tuple[lis
     answer = as_answer(record)
     if answer["population"] is not None:
         files += draw_population(folder, answer, out)
-    return files, faults
+    return files, faults, None
 
 
 def answer_figure(name: str, cube: Cube, record: Mapping[str, Any]) -> Page | None:
@@ -93,18 +99,18 @@ def answer_figure(name: str, cube: Cube, record: Mapping[str, Any]) -> Page | No
     return None if page is None else page.of_joint(record)
 
 
-def draw_between_samples(folder: Path, record: Mapping[str, Any], out: Path | None) -> Path:
+def draw_between_samples(choices: Cube, record: Mapping[str, Any], out: Path | None) -> Path:
     """Draw the window over the angle for an answer.
 
     Args:
-        folder: Folder of the answer.
+        choices: Choices of the answer.
         record: Record of the answer.
         out: The file; by default a PNG in the working directory, named after the study.
 
     Raises:
         UsageError: The answer has no window over the angle.
     """
-    page = answer_figure("between", choices_of(open_table(folder / "choices.parquet")), record)
+    page = answer_figure("between", choices, record)
     if page is None:
         hint = "an answer with a window has them; `tendon design --overwrite` solves it anew"
         raise UsageError(

@@ -11,6 +11,7 @@ import re
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,7 @@ from tendon_cli.figures.backend import (
     ticker,
 )
 from tendon_cli.figures.style import MM, PAGE_WIDTH, format_of, render
-from tendon_cli.files import write_whole
+from tendon_cli.files import result_path, write_whole
 
 _TITLE_LINE = 4.0
 """Height of a line of the title, mm."""
@@ -97,6 +98,23 @@ class Page:
         about = {"title": self.title, "says": self.says, "study": self.study}
         write_whole(path, render(self.figure, format_of(path, "--out"), about))
         return path
+
+    def png(self) -> bytes:
+        """Return the page as a PNG."""
+        return render(self.figure, "png")
+
+    def shown(self, out: str | PathLike[str] | None = None) -> Figure:
+        """Return the figure, which a notebook shows as a PNG; write it to a file as well.
+
+        Args:
+            out: The file; None for none.
+
+        Raises the errors of `save`.
+        """
+        if out is not None:
+            self.save(result_path(out))
+        self.figure._repr_png_ = self.png  # type: ignore[attr-defined]
+        return self.figure
 
 
 def framed(

@@ -19,7 +19,6 @@ from tendon_cli.figures.backend import Axes, ticker
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.figures import FigureSpec
-from tendon_cli.studies.load import study_from
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import StudyNumber
 
@@ -257,7 +256,7 @@ def _values_of(study: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str
 @cache
 def _defaults() -> dict[str, Any]:
     """Return the resolved study in which everything is the default."""
-    return study_from({}).document()
+    return Study().document()
 
 
 def value_texts(cube: Cube, axis: Axis, at: Ints, units: Mapping[str, str]) -> list[str]:

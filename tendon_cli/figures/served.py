@@ -29,6 +29,7 @@ from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO, house_style
 from tendon_cli.model.kinematics import Flags
 from tendon_cli.quantities import QUANTITIES
+from tendon_cli.registry import by_name
 from tendon_cli.space.axis import evenly_spaced
 from tendon_cli.tables.read import open_table
 from tendon_cli.tables.schema import as_numpy
@@ -62,7 +63,7 @@ def draw_population(folder: Path, record: AnswerRecord, out: Path) -> list[str]:
         OutputError: A file cannot be written.
     """
     kind = "persons" if "person" in population_of(record)["counts"] else "draws"
-    table = open_table(folder / f"{kind}.parquet").read()
+    table = open_table(folder / f"{kind}.parquet", by_name(record)).read()
     rows = {name: as_numpy(table.column(name)) for name in table.column_names}
     with house_style():
         pages = {"for_whom": for_whom(record, rows), "how_sure": how_sure(record)}

@@ -297,7 +297,7 @@ def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
 
 def _choice_columns(study: Study, at_fault: set[str]) -> Iterator[str]:
     """Yield the columns of the axes that are choices, or would be if they were not at fault."""
-    for key in (*study.axes, *at_fault):
+    for key in (*study.axes, *sorted(at_fault)):
         is_choice = split_side(key)[0] != PRETENSION and key not in study.conditions
         if key in keys() and is_choice:
             yield keys()[key].column

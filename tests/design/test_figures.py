@@ -52,7 +52,7 @@ def test_every_answer_has_the_figures_that_its_axes_allow(content, figures, tmp_
     again = tmp_path / "again"
     again.mkdir()
     (again / "choices.parquet").write_bytes((out / "choices.parquet").read_bytes())
-    draw_answer(again, answer.record, again)
+    draw_answer(answer.study, again, again, answer.record)
     for name in names:
         assert (again / f"{name}.png").read_bytes() == (out / f"{name}.png").read_bytes()
 

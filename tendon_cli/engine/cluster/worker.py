@@ -21,8 +21,8 @@ from typing import Literal
 from tendon_cli.engine.journal import JOURNAL
 from tendon_cli.engine.task import PartMaker, PartResult, Task
 from tendon_cli.errors import OutputError, Stopped, TendonError, WorkersLostError
+from tendon_cli.registry import record_names
 from tendon_cli.studies.load import recorded_study
-from tendon_cli.tables.read import RECORDS
 from tendon_cli.tables.schema import versions
 from tendon_cli.version import RESULTS_VERSION
 
@@ -79,7 +79,7 @@ class Assignment:
         The journal of an unfinished run names the study, or the record of one that is repaired.
         """
         mark = f'"study_hash": "{self.study_hash}"'.encode()
-        for name in (JOURNAL, *RECORDS.values()):
+        for name in (JOURNAL, *record_names()):
             with contextlib.suppress(OSError), (Path(self.folder) / name).open("rb") as file:
                 beginning = file.readline() if name == JOURNAL else file.read(_HEAD)
                 if mark in beginning:
