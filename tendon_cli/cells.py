@@ -9,6 +9,8 @@ import csv
 import re
 from typing import Any
 
+import numpy as np
+
 from tendon_cli.errors import InputError
 
 SEPARATORS = {"\t": "tab", ";": "semicolon", ",": "comma"}
@@ -20,8 +22,7 @@ LONGEST_LINE = 64 * 2**10  # characters
 _COMMENT = ("#", "%", "//", "*")
 _AS_CSV = "save it as CSV in UTF-8 or UTF-16"
 _CONTROL = re.compile(rb"[\x01-\x08\x0e-\x1f\x7f-\x9f]")  # no Latin-1 text has these
-_BLOCK_BYTES = 1 << 26  # of a file that Arrow reads at once
-_ESCAPED_SEPARATOR = "\x1f"  # a separator inside a quoted cell, while Arrow reads the file
+_ESCAPED_SEPARATOR = "\x1f"  # a separator inside a quoted cell, while rows are split
 
 
 def lines_of(content: bytes, source: str) -> list[str]:
@@ -109,7 +110,6 @@ def texts_of(
     """
     import pyarrow as pa  # only files of rows pay for its import
     import pyarrow.compute as pc
-    from pyarrow import csv as table
 
     rows = [lines[position] for position in row_lines]
     commas = width - 1  # separators in a row without quotes that has every cell
@@ -119,18 +119,14 @@ def texts_of(
         found = cells_of(rows[index], separator, place)
         cells = _fit_to_columns(found, separator, place, width, needed)
         rows[index] = separator.join(cell.replace(separator, _ESCAPED_SEPARATOR) for cell in cells)
-    names = [str(index) for index in range(width)]
-    read = table.read_csv(
-        pa.py_buffer("\n".join(rows).encode()),
-        read_options=table.ReadOptions(column_names=names, block_size=_BLOCK_BYTES),
-        parse_options=table.ParseOptions(
-            delimiter=separator, quote_char=False, ignore_empty_lines=False
-        ),
-        convert_options=table.ConvertOptions(
-            column_types=dict.fromkeys(names, pa.string()), strings_can_be_null=False
-        ),
-    )
-    texts = [pc.utf8_trim_whitespace(column.combine_chunks()) for column in read.columns]
+    # Not by Arrow's reader of CSV: its threads may hold on to the text until the process ends, and
+    # end it by a crash.
+    cells_of_rows = pc.split_pattern(pa.array(rows, pa.string()), separator).flatten()
+    places = np.arange(len(rows)) * width
+    texts = [
+        pc.utf8_trim_whitespace(cells_of_rows.take(pa.array(places + column)))
+        for column in range(width)
+    ]
     if not unusual:
         return texts
     return [pc.replace_substring(text, _ESCAPED_SEPARATOR, separator) for text in texts]
