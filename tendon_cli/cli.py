@@ -48,6 +48,9 @@ app = typer.Typer(
 )
 
 
+_NO_BRACES = str.maketrans("", "", "{}")
+
+
 class _Command(typer.core.TyperCommand):
     """Command whose usage names values without braces and whose first sentence is never cut."""
 
@@ -55,7 +58,7 @@ class _Command(typer.core.TyperCommand):
         return " ".join((self.help or "").split("\n\n")[0].split())
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
-        return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
+        return [piece.translate(_NO_BRACES) for piece in super().collect_usage_pieces(ctx)]
 
 
 def _print_version(value: bool) -> None:

@@ -139,12 +139,14 @@ class TableFiles(AnyTable):
 
 
 def _read_part(file: Path, columns: list[str] | None) -> pa.Table:
-    """Read a file. Raise InputError if it is damaged."""
+    """Read a file. Raise InputError if it is damaged.
+
+    It starts no thread of Arrow's, under which the process might end; they gained nothing.
+    """
     # pq.read_table would import pandas.
-    with _damage_in(file):
-        source = pa.memory_map(str(file))
-        with pq.ParquetFile(source, page_checksum_verification=True) as parquet:
-            return parquet.read(columns=columns)
+    options = {"page_checksum_verification": True, "pre_buffer": False}
+    with _damage_in(file), pq.ParquetFile(pa.memory_map(str(file)), **options) as parquet:
+        return parquet.read(columns=columns, use_threads=False)
 
 
 @contextlib.contextmanager

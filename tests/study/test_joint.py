@@ -223,7 +223,7 @@ def test_moment_arms_of_opensim_are_integrated_into_the_same_joint():
     text = "\n".join(lines)
 
     excursion = from_opensim(text, "knee", "flex", "ext").encode()
-    curve = read_curve(excursion, "excursion.csv", EXCURSION)
+    curve, _ = read_curve(excursion, "excursion.csv", EXCURSION)
     angles = np.radians(np.linspace(0.0, 90.0, 31))
     flexor_slope = curve.spline("flexor")(angles, 1)
     extensor_slope = curve.spline("extensor")(angles, 1)
