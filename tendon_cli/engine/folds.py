@@ -169,7 +169,9 @@ class Folds:
 
             motion = plan.motion(block)
             of_states = window.window(design, *motion, bounds)
-            ends: window.Ends = narrow(of_states, design, *motion, bounds)
+            ends = narrow(of_states, design, *motion, bounds)
+            low = ends.low
+            high = ends.high
         else:
             folded = window.begin(block.shape[:-2])
             angles = len(plan.elbow_angles)
@@ -177,11 +179,12 @@ class Folds:
                 state = plan.state(stretch, design)
                 first_angle = stretch.angles.start
                 kernel.fold_window(folded, state, bounds, stretch.shape, first_angle, angles)
-            ends = window.finish(folded, design, bounds)
-        ends = window.as_read(ends, design)
+            low, high = window.pretensions(folded, design, bounds)
+        low = window.reading_of(low, design)
+        high = window.reading_of(high, design)
         return {
-            "pretension_from": ends.low,
-            "pretension_to": np.where(np.isinf(ends.high), np.nan, ends.high),
+            "pretension_from": low,
+            "pretension_to": extremes.nan_where(np.isinf(high), high),
         }
 
     def _stretches(self, block: Block) -> Iterator[Block]:

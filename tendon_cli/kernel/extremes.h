@@ -86,16 +86,16 @@ INLINE Extremes add_angles(Extremes e, const Lines *lines, const double *angle, 
 }
 
 /* Compute the lines at some angles and these angles, and add their loads. Returns the pretension
- * below which at least one of the states is slack. */
-static Lanes prepare_lines(Lines *lines, double *angle, LoadExtremes *loads,
+ * below which at least one of the states is slack. `is_plain` and `is_shared` are constants. */
+INLINE Lanes prepare_lines(Lines *lines, double *angle, LoadExtremes *loads,
                            const ExtremesCall *call, const Batch *b, const Drive *d, long first,
-                           long angles, int is_plain) {
+                           long angles, int is_plain, int is_shared) {
     Lanes limit = all_lanes(-INFINITY);
     Lanes in[IN_gravity_moment];
     long angle_step = call->angle->step[call->walk.axes - 1];
     for (long i = 0; i < angles; i++) {
         angle[i] = *(const double *)(call->angle->value + (first + i) * angle_step);
-        load_angle(b, in, first + i);
+        load_angle(b, in, first + i, is_shared);
         lines[i] = lines_at(d, in, is_plain);
         const Lines *l = &lines[i];
         limit = larger(l->limit, limit);
@@ -200,7 +200,12 @@ INLINE void fold_pretensions(const ExtremesCall *call, const Batch *b, const lon
     }
     for (long from = start; from < stop; from += ANGLES_AT_ONCE) {
         long angles = stop - from < ANGLES_AT_ONCE ? stop - from : ANGLES_AT_ONCE;
-        Lanes limit = prepare_lines(lines, angle, &loads, call, b, d, from, angles, is_plain);
+        Lanes limit;
+        if (b->shares_angles) {
+            limit = prepare_lines(lines, angle, &loads, call, b, d, from, angles, is_plain, 1);
+        } else {
+            limit = prepare_lines(lines, angle, &loads, call, b, d, from, angles, is_plain, 0);
+        }
         for (long p = 0; p < count; p++) {
             Lanes at = pretension[p];
             if (any(at < limit)) {
