@@ -266,14 +266,17 @@ def count_feasible_choices(plan: Plan, notes: Iterable[str]) -> int:
     Raises:
         ValueError: A text was not written for the designs of its part.
     """
-    shape = (*plan.shape, 1)  # one axis more, since a study may have none
-    axes = [*_choice_axes(plan), len(plan.shape)]
-    is_feasible = np.ones([shape[axis] for axis in axes], np.bool_)
+    choice_axes = _choice_axes(plan)
+    conditions = tuple(set(range(len(plan.shape))) - set(choice_axes))
+    is_feasible = np.ones([plan.shape[axis] for axis in choice_axes], np.bool_)
     for index, note in enumerate(notes):
         designs = plan.part(index)
         feasible = decode_feasible(note, len(designs))
         if feasible is None:
             raise ValueError(f"part {index} does not say which designs are feasible")
-        failing = np.unravel_index(designs.start + np.flatnonzero(~feasible), shape)
-        is_feasible[tuple(failing[axis] for axis in axes)] = False
+        for block in plan.blocks(designs):
+            start = block.first_design - designs.start
+            of_block = feasible[start : start + block.design_count].reshape(block.shape[:-2])
+            place = tuple(block.designs[axis] for axis in choice_axes)
+            is_feasible[place] &= of_block.all(axis=conditions)
     return int(is_feasible.sum())

@@ -133,8 +133,8 @@ INLINE Lanes load_input(const Batch *b, int input, long offset) {
     return values;
 }
 
-/* Load the inputs at an angle that depend on it in any joint. `is_shared` is a constant, true if the
- * lanes share them. */
+/* Load the inputs at an angle that depend on it in any joint. `is_shared` is a constant, true if
+ * the lanes share them. */
 INLINE void load_angle(const Batch *b, Lanes *in, long angle, int is_shared) {
     for (int i = IN_pulling_arm; i < IN_gravity_moment; i++) {
         long offset = angle * b->angle_step[i];
