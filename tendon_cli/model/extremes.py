@@ -18,7 +18,7 @@ from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import LIMITS, contact_pressure
 from tendon_cli.model.setting import Reading
 from tendon_cli.model.sheath import Sheathed
-from tendon_cli.model.statics import SLACK_TOLERANCE
+from tendon_cli.model.statics import SLACK_TOLERANCE, Balance
 from tendon_cli.quantities import OF_DESIGNS, QUANTITIES
 
 Extremes = dict[str, Array]
@@ -84,7 +84,7 @@ def fold(folded: Extremes, at: State, elbow_angle: Array) -> None:
         "highest_motor_torque": motor_torque,
         "min_elbow_stiffness": stiffness,
         "required_pretension": at.response.required,
-        "margin": np.fmin(at.balance.margin, lower_pretension),
+        "margin": np.fmin(_smallest_margin(at.balance), lower_pretension),
         "unstable": stiffness < 0.0,
         "no_equilibrium": np.isnan(at.coupling.moment_arm),
     }
@@ -129,6 +129,18 @@ def _extreme_tensions(tension: Array, sheath: Sheathed) -> tuple[Array, Array]:
     lowest = np.fmin.reduce(tension, axis=-1, keepdims=True)
     highest = np.fmax.reduce(tension, axis=-1, keepdims=True)
     return lowest, highest
+
+
+def _smallest_margin(balance: Balance) -> Array:
+    """Return the smallest margin of pretension over the elbow angles, N.
+
+    It is that of the largest required pretension, since rounding keeps order, unless the equivalent
+    pretension changes from angle to angle: then all margins are returned.
+    """
+    if np.shape(balance.pretension)[-1:] > (1,):
+        return balance.margin
+    required = np.fmax.reduce(np.atleast_1d(balance.response.required), axis=-1, keepdims=True)
+    return np.asarray(balance.pretension - required)
 
 
 def _slack_columns(at: State, elbow_angle: Array, no_equilibrium: Array) -> Extremes:
