@@ -28,9 +28,9 @@ typedef struct {
 
 /* Extremes over the same states of what scales along the sheath, and the smallest margin. */
 typedef struct {
-    Lanes low_x; /* smallest tension of the flexor at either end, N */
-    Lanes low_y; /* smallest tension of the extensor at either end, N */
-    Lanes high;  /* largest tension, N */
+    Lanes low_x;     /* smallest tension of the flexor at either end, N */
+    Lanes low_y;     /* smallest tension of the extensor at either end, N */
+    Lanes high;      /* largest tension, N */
     Lanes extension; /* largest extension of a spring, m */
     Lanes margin;    /* smallest margin of pretension, N */
 } ScaledExtremes;
@@ -68,7 +68,12 @@ INLINE ScaledExtremes no_scaled_extremes(void) {
     Lanes high = all_lanes(INFINITY);
     Lanes low = all_lanes(-INFINITY);
     return (ScaledExtremes){
-        .low_x = high, .low_y = high, .high = low, .extension = low, .margin = high};
+        .low_x = high,
+        .low_y = high,
+        .high = low,
+        .extension = low,
+        .margin = high,
+    };
 }
 
 /* Load extremes over no states. */
@@ -286,8 +291,7 @@ static void fold_each_angle(const ExtremesCall *call, const Batch *b, const long
             Lanes at = common_pretension(&own, x, y);
             Lanes margin = smaller(smaller(x, y), at - required);
             int any_slack = any(at < limit);
-            State s =
-                add_state(&extremes[p], &lines, &own, all_lanes(angle), at, any_slack, 0);
+            State s = add_state(&extremes[p], &lines, &own, all_lanes(angle), at, any_slack, 0);
             add_scaled(&scaled[p], s.x, s.x, s.y, s.y, in, margin);
         }
     }
