@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 _MODULE_OF = {
     "load_study": "studies.load.load_study",
     "study": "studies.load.any_study",
-    "varied": "studies.load.varied_study",
     "state": "state_page.page.state_page",
     "states": "engine.states.states",
     "sweep": "face.sweep",
@@ -50,10 +49,6 @@ _MODULE_OF = {
     "report": "reports.report.write_report",
     "fit_friction": "friction.fit.fit_friction",
     "plot": "face.plot",
-    "picture": "face.picture",
-    "run_text": "summary.run_text",
-    "study_text": "summary.study_text",
-    "fit_text": "friction.fit_report.summary_text",
 }
 """Module and attribute behind each public name, loaded when the name is first used."""
 __all__ = [

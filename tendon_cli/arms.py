@@ -50,6 +50,7 @@ def __getattr__(name: str) -> NamedArm:
         fields = Arm.model_fields.items()
         stated = {key: field.default for key, field in fields if field.default is not None}
         return NamedArm("the paper's arm", stated, _PAPER)
+    from tendon_cli import say
     from tendon_cli.studies.people.person import person_study
     from tendon_cli.studies.study import Study
 
@@ -59,4 +60,4 @@ def __getattr__(name: str) -> NamedArm:
         values = getattr(arm, key)
         if values is not None:
             numbers[key] = values.single
-    return NamedArm(f"the survey's {name.replace('_', ' ')}", numbers, _SURVEY)
+    return NamedArm(f"the survey's {say.spaced(name)}", numbers, _SURVEY)

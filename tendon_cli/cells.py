@@ -7,7 +7,10 @@ from __future__ import annotations
 
 import csv
 import re
+from pathlib import PurePath
 from typing import Any
+
+import numpy as np
 
 from tendon_cli.errors import InputError
 
@@ -17,15 +20,45 @@ SEPARATORS = {"\t": "tab", ";": "semicolon", ",": "comma"}
 The comma comes last: in a file separated by semicolons or tabs it is the decimal sign.
 """
 LONGEST_LINE = 64 * 2**10  # characters
+MOST_FAULTS = 10
+"""Largest number of faults of a file that are listed."""
+_KINDS = {
+    ".toml": "a study or a friction fragment in TOML",
+    ".yaml": "a study in YAML",
+    ".yml": "a study in YAML",
+    ".json": "JSON",
+    ".parquet": "a table in Parquet",
+    ".png": "a figure",
+    ".svg": "a figure",
+    ".pdf": "a figure",
+    ".html": "a page",
+}
+"""Kinds of files that are no CSV, by their endings."""
 _COMMENT = ("#", "%", "//", "*")
 _AS_CSV = "save it as CSV in UTF-8 or UTF-16"
 _CONTROL = re.compile(rb"[\x01-\x08\x0e-\x1f\x7f-\x9f]")  # no Latin-1 text has these
-_BLOCK_BYTES = 1 << 26  # of a file that Arrow reads at once
-_ESCAPED_SEPARATOR = "\x1f"  # a separator inside a quoted cell, while Arrow reads the file
+_ESCAPED_SEPARATOR = "\x1f"  # a separator inside a quoted cell, while rows are split
+
+
+def raise_all(errors: list[InputError], source: str) -> None:
+    """Raise the errors of a file as one, if there are any: the first `MOST_FAULTS` are listed."""
+    if not errors:
+        return
+    if len(errors) == 1:
+        raise errors[0]
+    listed = []
+    for error in errors[:MOST_FAULTS]:
+        place = (error.where or "").removeprefix(source).removeprefix(", ")
+        advice = f" ({error.hint})" if error.hint else ""
+        listed.append(f"  {place}{': ' if place else ''}{error.message}{advice}")
+    if len(errors) > MOST_FAULTS:
+        listed.append(f"  and {len(errors) - MOST_FAULTS:,} more")
+    problem = "\n".join([f"the file has {len(errors):,} faults:", *listed])
+    raise InputError(problem, where=source)
 
 
 def lines_of(content: bytes, source: str) -> list[str]:
-    """Return the lines of a text file, without their ends.
+    """Return the lines of a CSV, without their ends.
 
     The text may be UTF-8, UTF-16 with its byte order mark, or Latin-1.
 
@@ -34,8 +67,12 @@ def lines_of(content: bytes, source: str) -> list[str]:
         source: Name of the file for messages.
 
     Raises:
-        InputError: The file is empty, no text, or has a line longer than `LONGEST_LINE`.
+        InputError: The file is empty, of another kind, no text, or has a line longer than
+            `LONGEST_LINE`.
     """
+    kind = _KINDS.get(PurePath(source).suffix.lower())
+    if kind is not None:
+        raise InputError(f"this is {kind}, expected a CSV", where=source)
     if not content.strip(b" \t\r\n\0\xef\xbb\xbf\xff\xfe"):
         raise InputError("the file is empty", where=source)
     if content.startswith((b"\xff\xfe\0\0", b"\0\0\xfe\xff")):
@@ -105,32 +142,33 @@ def texts_of(
         Arrow arrays of text, one for each column.
 
     Raises:
-        InputError: A row has too few or too many cells.
+        InputError: Rows have too few or too many cells.
     """
     import pyarrow as pa  # only files of rows pay for its import
     import pyarrow.compute as pc
-    from pyarrow import csv as table
 
     rows = [lines[position] for position in row_lines]
     commas = width - 1  # separators in a row without quotes that has every cell
     unusual = [i for i, row in enumerate(rows) if '"' in row or row.count(separator) != commas]
+    errors = []
     for index in unusual:
         place = f"{source}, line {row_lines[index] + 1}"
-        found = cells_of(rows[index], separator, place)
-        cells = _fit_to_columns(found, separator, place, width, needed)
+        try:
+            found = cells_of(rows[index], separator, place)
+            cells = _fit_to_columns(found, separator, place, width, needed)
+        except InputError as error:
+            errors.append(error)
+            continue
         rows[index] = separator.join(cell.replace(separator, _ESCAPED_SEPARATOR) for cell in cells)
-    names = [str(index) for index in range(width)]
-    read = table.read_csv(
-        pa.py_buffer("\n".join(rows).encode()),
-        read_options=table.ReadOptions(column_names=names, block_size=_BLOCK_BYTES),
-        parse_options=table.ParseOptions(
-            delimiter=separator, quote_char=False, ignore_empty_lines=False
-        ),
-        convert_options=table.ConvertOptions(
-            column_types=dict.fromkeys(names, pa.string()), strings_can_be_null=False
-        ),
-    )
-    texts = [pc.utf8_trim_whitespace(column.combine_chunks()) for column in read.columns]
+    raise_all(errors, source)
+    # Not by Arrow's reader of CSV: its threads may hold on to the text until the process ends, and
+    # end it by a crash.
+    cells_of_rows = pc.split_pattern(pa.array(rows, pa.string()), separator).flatten()
+    places = np.arange(len(rows)) * width
+    texts = [
+        pc.utf8_trim_whitespace(cells_of_rows.take(pa.array(places + column)))
+        for column in range(width)
+    ]
     if not unusual:
         return texts
     return [pc.replace_substring(text, _ESCAPED_SEPARATOR, separator) for text in texts]

@@ -4,15 +4,17 @@
 
 import sys
 import traceback
+from collections.abc import Callable
 from typing import Annotated, Any, NoReturn
 
 import typer
 import typer.core
 
 from tendon_cli.commands.completion import completion
+from tendon_cli.commands.compute import command_of
 from tendon_cli.commands.fit_friction import fit_friction
 from tendon_cli.commands.read_results import check, export, plot, report, show
-from tendon_cli.commands.studies import design, init, paper, schema, state, sweep
+from tendon_cli.commands.studies import init, paper, schema, state
 from tendon_cli.errors import (
     MemoryShortError,
     OutputError,
@@ -20,6 +22,7 @@ from tendon_cli.errors import (
     UsageError,
     is_memory_short,
 )
+from tendon_cli.registry import kinds
 from tendon_cli.startup import end_on_signals, exit_code
 from tendon_cli.terminal import (
     as_output_error,
@@ -45,6 +48,9 @@ app = typer.Typer(
 )
 
 
+_NO_BRACES = str.maketrans("", "", "{}")
+
+
 class _Command(typer.core.TyperCommand):
     """Command whose usage names values without braces and whose first sentence is never cut."""
 
@@ -52,7 +58,7 @@ class _Command(typer.core.TyperCommand):
         return " ".join((self.help or "").split("\n\n")[0].split())
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
-        return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
+        return [piece.translate(_NO_BRACES) for piece in super().collect_usage_pieces(ctx)]
 
 
 def _print_version(value: bool) -> None:
@@ -75,12 +81,11 @@ def _options(
     """Options of every command."""
 
 
-_COMMANDS = (
+_COMMANDS: tuple[Callable[..., None], ...] = (
     init,
     schema,
     state,
-    sweep,
-    design,
+    *map(command_of, kinds().values()),
     check,
     plot,
     show,

@@ -2,21 +2,40 @@
 
 from __future__ import annotations
 
-import sys
-from typing import Any
+from os import PathLike
+from typing import Any, ClassVar
+
+from tendon_cli.errors import UsageError
+from tendon_cli.registry import load
 
 _MOST_LINES = 15
 
 
 class Displayed:
-    """Result with a `text`, whose picture is drawn when it is asked for."""
+    """Result with a `text`, whose picture is drawn when it is asked for.
+
+    Results lie below the figures, which import them. So a class of results names the function that
+    draws it in `drawn_by`, and `plot` imports that function when somebody wants a picture: this is
+    the only way from a result up to its figures.
+    """
+
+    drawn_by: ClassVar[str] = ""
+    """Full dotted name of the function that draws the result as a `Page`; empty without one.
+
+    It takes the result, what to draw, and the options of `plot`, and raises UsageError.
+    """
 
     @property
     def text(self) -> str:
         """Result in words."""
         raise NotImplementedError
 
-    def plot(self, *what: str, out: Any = None, **how: Any) -> Any:
+    @property
+    def is_pictured(self) -> bool:
+        """True if a notebook draws the result without being asked."""
+        return True
+
+    def plot(self, *what: str, out: str | PathLike[str] | None = None, **how: Any) -> Any:
         """Return the picture of the result, a matplotlib figure.
 
         Args:
@@ -27,7 +46,9 @@ class Displayed:
         Raises:
             UsageError: This cannot be drawn.
         """
-        return face().plot(self, *what, out=out, **how)
+        if not self.drawn_by:
+            raise UsageError("this result has no picture")
+        return load(self.drawn_by)(self, what, how).shown(out)
 
     def __repr__(self) -> str:
         return shortened(self.text)
@@ -39,12 +60,23 @@ class Displayed:
         """Return the text with the main picture, for a notebook."""
         from html import escape
 
-        picture = face().picture(self)
+        picture = self._picture()
         image = ""
         if picture:
             source = f"data:image/png;base64,{picture}"
             image = f'<img alt="" src="{source}" style="max-width: 100%"/>'
         return f'<pre style="font-size: 80%">{escape(repr(self))}</pre>{image}'
+
+    def _picture(self) -> str:
+        """Return the main picture of the result, a PNG in base64; empty if it has none."""
+        from base64 import b64encode
+
+        if not self.is_pictured:
+            return ""
+        try:
+            return b64encode(load(self.drawn_by)(self, (), {}).png()).decode()
+        except Exception:  # noqa: BLE001 - the text is shown whatever happens to the picture
+            return ""
 
 
 def shortened(text: str) -> str:
@@ -55,11 +87,3 @@ def shortened(text: str) -> str:
     first = lines[: _MOST_LINES - 1]
     left_out = len(lines) - len(first)
     return "\n".join([*first, f"... {left_out} more lines in .text"])
-
-
-def face() -> Any:
-    """Return the package tendon_cli, by which results reach the functions that draw them.
-
-    Modules of results cannot import those of figures, which import them.
-    """
-    return sys.modules["tendon_cli"]

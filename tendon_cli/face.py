@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
 from threading import Event
-from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict, Unpack, cast
 
-from tendon_cli.engine.results import Run, verified_record
+from tendon_cli.display import Displayed
+from tendon_cli.engine.results import Result, Run, open_result
 from tendon_cli.engine.run import Draw, RunOptions, run_task
-from tendon_cli.engine.sweep import Sweep
 from tendon_cli.errors import UsageError
 from tendon_cli.files import result_path
+from tendon_cli.registry import TaskKind, by_name, kinds, load
 from tendon_cli.studies.checks import without_intervals
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.load import AnyStudy, any_study
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
     from tendon_cli.engine.cost import Estimate
     from tendon_cli.figures.backend import Figure
     from tendon_cli.figures.frame import Page
+    from tendon_cli.friction.fit_result import Fit
+    from tendon_cli.state_page.page import StatePage
 
 FileName: TypeAlias = str | PathLike[str]
-_MAX_PICTURED_DESIGNS = 10**5
-"""Most designs of a run that a notebook draws without being asked."""
 
 
 class Options(TypedDict, total=False):
@@ -81,9 +81,7 @@ def sweep(
     >>> run.designs.attrs["units"]["required_pretension"]
     'N'
     """
-    draw = _draw_run if figures else None
-    folder, how = _settings_of_run("sweep", out, jobs, draw, options)
-    return run_task(Sweep, Run, _study_to_sweep(study, figures=figures), folder, how)
+    return cast(Run, compute("sweep", study, out, jobs, figures, **options))
 
 
 def design(
@@ -108,12 +106,69 @@ def design(
        pretension_from  pretension_to         from_by                to_by
     0            122.1          173.9  extensor slack  min_elbow_stiffness
     """
-    from tendon_cli.answers.answer import Answer
-    from tendon_cli.answers.choices import Choices
+    return cast("Answer", compute("design", study, out, jobs, figures, **options))
 
-    draw = _draw_answer if figures else None
-    folder, how = _settings_of_run("design", out, jobs, draw, options)
-    return run_task(Choices, Answer, any_study(study), folder, how)
+
+def compute(
+    verb: str,
+    study: AnyStudy,
+    out: FileName | None = None,
+    jobs: int | None = None,
+    figures: bool = False,
+    **options: Unpack[Options],
+) -> Result:
+    """Run the task of a verb into a folder, or in memory; `sweep` and `design` call this.
+
+    Arguments are those of `sweep`.
+
+    Raises:
+        TendonError: The task cannot be run, or its result cannot be written.
+    """
+    kind = kinds()[verb]
+    _check_options(verb, options)
+    if out is None and figures:
+        hint = f"name one: {verb}(study, out, figures=True)"
+        raise UsageError("figures are drawn into a folder", hint=hint)
+    folder = None if out is None else result_path(out)
+    draw = _drawer(kind) if figures and kind.draw else None
+    how = RunOptions(jobs=_checked_jobs(jobs), draw=draw, **options)
+    validated = any_study(study)
+    if figures:
+        _check_figures(kind, validated)
+    result: Result = run_task(load(kind.task), load(kind.result), validated, folder, how)
+    return result
+
+
+def size(
+    verb: str, study: AnyStudy, folder: Path, jobs: int | None = None, figures: bool = False
+) -> tuple[dict[str, Any], str]:
+    """Return the size of a task before it is run, as a record and as text.
+
+    Args:
+        verb: Verb of the task.
+        study: Its study.
+        folder: Folder into which it would be written.
+        jobs: Parts that are computed at once, by default one for each core.
+        figures: True if figures are drawn.
+
+    Raises:
+        TendonError: The task cannot be run.
+    """
+    kind = kinds()[verb]
+    validated = any_study(study)
+    if figures:
+        _check_figures(kind, validated)
+    if kind.size:
+        record, text = load(kind.size)(validated, folder, _checked_jobs(jobs), figures)
+        return record, text
+    task = load(kind.task).of(validated)
+    rows = {
+        table: sum(task.rows(table, index) for index in range(max(1, parts)))
+        for table, parts in task.tables.items()
+    }
+    lines = [f"{validated.name}: nothing is written by --dry-run"]
+    lines += [f"  rows         {count:,} in {table}" for table, count in rows.items()]
+    return {"name": validated.name, "rows": rows}, "\n".join(lines)
 
 
 def estimate(study: AnyStudy, jobs: int | None = None, figures: bool = False) -> Estimate:
@@ -130,11 +185,14 @@ def estimate(study: AnyStudy, jobs: int | None = None, figures: bool = False) ->
     from tendon_cli.engine.plan import Plan
     from tendon_cli.engine.threads import available_cores
 
-    plan = Plan(_study_to_sweep(study, figures=figures))
-    return estimate_cost(plan, _checked_jobs(jobs) or available_cores(), figures=figures)
+    validated = without_intervals(any_study(study))
+    if figures:
+        _check_figures(kinds()["sweep"], validated)
+    at_once = _checked_jobs(jobs) or available_cores()
+    return estimate_cost(Plan(validated), at_once, figures=figures)
 
 
-def open(path: FileName) -> Run | Answer:  # noqa: A001 - as netCDF4, zarr and xarray have it
+def open(path: FileName) -> Result:  # noqa: A001 - as netCDF4, zarr and xarray have it
     """Open the run of `sweep` or the answer of `design` in a folder and verify all its tables.
 
     Raises:
@@ -147,12 +205,7 @@ def open(path: FileName) -> Run | Answer:  # noqa: A001 - as netCDF4, zarr and x
     >>> tendon.open("results/mine").feasible == done.feasible
     True
     """
-    from tendon_cli.answers.answer import Answer
-
-    folder = result_path(path)
-    record = verified_record(folder)
-    result = Answer if record["verb"] == "design" else Run
-    return result(record, folder, up_to_date=True)
+    return open_result(result_path(path))
 
 
 def plot(result: Any, *what: str, out: str | PathLike[str] | None = None, **how: Any) -> Figure:
@@ -177,50 +230,39 @@ def plot(result: Any, *what: str, out: str | PathLike[str] | None = None, **how:
     >>> len(figure.axes)
     1
     """
-    page = _page(result, what, how)
-    if out is not None:
-        page.save(result_path(out))
-    page.figure._repr_png_ = lambda: _png(page)  # type: ignore[attr-defined]
-    return page.figure
+    if not isinstance(result, Displayed):
+        hint = "a study, a state, a run, an answer or a fit has a picture"
+        raise UsageError(f"{described(result)} cannot be drawn", hint=hint)
+    figure: Figure = result.plot(*what, out=out, **how)
+    return figure
 
 
-def picture(result: Any) -> str:
-    """Return the main picture of a result for a notebook, a PNG in base64; empty if it has none."""
-    if isinstance(result, Run) and result.record["designs"] > _MAX_PICTURED_DESIGNS:
-        return ""
-    try:
-        return base64.b64encode(_png(_page(result, (), {}))).decode()
-    except Exception:  # noqa: BLE001 - the text is shown whatever happens to the picture
-        return ""
+def _check_options(verb: str, options: Options) -> None:
+    """Raise UsageError for an option that `sweep` and `design` do not have."""
+    for name in options:
+        if name not in Options.__annotations__:
+            known = ("study", "out", "jobs", "figures", *Options.__annotations__)
+            hint = f"it has {', '.join(known)}"
+            raise UsageError(f"{verb}() has no option {described(name)}", hint=hint)
 
 
-def _study_to_sweep(given: AnyStudy, *, figures: bool) -> Study:
-    """Return the validated study of a sweep.
-
-    Raises:
-        StudyError: A declared figure is known beforehand to have nothing to draw.
-    """
-    study = without_intervals(any_study(given))
-    if figures and study.figure:
-        from tendon_cli.figures.draw import check_figures_of
-
-        check_figures_of(study)
-    return study
+def _check_figures(kind: TaskKind, study: Study) -> None:
+    """Raise StudyError if a figure that a study declares can have nothing to draw."""
+    if kind.check_figures and study.figure:
+        load(kind.check_figures)(study)
 
 
-def _settings_of_run(
-    verb: str, out: FileName | None, jobs: int | None, draw: Draw | None, options: Options
-) -> tuple[Path | None, RunOptions]:
-    """Return the folder of a run and the settings by which the engine runs it.
+def _drawer(kind: TaskKind) -> Draw:
+    """Return the function that draws the figures of a task; its module is imported for it."""
 
-    Raises:
-        UsageError: Figures are asked for without a folder, or `jobs` is not a count.
-    """
-    if out is None and draw is not None:
-        hint = f"name one: {verb}(study, out, figures=True)"
-        raise UsageError("figures are drawn into a folder", hint=hint)
-    folder = None if out is None else result_path(out)
-    return folder, RunOptions(jobs=_checked_jobs(jobs), draw=draw, **options)
+    def draw(
+        study: Study, folder: Path, out: Path, record: dict[str, Any]
+    ) -> tuple[list[str], list[str], str | None]:
+        drawn: tuple[list[str], list[str], str | None]
+        drawn = load(kind.draw)(study, folder, out, record)
+        return drawn
+
+    return draw
 
 
 def _checked_jobs(jobs: object) -> int | None:
@@ -233,59 +275,42 @@ def _checked_jobs(jobs: object) -> int | None:
     return jobs
 
 
-def _draw_run(
-    study: Study, folder: Path, out: Path, record: dict[str, Any]
-) -> tuple[list[str], list[str], str | None]:
-    """Draw the figures of a run. Return their names, warnings, and why it has no slack map."""
-    from tendon_cli.figures.draw import draw_run  # only who draws pays for its import
-
-    files, warnings, why_no_map = draw_run(study, folder, out)
-    expects_map = not study.figure and record["designs"] > 1
-    return files, warnings, why_no_map if expects_map else None
+# --- Pages that `plot` of a result draws ----------------------------------------------------------
 
 
-def _draw_answer(
-    _: Study, folder: Path, out: Path, record: dict[str, Any]
-) -> tuple[list[str], list[str], None]:
-    """Draw the figures of an answer. Return their names and warnings."""
-    from tendon_cli.figures.answer_figures import draw_answer
+def page_of_study(study: Study, what: tuple[str, ...], how: dict[str, Any]) -> Page:
+    """Draw the arm of a study. Raise UsageError for other options than `angles` and `case`."""
+    from tendon_cli.figures.arm import arm_page
 
-    files, warnings = draw_answer(folder, record, out)
-    return files, warnings, None
+    _refuse_others("a study", what, how, ("angles", "case"))
+    return arm_page(study, how.get("angles", ()), how.get("case"))
 
 
-def _png(page: Page) -> bytes:
-    """Return a figure as a PNG."""
-    from tendon_cli.figures.style import house_style, render
-
-    with house_style():
-        return render(page.figure, "png")
+def page_of_state(state: StatePage, what: tuple[str, ...], how: dict[str, Any]) -> Page:
+    """Draw the arm of the study of a state, as `page_of_study` does."""
+    return page_of_study(state.study, what, how)
 
 
-def _page(result: Any, what: tuple[str, ...], how: dict[str, Any]) -> Page:
-    """Draw any result. Raise UsageError if it cannot be drawn so."""
-    from tendon_cli.answers.answer import Answer  # only who draws pays for these
-    from tendon_cli.state_page.page import StatePage
-
-    if isinstance(result, Run):
-        return _page_of_run(result, what, how)
-    if isinstance(result, Answer):
-        return _page_of_answer(result, what, how)
-    if what or set(how) - {"angles", "case"}:
-        first = [*what, *how][0]
-        hint = "plot() of a study takes angles, case"
-        raise UsageError(f"{described(first)} cannot be chosen here", hint=hint)
-    if isinstance(result, (Study, StatePage)):
-        from tendon_cli.figures.arm import arm_page
-
-        study = result if isinstance(result, Study) else result.study
-        return arm_page(study, how.get("angles", ()), how.get("case"))
+def page_of_fit(fit: Fit, what: tuple[str, ...], how: dict[str, Any]) -> Page:
+    """Draw a friction fit. Raise UsageError for any option."""
     from tendon_cli.figures.friction import fit_page
 
-    return fit_page(result)
+    _refuse_others("a fit", what, how, ())
+    return fit_page(fit)
 
 
-def _page_of_run(run: Run, what: tuple[str, ...], how: dict[str, Any]) -> Page:
+def _refuse_others(
+    result: str, what: tuple[str, ...], how: dict[str, Any], known: tuple[str, ...]
+) -> None:
+    """Raise UsageError for options of `plot` that a result does not have."""
+    others = [*what, *(name for name in how if name not in known)]
+    if others:
+        takes = ", ".join(known) or "no options besides out"
+        hint = f"plot() of {result} takes {takes}"
+        raise UsageError(f"{described(others[0])} cannot be chosen here", hint=hint)
+
+
+def page_of_run(run: Run, what: tuple[str, ...], how: dict[str, Any]) -> Page:
     """Draw designs as slack maps and states as curves, as `tendon plot` does."""
     from tendon_cli.cube.columns import TableColumns
     from tendon_cli.figures.draw import pages_of, table_of
@@ -298,18 +323,19 @@ def _page_of_run(run: Run, what: tuple[str, ...], how: dict[str, Any]) -> Page:
     if not spec.named_columns:
         wanted = "states" if run.record["designs"] == 1 else "designs"
     if run.folder is not None:
-        return pages_of(table_of(run.folder, spec, wanted), spec)[0]
+        table = table_of(run.folder, spec, wanted, run.study, by_name(run.record))
+        return pages_of(table, spec, study=run.study)[0]
     names = sorted(run.tables, reverse=True)  # states before designs
     if wanted is not None and wanted in run.tables:
         names = [wanted]
     tables = [TableInMemory(run.tables[name]) for name in names]
     for table in tables:
         if set(spec.named_columns) <= set(TableColumns.of(table.schema).quantities):
-            return pages_of(table, spec)[0]
-    return pages_of(tables[0], spec)[0]
+            return pages_of(table, spec, study=run.study)[0]
+    return pages_of(tables[0], spec, study=run.study)[0]
 
 
-def _page_of_answer(answer: Answer, what: tuple[str, ...], how: dict[str, Any]) -> Page:
+def page_of_answer(answer: Answer, what: tuple[str, ...], how: dict[str, Any]) -> Page:
     """Draw the named figure of an answer, or the first that it has."""
     from tendon_cli.cube.cube import choices_of
     from tendon_cli.figures.answer_figures import FIGURES, answer_figure
@@ -318,7 +344,7 @@ def _page_of_answer(answer: Answer, what: tuple[str, ...], how: dict[str, Any]) 
         if name not in FIGURES:
             hint = hint_at_nearest(name, FIGURES) or ", ".join(FIGURES)
             raise UsageError(f"an answer has no figure {described(name)}", hint=hint)
-    choices = choices_of(TableInMemory(answer.table("choices")))
+    choices = choices_of(TableInMemory(answer.table("choices")), answer.study)
     for name in what or FIGURES:
         page = answer_figure(name, choices, answer.record)
         if page is not None:

@@ -14,6 +14,9 @@ from typing import Any
 
 from tendon_cli.units import SI_UNIT
 
+SIDES = ("flexor", "extensor")
+"""Sides of the arm, each with a sheath, a tendon and a spring."""
+
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
@@ -231,7 +234,7 @@ def _of_figures() -> list[Quantity]:
     quantities = [
         _quantity("radius_ratio", "H_f / H_e", "number", "flexor over extensor travel, Eq. 3")
     ]
-    for side in ("flexor", "extensor"):
+    for side in SIDES:
         for name, symbol, meaning in _LENGTHS_OF_A_SIDE:
             side_symbol = f"{symbol}^{side[0]}"
             quantities.append(

@@ -15,6 +15,7 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.engine import plan as plan_module
+from tendon_cli.engine.states import WorkedOut
 from tendon_cli.errors import FolderError, InputError, StudyError, UsageError
 
 READINGS = Path(__file__).parents[1] / "configs/friction/table_a1.csv"
@@ -132,6 +133,28 @@ def test_figures_are_drawn_where_they_are_asked_for(study, workplace):
 def test_what_is_wrong_is_raised_by_its_kind(workplace, call, kind):
     with pytest.raises(kind):
         call()
+
+
+@pytest.mark.parametrize("compute", [tendon.sweep, tendon.design])
+def test_an_unknown_option_is_named_with_those_that_there_are(compute):
+    with pytest.raises(UsageError, match='has no option "foo"') as refused:
+        compute({}, foo=1)
+    assert refused.value.hint == (
+        "it has study, out, jobs, figures, resume, overwrite, lock, scheduler, progress, stop"
+    )
+
+
+def test_what_has_no_picture_is_refused():
+    with pytest.raises(UsageError, match="cannot be drawn"):
+        tendon.plot(3.0)
+
+
+def test_designs_that_are_worked_out_are_those_of_the_table(study):
+    run = tendon.sweep(study)
+    worked_out = WorkedOut(run.study, kind="designs")
+    assert worked_out.read().equals(run.table("designs"))
+    columns = ["max_tension", "feasible"]
+    assert worked_out.read(columns).equals(run.table("designs").select(columns))
 
 
 def test_designs_that_the_study_leaves_out_are_told_and_states_are_worked_out(workplace):
@@ -277,3 +300,9 @@ def test_without_xarray_the_extra_is_named(study, monkeypatch):
     with pytest.raises(UsageError) as told:
         tendon.sweep(study).to_xarray()
     assert "-m pip install xarray" in told.value.hint
+
+
+def test_a_study_without_a_name_prints_as_a_study():
+    assert repr(tendon.study({})).startswith("study\n")
+    assert repr(tendon.study({"name": "suit"})).startswith("study suit\n")
+    assert repr(tendon.study({"name": "suit", "title": "Mine"})).startswith("suit: Mine\n")

@@ -23,6 +23,9 @@ from scipy.interpolate import CubicSpline
 
 Array = npt.NDArray[np.float64]
 
+_LARGEST_ARM = 0.15
+"""Largest moment arm of a muscle or a tendon that is taken for one, m: those at a hip reach 0.1."""
+
 
 def from_opensim(text: str, angle: str, flexor: str, extensor: str) -> str:
     """Return the CSV of an OpenSim storage file (.sto, .mot) of moment arms (m) over an angle.
@@ -34,7 +37,7 @@ def from_opensim(text: str, angle: str, flexor: str, extensor: str) -> str:
         extensor: Column of the extensor's moment arm.
 
     Raises:
-        ValueError: A column is missing.
+        ValueError: A column is missing, or does not hold the moment arms of its muscle.
     """
     head, _, table = text.partition("endheader")
     names, *rows = [line.split() for line in table.splitlines() if line.strip()]
@@ -47,9 +50,30 @@ def from_opensim(text: str, angle: str, flexor: str, extensor: str) -> str:
     is_in_degrees = "indegrees=yes" in head.lower().replace(" ", "")
     if is_in_degrees:
         angles = np.radians(angles)
-    shortens = CubicSpline(angles, columns[flexor][order]).antiderivative()(angles)
-    lengthens = CubicSpline(angles, -columns[extensor][order]).antiderivative()(angles)
+    flexor_arm = columns[flexor][order]
+    extensor_arm = columns[extensor][order]
+    _check_moment_arms(flexor, flexor_arm)
+    _check_moment_arms(extensor, extensor_arm)
+    if not flexor_arm.mean() > 0.0 > extensor_arm.mean():
+        raise ValueError(
+            f"a flexor's moment arms are positive and an extensor's negative, on average; "
+            f"those of {flexor} are {flexor_arm.mean():.3g} m and those of {extensor} "
+            f"{extensor_arm.mean():.3g} m: name the flexor first, or turn the angle's sign"
+        )
+    shortens = CubicSpline(angles, flexor_arm).antiderivative()(angles)
+    lengthens = CubicSpline(angles, -extensor_arm).antiderivative()(angles)
     return as_csv(angles, shortens, lengthens)
+
+
+def _check_moment_arms(column: str, values: Array) -> None:
+    """Raise ValueError if the values of a column, m, are no moment arms, such as lengths."""
+    largest = float(np.abs(values).max())
+    if not largest <= _LARGEST_ARM:
+        raise ValueError(
+            f"{column} reaches {largest:.3g} m, which no moment arm does (at most "
+            f"{_LARGEST_ARM:g} m): is this the file of lengths? OpenSim's MuscleAnalysis writes "
+            f"moment arms to a file of their own, *_MomentArm_*.sto, in metres"
+        )
 
 
 def from_mujoco(model: Any, joint: str, flexor: str, extensor: str, angles: Array) -> str:

@@ -4,15 +4,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from tendon_cli.answers.question import Goal
+from tendon_cli.answer_record import (
+    AnswerRecord,
+    ChoiceRecord,
+    ConflictRecord,
+    FixRecord,
+    as_answer,
+    value_of,
+)
 from tendon_cli.engine.results import Result, along_own_axes, framed, variables_of, xarray_library
-from tendon_cli.studies.load import recorded_study
+from tendon_cli.registry import by_name
 from tendon_cli.tables.named import CHOICES, ChoicesTable, open_choices
-from tendon_cli.tables.read import TableInMemory
+from tendon_cli.tables.read import AnyTable, TableInMemory
+from tendon_cli.windows.question import Goal
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,14 +40,25 @@ _UNDER = (
 class Answer(Result):
     """An answer: `record` as in `design.json`, its tables, and the answer as `text`."""
 
+    drawn_by: ClassVar[str] = "tendon_cli.face.page_of_answer"
+
     @property
-    def best(self) -> dict[str, Any] | None:
+    def is_negative(self) -> bool:
+        """True if no choice has a window."""
+        return not self.feasible
+
+    @property
+    def _answer(self) -> AnswerRecord:
+        """Record of `design.json`."""
+        return as_answer(self.record)
+
+    @property
+    def best(self) -> ChoiceRecord | None:
         """Best choice as a row of `choices`: with several goals the best compromise.
 
         None if no choice has a window.
         """
-        best: dict[str, Any] | None = self.record["best"]
-        return best
+        return self._answer["best"]
 
     @property
     def best_by(self) -> pd.DataFrame:
@@ -48,51 +68,57 @@ class Answer(Result):
         """
         import pandas as pd
 
-        rows = dict(self.record["best_by"])
+        rows = dict(self._answer["best_by"])
         candidates = self.front or ([self.best] if self.best else [])
-        goals = [Goal(**goal) for goal in self.record["goals"]]
+        goals = [Goal(**goal) for goal in self._answer["goals"]]
         if candidates:
             for goal in goals:
-                values = np.array([row[goal.column] for row in candidates], dtype=np.float64)
+                column = [value_of(row, goal.column) for row in candidates]
+                values = np.array(column, dtype=np.float64)
                 rows[goal.column] = candidates[int(np.argmax(goal.score(values)))]
-        return pd.DataFrame.from_dict(rows, orient="index")
+        table = pd.DataFrame.from_dict(rows, orient="index")
+        return table.drop(columns=["from_under", "to_under"], errors="ignore")
 
     @property
     def feasible(self) -> int:
         """Number of choices that have a window."""
-        return int(self.record["feasible"])
+        return self._answer["feasible"]
 
     @property
-    def front(self) -> list[dict[str, Any]]:
+    def front(self) -> list[ChoiceRecord]:
         """Rows of `choices` that no other beats in every goal."""
-        return list(self.record["front"])
+        return list(self._answer["front"])
 
     @property
-    def fixes(self) -> list[dict[str, Any]]:
+    def fixes(self) -> list[FixRecord]:
         """Changes that would give a window if no choice has one, the least change first."""
-        return list(self.record["fixes"])
+        return list(self._answer["fixes"])
 
     @property
-    def conflicts(self) -> list[dict[str, Any]]:
+    def conflicts(self) -> list[ConflictRecord]:
         """Limits that leave choices without a window, in how many choices, and by how much."""
-        return list(self.record["conflicts"])
+        return list(self._answer["conflicts"])
 
     @property
     def text(self) -> str:
         """The answer in 80 columns."""
-        return str(self.record["text"])
+        return self._answer["text"]
 
-    def table(self, name: str) -> pa.Table:
-        """Return a table as Arrow has it, every byte verified; raises InputError.
+    def kept(self, name: str) -> AnyTable:
+        """Return a table in the folder of the answer, every byte verified; raises InputError.
 
         Choices are joined with what the whole answer says of those that it names.
         """
         if name != "choices":
-            return super().table(name)
-        if self.folder is not None:
-            return open_choices(self.folder / CHOICES).read()
-        named = TableInMemory(self.tables["named"])
-        return ChoicesTable(TableInMemory(self.tables[name]), named).read()
+            return super().kept(name)
+        return open_choices(Path(self.folder or "") / CHOICES, by_name(self.record))
+
+    def table(self, name: str) -> pa.Table:
+        """Return a table as Arrow has it, choices joined as `kept` has them; raises InputError."""
+        if name == "choices" and name in self.tables:
+            named = TableInMemory(self.tables["named"])
+            return ChoicesTable(TableInMemory(self.tables[name]), named).read()
+        return super().table(name)
 
     @cached_property
     def choices(self) -> pd.DataFrame:
@@ -124,21 +150,22 @@ class Answer(Result):
         """
         import pyarrow.compute as pc  # only who asks for this pays for its import
 
-        from tendon_cli.answers.problem import question_of
+        from tendon_cli.answers.tables import choice_columns
+        from tendon_cli.windows.question import question_of
+        from tendon_cli.windows.solver import Solver
 
         library = xarray_library()
         table = self.table("choices")
         grid = table.filter(pc.invert(table.column("refined")))
-        names = grid.column_names[: grid.column_names.index("refined")]
-        sizes = {name: len(grid.column(name).unique()) for name in names}
+        question = question_of(self.study)
+        sizes = {axis.column: len(axis) for axis in question.choices.axes}
+        names = [column.name for column in choice_columns(question) if column.is_axis]
         choices = variables_of(grid, sizes)
         conditions = variables_of(
             self.table("conditions"), {"condition": self.record["conditions"]}
         )
-        problem = question_of(recorded_study(self.record))
-        count = len(problem.choices)
-        if count * len(problem.conditions) <= _MOST_WINDOWS:
-            ends = problem.ends(problem.choices.numbers(np.arange(count)), count)
+        if len(question.choices) * len(question.conditions) <= _MOST_WINDOWS:
+            ends = Solver(question).ends(question.all_points())
             for name, values, which in (
                 ("window_from", ends.low, "smallest"),
                 ("window_to", ends.high, "largest"),

@@ -4,25 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from tendon_cli import say
-from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.question import LOADS
-from tendon_cli.answers.solve import Solutions, quantities_under_each, worst_columns
+from tendon_cli.answer_record import CurvesRecord
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array, Flags
+from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import contact_pressure
 from tendon_cli.model.motor_window import narrow
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.model.whole_motion import end_curves
 from tendon_cli.model.window import Ends, Window, as_read, window, with_binding_limits
-from tendon_cli.space.axis import PRETENSION, Numbers, Rows
 from tendon_cli.studies.measured_motion import at_times
-from tendon_cli.studies.study import keys
+from tendon_cli.tables.schema import finite_or_none
+from tendon_cli.windows.points import Points
+from tendon_cli.windows.question import Question
+from tendon_cli.windows.solutions import Solutions
+from tendon_cli.windows.solver import Solver
+from tendon_cli.windows.worst import Worst
 
 _DENSER = 16
 """Factor by which samples are made denser to estimate the error of an end."""
@@ -47,16 +47,9 @@ _AT_ONCE = 2**8
 """Conditions that are worked out together."""
 _STEPS = 16
 """Dense steps between two angles of the grid."""
-METHOD = (
-    "interval arithmetic with outward rounding on Taylor forms of second order over cells of the"
-    " angle and of numbers in a box, in both directions, at both ends of the window and of the"
-    " loads"
-)
 
 
-def worst_between(
-    problem: Problem, numbers: Numbers, pretension: Array, served: Flags
-) -> dict[str, Array]:
+def worst_between(solver: Solver, points: Points, pretension: Array, served: Flags) -> Worst:
     """Return the worst of one choice at all angles over the conditions that it serves.
 
     Between two angles a quantity may exceed its values at both by an eighth of its second
@@ -64,42 +57,43 @@ def worst_between(
     at the tops of the parabolas through these.
 
     Args:
-        problem: The question.
-        numbers: Numbers of the choice, (1,) each.
+        solver: Solver of the question.
+        points: The choice.
         pretension: Its pretension, (1,), N.
         served: Conditions that it serves, (1, conditions).
 
     Returns:
-        The columns `WORST`, (1,) each; NaN if it serves no condition.
+        Its worst values; NaN if it serves no condition.
     """
-    values = quantities_under_each(problem, numbers, pretension, served)  # (6, conditions)
+    question = solver.question
+    values = solver.quantities_under_each(points, pretension, served)  # (6, conditions)
     is_known = np.isfinite(values)
     most = values.max(axis=1)
     least = np.where(is_known, values, np.inf).min(axis=1)
     with np.errstate(invalid="ignore"):
         near = most - _BESIDE * (np.abs(most) + most - least)
     rows = np.flatnonzero((is_known & (values >= near[:, np.newaxis])).any(axis=0))
-    angles = problem.angles.ravel()
+    angles = question.angles.ravel()
     dense = np.linspace(angles[0], angles[-1], _STEPS * (len(angles) - 1) + 1)[np.newaxis]
-    at_pretension = {**numbers, PRETENSION: pretension}
+    at_pretension = points.at_pretension(pretension)
     count = len(rows) if len(angles) > 2 else 0
-    for part in problem.cut(count, _AT_ONCE):
+    for part in solver.cut(count, _AT_ONCE):
         conditions = rows[part]
-        design = problem.paired(at_pretension, np.zeros_like(conditions), conditions)
-        values = _quantities_at(design, problem.angles, problem.flexion)
+        design = question.paired_designs(at_pretension, np.zeros_like(conditions), conditions)
+        values = _quantities_at(design, question.angles, question.flexion)
         with np.errstate(invalid="ignore"):
             rise = np.abs(np.diff(values, 2)).max(axis=-1, keepdims=True) / 4.0
         largest = np.maximum(values[..., 1:], values[..., :-1]) + rise
         may_exceed = largest >= most[:, np.newaxis, np.newaxis, np.newaxis]
         for place in np.flatnonzero(may_exceed.any(axis=(0, 1, 2))):
             nearby = slice(max(0, place * _STEPS - 1), (place + 1) * _STEPS + 2)
-            finer = _quantities_at(design, dense[:, nearby], problem.flexion)
+            finer = _quantities_at(design, dense[:, nearby], question.flexion)
             most = np.fmax(most, _with_tops(finer).max(axis=(1, 2, 3)))
-    return worst_columns(np.where(np.isfinite(most), most, np.nan)[:, np.newaxis])
+    return Worst.of_quantities(np.where(np.isfinite(most), most, np.nan)[:, np.newaxis])
 
 
 def _quantities_at(design: Design, angles: Array, flexion: Flags) -> Array:
-    """Return the six quantities of `worst_columns` in states, the larger the worse.
+    """Return the six quantities of `Worst.of_quantities` in states, the larger the worse.
 
     They are (6, designs, directions, angles), and -infinity where there is no value.
     """
@@ -135,9 +129,7 @@ def _with_tops(values: Array) -> Array:
     return np.concatenate([values, np.where(is_peak, top, middle)], axis=-1)
 
 
-def estimate_error(
-    problem: Problem, numbers: Numbers, choice: Solutions, ends: Ends
-) -> float | None:
+def estimate_error(solver: Solver, choice: Solutions, ends: Ends) -> float | None:
     """Estimate the error of a window's ends that are only sampled, N, as they are read.
 
     Ends that limits on the whole motion set are sampled, and all ends along a trajectory. The
@@ -145,34 +137,34 @@ def estimate_error(
     of the largest error of samples with the original step, displaced by parts of it.
 
     Args:
-        problem: The question.
-        numbers: Numbers of the choice.
+        solver: Solver of the question.
         choice: The solved choice.
         ends: Ends of its windows over all angles, (1, conditions), as F0.
 
     Returns:
         The estimate; None if no end is sampled, or if it is infinite: the window may be empty.
     """
-    trajectory = problem.study.trajectory
-    if not problem.bounds.of_motion and trajectory is None:
+    question = solver.question
+    trajectory = question.study.trajectory
+    if not question.bounds.of_motion and trajectory is None:
         return None
-    within = problem.finish_ends(ends, numbers)
+    within = solver.all_limits(ends, choice.points)
     most = _MOST_NEAR
     if trajectory is not None:
         most = max(1, min(_MOST_NEAR, _MOST_SAMPLES // len(trajectory.time)))
     rows = np.unique(
         [
-            *_tightest_conditions(within.low[0], choice["pretension_from"][0], most),
-            *_tightest_conditions(-within.high[0], -choice["pretension_to"][0], most),
+            *_tightest_conditions(within.low[0], choice.pretension_from[0], most),
+            *_tightest_conditions(-within.high[0], -choice.pretension_to[0], most),
         ]
     )
-    design = problem.paired(numbers, np.zeros_like(rows), rows)
+    design = question.paired_designs(choice.points, np.zeros_like(rows), rows)
     if trajectory is None:
         of_states = Ends(**{name: values[0, rows] for name, values in vars(ends).items()})
-        ends_over = _ends_over_angles(problem, design, of_states)
-        places = problem.angles[0]
+        ends_over = _ends_over_angles(question, design, of_states)
+        places = question.angles[0]
     else:
-        ends_over = _ends_over_times(problem, design, trajectory)
+        ends_over = _ends_over_times(question, design, trajectory)
         places = trajectory.time
     displaced, finest = _displaced_samples(places)
     tightest = ends_over(finest)
@@ -211,23 +203,23 @@ def _displaced_samples(places: Array) -> tuple[list[Array], Array]:
 
 
 def _ends_over_angles(
-    problem: Problem, design: Design, of_states: Ends
+    question: Question, design: Design, of_states: Ends
 ) -> Callable[[Array], Array]:
     """Return a function from the angles of the whole motion, rad, to `_common_ends`.
 
     Args:
-        problem: The question.
+        question: The question.
         design: One choice under some conditions.
         of_states: Ends that limits on states set, (conditions,), as F0.
     """
     windows = with_binding_limits(
-        of_states, design, problem.angles, problem.flexion, problem.bounds
+        of_states, design, question.angles, question.flexion, question.bounds
     )
 
     def ends(angles: Array) -> Array:
         """Return `_common_ends` of windows with the whole motion taken at angles, rad."""
         of_motion = narrow(
-            windows, design, angles[np.newaxis], problem.flexion, problem.bounds, problem.loads
+            windows, design, angles[np.newaxis], question.flexion, question.bounds, question.loads
         )
         return _common_ends(as_read(of_motion, design))
 
@@ -235,7 +227,7 @@ def _ends_over_angles(
 
 
 def _ends_over_times(
-    problem: Problem, design: Design, trajectory: Trajectory
+    question: Question, design: Design, trajectory: Trajectory
 ) -> Callable[[Array], Array]:
     """Return a function from the times of a trajectory's samples, s, to `_common_ends`.
 
@@ -254,12 +246,12 @@ def _ends_over_times(
             angle = moved.angle[np.newaxis]
             flexion = moved.flexion[np.newaxis]
             windows = narrow(
-                window(along, angle, flexion, problem.bounds),
+                window(along, angle, flexion, question.bounds),
                 along,
                 angle,
                 flexion,
-                problem.bounds,
-                problem.loads,
+                question.bounds,
+                question.loads,
             )
             common.append(_common_ends(as_read(windows, design)))
         return np.asarray(np.max(common, axis=0))
@@ -273,32 +265,13 @@ def _common_ends(windows: Window) -> Array:
     return np.where(np.isnan(ends), np.inf, ends)
 
 
-def scope(problem: Problem) -> str:
-    """Say what a proof holds for: "every angle from 0 to 90 deg and every load from 0 to 10 kg"."""
-    words = [_every("angle", "elbow_angle", problem.angles)]
-    for axis in problem.conditions.axes:
-        if (axis.key in LOADS or axis.is_interval) and len(axis) > 1:
-            name = keys()[axis.key].number.quantity.name
-            noun = "load" if axis.key == "load.mass" else name.replace("_", " ")
-            words.append(_every(noun, name, axis.values))
-    return say.join_words(words)
-
-
-def _every(noun: str, quantity: str, values: Array) -> str:
-    """Say the range of values: "every load from 0 to 10 kg"."""
-    low = say.quantity(quantity, float(values.min()))
-    high = say.quantity(quantity, float(values.max()))
-    unit = high.partition(" ")[2]
-    return f"every {noun} from {low.removesuffix(' ' + unit)} to {high}"
-
-
-def curves_of(problem: Problem, choice: Solutions, ends: Ends) -> dict[str, Any]:
+def curves_of(solver: Solver, choice: Solutions, ends: Ends) -> CurvesRecord:
     """Return the pretensions that each limit allows one choice over the elbow angle, as recorded.
 
     Limits on the whole motion have no curve.
 
     Args:
-        problem: The question.
+        solver: Solver of the question.
         choice: The choice.
         ends: Ends of its windows as they are read, (1, conditions). If its pretension does not
             serve all conditions, only those that it serves count (`all_conditions`).
@@ -310,28 +283,23 @@ def curves_of(problem: Problem, choice: Solutions, ends: Ends) -> dict[str, Any]
     """
     lower: dict[str, Array] = {}
     upper: dict[str, Array] = {}
-    numbers = problem.numbers_of(choice.columns)
-    pretension = choice["pretension"][:1]
+    question = solver.question
+    pretension = choice.pretension[:1]
     is_served = (ends.low <= pretension) & (pretension <= ends.high)
     counts = is_served if is_served.any() else ~is_served
-    for _, conditions, design in problem.chunks(numbers, 1):
+    for _, conditions, design in solver.portions(choice.points):
         part_counts = counts[:, conditions, np.newaxis, np.newaxis]
         part_lower, part_upper = end_curves(
-            design, problem.angles, problem.flexion, problem.bounds, part_counts
+            design, question.angles, question.flexion, question.bounds, part_counts
         )
         for name, values in part_lower.items():
             lower[name] = np.maximum(values, lower.get(name, values))
         for name, values in part_upper.items():
             upper[name] = np.minimum(values, upper.get(name, values))
     return {
-        "elbow_angle": problem.angles.ravel().tolist(),
-        "samples": np.unique(problem.study.angles).tolist(),
+        "elbow_angle": question.angles.ravel().tolist(),
+        "samples": np.unique(question.study.angles).tolist(),
         "all_conditions": bool(counts.all()),
-        "lower": {name: _finite_or_null(values) for name, values in lower.items()},
-        "upper": {name: _finite_or_null(values) for name, values in upper.items()},
+        "lower": {name: [*map(finite_or_none, values.tolist())] for name, values in lower.items()},
+        "upper": {name: [*map(finite_or_none, values.tolist())] for name, values in upper.items()},
     }
-
-
-def _finite_or_null(values: Array) -> list[float | None]:
-    """Return values as a list with None for what is not finite."""
-    return [value if np.isfinite(value) else None for value in values.tolist()]

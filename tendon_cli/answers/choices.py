@@ -5,21 +5,19 @@ from __future__ import annotations
 import threading
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
 
-from tendon_cli import say
+from tendon_cli.answer_record import ChoiceRecord, PopulationRecord, as_answer, value_of
 from tendon_cli.answers import tables as answer_tables
-from tendon_cli.answers.candidates import may_refine, solve_part, summarise
+from tendon_cli.answers.design_kind import DESIGN
 from tendon_cli.answers.people import GroupWindows, people_of, population
-from tendon_cli.answers.problem import Problem, question_of, rows_to_prove
-from tendon_cli.answers.question import goals_of
 from tendon_cli.answers.record import make_record, named_rows
-from tendon_cli.answers.text import answer_blocks
+from tendon_cli.answers.text import answer_blocks, answer_text
 from tendon_cli.engine.plan import part_range
+from tendon_cli.engine.table_columns import axis_column
 from tendon_cli.engine.task import FinalFile, Note, Task
 from tendon_cli.errors import SizeError
 from tendon_cli.kernel import columns_writer
@@ -27,6 +25,10 @@ from tendon_cli.space.axis import Axis
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import RowTarget
+from tendon_cli.windows.candidates import may_refine, solve_part, summarise
+from tendon_cli.windows.points import Points
+from tendon_cli.windows.question import Question, question_of, rows_to_prove
+from tendon_cli.windows.solver import Solver
 
 CHOICES_PER_PART = 2**17
 WINDOWS_PER_PART = 2**19
@@ -39,17 +41,17 @@ _LEAST_BYTES = 40
 class Choices(Task):
     """Task that solves every choice of a question under its conditions, and records the answer."""
 
-    verb = "design"
+    kind = DESIGN
 
-    def __init__(self, problem: Problem) -> None:
-        self.problem = problem
-        self.stop = problem.stop
-        self.persons = problem.group_axis
+    def __init__(self, question: Question, stop: threading.Event | None = None) -> None:
+        self.question = question
+        self.stop = stop or threading.Event()
+        self.solver = Solver(question, self.stop)
+        self.persons = question.group_axis
         """Axis of persons or draws, which have a table; None if there are neither."""
-        states = len(problem.choices) * len(problem.conditions) * problem.states_per_design
-        if states >= 2**63:
+        if question.states >= 2**63:
             raise SizeError("more than 2^63 states", hint="fewer values on an axis")
-        rows_to_prove(problem)  # a fault in it is raised before anything is solved
+        rows_to_prove(question)  # a fault in it is raised before anything is solved
 
     @classmethod
     def of(cls, study: Study, stop: threading.Event | None = None) -> Self:
@@ -58,12 +60,12 @@ class Choices(Task):
         Raises:
             TendonError: The study asks no question that can be answered.
         """
-        return cls(replace(question_of(study), stop=stop or threading.Event()))
+        return cls(question_of(study), stop)
 
     @property
     def study(self) -> Study:
         """Study that asks the question."""
-        return self.problem.study
+        return self.question.study
 
     @cached_property
     def tables(self) -> dict[str, int]:
@@ -71,7 +73,7 @@ class Choices(Task):
 
         Parts of choices follow from the question alone; conditions are one part.
         """
-        parts = -(-len(self.problem.choices) // self.length)
+        parts = -(-len(self.question.choices) // self.length)
         tables = Counter(choices=parts, conditions=1)
         tables.update(self.last_files)
         return dict(tables)
@@ -83,7 +85,7 @@ class Choices(Task):
         These are the choices between the points of the grid, if the question lets any be found; the
         named choices; and the persons or draws.
         """
-        tables = ["choices"] if may_refine(self.problem) else []
+        tables = ["choices"] if may_refine(self.question) else []
         tables.append("named")
         if self.persons is not None:
             tables.append(f"{self.persons.key}s")
@@ -92,40 +94,40 @@ class Choices(Task):
     @property
     def length(self) -> int:
         """Number of choices in each part but the last."""
-        return max(1, min(CHOICES_PER_PART, WINDOWS_PER_PART // len(self.problem.conditions)))
+        return max(1, min(CHOICES_PER_PART, WINDOWS_PER_PART // len(self.question.conditions)))
 
     def part(self, index: int) -> range:
         """Return the choices of a part."""
-        return part_range(len(self.problem.choices), self.length, index)
+        return part_range(len(self.question.choices), self.length, index)
 
     @property
     def least_bytes(self) -> int:
         """Bytes that the tables take on a disk at the very least."""
-        return _LEAST_BYTES * len(self.problem.choices)
+        return _LEAST_BYTES * len(self.question.choices)
 
     def check_memory(self) -> None:
         """Raise SizeError if there are too many choices for memory."""
-        count = len(self.problem.choices)
+        count = len(self.question.choices)
         if count > MOST_IN_MEMORY:
             raise SizeError(f"{count:,} choices do not fit into memory", hint="name a folder")
 
     def columns(self, table: str) -> tuple[Column, ...]:
         """Return the columns of a table."""
         if table == "choices":
-            return answer_tables.part_columns(self.problem)
+            return answer_tables.part_columns(self.question)
         if table == "named":
-            return answer_tables.named_columns(self.problem)
+            return answer_tables.named_columns(self.question)
         if table == "conditions" or self.persons is None:
-            return answer_tables.condition_columns(self.problem)
-        return answer_tables.person_columns(self.problem, self.persons)
+            return answer_tables.condition_columns(self.question)
+        return answer_tables.person_columns(self.question, self.persons)
 
     def rows(self, table: str, index: int) -> int:
         """Return the number of rows of a part of a table; not of choices that the record names."""
         if table == "choices":
             return len(self.part(index))
         if table == "conditions" or self.persons is None:
-            return len(self.problem.conditions)
-        people = people_of(self.problem)
+            return len(self.question.conditions)
+        people = people_of(self.question)
         return len(self.persons if people is None else people.persons)
 
     def fill(self, tables: Mapping[str, RowTarget], index: int) -> Note:
@@ -139,15 +141,15 @@ class Choices(Task):
         """
         self.check_stopped()
         part = self.part(index)
-        solutions = solve_part(self.problem, np.arange(part.start, part.stop))
+        solutions = solve_part(self.solver, np.arange(part.start, part.stop))
         refined = np.zeros(len(part), dtype=np.bool_)
-        rows = {"choices": answer_tables.choice_rows(self.problem, solutions, refined)}
+        rows = {"choices": answer_tables.choice_rows(self.question, solutions, refined)}
         if "conditions" in tables:
-            rows["conditions"] = answer_tables.condition_rows(self.problem)
+            rows["conditions"] = answer_tables.condition_rows(self.question)
         for table, target in tables.items():
             count = self.rows(table, index)
             target.fill(count, columns_writer(rows[table], (count,)))
-        return summarise(solutions, goals_of(self.study))
+        return summarise(solutions, self.question.goals)
 
     def is_note(self, index: int, note: Any) -> bool:
         """Return True if the note of a part is as `fill` gives it."""
@@ -172,12 +174,11 @@ class Choices(Task):
 
     def results(self, notes: Sequence[Note]) -> dict[str, Any]:
         """Return the record of the answer, from the notes of all parts."""
-        record, chosen, row = make_record(self.problem, notes)
+        record, chosen, row = make_record(self.solver, notes)
         if self.persons is not None:
-            windows = GroupWindows.of(self.problem, chosen.columns)
-            record["population"] = population(self.problem, chosen, row, windows)
-        blocks = [*answer_blocks(self.problem, record)]
-        return record | {"blocks": blocks, "text": say.as_text(blocks, self.study)}
+            windows = GroupWindows.of(self.solver, chosen.points)
+            record["population"] = population(self.solver, chosen, row, windows)
+        return {**record, "blocks": [*answer_blocks(record)], "text": answer_text(record)}
 
     def warnings(self, record: Mapping[str, Any]) -> list[str]:  # noqa: ARG002
         """Return no warnings: the record has its notes."""
@@ -192,31 +193,33 @@ class Choices(Task):
         Args:
             record: The record of the answer.
         """
-        named = named_rows(record)
+        answer = as_answer(record)
+        named = named_rows(answer)
         if "choices" in self.last_files:
-            refined = [row for row in named if row["refined"]]
+            refined = [row for row in named if value_of(row, "refined")]
             yield self._file_of_rows("choices", self.tables["choices"] - 1, refined)
         yield self._file_of_rows("named", 0, named)
-        if self.persons is not None:
-            yield self._persons_file(self.persons, record["population"])
+        population = answer["population"]
+        if self.persons is not None and population is not None:
+            yield self._persons_file(self.persons, population)
 
-    def _file_of_rows(self, table: str, index: int, rows: Sequence[Mapping[str, Any]]) -> FinalFile:
+    def _file_of_rows(self, table: str, index: int, rows: Sequence[ChoiceRecord]) -> FinalFile:
         """Return a file of a table with rows of the record."""
         values = answer_tables.from_records(self.columns(table), rows)
         layout = self.layout(table, index, len(rows))
         return self.file(table, index), layout, columns_writer(values, (len(rows),))
 
-    def _persons_file(self, axis: Axis, population: Mapping[str, Any]) -> FinalFile:
+    def _persons_file(self, axis: Axis, population: PopulationRecord) -> FinalFile:
         """Return the file of persons or draws under the choice that the record names first."""
         table = f"{axis.key}s"
-        chosen = {}
-        for column in self.columns("choices"):
-            if column.is_axis:
-                value = answer_tables.as_value(column, population["values"][column.name])
-                chosen[column.name] = np.array([value])
+        columns = {}
+        for along in self.question.choices.axes:
+            value = answer_tables.as_value(axis_column(along), population["values"][along.column])
+            columns[along.column] = np.array([value])
+        chosen = Points.of_columns(self.question.choices, columns, 1)
         pretension = np.nan if population["pretension"] is None else population["pretension"]
-        windows = GroupWindows.of(self.problem, chosen)
-        rows = answer_tables.person_rows(self.problem, axis, windows, chosen, pretension)
+        windows = GroupWindows.of(self.solver, chosen)
+        rows = answer_tables.person_rows(self.question, axis, windows, chosen, pretension)
         return (
             f"{table}.parquet",
             self.layout(table, 0),

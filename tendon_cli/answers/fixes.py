@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.phrases import COSTS, Row, costs, parameter
-from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.solve import WORST, Solutions, solve
+from tendon_cli.answer_record import FixRecord
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import Quantity
-from tendon_cli.space.axis import Numbers
 from tendon_cli.studies.study import keys
+from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.units import parse_measure
+from tendon_cli.windows.points import Points
+from tendon_cli.windows.question import Question
+from tendon_cli.windows.solutions import Solutions, solve
+from tendon_cli.windows.solver import Solver
 
 PARAMETERS = {
     "spring.stiffness": (200.0, 5e4),
@@ -54,7 +55,7 @@ FirstOpen = Callable[[Array], tuple[int | None, int]]
 the one that is nearest to giving one."""
 
 
-def fixes(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
+def fixes(solver: Solver, choice: Solutions) -> list[FixRecord]:
     """Return the least change of each parameter alone that gives one choice a window, as recorded.
 
     The parameter that changes by the smallest factor comes first. Values are SI. `after` is null if
@@ -62,60 +63,59 @@ def fixes(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
     can have, rounded so that it gives one, too, and `printed_pretension` is a pretension in that
     window, N.
     """
-    numbers = problem.numbers_of(choice.columns)
     all_fixes = []
     for key in PARAMETERS:
-        before = _current_value(problem, numbers, key)
+        before = _current_value(solver.question, choice.points, key)
         if 0.0 < before < np.inf:
-            all_fixes.append(_fix(problem, numbers, key, before))
+            all_fixes.append(_fix(solver, choice.points, key, before))
     return sorted(
         all_fixes,
         key=lambda fix: abs(np.log(fix["after"] / fix["before"])) if fix["after"] else np.inf,
     )
 
 
-def sampled(problem: Problem, choice: Solutions) -> Problem:
+def sampled(question: Question, choice: Solutions) -> Question:
     """Return the question for some of its groups if all are too many to try changes for.
 
     They are the groups that bind the choice, and others at random.
     """
-    groups = len(problem.weighting)
-    states = len(problem.conditions) * problem.states_per_design
-    if problem.bounds.of_motion:
+    groups = len(question.groups)
+    states = len(question.conditions) * question.states_per_design
+    if question.bounds.of_motion:
         states *= _OF_MOTOR
     most = max(_FEW, groups * _MOST // states)
     if most >= groups:
-        return problem
-    ends = np.array([choice["from_condition"][0], choice["to_condition"][0]])
-    binding = np.unique(problem.groups[np.minimum(ends, len(problem.groups) - 1)])
+        return question
+    ends = np.array([choice.from_binding.condition[0], choice.to_binding.condition[0]])
+    binding = np.unique(question.groups.of[np.minimum(ends, len(question.conditions) - 1)])
     order = np.random.default_rng(1).permutation(groups)
     chosen = np.concatenate([binding, order[~np.isin(order, binding)]])[:most]
-    return problem.select_groups(np.sort(chosen))
+    return question.for_groups(np.sort(chosen))
 
 
-def _current_value(problem: Problem, numbers: Numbers, key: str) -> float:
+def _current_value(question: Question, points: Points, key: str) -> float:
     """Return a parameter's value in a choice; NaN if it differs between conditions or sides."""
-    space = problem.choices.at(numbers, problem.condition_numbers)
-    if key in problem.condition_numbers or key in space.keys_of_sides:
+    space = question.choices.at(points.numbers, question.condition_numbers)
+    if key in question.condition_numbers or key in space.keys_of_sides:
         return np.nan
     unscaled = replace(space.number(key), scales=())
     return float(np.asarray(unscaled.within(space.whole)).item())
 
 
-def _fix(problem: Problem, numbers: Numbers, key: str, before: float) -> dict[str, Any]:
+def _fix(solver: Solver, points: Points, key: str, before: float) -> FixRecord:
     """Return the record of the least change of one parameter that gives a choice a window."""
     low, high = PARAMETERS[key]
 
     def solve_at(values: Array, *, with_worst: bool = False) -> Solutions:
         """Solve the choice with each value of the parameter."""
-        changed = {name: np.repeat(value, len(values)) for name, value in numbers.items()}
-        return solve(problem, changed | {key: values}, len(values), with_worst=with_worst)
+        changed = points.repeat(len(values)).with_numbers({key: values})
+        return solve(solver, changed, with_worst=with_worst)
 
     def first_open(values: Array) -> tuple[int | None, int]:
         """Return the places of the first value with a window, and of the nearest to one."""
         solved = solve_at(values)
-        is_open = solved["feasible"]
-        nearest = int(np.argsort(_width(problem, solved), kind="stable")[-1])
+        is_open = solved.feasible
+        nearest = int(np.argsort(_width(solver.question, solved), kind="stable")[-1])
         return int(np.argmax(is_open)) if is_open.any() else None, nearest
 
     ends = []
@@ -125,17 +125,35 @@ def _fix(problem: Problem, numbers: Numbers, key: str, before: float) -> dict[st
         ends.append(high)
     nearest_values = [_nearest_open(first_open, before, end) for end in ends]
     values = [value for value in nearest_values if value is not None]
-    record = {"parameter": key, "before": before, "after": None, "plausible": (low, high)}
     if not values:
-        return record | {"pretension": None, "printed": "", "printed_pretension": ""}
+        return {
+            "parameter": key,
+            "before": before,
+            "after": None,
+            "plausible": (low, high),
+            "pretension": None,
+            "max_tension": None,
+            "max_spring_extension": None,
+            "peak_motor_torque": None,
+            "min_elbow_stiffness": None,
+            "max_contact_pressure": None,
+            "printed": "",
+            "printed_pretension": "",
+        }
     after = min(values, key=lambda value: abs(np.log(value / before)))
     solved = solve_at(np.array([after]), with_worst=True)
-    results = {name: solved.scalar(name) for name in ("pretension", *WORST)}
     printed, pretension = _printed(solve_at, keys()[key].number.quantity, before, after)
     return {
-        **record,
+        "parameter": key,
+        "before": before,
         "after": after,
-        **{name: value if np.isfinite(value) else None for name, value in results.items()},
+        "plausible": (low, high),
+        "pretension": finite_or_none(solved.pretension[0]),
+        "max_tension": finite_or_none(solved.worst.max_tension[0]),
+        "max_spring_extension": finite_or_none(solved.worst.max_spring_extension[0]),
+        "peak_motor_torque": finite_or_none(solved.worst.peak_motor_torque[0]),
+        "min_elbow_stiffness": finite_or_none(solved.worst.min_elbow_stiffness[0]),
+        "max_contact_pressure": finite_or_none(solved.worst.max_contact_pressure[0]),
         "printed": printed,
         "printed_pretension": pretension,
     }
@@ -153,10 +171,10 @@ def _printed(
         text = say.quantity(quantity, after, digits, toward=toward)
         value = parse_measure(text.replace(",", ""), quantity.dimension).si
         solved = solve_at(np.array([value]))
-        if solved["feasible"][0]:
-            pretension = solved.scalar("pretension")
-            low = solved.scalar("pretension_from")
-            high = solved.scalar("pretension_to")
+        if solved.feasible[0]:
+            pretension = float(solved.pretension[0])
+            low = float(solved.pretension_from[0])
+            high = float(solved.pretension_to[0])
             return text, say.number_within(pretension, low, high, digits=3)
     return repr(after), ""
 
@@ -210,27 +228,10 @@ def edge(
     return open_
 
 
-def _width(problem: Problem, solutions: Solutions) -> Array:
+def _width(question: Question, solutions: Solutions) -> Array:
     """Return the width of windows, N; if a share is enough, the share served in excess of it."""
-    if problem.enough < 1.0:
-        return solutions["served"] - problem.enough
+    if question.serve < 1.0:
+        return solutions.served - question.serve
     with np.errstate(invalid="ignore"):
-        width = solutions["pretension_to"] - solutions["pretension_from"]
+        width = solutions.pretension_to - solutions.pretension_from
     return np.where(np.isnan(width), -np.inf, width)
-
-
-def fixes_table(fixes: list[Row]) -> Iterator[say.Block]:
-    """Yield the table of the value that each parameter alone would have to take."""
-    lines = [["", "N", *COSTS.values()]]
-    idle = []
-    for fix in fixes:
-        if fix["after"] is None:
-            idle.append(keys()[fix["parameter"]].number.quantity.symbol)
-            continue
-        before = parameter(fix["parameter"], fix["before"])
-        lines.append([f"{before} to {fix['printed']}", fix["printed_pretension"], *costs(fix)])
-    yield say.heading("What would help, all else equal")
-    if len(lines) > 1:
-        yield say.table(lines)
-    if idle:
-        yield from say.items([f"no plausible value of these helps: {', '.join(idle)}"])

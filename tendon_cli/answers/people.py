@@ -4,32 +4,52 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers import coverage
-from tendon_cli.answers.coverage import (
+from tendon_cli.answer_record import (
+    BodyRecord,
+    ChoiceRecord,
+    PopulationRecord,
+    ReasonRecord,
+    SexRecord,
+    SizeRecord,
+    SuitRecord,
+    value_of,
+)
+from tendon_cli.answers.question_facts import (
+    condition_values,
+    question_record,
+    value_at,
+)
+from tendon_cli.answers.sensitivity import indices
+from tendon_cli.answers.setup import settings, study_arm
+from tendon_cli.answers.text_bench import FEW_PERSONS
+from tendon_cli.answers.text_people import (
+    LESS,
+    MORE,
+    NEITHER,
+    population_title,
+    reason_words,
+)
+from tendon_cli.model.body import DIMENSIONS
+from tendon_cli.model.kinematics import Array, Flags, Rows
+from tendon_cli.model.limits import LIMIT_NAMES, Codes
+from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, Axis, evenly_spaced
+from tendon_cli.studies.people.population import Population
+from tendon_cli.windows import coverage
+from tendon_cli.windows.coverage import (
     Sizes,
     best_sizes,
     effective_count,
-    group_windows,
     normalise,
     serves,
 )
-from tendon_cli.answers.phrases import LESS, MORE, NEITHER, population_share, row_words, why_not
-from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.question import ColumnArrays
-from tendon_cli.answers.sensitivity import indices
-from tendon_cli.answers.setup import FEW_PERSONS, settings, study_arm
-from tendon_cli.answers.solve import Solutions
-from tendon_cli.model.body import DIMENSIONS
-from tendon_cli.model.kinematics import Array, Flags
-from tendon_cli.model.limits import LIMIT_NAMES, Codes
-from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, Axis, Rows
-from tendon_cli.studies.people.population import Population
-from tendon_cli.studies.values import RIGID
+from tendon_cli.windows.points import Points
+from tendon_cli.windows.question import Question
+from tendon_cli.windows.solutions import Solutions
+from tendon_cli.windows.solver import Solver
 
 MOST_SIZES = 3
 _MOST_ALONG = 16
@@ -60,10 +80,10 @@ class GroupWindows:
     """Row of the condition that binds above."""
 
     @classmethod
-    def of(cls, problem: Problem, columns: ColumnArrays) -> GroupWindows:
-        """Return the windows of all groups of a question for one choice, given by its columns."""
-        windows = problem.windows(problem.numbers_of(columns), 1)
-        groups = int(problem.groups[-1]) + 1
+    def of(cls, solver: Solver, points: Points) -> GroupWindows:
+        """Return the windows of all groups of a question for one choice."""
+        windows = solver.windows(points)
+        groups = len(solver.question.groups)
         low = windows.low.reshape(groups, -1)  # (groups, conditions of each)
         high = windows.high.reshape(groups, -1)
         first_binding = np.argmax(low, axis=1)  # argmax and argmin take the first NaN
@@ -84,90 +104,92 @@ class GroupWindows:
         return serves(self.low, self.high, pretension)
 
 
-def people_of(problem: Problem) -> Population | None:
+def people_of(question: Question) -> Population | None:
     """Return the people of a question; None if it has no axis of persons."""
-    study = problem.study
+    study = question.study
     if study.people is None or PERSON_AXIS not in study.axes:
         return None
     return study.people.population
 
 
-def person_of(problem: Problem, groups: Rows) -> Rows:
+def person_of(question: Question, groups: Rows) -> Rows:
     """Return the row of the population that each group belongs to, for a question about people."""
-    draws = len(problem.axes[DRAW_AXIS]) if DRAW_AXIS in problem.axes else 1
+    draws = len(question.axes[DRAW_AXIS]) if DRAW_AXIS in question.axes else 1
     return groups // draws
 
 
 def population(
-    problem: Problem, chosen: Solutions, row: dict[str, Any], windows: GroupWindows
-) -> dict[str, Any]:
+    solver: Solver, chosen: Solutions, row: ChoiceRecord, windows: GroupWindows
+) -> PopulationRecord:
     """Return the record of a choice for persons or draws: whom it serves, and why not the others.
 
     Args:
-        problem: The question.
+        solver: Solver of the question.
         chosen: The choice.
         row: Its row of the table.
         windows: Its windows for all groups.
     """
-    weighting = problem.weighting
-    people = people_of(problem)
-    pretension = chosen.scalar("pretension")
-    served = chosen.scalar("served_at")
-    largest_share = chosen.scalar("served")
-    curve = coverage.curve(windows.low, windows.high, weighting)
+    question = solver.question
+    groups = question.groups
+    people = people_of(question)
+    pretension = float(chosen.pretension[0])
+    served = float(chosen.served_at[0])
+    largest_share = float(chosen.served[0])
+    curve = coverage.curve(windows.low, windows.high, groups.weighting)
     count = len(curve.pretension)
-    points = np.linspace(0, count - 1, min(count, _MOST_OF_CURVE))
-    thinned = np.unique(points.round().astype(np.int64))
-    effective = effective_count(weighting)
-    record = {
+    thinned = evenly_spaced(count, _MOST_OF_CURVE)
+    record: PopulationRecord = {
         "choice": row["choice"],
-        "values": {axis.column: row[axis.column] for axis in problem.choices.axes},
-        "kind": problem.counted,
+        "values": {axis.column: value_of(row, axis.column) for axis in question.choices.axes},
+        "kind": groups.noun,
         "count": len(windows.low),
-        "effective_count": effective,
-        "counts": problem.counts,
+        "effective_count": groups.effective_count,
+        "counts": dict(groups.counts),
         "window": [row["pretension_from"], row["pretension_to"]],
         "pretension": row["pretension"],
         "served": served,
-        "interval_95": list(say.interval(served, effective)),
+        "interval_95": groups.interval(served),
         "largest_share": largest_share,
         "largest_share_at": curve.best if largest_share > 0.0 else None,
-        "set": {} if people is None else _spread_of_settings(problem, chosen),
-        "by": [] if people is None else _by_sex(problem, people, windows.served(pretension)),
-        "curve": {name: values[thinned].tolist() for name, values in vars(curve).items()},
-        "not_served": reasons_not_served(problem, windows, pretension),
-        "sizes": {} if people is None else dict(_sizes(problem, chosen)),
-        "sobol": indices(problem, problem.numbers_of(chosen.columns)),
+        "set": {} if people is None else _spread_of_settings(question, chosen),
+        "by": [] if people is None else _by_sex(question, people, windows.served(pretension)),
+        "curve": {
+            "pretension": curve.pretension[thinned].tolist(),
+            "share": curve.share[thinned].tolist(),
+            "low": curve.low[thinned].tolist(),
+            "high": curve.high[thinned].tolist(),
+        },
+        "not_served": reasons_not_served(question, windows, pretension),
+        "sizes": {} if people is None else dict(_sizes(solver, chosen)),
+        "sobol": indices(solver, chosen.points),
+        "title": "",
     }
-    share = f"serves {population_share(record)}"
-    if row["pretension"] is not None:
-        share = f"{say.number(row['pretension'])} N {share}"
-    choice = row_words(problem.choices, record["values"])
-    return record | {"title": f"{choice}, {share}" if choice else share}
+    record["title"] = population_title(question_record(question), record)
+    return record
 
 
-def _spread_of_settings(problem: Problem, chosen: Solutions) -> dict[str, list[float]]:
+def _spread_of_settings(question: Question, chosen: Solutions) -> dict[str, list[float]]:
     """Return the range over persons of each tension to set at the choice's pretension, N.
 
     It holds nine persons in ten, or all of them if they are few; it is empty without people.
     """
-    axis = problem.group_axis
+    axis = question.group_axis
     if axis is None:
         return {}
-    design = study_arm(problem, problem.numbers_of(chosen.columns), chosen["pretension"][:1], axis)
-    shares = (0.05, 0.95) if problem.counts[PERSON_AXIS] >= FEW_PERSONS else (0.0, 1.0)
+    design = study_arm(question, chosen.points.at_pretension(chosen.pretension), axis)
+    shares = (0.05, 0.95) if question.groups.counts[PERSON_AXIS] >= FEW_PERSONS else (0.0, 1.0)
     tensions = settings(design, len(axis))
     return {name: np.quantile(values, shares).tolist() for name, values in tensions.items()}
 
 
-def _by_sex(problem: Problem, people: Population, served: Flags) -> list[dict[str, Any]]:
+def _by_sex(question: Question, people: Population, served: Flags) -> list[SexRecord]:
     """Return the share that the pretension serves among men and among women."""
-    if problem.study.design.by != "sex":
+    if question.study.design.by != "sex":
         return []
-    weighting = problem.weighting
-    rows = person_of(problem, np.arange(len(weighting)))
+    weighting = question.groups.weighting
+    rows = person_of(question, np.arange(len(weighting)))
     sexes = np.array(people.sexes)[rows]
-    shares = []
+    shares: list[SexRecord] = []
     for sex in dict.fromkeys(sexes.tolist()):
         groups = np.flatnonzero(sexes == sex)
         weights = normalise(weighting[groups])
@@ -187,8 +209,8 @@ def _by_sex(problem: Problem, people: Population, served: Flags) -> list[dict[st
 
 
 def reasons_not_served(
-    problem: Problem, windows: GroupWindows, pretension: float
-) -> list[dict[str, Any]]:
+    question: Question, windows: GroupWindows, pretension: float
+) -> list[ReasonRecord]:
     """Return the reasons why a pretension does not serve some groups, as recorded.
 
     The most frequent reason comes first. A reason names the limit that is not kept, or both limits
@@ -196,12 +218,12 @@ def reasons_not_served(
     most of these groups; and the persons, the farthest from being served first.
 
     Args:
-        problem: The question.
+        question: The question.
         windows: Windows of one choice for all groups.
         pretension: Its pretension, N.
     """
-    people = people_of(problem)
-    weights = normalise(problem.weighting)
+    people = people_of(question)
+    weights = normalise(question.groups.weighting)
     groups = np.flatnonzero(~windows.served(pretension))
     low = windows.low[groups]
     high = windows.high[groups]
@@ -211,7 +233,8 @@ def reasons_not_served(
     low_by = np.where(needs == LESS, -1, windows.low_by[groups])
     high_by = np.where(needs == MORE, -1, windows.high_by[groups])
     kinds = list(zip(needs.tolist(), low_by.tolist(), high_by.tolist(), strict=True))
-    reasons = []
+    facts = question_record(question)
+    reasons: list[ReasonRecord] = []
     for kind in dict.fromkeys(kinds):
         need, low_code, high_code = kind
         places = [place for place, other in enumerate(kinds) if other == kind]
@@ -221,24 +244,26 @@ def reasons_not_served(
         conditions = []
         if low_code >= 0:
             limits.append(LIMIT_NAMES[low_code])
-            conditions.append(_most_frequent(problem, windows.low_condition[members]))
+            conditions.append(_most_frequent(question, windows.low_condition[members]))
         if high_code >= 0 and high_code != low_code:
             limits.append(LIMIT_NAMES[high_code])
-            conditions.append(_most_frequent(problem, windows.high_condition[members]))
+            conditions.append(_most_frequent(question, windows.high_condition[members]))
         share = float(weights[members].sum())
         names: list[str] = []
-        bodies: dict[str, dict[str, float]] = {}
+        bodies: dict[str, BodyRecord] = {}
         if people is not None:
-            rows = person_of(problem, members)
+            rows = person_of(question, members)
             persons = (rows // people.completions).tolist()
             names = list(dict.fromkeys(people.persons[person] for person in persons))
             bodies = dict(_differences(people, rows))
+        under = [condition_values(question, condition) for condition in conditions]
         reasons.append(
             {
-                "text": why_not(problem, limits, conditions),
+                "text": reason_words(facts, limits, under),
                 "needs": need,
                 "limits": limits,
                 "conditions": conditions,
+                "under": under,
                 "count": len(members),
                 "share": share,
                 "interval_95": list(say.interval(share, effective_count(weights))),
@@ -249,14 +274,13 @@ def reasons_not_served(
     return sorted(reasons, key=lambda reason: (-reason["share"], -reason["count"]))
 
 
-def _most_frequent(problem: Problem, conditions: Rows) -> int:
+def _most_frequent(question: Question, conditions: Rows) -> int:
     """Return the condition that binds in most groups, as a row of the first of these groups."""
-    per_group = len(problem.conditions) // (int(problem.groups[-1]) + 1)
-    within = conditions % per_group
+    within = conditions % question.groups.conditions_per_group
     return int(conditions[np.argmax(within == np.bincount(within).argmax())])
 
 
-def _differences(people: Population, members: Rows) -> Iterator[tuple[str, dict[str, float]]]:
+def _differences(people: Population, members: Rows) -> Iterator[tuple[str, BodyRecord]]:
     """Yield the dimensions in which persons differ from everyone, the largest difference first.
 
     Means are SI; `deviations` is the difference in standard deviations.
@@ -268,7 +292,7 @@ def _differences(people: Population, members: Rows) -> Iterator[tuple[str, dict[
     with np.errstate(divide="ignore", invalid="ignore"):
         difference = np.where(deviation > 0.0, (mean_of_members - mean) / deviation, 0.0)
     for dimension in np.argsort(-np.abs(difference), kind="stable"):
-        record = {
+        record: BodyRecord = {
             "theirs": float(mean_of_members[dimension]),
             "of_all": float(mean[dimension]),
             "deviations": float(difference[dimension]),
@@ -276,45 +300,40 @@ def _differences(people: Population, members: Rows) -> Iterator[tuple[str, dict[
         yield DIMENSIONS[dimension], record
 
 
-def _sizes(problem: Problem, chosen: Solutions) -> Iterator[tuple[str, list[dict[str, Any]]]]:
+def _sizes(solver: Solver, chosen: Solutions) -> Iterator[tuple[str, list[SizeRecord]]]:
     """Yield the best few suits along each axis of the choices, all else as in the chosen one."""
-    draws = len(problem.weighting) // problem.counts[PERSON_AXIS]
-    persons = min(problem.counts[PERSON_AXIS], _MOST_PERSONS)
-    per_group = len(problem.conditions) // len(problem.weighting)
-    conditions = persons * per_group * draws
-    weighting = problem.weighting[: persons * draws : draws]
-    of_persons = problem.under(np.arange(conditions))
-    for axis in problem.choices.axes:
-        spread = np.linspace(0, len(axis) - 1, min(len(axis), _MOST_ALONG))
-        along = np.unique(spread.round().astype(np.int64))
+    question = solver.question
+    draws = len(question.groups) // question.groups.counts[PERSON_AXIS]
+    persons = min(question.groups.counts[PERSON_AXIS], _MOST_PERSONS)
+    groups = question.groups.select(np.arange(persons * draws))
+    weighting = groups.weighting[::draws]
+    of_persons = solver.for_question(question.for_conditions(np.arange(len(groups.of))))
+    for axis in question.choices.axes:
+        along = evenly_spaced(len(axis), _MOST_ALONG)
         if len(along) < 2:
             continue
-        columns = {
-            name: np.repeat(values[:1], len(along)) for name, values in chosen.columns.items()
-        }
+        columns = dict(chosen.points.repeat(len(along)).columns)
         columns[axis.column] = along if axis.names else axis.values[along]
-        ends = of_persons.ends(problem.numbers_of(columns), len(along))
-        low, high = group_windows(ends.low, ends.high, problem.groups[:conditions])
+        ends = of_persons.ends(Points.of_columns(question.choices, columns, len(along)))
+        low, high = groups.windows(ends.low, ends.high)
         if draws > 1:  # a person's window serves enough of the draws
             covered = coverage.share_served(
                 low.reshape(-1, draws),
                 high.reshape(-1, draws),
                 np.ones(draws),
-                enough=problem.enough,
+                serve=question.serve,
             )
             low = covered.low.reshape(len(along), -1)
             high = covered.high.reshape(len(along), -1)
-        best = best_sizes(low, high, weighting, MOST_SIZES, problem.check_stopped)
+        best = best_sizes(low, high, weighting, MOST_SIZES, solver.check_stopped)
         yield axis.column, [_size(axis, along, sizes, persons) for sizes in best]
 
 
-def _size(axis: Axis, along: Rows, sizes: Sizes, persons: int) -> dict[str, Any]:
+def _size(axis: Axis, along: Rows, sizes: Sizes, persons: int) -> SizeRecord:
     """Return the record of the best few suits, whose choices are places in `along`."""
-    suits = []
+    suits: list[SuitRecord] = []
     for choice, pretension in zip(sizes.choices, sizes.pretensions, strict=True):
-        place = along[choice]
-        value = axis.names[place] if axis.names else float(axis.values[place])
-        suits.append({"value": RIGID if value == np.inf else value, "pretension": pretension})
+        suits.append({"value": value_at(axis, along[choice]), "pretension": pretension})
     return {
         "choices": suits,
         "served": sizes.share,

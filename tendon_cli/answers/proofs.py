@@ -9,17 +9,17 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answers.between_samples import estimate_error, worst_between
-from tendon_cli.answers.coverage import group_windows
-from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.question import LEAN, LOADS
-from tendon_cli.answers.solve import Solutions, solve_windows
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array, Flags
+from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.proof import MOST_CELLS, Cells, Proof, first_cells, prove
 from tendon_cli.model.setting import pretension_of
 from tendon_cli.model.whole_motion import refine_ends
-from tendon_cli.model.window import Ends, Positions
-from tendon_cli.space.axis import Numbers, Rows, scale_of
+from tendon_cli.model.window import Ends
+from tendon_cli.space.axis import scale_of
+from tendon_cli.windows.points import Points
+from tendon_cli.windows.question import LEAN, LOADS, Question
+from tendon_cli.windows.solutions import Solutions, solve_windows
+from tendon_cli.windows.solver import Solver
 
 _MARGIN = 1e-6
 """Distance from both ends within which a window is not proved, N: there a limit is just kept."""
@@ -60,9 +60,9 @@ class _ConditionArcs:
     An arc is one posture of the upper arm, or all postures between two.
     """
 
-    problem: Problem
-    numbers: Numbers
-    """Numbers of the choice."""
+    question: Question
+    points: Points
+    """The choice."""
     row: Rows
     """Rows of the conditions; the first of those that differ only within the box."""
     low: Array
@@ -71,32 +71,32 @@ class _ConditionArcs:
     """Largest inclination of the upper arm, rad; NaN for that of the condition itself."""
 
     @classmethod
-    def of(cls, problem: Problem, numbers: Numbers) -> _ConditionArcs:
+    def of(cls, question: Question, points: Points) -> _ConditionArcs:
         """Return the conditions that imply all others.
 
         They are those with the smallest or the largest load and, in an interval of postures, its
         two ends and the arcs between them.
         """
-        is_needed = np.ones(len(problem.conditions), dtype=np.bool_)
-        places = problem.conditions.places(np.arange(len(is_needed)))
-        for axis in problem.conditions.axes:
+        is_needed = np.ones(len(question.conditions), dtype=np.bool_)
+        places = question.conditions.places(np.arange(len(is_needed)))
+        for axis in question.conditions.axes:
             if axis.key in LOADS:
                 extremes = (axis.values.min(), axis.values.max())
                 is_needed &= np.isin(axis.values[places[axis.key]], extremes)
-        for axis in problem.box:
+        for axis in question.box:
             is_needed &= places[axis.key] == 0
         rows = np.flatnonzero(is_needed)
-        leaning = problem.leaning
+        leaning = question.leaning
         if leaning is None:
             unset = np.full(len(rows), np.nan)
-            return cls(problem, numbers, rows, unset, unset)
+            return cls(question, points, rows, unset, unset)
         rows = rows[places[LEAN][rows] == 0]
         edges = np.linspace(leaning.values.min(), leaning.values.max(), _ARCS + 1)
         low = np.append(edges[:-1], edges[[0, -1]])
         high = np.append(edges[1:], edges[[0, -1]])
         return cls(
-            problem,
-            numbers,
+            question,
+            points,
             row=np.repeat(rows, len(low)),
             low=np.tile(low, len(rows)),
             high=np.tile(high, len(rows)),
@@ -137,7 +137,7 @@ class _ConditionArcs:
         Args:
             shares: Place of each number in the box, (arcs, numbers), from -1 to 1.
         """
-        box = self.problem.box
+        box = self.question.box
         numbers: dict[str, Array] = {}
         points = np.broadcast_to(shares, (len(self), len(box)))
         for axis, share in zip(box, points.T, strict=True):
@@ -149,21 +149,21 @@ class _ConditionArcs:
             numbers[scale_of("arm.forearm_mass")] = growth
             numbers[scale_of("load.mass")] = growth
             numbers[LEAN] = self.middles.low
-        return self.problem.paired(self.numbers, np.zeros_like(self.row), self.row, numbers)
+        return self.question.paired_designs(self.points, np.zeros_like(self.row), self.row, numbers)
 
     def prove(self, low: Array, high: Array) -> Proof:
         """Prove that all limits are kept from `low` to `high`, (conditions,) N as they are read."""
-        problem = self.problem
+        question = self.question
         design = self.design()
-        angles = (float(problem.angles.min()), float(problem.angles.max()))
-        ends_of_numbers = np.eye(len(problem.box))
-        cells = first_cells(len(self), angles, problem.flexion, design.knots, len(ends_of_numbers))
+        angles = (float(question.angles.min()), float(question.angles.max()))
+        ends_of_numbers = np.eye(len(question.box))
+        cells = first_cells(len(self), angles, question.flexion, design.knots, len(ends_of_numbers))
         return prove(
             design,
             cells,
             self._as_f0(design, low),
             self._as_f0(design, np.minimum(high, _ENDLESS)),
-            problem.bounds,
+            question.bounds,
             [self.design(end) for end in ends_of_numbers],
         )
 
@@ -186,8 +186,8 @@ class ProvedChoice:
 class Proofs:
     """Choices that an answer names, each proved once."""
 
-    def __init__(self, problem: Problem) -> None:
-        self.problem = problem
+    def __init__(self, solver: Solver) -> None:
+        self.solver = solver
         self.done: dict[tuple[float, ...], ProvedChoice] = {}
         """Proved choices by their values of each axis, in the order in which they were proved."""
 
@@ -196,36 +196,38 @@ class Proofs:
         proved = []
         for place in range(len(choices)):
             choice = choices.select([place])
-            values = tuple(float(column[0]) for column in choice.columns.values())
+            values = tuple(float(column[0]) for column in choice.points.columns.values())
             if values not in self.done:
-                self.done[values] = prove_choice(self.problem, choice)
+                self.done[values] = prove_choice(self.solver, choice)
             proved.append(self.done[values].choice)
         return Solutions.concatenate(proved)
 
 
-def prove_choice(problem: Problem, choice: Solutions) -> ProvedChoice:
+def prove_choice(solver: Solver, choice: Solutions) -> ProvedChoice:
     """Prove the window of one choice; tighten it around each state that breaks a limit."""
-    if problem.enough < 1.0:
-        problem = replace(problem, near=np.inf)
-    numbers = problem.numbers_of(choice.columns)
+    question = solver.question
+    points = choice.points
     status = say.SAMPLED
     cells = 0
     margin = 0.0
-    arcs = _ConditionArcs.of(problem, numbers)
-    ends = problem.ends_over_angles(numbers, 1)
+    arcs = _ConditionArcs.of(question, points)
+    if question.serve < 1.0:
+        ends = solver.ends_over_all_angles(points)
+    else:
+        ends = solver.ends_that_may_bind(points)
     rounds = 0
-    if choice.has_window.item() and problem.study.trajectory is None:
+    if choice.has_window.item() and question.study.trajectory is None:
         rounds = _ROUNDS
-        choice = _solve_again(problem, numbers, choice, ends)
+        choice = _solve_again(solver, choice, ends)
     for _ in range(rounds):
-        low, high = _served_windows(problem, problem.finish_ends(ends, numbers), choice)
+        low, high = _served_windows(question, solver.all_limits(ends, points), choice)
         margin = min(_MARGIN, 0.25 * float(np.max(high - low)))
         arcs = arcs.select((high - low)[arcs.row] >= 2.0 * margin)
         proof = arcs.prove(low + margin, high - margin)
         cells += proof.cells
         failing = np.unique(np.concatenate([proof.broken.row, proof.left.row]))
         if not len(failing):
-            status = say.SAMPLED if problem.is_sampled else say.PROVEN
+            status = say.SAMPLED if question.is_sampled else say.PROVEN
             break
         status = say.OPEN
         if cells > MOST_CELLS:
@@ -238,8 +240,8 @@ def prove_choice(problem: Problem, choice: Solutions) -> ProvedChoice:
             postures = arcs.select(failing).middles
             broken = postures.prove(low + margin, high - margin).broken
         if len(broken):
-            ends = _tighten(problem, ends, broken, postures)
-            choice = _solve_again(problem, numbers, choice, ends)
+            ends = _tighten(question, ends, broken, postures)
+            choice = _solve_again(solver, choice, ends)
             if not choice.has_window.item():
                 break
         elif not can_halve.any():
@@ -250,42 +252,41 @@ def prove_choice(problem: Problem, choice: Solutions) -> ProvedChoice:
     is_open = status == say.OPEN
     estimate = None
     if not is_open and choice.has_window.item():
-        estimate = estimate_error(problem, numbers, choice, ends)
+        estimate = estimate_error(solver, choice, ends)
     certificate = Certificate(status, cells, 0.0 if is_open else margin, estimate)
-    known = {"between_samples": np.array([say.STATUSES.index(status)])}
-    choice = replace(choice, results=choice.results | known)
-    return ProvedChoice(choice, certificate, problem.finish_ends(ends, numbers))
+    choice = replace(choice, between_samples=np.array([say.STATUSES.index(status)]))
+    return ProvedChoice(choice, certificate, solver.all_limits(ends, points))
 
 
-def _served_windows(problem: Problem, ends: Ends, choice: Solutions) -> tuple[Array, Array]:
+def _served_windows(question: Question, ends: Ends, choice: Solutions) -> tuple[Array, Array]:
     """Return the ends of the window that must hold under each condition, (conditions,).
 
     They are as they are read, N. The window is empty under a condition that need not be served.
     """
-    low = choice["pretension_from"]
-    high = choice["pretension_to"]
-    if problem.enough >= 1.0:
-        count = len(problem.conditions)
+    low = choice.pretension_from
+    high = choice.pretension_to
+    if question.serve >= 1.0:
+        count = len(question.conditions)
         return np.repeat(low, count), np.repeat(high, count)
-    group_low, group_high = group_windows(ends.low, ends.high, problem.groups)
+    group_low, group_high = question.groups.windows(ends.low, ends.high)
     served_low = np.maximum(group_low[0], low)
     served_high = np.minimum(group_high[0], high)
-    return served_low[problem.groups], served_high[problem.groups]
+    return served_low[question.groups.of], served_high[question.groups.of]
 
 
-def _tighten(problem: Problem, ends: Ends, broken: Cells, postures: _ConditionArcs) -> Ends:
+def _tighten(question: Question, ends: Ends, broken: Cells, postures: _ConditionArcs) -> Ends:
     """Return ends of one choice, tightened around the states that break a limit.
 
     Args:
-        problem: The question.
+        question: The question.
         ends: Ends over all angles, (1, conditions), as F0.
         broken: Cells in whose middle a limit is not kept; their rows are places in `postures`.
         postures: Conditions in single postures.
     """
     ends = Ends(**{name: values.copy() for name, values in vars(ends).items()})
-    angles = problem.angles.ravel()
+    angles = question.angles.ravel()
     middle = broken.middle  # (cells, 1 + numbers): angle, rad, and place in the box
-    direction = (broken.flexion[:, np.newaxis] == problem.flexion.ravel()).argmax(axis=1)
+    direction = (broken.flexion[:, np.newaxis] == question.flexion.ravel()).argmax(axis=1)
     nearest = np.abs(middle[:, :1] - angles).argmin(axis=1)
     state = direction * len(angles) + nearest
     sides = (
@@ -312,7 +313,7 @@ def _tighten(problem: Problem, ends: Ends, broken: Cells, postures: _ConditionAr
 
 
 def _tightest_ends(
-    postures: _ConditionArcs, points: Array, state: Positions, *, upper: bool
+    postures: _ConditionArcs, points: Array, state: Rows, *, upper: bool
 ) -> tuple[Rows, list[Any]]:
     """Seek the tightest ends near points at which a limit is broken.
 
@@ -326,13 +327,13 @@ def _tightest_ends(
         The conditions, and for each the end (N, as F0), its state and its angle (rad). If there
         is a box, only the tightest ends are returned.
     """
-    problem = postures.problem
-    box = problem.box
+    question = postures.question
+    box = question.box
     sign = -1.0 if upper else 1.0
     shares = points[:, 1:]
 
     def ends_at(
-        selected: _ConditionArcs, shares: Array, state: Positions, start: Array | None = None
+        selected: _ConditionArcs, shares: Array, state: Rows, start: Array | None = None
     ) -> list[Any]:
         """Return ends (N), states and angles (rad) at points of the box."""
         unbounded = np.full(len(state), -sign * np.inf)
@@ -341,9 +342,9 @@ def _tightest_ends(
                 selected.design(shares),
                 state,
                 unbounded,
-                problem.angles.ravel(),
-                problem.flexion,
-                problem.bounds,
+                question.angles.ravel(),
+                question.flexion,
+                question.bounds,
                 upper=upper,
                 start=start,
             )
@@ -385,8 +386,9 @@ def _tightest_ends(
     return postures.row, best
 
 
-def _solve_again(problem: Problem, numbers: Numbers, choice: Solutions, ends: Ends) -> Solutions:
+def _solve_again(solver: Solver, choice: Solutions, ends: Ends) -> Solutions:
     """Solve one choice from the ends of its windows over all angles, (1, conditions), as F0."""
-    solved, served = solve_windows(problem, numbers, 1, problem.finish_ends(ends, numbers))
-    worst_values = worst_between(problem, numbers, solved["pretension"], served)
-    return replace(choice, results=solved.with_worst(slice(None), worst_values).results)
+    points = choice.points
+    solved, served = solve_windows(solver, points, solver.all_limits(ends, points))
+    worst = worst_between(solver, points, solved.pretension, served)
+    return solved.with_worst(slice(None), worst)

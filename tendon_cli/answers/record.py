@@ -2,28 +2,53 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any, cast
 
 import numpy as np
 
-from tendon_cli.answers import candidates
-from tendon_cli.answers.between_samples import METHOD, curves_of, scope
-from tendon_cli.answers.candidates import LimitPair
+from tendon_cli.answer_record import (
+    AnswerResults,
+    BestRecord,
+    BetweenSamples,
+    CertificateRecord,
+    ChoiceCertificate,
+    ChoiceRecord,
+    ConflictRecord,
+    FixRecord,
+    RelaxationRecord,
+)
+from tendon_cli.answers.between_samples import curves_of
 from tendon_cli.answers.fixes import fixes, sampled
-from tendon_cli.answers.problem import Problem, rows_to_prove
-from tendon_cli.answers.proofs import Proofs, ProvedChoice
-from tendon_cli.answers.question import Goal, goals_of
+from tendon_cli.answers.proofs import Certificate, Proofs, ProvedChoice
+from tendon_cli.answers.question_facts import (
+    condition_values,
+    goal_record,
+    notes_of,
+    question_record,
+)
 from tendon_cli.answers.relax import relaxations
 from tendon_cli.answers.sensitivity import sensitivities
-from tendon_cli.answers.setup import bench_record
-from tendon_cli.answers.solve import Solutions, solve_rows
+from tendon_cli.answers.setup import drift_record, remarks, setting_record
 from tendon_cli.answers.tables import as_records, choice_columns, choice_rows
+from tendon_cli.answers.text_notes import (
+    PROOF_METHOD,
+    note_on_remedies,
+    note_on_worst_values,
+    scope_words,
+)
 from tendon_cli.engine.task import Note
+from tendon_cli.model.kinematics import Rows
 from tendon_cli.model.window import Ends
+from tendon_cli.space.axis import evenly_spaced
+from tendon_cli.tables.schema import finite_or_none
+from tendon_cli.windows import candidates
+from tendon_cli.windows.candidates import LimitPair
+from tendon_cli.windows.question import LOADS, Question, rows_to_prove
+from tendon_cli.windows.solutions import Solutions, solve
+from tendon_cli.windows.solver import Solver
 
 _REFINED_ON_FRONT = 24
 """Most choices of a front that are refined between the points of the grid."""
@@ -33,9 +58,7 @@ _REFINED_ON_FRONT = 24
 class NamedChoices:
     """Choices that an answer names, with their windows proved."""
 
-    problem: Problem
-    goals: tuple[Goal, ...]
-    """Goals of the study; none if it leaves them open."""
+    question: Question
     best: dict[str, Solutions] = field(default_factory=dict)
     """Best choice by each goal's column; the best compromise of a front under an empty name."""
     gains: dict[str, float] = field(default_factory=dict)
@@ -48,25 +71,27 @@ class NamedChoices:
     """Order of choices between the points of the grid in the table, by their values."""
 
     @classmethod
-    def of(cls, problem: Problem, choices: Solutions) -> NamedChoices:
+    def of(cls, solver: Solver, choices: Solutions) -> NamedChoices:
         """Return the best of some choices, refined between the points of the grid if possible."""
-        named = cls(problem, goals_of(problem.study))
-        feasible = choices.select(choices["feasible"])
+        question = solver.question
+        goals = question.goals
+        named = cls(question)
+        feasible = choices.select(choices.feasible)
         if not len(feasible):
             return named
-        for goal in problem.goals:
+        for goal in question.ranking:
             scores = feasible.scores((goal,))[:, 0]
             start = feasible.select([candidates.best_of(feasible, scores)])
-            best = candidates.refine_choice(problem, (goal,), start) or start
+            best = candidates.refine_choice(solver, (goal,), start) or start
             before = start.scores((goal,)).item()
             after = best.scores((goal,)).item()
             named.best[goal.column] = best
             if after != before and before:
                 named.gains[goal.column] = (after - before) / abs(before)
-        if len(named.goals) > 1:
-            on_front = _front(problem, named.goals, feasible, list(named.best.values()))
+        if len(goals) > 1:
+            on_front = _front(solver, feasible, list(named.best.values()))
             named.front = named.with_rows(on_front)
-            scores = named.front.scores(named.goals)
+            scores = named.front.scores(goals)
             named.best = {"": named.front.select([candidates.compromise(scores)])}
             named.given_up = float(candidates.losses(scores).max(axis=1).min())
         named.best = {column: named.with_rows(choice) for column, choice in named.best.items()}
@@ -76,10 +101,10 @@ class NamedChoices:
         """Give choices without a row one after the rows of the grid; equal choices share theirs."""
         rows = choices.row.copy()
         for place in np.flatnonzero(rows < 0):
-            values = tuple(column[place].item() for column in choices.columns.values())
+            values = tuple(column[place].item() for column in choices.points.columns.values())
             after_grid = self.places.setdefault(values, len(self.places))
-            rows[place] = len(self.problem.choices) + after_grid
-        return replace(choices, row=rows)
+            rows[place] = len(self.question.choices) + after_grid
+        return choices.with_row(rows)
 
     def prove(self, proofs: Proofs) -> None:
         """Prove the windows of all choices, beginning with the one that is named first."""
@@ -87,29 +112,46 @@ class NamedChoices:
         if self.front is not None:
             self.front = proofs.prove(self.front)
 
-    def records(self, choices: Solutions) -> list[dict[str, Any]]:
-        """Return choices as rows of the table for JSON, each with its row number as `choice`."""
-        is_refined = choices.row >= len(self.problem.choices)
-        on_front = np.full(len(choices), self.front is not None or len(self.goals) == 1)
-        rows = choice_rows(self.problem, choices, is_refined) | {"on_front": on_front}
-        records = as_records(choice_columns(self.problem), rows)
+    @property
+    def rows_on_front(self) -> Rows:
+        """Rows of the choices that no other beats; none if the study leaves its goals open."""
+        if self.front is not None:
+            return self.front.row
+        if len(self.question.goals) == 1 and self.best:
+            return next(iter(self.best.values())).row
+        return np.empty(0, dtype=np.int64)
+
+    def records(self, choices: Solutions) -> list[ChoiceRecord]:
+        """Return choices as rows of the table for JSON, with their rows and what binds them."""
+        is_refined = choices.row >= len(self.question.choices)
+        on_front = np.isin(choices.row, self.rows_on_front)
+        rows = choice_rows(self.question, choices, is_refined) | {"on_front": on_front}
+        records = as_records(choice_columns(self.question), rows)
         return [
-            {"choice": number, **record}
+            self._record(number, record)
             for number, record in zip(choices.row.tolist(), records, strict=True)
         ]
 
+    def _record(self, number: int, row: dict[str, Any]) -> ChoiceRecord:
+        """Return a choice from its row of the table, with the conditions that bind it."""
+        under = {}
+        for end in ("from", "to"):
+            binds = row[f"{end}_by"] is not None
+            condition = row[f"{end}_condition"]
+            under[f"{end}_under"] = condition_values(self.question, condition) if binds else {}
+        return cast("ChoiceRecord", {"choice": number, **row, **under})
 
-def _front(
-    problem: Problem, goals: tuple[Goal, ...], feasible: Solutions, bests: list[Solutions]
-) -> Solutions:
+
+def _front(solver: Solver, feasible: Solutions, bests: list[Solutions]) -> Solutions:
     """Return the front, its choices refined between the points of the grid if possible.
 
     Args:
-        problem: The question.
-        goals: Goals of the study, at least two.
+        solver: Solver of the question, which has at least two goals.
         feasible: Choices of the grid with a window.
         bests: The best choice by each goal.
     """
+    question = solver.question
+    goals = question.goals
 
     def front_of(choices: Solutions) -> Solutions:
         """Select the front, in the order of the first goal."""
@@ -118,42 +160,43 @@ def _front(
 
     on_front = front_of(feasible)
     count = len(on_front)
-    if count > _REFINED_ON_FRONT and any(axis.is_range for axis in problem.choices.axes):
-        places = np.linspace(0, count - 1, _REFINED_ON_FRONT).round().astype(np.int64)
-        on_front = on_front.select(places)
+    if count > _REFINED_ON_FRONT and any(axis.is_range for axis in question.choices.axes):
+        on_front = on_front.select(evenly_spaced(count, _REFINED_ON_FRONT))
     choices = []
     for place in range(len(on_front)):
         choice = on_front.select([place])
-        choices.append(candidates.refine_choice(problem, goals, choice) or choice)
+        choices.append(candidates.refine_choice(solver, goals, choice) or choice)
     return front_of(Solutions.concatenate(choices + bests))
 
 
 def make_record(
-    problem: Problem, notes: Sequence[Note]
-) -> tuple[dict[str, Any], Solutions, dict[str, Any]]:
+    solver: Solver, notes: Sequence[Note]
+) -> tuple[AnswerResults, Solutions, ChoiceRecord]:
     """Make the record of an answer.
 
     Choices that may matter are solved again, since the notes have only their rows. A choice that
     seems to have a window may lose it by the proof: then the best are chosen again without it.
 
     Args:
-        problem: The question.
+        solver: Solver of the question.
         notes: Notes of all parts.
 
     Returns:
         The record; the choice that is named first, or else the one that serves most; its row in
         the table.
     """
-    to_prove = rows_to_prove(problem)
+    question = solver.question
+    to_prove = rows_to_prove(question)
     relevant_rows = [row for note in notes for row in note["rows"]]
-    relevant = solve_rows(problem, np.unique([*relevant_rows, *to_prove.tolist()]))
+    rows = np.unique([*relevant_rows, *to_prove.tolist()])
+    relevant = solve(solver, question.points(rows))
     feasible = sum(note["feasible"] for note in notes)
     conflicts = Counter[LimitPair]()
     for note in notes:
         conflicts.update({tuple(names): count for names, count in note["conflicts"]})
     while True:
-        named = NamedChoices.of(problem, relevant)
-        proofs = Proofs(problem)
+        named = NamedChoices.of(solver, relevant)
+        proofs = Proofs(solver)
         named.prove(proofs)
         proved = None
         if len(to_prove):
@@ -169,49 +212,70 @@ def make_record(
     ends = None
     if chosen is not None:
         of_chosen = next(iter(proofs.done.values()))
-        between = _between_samples(problem, chosen, of_chosen, proofs)
+        between = _between_samples(solver, chosen, of_chosen, proofs)
         ends = of_chosen.ends
-    record = {
+    named_first = chosen
+    if named_first is None:
+        named_first = relevant.select([int(np.argmax(relevant.served))])
+    fixed, relaxed, notes_on_remedies = _remedies(solver, relevant, conflicts, chosen)
+    record: AnswerResults = {
+        "question": question_record(question),
         "choices": sum(note["choices"] for note in notes),
-        "conditions": len(problem.conditions),
+        "conditions": len(question.conditions),
         "feasible": feasible,
-        "serve": problem.enough,
-        **_best_record(problem, named, chosen, ends),
+        "serve": question.serve,
+        **_best_record(solver, named, chosen, ends),
         "between_samples": between,
         "proved": [] if proved is None else named.records(proved),
-        **_conflict_record(problem, named, relevant, conflicts, chosen),
+        "conflicts": [*_conflicts(named, relevant, conflicts)],
+        "fixes": fixed,
+        "would_take": relaxed,
+        "notes": [*_notes(question), *notes_on_remedies],
         "population": None,
     }
-    if chosen is None:
-        chosen = relevant.select([int(np.argmax(relevant["served"]))])
-    return record, chosen, named.records(chosen)[0]
+    return record, named_first, named.records(named_first)[0]
 
 
 def _lost_windows(relevant: Solutions, proofs: Proofs) -> list[Solutions]:
     """Return proved choices that have no window, although they seemed to have one before."""
-    seemed_feasible = relevant.row[relevant["feasible"]]
+    seemed_feasible = relevant.row[relevant.feasible]
     choices = [proved.choice for proved in proofs.done.values()]
     return [
         choice
         for choice in choices
-        if not choice["feasible"].item() and choice.row.item() in seemed_feasible
+        if not choice.feasible.item() and choice.row.item() in seemed_feasible
     ]
 
 
 def _between_samples(
-    problem: Problem, chosen: Solutions, of_chosen: ProvedChoice, proofs: Proofs
-) -> dict[str, Any]:
+    solver: Solver, chosen: Solutions, of_chosen: ProvedChoice, proofs: Proofs
+) -> BetweenSamples:
     """Return the record of all proofs, with the scope and curves of the choice named first."""
-    of_each = [
-        {"choice": proved.choice.row.item(), **asdict(proved.certificate)}
+    of_each: list[ChoiceCertificate] = [
+        {"choice": proved.choice.row.item(), **_certificate_record(proved.certificate)}
         for proved in proofs.done.values()
     ]
+    intervals = [
+        axis
+        for axis in solver.question.conditions.axes
+        if (axis.key in LOADS or axis.is_interval) and len(axis) > 1
+    ]
     return {
-        **asdict(of_chosen.certificate),
+        **_certificate_record(of_chosen.certificate),
         "choices": of_each,
-        "method": METHOD,
-        "scope": scope(problem),
-        "curves": curves_of(problem, chosen, of_chosen.ends),
+        "method": PROOF_METHOD,
+        "scope": scope_words(solver.question.angles, intervals),
+        "curves": curves_of(solver, chosen, of_chosen.ends),
+    }
+
+
+def _certificate_record(certificate: Certificate) -> CertificateRecord:
+    """Return the record of the proof of one choice."""
+    return {
+        "status": certificate.status,
+        "cells": certificate.cells,
+        "margin": certificate.margin,
+        "estimate": certificate.estimate,
     }
 
 
@@ -219,67 +283,70 @@ def _between_samples(
 
 
 def _best_record(
-    problem: Problem, named: NamedChoices, chosen: Solutions | None, ends: Ends | None
-) -> dict[str, Any]:
+    solver: Solver, named: NamedChoices, chosen: Solutions | None, ends: Ends | None
+) -> BestRecord:
     """Return the record of the best choices, and of the first of them on the bench, in SI."""
+    question = solver.question
     best = {column: named.records(choice)[0] for column, choice in named.best.items()}
-    return {
-        "goals": [asdict(goal) for goal in named.goals],
+    record: BestRecord = {
+        "goals": [goal_record(goal) for goal in question.goals],
         "best": next(iter(best.values()), None),
-        "best_by": {} if named.goals else best,
+        "best_by": {} if question.goals else best,
         "given_up": named.given_up,
-        "window_for_all": None if ends is None else _window_for_all(problem, ends),
+        "window_for_all": None if ends is None else _window_for_all(question, ends),
         "gains": named.gains,
         "front": [] if named.front is None else named.records(named.front),
-        **({} if chosen is None else bench_record(problem, chosen)),
-        "sensitivities": [] if chosen is None else sensitivities(problem, chosen),
+        "setting": None,
+        "drift": None,
+        "remarks": [],
+        "sensitivities": [],
     }
+    if chosen is not None:
+        record["setting"] = setting_record(question, chosen)
+        record["drift"] = drift_record(question, chosen)
+        record["remarks"] = [*remarks(solver, chosen)]
+        record["sensitivities"] = sensitivities(solver, chosen)
+    return record
 
 
-def _window_for_all(problem: Problem, ends: Ends) -> list[float | None] | None:
+def _window_for_all(question: Question, ends: Ends) -> list[float | None] | None:
     """Return the window that serves all, N; None if there is none, or if all must be served."""
-    if problem.enough >= 1.0:
+    if question.serve >= 1.0:
         return None
     low = float(ends.low.max())
     high = float(ends.high.min())
     if not low <= high:
         return None
-    return [low, high if math.isfinite(high) else None]
+    return [low, finite_or_none(high)]
 
 
-def _conflict_record(
-    problem: Problem,
-    named: NamedChoices,
-    relevant: Solutions,
-    conflicts: Counter[LimitPair],
-    chosen: Solutions | None,
-) -> dict[str, Any]:
-    """Return the record of conflicts, of fixes if no choice has a window, and of notes."""
-    notes = [*problem.notes]
-    if candidates.leaves_out(problem):
-        notes.append(
-            f"windows are worked out for all {len(problem.choices):,} choices, the worst values at"
-            " their pretension only for those that may matter; they are null in the others"
-        )
-    record: dict[str, Any] = {"fixes": [], "would_take": [], "notes": notes}
-    record["conflicts"] = [*_conflicts(named, relevant, conflicts)]
-    if chosen is None:
-        closest = candidates.nearest(relevant)
-        tried = sampled(problem, closest)
-        if len(tried.weighting) < len(problem.weighting):
-            share = f"{len(tried.weighting):,} of the {len(problem.weighting):,} {problem.counted}"
-            notes.append(
-                f"what would help is worked out for {share}: those that bind, and others at random"
-            )
-        limits = {limit for pair in conflicts for limit in pair}
-        record["fixes"] = fixes(tried, closest)
-        record["would_take"] = relaxations(problem, limits)
-    return record
+def _notes(question: Question) -> Iterator[str]:
+    """Yield the notes of a question, and one on the worst values if not all choices have them."""
+    yield from notes_of(question)
+    if candidates.leaves_out(question):
+        yield note_on_worst_values(len(question.choices))
+
+
+def _remedies(
+    solver: Solver, relevant: Solutions, conflicts: Counter[LimitPair], chosen: Solutions | None
+) -> tuple[list[FixRecord], list[RelaxationRecord], list[str]]:
+    """Return fixes, relaxations, and notes on them, if no choice has a window."""
+    if chosen is not None:
+        return [], [], []
+    question = solver.question
+    groups = question.groups
+    closest = candidates.nearest(relevant)
+    tried = sampled(question, closest)
+    notes = []
+    if len(tried.groups) < len(groups):
+        notes.append(note_on_remedies(len(tried.groups), len(groups), groups.noun))
+    limits = {limit for pair in conflicts for limit in pair}
+    return fixes(solver.for_question(tried), closest), relaxations(solver, limits), notes
 
 
 def _conflicts(
     named: NamedChoices, relevant: Solutions, conflicts: Counter[LimitPair]
-) -> Iterator[dict[str, Any]]:
+) -> Iterator[ConflictRecord]:
     """Yield the limits that leave choices without a window, the most frequent conflict first.
 
     `gap` is the distance between the pretensions asked for, N, in the choice that is nearest to a
@@ -288,16 +355,16 @@ def _conflicts(
     rows_of_pairs = candidates.conflicts_of(relevant)
     for pair, count in conflicts.most_common():
         closest = candidates.nearest(relevant.select(rows_of_pairs[pair]))
-        gap = closest.scalar("pretension_from") - closest.scalar("pretension_to")
+        gap = float(closest.pretension_from[0]) - float(closest.pretension_to[0])
         yield {
             "limits": list(pair),
             "choices": count,
-            "gap": gap if math.isfinite(gap) else None,
+            "gap": finite_or_none(gap),
             "nearest": named.records(closest)[0],
         }
 
 
-def named_rows(record: Mapping[str, Any]) -> list[dict[str, Any]]:
+def named_rows(record: AnswerResults) -> list[ChoiceRecord]:
     """Return the choices that a record names, in the order of their rows in the table.
 
     Those between the points of the grid follow all others.

@@ -7,23 +7,24 @@ least change; for postures and anchors that is not proved.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from tendon_cli import say
+from tendon_cli.answer_record import RelaxationRecord, Values
 from tendon_cli.answers.fixes import edge
-from tendon_cli.answers.phrases import Row, row_words
-from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.solve import Solutions, solve
-from tendon_cli.model.kinematics import Array
+from tendon_cli.answers.question_facts import recorded_value
+from tendon_cli.answers.text_remedies import quantity_of_demand
+from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.model.limits import LIMITS
-from tendon_cli.quantities import QUANTITIES, Quantity
-from tendon_cli.space.axis import Numbers, Rows
-from tendon_cli.space.space import Space
-from tendon_cli.studies.study import keys
-from tendon_cli.studies.values import RIGID
+from tendon_cli.quantities import Quantity
+from tendon_cli.space.axis import evenly_spaced
 from tendon_cli.units import parse_measure
+from tendon_cli.windows.points import Points
+from tendon_cli.windows.question import Question
+from tendon_cli.windows.solutions import Solutions, solve
+from tendon_cli.windows.solver import Solver
 
 _MOST = 2**28
 """Most states of all choices under all conditions; beyond it, evenly spaced choices are tried."""
@@ -57,63 +58,50 @@ class Demand(NamedTuple):
     @property
     def quantity(self) -> Quantity:
         """Quantity of the value."""
-        return _quantity_of(self.key)
+        return quantity_of_demand(self.key)
 
-    def relaxed(
-        self, problem: Problem, value: float, numbers: Numbers, count: int
-    ) -> tuple[Problem, Numbers]:
+    def relaxed(self, question: Question, value: float, points: Points) -> tuple[Question, Points]:
         """Return the question and its choices with another value of this demand.
 
         Values of conditions are scaled toward 0 together.
 
         Args:
-            problem: The question.
+            question: The question.
             value: The value, SI.
-            numbers: Numbers of the choices.
-            count: Number of choices.
-
-        Returns:
-            The question and the numbers of the choices.
+            points: The choices.
         """
         if self.key.startswith("limits."):
-            return problem.bounded(self.key.removeprefix("limits."), value), numbers
-        of_conditions = problem.condition_numbers.get(self.key)
+            return question.with_bound(self.key.removeprefix("limits."), value), points
+        of_conditions = question.condition_numbers.get(self.key)
         if of_conditions is None:
-            return problem, {**numbers, self.key: np.full(count, value)}
+            return question, points.with_numbers({self.key: np.full(len(points), value)})
         scaled = of_conditions * (value / np.abs(of_conditions).max())
-        return problem.saying({self.key: scaled}), numbers
+        return question.with_numbers({self.key: scaled}), points
 
 
-def _quantity_of(key: str) -> Quantity:
-    """Return the quantity of a number, or of a limit, by its key."""
-    limit = key.removeprefix("limits.")
-    if limit == key:
-        return keys()[key].number.quantity
-    return QUANTITIES.get(limit, QUANTITIES["pretension"])
-
-
-def relaxations(problem: Problem, limits: set[str]) -> list[dict[str, Any]]:
+def relaxations(solver: Solver, limits: set[str]) -> list[RelaxationRecord]:
     """Return the least change of each demand that gives some choice a window, as recorded.
 
     Args:
-        problem: The question.
+        solver: Solver of the question.
         limits: Limits that leave choices without a window.
 
     Returns:
         Records, SI. `after` is null if even `farthest` gives no window; `served` is then the
         largest share, else that of the choice that is named, at `pretension`, N.
     """
-    count = len(problem.choices)
-    states = len(problem.conditions) * problem.states_per_design
+    question = solver.question
+    count = len(question.choices)
+    states = len(question.conditions) * question.states_per_design
     most = max(1, _MOST // states)
-    rows = np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
-    return [_least_change(problem, demand) for demand in _demands(problem, limits, rows)]
+    rows = evenly_spaced(count, most)
+    return [_least_change(solver, demand) for demand in _demands(question, limits, rows)]
 
 
-def _demands(problem: Problem, limits: set[str], rows: Rows) -> Iterator[Demand]:
+def _demands(question: Question, limits: set[str], rows: Rows) -> Iterator[Demand]:
     """Yield the demands of a study that could be relaxed."""
-    for name in sorted(limits & set(problem.bounds)):
-        value = float(problem.bounds[name])
+    for name in sorted(limits & set(question.bounds)):
+        value = float(question.bounds[name])
         is_stiffness = name == "min_elbow_stiffness"
         if is_stiffness:
             farthest = value - _SOFTER
@@ -124,49 +112,53 @@ def _demands(problem: Problem, limits: set[str], rows: Rows) -> Iterator[Demand]
         if (value > 0.0 or is_stiffness) and np.isfinite(value):
             yield Demand(f"limits.{name}", value, farthest, rows)
 
-    single = problem.choices.single
+    single = question.choices.single
     of_choices = []
     if "max_contact_pressure" in limits:
         same_width = np.full(len(rows), single.get(_WIDTH, np.nan))
-        widths = np.asarray(problem.choices.numbers(rows).get(_WIDTH, same_width))
+        widths = np.asarray(question.choices.numbers(rows).get(_WIDTH, same_width))
         is_widest = widths == widths.max()
         of_choices.append(Demand(_WIDTH, float(widths.max()), _WIDEST, rows[is_widest]))
     of_choices.append(Demand(_ANCHOR, float(single.get(_ANCHOR, np.inf)), _FIRMEST, rows))
     for demand in of_choices:
         is_plausible = 0.0 < demand.before < demand.farthest
-        if is_plausible and demand.key not in problem.condition_numbers:
+        if is_plausible and demand.key not in question.condition_numbers:
             yield demand
 
     for key in ("load.mass", "arm.upper_arm_angle"):
-        values = problem.condition_numbers.get(key)
+        values = question.condition_numbers.get(key)
         if values is not None and np.ptp(values) > 0.0:
             yield Demand(key, float(np.abs(values).max()), 0.0, rows)
 
 
-def _least_change(problem: Problem, demand: Demand) -> dict[str, Any]:
+def _least_change(solver: Solver, demand: Demand) -> RelaxationRecord:
     """Return the record of the least change of one demand."""
+    question = solver.question
 
     def solve_with(value: float, rows: Rows) -> Solutions:
         """Solve choices with another value of the demand."""
-        relaxed, numbers = demand.relaxed(problem, value, problem.choices.numbers(rows), len(rows))
-        solved = solve(relaxed, numbers, len(rows), with_worst=False)
-        return Solutions(solved.results, rows, problem.choices.columns(rows))
+        relaxed, points = demand.relaxed(question, value, question.points(rows))
+        return solve(solver.for_question(relaxed), points, with_worst=False)
 
-    record: dict[str, Any] = {
-        "key": demand.key,
-        "before": demand.before,
-        "farthest": demand.farthest,
-        "after": None,
-    }
     solved = solve_with(demand.farthest, demand.rows)
-    if not solved["feasible"].any():
-        return record | {"printed": "", "choice": None, "served": float(solved["served"].max())}
-    rows = solved.row[solved["feasible"]]
+    if not solved.feasible.any():
+        return {
+            "key": demand.key,
+            "before": demand.before,
+            "farthest": demand.farthest,
+            "after": None,
+            "printed": "",
+            "choice": None,
+            "values": {},
+            "pretension": None,
+            "served": float(solved.served.max()),
+        }
+    rows = solved.row[solved.feasible]
 
     def first_open(values: Array) -> tuple[int | None, int]:
         """Try a value, and go on with the choices that it gives a window."""
         nonlocal rows
-        is_feasible = solve_with(values.item(), rows)["feasible"]
+        is_feasible = solve_with(values.item(), rows).feasible
         if not is_feasible.any():
             return None, 0
         rows = rows[is_feasible]
@@ -178,50 +170,20 @@ def _least_change(problem: Problem, demand: Demand) -> dict[str, Any]:
     printed = say.quantity(demand.quantity, least, toward=toward)
     after = parse_measure(printed.replace(",", ""), demand.quantity.dimension).si
     solved = solve_with(after, rows)
-    best = solved.select([int(np.lexsort((-solved["tolerance"], -solved["served_at"]))[0])])
-    values: dict[str, Any] = {}
-    for axis in problem.choices.axes:
-        place_or_value = best[axis.column][0]
+    best = solved.select([int(np.lexsort((-solved.tolerance, -solved.served_at))[0])])
+    values: Values = {}
+    for axis in question.choices.axes:
+        place_or_value = best.points.columns[axis.column][0]
         value = axis.names[place_or_value] if axis.names else float(place_or_value)
-        values[axis.column] = RIGID if value == np.inf else value
+        values[axis.column] = recorded_value(value)
     return {
-        **record,
+        "key": demand.key,
+        "before": demand.before,
+        "farthest": demand.farthest,
         "after": after,
         "printed": printed,
         "choice": int(best.row[0]),
         "values": values,
-        "pretension": best.scalar("pretension"),
-        "served": best.scalar("served_at"),
+        "pretension": float(best.pretension[0]),
+        "served": float(best.served_at[0]),
     }
-
-
-# --- In words -------------------------------------------------------------------------------------
-
-_WORDS = {
-    "load.mass": "loads of at most {} instead of {}",
-    "arm.upper_arm_angle": "an upper arm tilted by at most {} instead of {}",
-    "arm.contact_width": "a strap of {} instead of {}",
-    "anchor.stiffness": "tissue and cuffs of {} behind each anchor instead of {}",
-}
-
-
-def relaxations_in_words(problem: Problem, relaxations: list[Row]) -> Iterator[str]:
-    """Say the value that each demand would have to take, and the suit that then serves."""
-    not_enough = []
-    for record in relaxations:
-        key = record["key"]
-        quantity = _quantity_of(key)
-        text = _WORDS.get(key, f"{key.removeprefix('limits.')} = {{}} instead of {{}}")
-        if record["after"] is None:
-            farthest = say.quantity(quantity, record["farthest"])
-            not_enough.append(text.partition(" instead of")[0].format(farthest))
-            continue
-        changed = text.format(record["printed"], say.quantity(quantity, record["before"]))
-        others = Space(tuple(axis for axis in problem.choices.axes if axis.key != key))
-        choice = row_words(others, record["values"])
-        pretension = f"{say.number(record['pretension'])} N"
-        suit = f"{choice}, {pretension}" if choice else pretension
-        share = "all" if record["served"] >= 1.0 else f"{say.percent(record['served'])} of the"
-        yield f"{changed}: {suit} serves {share} {problem.counted}"
-    if not_enough:
-        yield f"not enough alone: {', '.join(not_enough)}"

@@ -8,14 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from tendon_cli import say
-from tendon_cli.answers.coverage import group_windows, normalise
-from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.solve import Solutions, solve
+from tendon_cli.answer_record import IndexRecord, SensitivityRecord, SobolRecord
+from tendon_cli.answers.text_people import input_words
 from tendon_cli.model.bounds import Bounds, limit_end
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags, Spline
@@ -23,10 +20,15 @@ from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
 from tendon_cli.model.limits import PRETENSION as LIMIT_PRETENSION
 from tendon_cli.model.motor_window import motion_excess
 from tendon_cli.model.setting import reading_at
-from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, PRETENSION, WORDS, Axis, Numbers, of_side
+from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, PRETENSION, WORDS, Axis, of_side
 from tendon_cli.space.space import Space
 from tendon_cli.studies.study import keys
 from tendon_cli.studies.values import quantile
+from tendon_cli.windows.coverage import normalise
+from tendon_cli.windows.points import Points
+from tendon_cli.windows.question import Question
+from tendon_cli.windows.solutions import End, Solutions, solve_windows
+from tendon_cli.windows.solver import Solver
 
 _STEP = 1e-30
 """Imaginary step of a complex-step derivative: nothing cancels, so that it may be tiny."""
@@ -39,7 +41,7 @@ Slope = Callable[[Design, Bounds], float]
 """Function from designs and bounds with a complex number to the derivative of an end by it, N."""
 
 
-def sensitivities(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
+def sensitivities(solver: Solver, choice: Solutions) -> list[SensitivityRecord]:
     """Return how both ends of one choice's window move, as recorded, the largest per 1 % first.
 
     `key` is the dotted key of a number, or `limits.` and the name of a limit, and `slope` is N per
@@ -47,32 +49,36 @@ def sensitivities(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
     larger or smaller. An end has no records if the limit that sets it is one on neither states nor
     the motion, or if it is infinite.
     """
-    records = [*_of_end(problem, choice, "from"), *_of_end(problem, choice, "to")]
+    records = [*_of_end(solver, choice, "from"), *_of_end(solver, choice, "to")]
     return sorted(records, key=lambda record: -abs(record["per_percent"]))
 
 
-def _of_end(problem: Problem, choice: Solutions, end: str) -> Iterator[dict[str, Any]]:
+def _of_end(solver: Solver, choice: Solutions, end: End) -> Iterator[SensitivityRecord]:
     """Yield the record of each number that moves one end, "from" or "to"."""
-    code = int(choice[f"{end}_by"][0])
-    state = int(choice[f"{end}_state"][0])
-    condition = int(choice[f"{end}_condition"][0])
+    binding = choice.binding(end)
+    code = int(binding.by[0])
+    state = int(binding.state[0])
+    condition = int(binding.condition[0])
     name = LIMIT_NAMES[code]
     of_motion = code >= 0 and name in LIMITS and LIMITS[name].of_motion
     if state < 0 and not of_motion:
         return
-    if not np.isfinite(choice[f"pretension_{end}"][0]):
+    if not np.isfinite(choice.pretension_at(end)[0]):
         return
-    numbers = problem.numbers_of(choice.columns)
-    alone = problem.under(np.array([condition]))
+    question = solver.question
+    points = choice.points
+    alone = question.for_conditions(np.array([condition]))
     bounds = alone.bounds
-    design = alone.design(numbers)
+    design = alone.designs(points)
     slope = (
         _slope_of_motor_end(alone, choice, end, design)
         if of_motion
         else _slope_of_state_end(alone, choice, end)
     )
 
-    def record(key: str, value: float, derivative: float, *, steady: bool = True) -> dict[str, Any]:
+    def record(
+        key: str, value: float, derivative: float, *, steady: bool = True
+    ) -> SensitivityRecord:
         """Return the record of one number, SI, and the derivative of the end by it."""
         return {
             "end": end,
@@ -83,16 +89,16 @@ def _of_end(problem: Problem, choice: Solutions, end: str) -> Iterator[dict[str,
             "per_percent": derivative * value / 100.0,
         }
 
-    values = _numbers_under(alone, numbers)
-    steady = _steady(problem, numbers, values, end, (code, state))
+    values = _numbers_under(alone, points)
+    steady = _steady(solver, points, values, end, (code, state))
     for key, value in values.items():
         stepped = {**alone.condition_numbers, key: np.array([value + _STEP * 1j])}
-        changed = alone.design(numbers, stepped)
+        changed = alone.designs(points, stepped)
         yield record(key, value, slope(changed, bounds), steady=steady[key])
     if name not in bounds:
         return
     needs = [need.key for need in LIMITS[name].needs]
-    if "motion.speed" in needs and problem.study.trajectory is None:
+    if "motion.speed" in needs and question.study.trajectory is None:
         speed = float(bounds.speed)
         stepped_bounds = bounds.changed("speed", np.asarray(speed + _STEP * 1j))
         yield record("motion.speed", speed, slope(design, stepped_bounds))
@@ -101,11 +107,11 @@ def _of_end(problem: Problem, choice: Solutions, end: str) -> Iterator[dict[str,
     yield record(f"limits.{name}", limit, slope(design, stepped_bounds))
 
 
-def _slope_of_state_end(alone: Problem, choice: Solutions, end: str) -> Slope:
+def _slope_of_state_end(alone: Question, choice: Solutions, end: End) -> Slope:
     """Return the slope of an end that a limit on a state sets, where the limit is just kept."""
-    code = int(choice[f"{end}_by"][0])
-    state = int(choice[f"{end}_state"][0])
-    angle_between = choice.scalar(f"{end}_angle")
+    code = int(choice.binding(end).by[0])
+    state = int(choice.binding(end).state[0])
+    angle_between = float(choice.binding(end).angle[0])
     direction, place = divmod(state, alone.angles.size)
     angle = float(alone.angles[0, place]) if np.isnan(angle_between) else angle_between
     of_states = np.broadcast_to(alone.flexion, (len(alone.flexion), alone.angles.size))
@@ -120,14 +126,14 @@ def _slope_of_state_end(alone: Problem, choice: Solutions, end: str) -> Slope:
     return slope
 
 
-def _slope_of_motor_end(alone: Problem, choice: Solutions, end: str, design: Design) -> Slope:
+def _slope_of_motor_end(alone: Question, choice: Solutions, end: End, design: Design) -> Slope:
     """Return the slope of an end F that a limit on the motor sets.
 
     Its excess e is 0 there, so that dF/dp = -(de/dp)/(de/dF).
     """
-    name = LIMIT_NAMES[choice[f"{end}_by"][0]]
-    state = int(choice[f"{end}_state"][0])
-    pretension = choice.scalar(f"pretension_{end}")
+    name = LIMIT_NAMES[choice.binding(end).by[0]]
+    state = int(choice.binding(end).state[0])
+    pretension = float(choice.pretension_at(end)[0])
 
     def excess_of(changed: Design, bounds: Bounds, at_pretension: complex) -> complex:
         return motion_excess(
@@ -142,12 +148,12 @@ def _slope_of_motor_end(alone: Problem, choice: Solutions, end: str, design: Des
     return slope
 
 
-def _numbers_under(alone: Problem, numbers: Numbers) -> dict[str, float]:
+def _numbers_under(alone: Question, points: Points) -> dict[str, float]:
     """Return every number that counts for a choice under one condition, by its key.
 
     If the sides differ, the key is that of one side. Numbers that are not finite are left out.
     """
-    space = alone.choices.at(numbers, alone.condition_numbers)
+    space = alone.choices.at(points.numbers, alone.condition_numbers)
     values = {}
     for (key, side), number in space.model_numbers.items():
         is_number = key in keys() and not isinstance(number.value, Spline)
@@ -158,7 +164,7 @@ def _numbers_under(alone: Problem, numbers: Numbers) -> dict[str, float]:
 
 
 def _steady(
-    problem: Problem, numbers: Numbers, values: dict[str, float], end: str, binding: tuple[int, int]
+    solver: Solver, points: Points, values: dict[str, float], end: End, binding: tuple[int, int]
 ) -> dict[str, bool]:
     """Return True by key for numbers that may be 1 % off while the same limit binds.
 
@@ -166,41 +172,41 @@ def _steady(
     choices, and all these choices are solved at once.
 
     Args:
-        problem: The question.
-        numbers: Numbers of the choice, (1,) each.
+        solver: Solver of the question.
+        points: The choice.
         values: Numbers under the condition that binds, by key.
         end: "from" or "to".
         binding: Code of the limit that binds, and the state.
     """
+    question = solver.question
     of_conditions = {
-        key: given for key, given in problem.condition_numbers.items() if key in values
+        key: given for key, given in question.condition_numbers.items() if key in values
     }
     of_choices = [key for key in values if key not in of_conditions]
     count = len(_FACTORS) * len(of_choices)
-    changed = {key: np.full(count, value[0]) for key, value in numbers.items()}
+    changed = {key: np.full(count, value[0]) for key, value in points.numbers.items()}
     for place, key in enumerate(of_choices):
         column = changed.setdefault(key, np.full(count, np.nan))
         column[2 * place : 2 * place + 2] = values[key] * np.array(_FACTORS)
     is_same = []
     if of_choices:
-        is_same.append(_binds(problem, changed, count, end, binding))
+        is_same.append(_binds(solver, Points.of(changed, count), end, binding))
     for key, given in of_conditions.items():
         known = np.where(np.isnan(given), values[key], given)
         for factor in _FACTORS:
-            scaled = problem.saying({key: known * factor})
-            is_same.append(_binds(scaled, numbers, 1, end, binding))
+            scaled = solver.for_question(question.with_numbers({key: known * factor}))
+            is_same.append(_binds(scaled, points, end, binding))
     steady = np.all(np.concatenate(is_same).reshape(-1, 2), axis=1).tolist()
     return dict(zip([*of_choices, *of_conditions], steady, strict=True))
 
 
-def _binds(
-    problem: Problem, numbers: Numbers, count: int, end: str, binding: tuple[int, int]
-) -> Flags:
+def _binds(solver: Solver, points: Points, end: End, expected: tuple[int, int]) -> Flags:
     """Return True for choices in which a limit binds in a state, or near it."""
-    code, state = binding
-    solved = solve(replace(problem, near=-1.0), numbers, count, with_worst=False)
-    is_near = np.abs(solved[f"{end}_state"] - state) <= _NEAR
-    return np.asarray((solved[f"{end}_by"] == code) & is_near)
+    code, state = expected
+    ends = solver.all_limits(solver.ends_at_samples(points), points)
+    solved, _ = solve_windows(solver, points, ends)
+    binding = solved.binding(end)
+    return np.asarray((binding.by == code) & (np.abs(binding.state - state) <= _NEAR))
 
 
 # --- Sobol indices --------------------------------------------------------------------------------
@@ -221,7 +227,7 @@ ResultsAt = Callable[[Array], Array]
 
 def sobol(
     results_at: ResultsAt, inputs: tuple[str, ...], names: tuple[str, ...], count: int, seed: int
-) -> Iterator[Any]:
+) -> Iterator[SobolRecord]:
     """Yield first-order and total indices of results, by Saltelli's design of Sobol points.
 
     Standard errors are bootstrapped. A result that is not finite everywhere, or never changes, has
@@ -252,10 +258,10 @@ def sobol(
         resampled = [_saltelli(centred[:, draw]) for draw in draws]
         first_error, total_error = np.std(resampled, axis=0, ddof=1)
         first, total = _saltelli(centred)
-        of_inputs = {}
+        of_inputs: dict[str, IndexRecord] = {}
         for place, key in enumerate(inputs):
             of_inputs[key] = {
-                "name": _words(key),
+                "name": input_words(key),
                 "first": float(first[place]),
                 "first_standard_error": float(first_error[place]),
                 "total": float(total[place]),
@@ -280,50 +286,42 @@ def _saltelli(values: Array) -> Array:
     return np.asarray(np.stack([first, total]) / np.var(values[:2]))
 
 
-def _words(key: str) -> str:
-    """Say the name of an input."""
-    if key not in keys():
-        return key
-    name = say.column(keys()[key].number.quantity.name)
-    side = say.side_of(key)
-    return f"{name} of the {side}" if side else name
-
-
-def indices(problem: Problem, numbers: Numbers) -> list[dict[str, Any]]:
+def indices(solver: Solver, points: Points) -> list[SobolRecord]:
     """Return the Sobol indices of both ends of one choice's window, as recorded.
 
     The window holds under all conditions but persons and draws, which vary. There are no indices if
     the study draws nothing.
     """
-    study = problem.study
+    question = solver.question
+    study = question.study
     if study.uncertainty is None or not study.uncertain:
         return []
     people = study.people.population if study.people is not None else None
-    person_axis = problem.axes.get(PERSON_AXIS)
+    person_axis = question.axes.get(PERSON_AXIS)
     inputs = tuple(study.uncertain)
     if person_axis is not None and len(person_axis) > 1:
         inputs = (*inputs, BODY)
-    others = [axis for axis in problem.conditions.axes if axis.key not in (PERSON_AXIS, DRAW_AXIS)]
+    others = [axis for axis in question.conditions.axes if axis.key not in (PERSON_AXIS, DRAW_AXIS)]
     conditions = int(np.prod([len(axis) for axis in others]))
-    states = problem.states_per_design * max(1, conditions)
+    states = question.states_per_design * max(1, conditions)
     most = max(_STATES / (states * (len(inputs) + 2)), 1.0)
     exponent = np.clip(np.floor(np.log2(most)), np.log2(_FEWEST_POINTS), np.log2(_MOST_POINTS))
 
-    def ends_at(points: Array) -> Array:
+    def ends_at(places: Array) -> Array:
         """Return both ends of the window at points of the unit cube, (2, points) N."""
         drawn: dict[str, Array] = {}
         if person_axis is not None and people is not None:
             # The last input is a share of the weighting: it selects a person.
             up_to = np.cumsum(normalise(people.weighting))
-            places = np.searchsorted(up_to, points[:, -1], side="right")
-            persons = np.minimum(places, len(people) - 1)
+            rows = np.searchsorted(up_to, places[:, -1], side="right")
+            persons = np.minimum(rows, len(people) - 1)
             drawn |= {key: values[persons] for key, values in person_axis.numbers.items()}
         for place, (key, known) in enumerate(study.uncertain.items()):
-            drawn[key] = quantile(known, points[:, place])
-        axis = replace(Axis.of_points(drawn), key=DRAW_AXIS)
-        varied = replace(problem, conditions=Space((axis, *others)).grouped())
-        windows = varied.ends(numbers, 1)
-        return np.concatenate(group_windows(windows.low, windows.high, varied.groups))
+            drawn[key] = quantile(known, places[:, place])
+        axis = replace(Axis.of_points(drawn), key=DRAW_AXIS, role="draw")
+        varied = replace(question, conditions=Space((axis, *others)).grouped())
+        windows = solver.for_question(varied).ends(points)
+        return np.concatenate(varied.groups.windows(windows.low, windows.high))
 
     ends = ("pretension_from", "pretension_to")
     return list(sobol(ends_at, inputs, ends, int(2**exponent), study.uncertainty.seed))

@@ -5,28 +5,32 @@ Rows of persons or draws are under the choice that the answer names first.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.coverage import share_served
+from tendon_cli.answer_record import ChoiceRecord, value_of
 from tendon_cli.answers.people import GroupWindows, people_of
-from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.question import ColumnArrays
 from tendon_cli.answers.setup import SETTING_COLUMNS, setting_columns, settings, study_arm
-from tendon_cli.answers.solve import WORST, Solutions
+from tendon_cli.engine.table_columns import axis_column, columns_set_by_names
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.design import F0
-from tendon_cli.model.kinematics import Array, Flags
+from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.space.axis import Axis, Rows
-from tendon_cli.studies.study import keys
+from tendon_cli.space.axis import Axis, split_side
+from tendon_cli.space.space import Space
 from tendon_cli.studies.values import RIGID
-from tendon_cli.tables.schema import Column
+from tendon_cli.tables.schema import Column, finite_or_none
+from tendon_cli.windows.by_choice import ColumnArrays
+from tendon_cli.windows.coverage import share_served
+from tendon_cli.windows.points import Points
+from tendon_cli.windows.question import Question
+from tendon_cli.windows.solutions import End, Solutions
+from tendon_cli.windows.worst import WORST
 
 _LIMITS = ("", *LIMIT_NAMES)
 """Names of limits by their code plus one, because the code NOTHING is -1."""
@@ -39,18 +43,18 @@ _BINDS = tuple(
 _SEX = Column("sex", "text", "1", "sex", choices=("male", "female"))
 
 
-def choice_columns(problem: Problem) -> tuple[Column, ...]:
+def choice_columns(question: Question) -> tuple[Column, ...]:
     """Return the columns of a choice, as records and readers have them.
 
     Each stands in `choices.parquet`, and a choice's values that the whole decides, which go before,
     in `named.parquet`.
     """
-    directions = ("", *problem.study.motion.direction)
+    directions = ("", *question.study.motion.direction)
     or_impossible = "or what no pretension could keep"
     of_state = "direction of the state that binds; empty where the limit belongs to none"
-    read = problem.study.setting.read
+    read = question.study.setting.read
     return (
-        *map(_of_axis, problem.choices.axes),
+        *_row_columns(question.choices),
         Column("refined", "truth", "1", "a point between those of the grid"),
         *_of_quantities("pretension_from", "pretension_to", read=read),
         Column(
@@ -88,79 +92,100 @@ def choice_columns(problem: Problem) -> tuple[Column, ...]:
     )
 
 
-def part_columns(problem: Problem) -> tuple[Column, ...]:
+def part_columns(question: Question) -> tuple[Column, ...]:
     """Return the columns of `choices.parquet`: those that are known of a choice by itself."""
-    columns = choice_columns(problem)
+    columns = choice_columns(question)
     return tuple(column for column in columns if column.name not in OF_THE_WHOLE)
 
 
-def named_columns(problem: Problem) -> tuple[Column, ...]:
+def named_columns(question: Question) -> tuple[Column, ...]:
     """Return the columns of `named.parquet`: all that a proof, or the whole, may decide."""
     choice = Column("choice", "count", "1", "row of choices.parquet")
-    columns = choice_columns(problem)
-    decided = [column for column in columns if not column.is_axis and column.name != "refined"]
-    return choice, *decided
+    columns = choice_columns(question)
+    names = [column.name for column in columns]
+    return choice, *columns[names.index("refined") + 1 :]
 
 
-def choice_rows(problem: Problem, choices: Solutions, refined: Flags) -> ColumnArrays:
+def choice_rows(question: Question, choices: Solutions, refined: Flags) -> ColumnArrays:
     """Return rows of `choices.parquet`; texts are places among the `choices` of their column.
 
     Args:
-        problem: The question.
+        question: The question.
         choices: The choices.
         refined: True for a choice between the points of the grid.
     """
-    rows = choices.results | choices.columns | {"refined": refined}
-    rows["pretension_to"] = _finite(choices["pretension_to"])
-    for end in ("from", "to"):
-        state = choices[f"{end}_state"]
-        angle = choices[f"{end}_angle"]
-        direction, place = np.divmod(state, problem.angles.size)
-        if problem.study.trajectory is not None:
-            direction = np.where(problem.flexion[0, place], 0, 1)
-        angle_of_state = np.where(state < 0, np.nan, problem.angles[0, place])
-        rows[f"{end}_by"] = choices[f"{end}_by"].astype(np.int64) + 1
-        rows[f"{end}_direction"] = np.where(state < 0, 0, direction + 1)
-        rows[f"{end}_elbow_angle"] = np.where(np.isnan(angle), angle_of_state, angle)
+    rows: ColumnArrays = {
+        **choices.points.columns,
+        **_set_by_names(question.choices, question.choices.at(choices.points.numbers)),
+        "refined": refined,
+        "pretension_from": choices.pretension_from,
+        "pretension_to": _finite(choices.pretension_to),
+        "windows": choices.windows,
+        "tolerance": choices.tolerance,
+        **_of_end(question, choices, "from"),
+        **_of_end(question, choices, "to"),
+        "served": choices.served,
+        "served_at": choices.served_at,
+        "pretension": choices.pretension,
+        **{name: getattr(choices.worst, name) for name in WORST},
+        "between_samples": choices.between_samples,
+        "feasible": choices.feasible,
+    }
     return rows | setting_columns(
-        problem,
-        problem.numbers_of(choices.columns),
-        choices["pretension_from"],
-        choices["pretension_to"],
-        choices["pretension"],
+        question,
+        choices.points,
+        choices.pretension_from,
+        choices.pretension_to,
+        choices.pretension,
     )
 
 
-def condition_columns(problem: Problem) -> tuple[Column, ...]:
+def _of_end(question: Question, choices: Solutions, end: End) -> ColumnArrays:
+    """Return the columns of the limit that sets one end of each window."""
+    binding = choices.binding(end)
+    has_state = binding.state >= 0
+    direction, place = np.divmod(binding.state, question.angles.size)
+    if question.study.trajectory is not None:
+        direction = np.where(question.flexion[0, place], 0, 1)
+    angle_of_state = np.where(has_state, question.angles[0, place], np.nan)
+    return {
+        f"{end}_by": binding.by.astype(np.int64) + 1,
+        f"{end}_condition": binding.condition,
+        f"{end}_direction": np.where(has_state, direction + 1, 0),
+        f"{end}_elbow_angle": np.where(np.isnan(binding.angle), angle_of_state, binding.angle),
+    }
+
+
+def condition_columns(question: Question) -> tuple[Column, ...]:
     """Return the columns of `conditions.parquet`."""
     weighting = Column("weighting", "number", "1", "how much the condition counts in a share")
-    return (*map(_of_axis, problem.conditions.axes), weighting)
+    return (*_row_columns(question.conditions), weighting)
 
 
-def condition_rows(problem: Problem) -> ColumnArrays:
+def condition_rows(question: Question) -> ColumnArrays:
     """Return the rows of `conditions.parquet`."""
-    count = len(problem.conditions)
-    weighting = problem.conditions.weighting
-    rows: ColumnArrays = problem.conditions.columns(np.arange(count))
+    count = len(question.conditions)
+    weighting = question.conditions.weighting
+    rows: ColumnArrays = question.conditions.columns(np.arange(count))
     rows["weighting"] = np.ones(count) if weighting is None else weighting
-    return rows
+    return rows | _set_by_names(question.conditions, question.conditions)
 
 
 # --- Persons and draws ----------------------------------------------------------------------------
 
 
-def person_columns(problem: Problem, axis: Axis) -> tuple[Column, ...]:
+def person_columns(question: Question, axis: Axis) -> tuple[Column, ...]:
     """Return the columns of `persons.parquet`, or of `draws.parquet`."""
-    people = people_of(problem)
+    people = people_of(question)
     names = axis.names if people is None else people.persons
     sex = (_SEX,) if people is not None and people.sexes else ()
     dimensions = DIMENSIONS if people is not None else ()
     return (
-        Column(axis.column, "text", "1", axis.meaning, is_axis=True, choices=names),
+        replace(axis_column(axis), choices=names),
         *sex,
         Column("weighting", "number", "1", "how much it counts in a share"),
         *_of_quantities(*dimensions),
-        *_of_quantities("pretension_from", "pretension_to", read=problem.study.setting.read),
+        *_of_quantities("pretension_from", "pretension_to", read=question.study.setting.read),
         Column("from_by", "text", "1", "limit that binds below", choices=_LIMITS),
         Column("to_by", "text", "1", "limit that binds above", choices=_LIMITS),
         *_BINDS,
@@ -175,7 +200,7 @@ def person_columns(problem: Problem, axis: Axis) -> tuple[Column, ...]:
 
 
 def person_rows(
-    problem: Problem, axis: Axis, windows: GroupWindows, columns: ColumnArrays, pretension: float
+    question: Question, axis: Axis, windows: GroupWindows, points: Points, pretension: float
 ) -> ColumnArrays:
     """Return a row per person, or per draw, under one choice.
 
@@ -183,20 +208,20 @@ def person_rows(
     drawn for one person count as draws, too; dimensions and tensions to set are their means.
 
     Args:
-        problem: The question.
+        question: The question.
         axis: Axis of the persons or draws.
         windows: Windows of the choice for all groups.
-        columns: Columns of the choice, (1,) each.
+        points: The choice.
         pretension: Its pretension, N.
     """
-    people = people_of(problem)
+    people = people_of(question)
     bodies = 1 if people is None else people.completions
     count = len(axis) // bodies
     weighting = np.ones(count)
     if axis.weighting is not None:
         weighting = axis.weighting.reshape(count, -1).sum(axis=1)
     served = windows.served(pretension).reshape(count, -1)  # (persons, draws)
-    low, high, low_group, high_group = _person_windows(problem, windows, served.shape)
+    low, high, low_group, high_group = _person_windows(question, windows, served.shape)
     rows: ColumnArrays = {
         axis.column: np.arange(count),
         "weighting": weighting,
@@ -215,19 +240,19 @@ def person_rows(
         if people.sexes:
             sexes = people.sexes[::bodies]
             rows["sex"] = np.array([_SEX.choices.index(sex) for sex in sexes])
-    design = study_arm(problem, problem.numbers_of(columns), np.array([pretension]), axis)
+    design = study_arm(question, points.at_pretension(np.array([pretension])), axis)
     for name, values in settings(design, len(axis)).items():
         rows[name] = values.reshape(count, -1).mean(axis=1)
     return rows
 
 
 def _person_windows(
-    problem: Problem, windows: GroupWindows, shape: tuple[int, ...]
+    question: Question, windows: GroupWindows, shape: tuple[int, ...]
 ) -> tuple[Array, Array, Rows, Rows]:
     """Return the ends of each person's window, N, and the group that binds at each end.
 
     Args:
-        problem: The question.
+        question: The question.
         windows: Windows of one choice for all groups.
         shape: Number of persons, and of the draws of each.
     """
@@ -240,7 +265,7 @@ def _person_windows(
     common_low = low[rows, low_draw]
     common_high = high[rows, high_draw]
     if draws > 1:
-        covered = share_served(low, high, np.ones(draws), enough=problem.enough)
+        covered = share_served(low, high, np.ones(draws), serve=question.serve)
         has_window = ~np.isnan(covered.low)
         at_low = np.argmax(low == covered.low[:, np.newaxis], axis=1)
         at_high = np.argmax(high == covered.high[:, np.newaxis], axis=1)
@@ -266,11 +291,24 @@ def _of_quantities(*names: str, read: str = F0) -> tuple[Column, ...]:
     return tuple(columns)
 
 
-def _of_axis(axis: Axis) -> Column:
-    """Return the column of an axis."""
-    if axis.names:
-        return Column(axis.column, "text", "1", axis.meaning, is_axis=True, choices=axis.names)
-    return Column.of(keys()[axis.key].number.quantity, axis.column, is_axis=True)
+def _row_columns(space: Space) -> tuple[Column, ...]:
+    """Return the columns that say what a row of a space is: its axes, and what their names set."""
+    return (*map(axis_column, space.axes), *columns_set_by_names(space).values())
+
+
+def _set_by_names(space: Space, rows: Space) -> ColumnArrays:
+    """Return the numbers that vary over the named axes of a space, of some rows.
+
+    Args:
+        space: All choices, or all conditions.
+        rows: The space itself, or a list of points of it.
+    """
+    values: ColumnArrays = {}
+    for key, column in columns_set_by_names(space).items():
+        number = rows.number(*split_side(key)).within(rows.whole)
+        of_rows = np.broadcast_to(number, (*rows.shape, 1, 1)).ravel()
+        values[column.name] = of_rows.astype(column.dtype)
+    return values
 
 
 def _finite(ends: Array) -> Array:
@@ -291,20 +329,15 @@ def _as_list(column: Column, values: np.ndarray[Any, Any]) -> list[Any]:
     if column.kind != "number":
         return list(values.tolist())
     infinite = RIGID if column.is_axis else None
-    numbers = []
-    for value in values.tolist():
-        if np.isfinite(value):
-            numbers.append(value)
-        else:
-            numbers.append(infinite if value == np.inf else None)
-    return numbers
+    return [infinite if value == np.inf else finite_or_none(value) for value in values.tolist()]
 
 
-def from_records(columns: tuple[Column, ...], records: Sequence[Mapping[str, Any]]) -> ColumnArrays:
+def from_records(columns: tuple[Column, ...], records: Sequence[ChoiceRecord]) -> ColumnArrays:
     """Return rows of a record, as `as_records` gives them, as they are written."""
     return {
         column.name: np.array(
-            [as_value(column, record[column.name]) for record in records], dtype=column.dtype
+            [as_value(column, value_of(record, column.name)) for record in records],
+            dtype=column.dtype,
         )
         for column in columns
     }

@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
 from tendon_cli import say
+from tendon_cli.answer_record import (
+    AnswerResults,
+    ChoiceRecord,
+    ConflictRecord,
+    GoalRecord,
+    QuestionRecord,
+    SensitivityRecord,
+    value_of,
+)
 from tendon_cli.answers import phrases
-from tendon_cli.answers.fixes import fixes_table
-from tendon_cli.answers.phrases import COSTS, Row, costs, ends_of, parameter, row_words
-from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.question import Goal
-from tendon_cli.answers.relax import relaxations_in_words
-from tendon_cli.answers.setup import drift_in_words, on_whom, posture, to_set
+from tendon_cli.answers.phrases import COSTS, choice_words, costs, window_of
+from tendon_cli.answers.text_bench import bench_heading, drift_words, remarks_words, to_set
+from tendon_cli.answers.text_people import population_blocks
+from tendon_cli.answers.text_remedies import fixes_table, relaxations_words
+from tendon_cli.studies.axis_words import parameter
 from tendon_cli.studies.study import keys
 
 _MOST_ALTERNATIVES = 8
 _MOST_MOVES = 5
+_LEAST_MOVE = 1e-3
+"""Motion of an end per 1 % of a number below which it is not printed, N."""
 _HARDLY_ANY = 1e-4
 """Tolerance up to which it is printed as 0."""
 _WORST = {
@@ -29,14 +39,19 @@ _WORST = {
 }
 
 
-def answer_blocks(problem: Problem, record: Row) -> Iterator[say.Block]:
+def answer_text(record: AnswerResults) -> str:
+    """Return the answer in 80 columns, from its record alone."""
+    return say.as_text(answer_blocks(record), record["question"]["joint"])
+
+
+def answer_blocks(record: AnswerResults) -> Iterator[say.Block]:
     """Yield the blocks of the whole answer, with its part on persons or draws, and its notes."""
     if record["best"] is None:
-        yield from _no_window(problem, record)
+        yield from _no_window(record)
     else:
-        yield from _answer(problem, record)
+        yield from _answer(record, record["best"])
     if record["population"] is not None:
-        yield from phrases.population_blocks(problem, record["population"])
+        yield from population_blocks(record, record["population"])
     yield from ({"note": note} for note in record["notes"])
 
 
@@ -51,57 +66,68 @@ def _list(heading: str, texts: Iterable[str]) -> Iterator[say.Block]:
 # --- There is a window ----------------------------------------------------------------------------
 
 
-def _answer(problem: Problem, record: Row) -> Iterator[say.Block]:
+def _answer(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Block]:
     """Yield the answer if a choice has a window."""
-    yield say.sentence(
-        f"{_first_sentence(problem, record)} {say.proof_sentence(record['between_samples'])}"
-    )
-    yield from _list("Why", _why(problem, record))
-    in_posture = posture(problem, record["setting"])
-    yield from _list(f"To set it{on_whom(problem)}: {in_posture}", to_set(problem, record))
-    remarks = (f"{remark['text']} ({remark['source']})" for remark in record["remarks"])
-    yield from _list("Before you build it", remarks)
+    question = record["question"]
+    first_sentence = _first_sentence(record, best)
+    if record["between_samples"] is not None:
+        first_sentence += f" {say.proof_sentence(record['between_samples'])}"
+    yield say.sentence(first_sentence)
+    yield from _list("Why", _why(record, best))
+    setting = record["setting"]
+    if setting is not None:
+        yield from _list(bench_heading(question, setting), to_set(record, best, setting))
+    yield from _list("Before you build it", remarks_words(record))
     yield from _list("What moves the window most, per 1 %", _moves(record["sensitivities"]))
-    yield from _alternatives(problem, record)
-    yield from _list("Choices to be proved", (_proved(problem, row) for row in record["proved"]))
+    yield from _alternatives(record, best)
+    yield from _list("Choices to be proved", (_proved(question, row) for row in record["proved"]))
     if record["choices"] > 1:
         choices = say.counted(record["choices"], "choice")
         have = "has" if record["feasible"] == 1 else "have"
         yield say.sentence(f"{record['feasible']:,} of {choices} {have} a window.")
-    yield from say.items(_in_choices(problem, conflict) for conflict in record["conflicts"])
+    yield from say.items(_in_choices(question, conflict) for conflict in record["conflicts"])
 
 
-def _first_sentence(problem: Problem, record: Row) -> str:
+def _first_sentence(record: AnswerResults, best: ChoiceRecord) -> str:
     """Say the best pretension, whom it serves, and the window."""
-    best = record["best"]
-    noun, where = say.setting_words(problem.study.setting.read)
-    low, high = ends_of(best)
-    choice = row_words(problem.choices, best)
+    question = record["question"]
+    noun, where = say.setting_words(question["read"])
+    low, high = window_of(best) or (np.nan, np.nan)
+    choice = choice_words(question, best)
     start = f"{choice}: a {noun}" if choice else f"A {noun}"
     served = best["served_at"]
-    whom = _all_of(problem) if served >= 1.0 else f"{say.percent(served)} of {_everyone(problem)}"
-    if problem.given is not None:
-        pretension = say.number(problem.given)
-        margins = phrases.margins(problem, best)
+    whom = _all_of(question) if served >= 1.0 else f"{say.percent(served)} of {_everyone(question)}"
+    if question["pretension"] is not None:
+        pretension = say.number(question["pretension"])
+        margins = phrases.margins(question, best)
         return f"{start} of {pretension} N{where} suits {whom}; {margins}."
     either_way = f", {_tolerance(best)} % either way" if np.isfinite(high) else ""
-    if problem.enough >= 1.0 or len(problem.weighting) == 1:
+    if record["serve"] >= 1.0 or question["groups"] == 1:
         then = f"suits {whom}; anything {_span(low, high)} does{either_way}"
     else:
-        enough = say.percent(problem.enough)
+        enough = say.percent(record["serve"])
         then = f"serves {whom}; at least {enough} are served {_span(low, high)}{either_way}"
         window_for_all = record["window_for_all"]
         if window_for_all is not None:
-            all_low, all_high = window_for_all
-            all_high = np.inf if all_high is None else all_high
+            all_low, all_high = _finite_window(window_for_all)
             is_same = (all_low, all_high) == (low, high)
             then += ", all of them " + ("there" if is_same else _span(all_low, all_high))
-    return f"{start} of {_pretension(best)}{where} {then}.{_why_first(problem, record)}"
+    return f"{start} of {_pretension(best)}{where} {then}.{_why_first(record)}"
 
 
-def _pretension(row: Row) -> str:
+def _finite_window(window: Sequence[float | None]) -> tuple[float, float]:
+    """Return the ends of a recorded window, N, infinite for an upper end that it does not have."""
+    low, high = window
+    return -np.inf if low is None else low, np.inf if high is None else high
+
+
+def _pretension(row: ChoiceRecord) -> str:
     """Say the pretension of a choice, rounded so that it stays in its window."""
-    return f"{say.number_within(row['pretension'], *ends_of(row))} N"
+    pretension = row["pretension"]
+    window = window_of(row)
+    if pretension is None or window is None:
+        return "-"
+    return f"{say.number_within(pretension, *window)} N"
 
 
 def _span(low: float, high: float) -> str:
@@ -111,33 +137,36 @@ def _span(low: float, high: float) -> str:
     return f"from {say.number(low)} N on"
 
 
-def _tolerance(row: Row) -> str:
+def _tolerance(row: ChoiceRecord) -> str:
     """Say the tolerance in percent, "0" if there is hardly any."""
-    if row["tolerance"] > _HARDLY_ANY:
-        return say.number(100.0 * row["tolerance"], 2)
+    tolerance = row["tolerance"]
+    if tolerance is not None and tolerance > _HARDLY_ANY:
+        return say.number(100.0 * tolerance, 2)
     return "0"
 
 
-def _everyone(problem: Problem) -> str:
+def _everyone(question: QuestionRecord) -> str:
     """Say who or what a share is counted in: "1,000 persons"."""
-    return phrases.everyone(problem.counts, len(problem.weighting), problem.counted)
+    return phrases.everyone(question["counts"], question["groups"], question["counted"])
 
 
-def _all_of(problem: Problem) -> str:
+def _all_of(question: QuestionRecord) -> str:
     """Say whom or what a pretension must suit: "all 1,000 persons", "the design"."""
-    whom = _everyone(problem)
-    is_single = len(problem.weighting) == 1
-    if problem.counted == "conditions" and is_single:
+    whom = _everyone(question)
+    is_single = question["groups"] == 1
+    if question["counted"] == "conditions" and is_single:
         return "the design"
     if whom.startswith("this"):
         return whom if is_single else f"all of {whom}"
     return f"all {whom}"
 
 
-def _why_first(problem: Problem, record: Row) -> str:
+def _why_first(record: AnswerResults) -> str:
     """Say why this choice is named first."""
     if record["choices"] == 1:
         return ""
+    if len(record["front"]) == 1:
+        return " It is the best in every goal."
     if record["given_up"] is not None:
         share = say.percent(record["given_up"])
         return (
@@ -145,12 +174,12 @@ def _why_first(problem: Problem, record: Row) -> str:
             " any goal."
         )
     choices = say.counted(record["choices"], "choice")
-    return f" It has the {_superlative(problem.goals[0])} of {choices}."
+    return f" It has the {_superlative(record['question']['ranked_by'][0])} of {choices}."
 
 
-def _superlative(goal: Goal) -> str:
+def _superlative(goal: GoalRecord) -> str:
     """Say what is best by a goal: "largest tolerance"."""
-    return f"{'largest' if goal.maximise else 'smallest'} {_name(goal.column)}"
+    return f"{'largest' if goal['maximise'] else 'smallest'} {_name(goal['column'])}"
 
 
 def _name(column: str) -> str:
@@ -158,50 +187,55 @@ def _name(column: str) -> str:
     return say.column(column).removeprefix("max ").removeprefix("min ").removeprefix("peak ")
 
 
-def _why(problem: Problem, record: Row) -> Iterator[str]:
+def _why(record: AnswerResults, best: ChoiceRecord) -> Iterator[str]:
     """Say the limits that bind at both ends, the worst values, and ranges that should be wider."""
-    best = record["best"]
-    yield phrases.end_words(problem, best, "from")
-    yield f"{phrases.end_words(problem, best, 'to')}{drift_in_words(record['drift'])}"
-    worst = [
-        f"{words} {say.quantity(name, best[name])}" for name, words in _WORST.items() if best[name]
-    ]
+    question = record["question"]
+    yield phrases.lower_words(question, best)
+    yield f"{phrases.upper_words(question, best)}{drift_words(record['drift'])}"
+    worst = []
+    for name, words in _WORST.items():
+        value = value_of(best, name)
+        if value:
+            worst.append(f"{words} {say.quantity(name, value)}")
     yield f"at {_pretension(best)} the worst is {say.join_words(worst)}"
-    yield from _edges(problem, best)
+    yield from _edges(question, best)
 
 
-def _proved(problem: Problem, row: Row) -> str:
+def _proved(question: QuestionRecord, row: ChoiceRecord) -> str:
     """Say the window of a choice that was to be proved."""
     result = "no window"
-    if row["feasible"]:
-        result = f"{say.window_text(*ends_of(row))}, {say.proved_word(row['between_samples'])}"
-    return f"{row_words(problem.choices, row) or 'the design'}: {result}"
+    window = window_of(row)
+    if row["feasible"] and window is not None:
+        result = f"{say.window_text(*window)}, {say.proved_word(row['between_samples'])}"
+    return f"{choice_words(question, row) or 'the design'}: {result}"
 
 
-def _edges(problem: Problem, best: Row) -> Iterator[str]:
+def _edges(question: QuestionRecord, best: ChoiceRecord) -> Iterator[str]:
     """Say which ranges of the study have the best choice at their end."""
-    for axis in problem.choices.axes:
-        if not axis.is_range:
+    for axis in question["choices"]:
+        if axis["range"] is None:
             continue
-        value = float(best[axis.column])
-        for edge, word in ((axis.values.min(), "lower"), (axis.values.max(), "upper")):
+        value = float(value_of(best, axis["column"]))
+        for edge, word in zip(axis["range"], ("lower", "upper"), strict=True):
             if abs(value - edge) <= 1e-9 * abs(edge):
-                symbol = keys()[axis.key].number.quantity.symbol
-                at_edge = parameter(axis.key, value)
+                symbol = keys()[axis["key"]].number.quantity.symbol
+                at_edge = parameter(axis["key"], value)
                 yield f"{symbol} is at its {word} end, {at_edge}: widen the range"
 
 
-def _moves(moves: list[Row]) -> Iterator[str]:
+def _moves(moves: Sequence[SensitivityRecord]) -> Iterator[str]:
     """Say which numbers move the ends of the window most."""
     for end, word in (("from", "lower"), ("to", "upper")):
-        of_end = [move for move in moves if move["end"] == end and move["per_percent"]]
+        of_end = [
+            move for move in moves if move["end"] == end and abs(move["per_percent"]) >= _LEAST_MOVE
+        ]
         if of_end:
             yield f"{word} end: {', '.join(_move(move) for move in of_end[:_MOST_MOVES])}"
     if any(not move["steady"] for move in moves):
         yield "* within 1 % another limit or state takes over"
 
 
-def _move(move: Row) -> str:
+def _move(move: SensitivityRecord) -> str:
     """Say how a number moves an end: "K +1.2 N"."""
     key = move["key"]
     name = say.column(key.removeprefix("limits."))
@@ -213,43 +247,26 @@ def _move(move: Row) -> str:
 # --- Other choices --------------------------------------------------------------------------------
 
 
-def _alternatives(problem: Problem, record: Row) -> Iterator[say.Block]:
+def _alternatives(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Block]:
     """Yield the best by each goal, or the front, as a small table."""
     front = record["front"]
+    goals = record["question"]["ranked_by"]
     if front:
         head = f"The front ({say.counted(len(front), 'choice')}; no other is better in every goal)"
         rows = [("", row) for row in front[:: max(1, len(front) // _MOST_ALTERNATIVES)]]
     else:
         head = "Best by"
-        goals = problem.goals
-        best_by = {goals[0].column: record["best"]} if record["goals"] else record["best_by"]
+        best_by = {goals[0]["column"]: best} if record["goals"] else record["best_by"]
         rows = [
-            (_superlative(goal), best_by[goal.column]) for goal in goals if goal.column in best_by
+            (_superlative(goal), best_by[goal["column"]])
+            for goal in goals
+            if goal["column"] in best_by
         ]
-        refined = sum(bool(row["refined"]) for _, row in rows)
+        refined = sum(row["refined"] for _, row in rows)
         if record["choices"] + refined < 2:
             return
-    shows_share = problem.enough < 1.0
-    share_head = ["served"] if shows_share else []
-    lines = [["", "", "window N", "±%", "N", *share_head, *COSTS.values()]]
-    for name, row in rows:
-        low, high = ends_of(row)
-        mark = "~" if row["refined"] else ""
-        upper = "on" if np.isinf(high) else f"to {say.number(high, 3)}"
-        share = [say.percent(row["served_at"])] if shows_share else []
-        lines.append(
-            [
-                name,
-                mark + row_words(problem.choices, row),
-                f"{say.number(low, 3)} {upper}",
-                _tolerance(row),
-                say.number(row["pretension"], 3),
-                *share,
-                *costs(row),
-            ]
-        )
     yield say.heading(head)
-    yield say.table(lines)
+    yield _table_of_choices(record, rows)
     if record["gains"]:
         gains = [
             f"{_name(column)} by {say.percent(gain)}" for column, gain in record["gains"].items()
@@ -259,58 +276,91 @@ def _alternatives(problem: Problem, record: Row) -> Iterator[say.Block]:
         )
 
 
+def _table_of_choices(record: AnswerResults, rows: Sequence[tuple[str, ChoiceRecord]]) -> say.Block:
+    """Return a table of choices, each with a name, its window, pretension and costs."""
+    shows_share = record["serve"] < 1.0
+    share_head = ["served"] if shows_share else []
+    lines = [["", "", "window N", "±%", "N", *share_head, *COSTS.values()]]
+    for name, row in rows:
+        low, high = window_of(row) or (np.nan, np.nan)
+        mark = "~" if row["refined"] else ""
+        upper = "on" if np.isinf(high) else f"to {say.number(high, 3)}"
+        share = [say.percent(row["served_at"])] if shows_share else []
+        pretension = row["pretension"]
+        lines.append(
+            [
+                name,
+                mark + choice_words(record["question"], row),
+                f"{say.number(low, 3)} {upper}",
+                _tolerance(row),
+                "-" if pretension is None else say.number(pretension, 3),
+                *share,
+                *costs(row),
+            ]
+        )
+    return say.table(lines)
+
+
 # --- There is no window ---------------------------------------------------------------------------
 
 
-def _no_window(problem: Problem, record: Row) -> Iterator[say.Block]:
+def _no_window(record: AnswerResults) -> Iterator[say.Block]:
     """Yield the answer if no choice has a window."""
+    question = record["question"]
     choices = record["choices"]
-    noun, where = say.setting_words(problem.study.setting.read)
+    noun, where = say.setting_words(question["read"])
     whichever = "" if choices == 1 else f", whichever of {choices:,} choices is taken"
-    whom = _all_of(problem)
-    if problem.enough < 1.0:
-        whom = f"{say.percent(problem.enough)} of {_everyone(problem)}"
+    whom = _all_of(question)
+    if record["serve"] < 1.0:
+        whom = f"{say.percent(record['serve'])} of {_everyone(question)}"
     start = f"No {noun}{where} suits"
-    if problem.given is not None:
-        start = f"A {noun} of {say.number(problem.given)} N{where} does not suit"
+    if question["pretension"] is not None:
+        start = f"A {noun} of {say.number(question['pretension'])} N{where} does not suit"
     yield say.sentence(f"{start} {whom}{whichever}.")
-    reasons = (
-        text for conflict in record["conflicts"] for text in _conflict(problem, record, conflict)
-    )
+    reasons = (text for conflict in record["conflicts"] for text in _conflict(record, conflict))
     yield from _list("Why", reasons)
-    changes = relaxations_in_words(problem, record["would_take"])
+    changes = relaxations_words(question, record["would_take"])
     yield from _list("What it would take, all else equal", changes)
     if record["fixes"]:
         yield from fixes_table(record["fixes"])
 
 
-def _in_choices(problem: Problem, conflict: Row) -> str:
+def _in_choices(question: QuestionRecord, conflict: ConflictRecord) -> str:
     """Say in how many choices which limits leave no window."""
     choices = say.counted(conflict["choices"], "choice")
     limits = conflict["limits"]
-    has_window = conflict["nearest"]["pretension_from"] is not None
-    if problem.given is not None and has_window and len(limits) == 1:
-        broken = phrases.broken(problem, limits[0])
-        return f"in {choices} {say.number(problem.given)} N does not work: {broken}"
-    return f"in {choices} {say.conflict(limits, problem.study.limits)}"
+    has_window = window_of(conflict["nearest"]) is not None
+    if question["pretension"] is not None and has_window and len(limits) == 1:
+        broken = phrases.broken(question, limits[0])
+        return f"in {choices} {say.number(question['pretension'])} N does not work: {broken}"
+    return f"in {choices} {say.conflict(limits, question['limits'])}"
 
 
-def _conflict(problem: Problem, record: Row, conflict: Row) -> Iterator[str]:
+def _conflict(record: AnswerResults, conflict: ConflictRecord) -> Iterator[str]:
     """Say what leaves some choices without a window, and how far the nearest is from one."""
+    question = record["question"]
     row = conflict["nearest"]
-    low, high = ends_of(row)
+    given = question["pretension"]
+    window = window_of(row)
     if record["choices"] > 1:
-        nearest = row_words(problem.choices, row)
-        yield f"{_in_choices(problem, conflict)}; nearest to a window: {nearest}"
-    if low is None:
-        broken = phrases.broken(problem, row["from_by"])
-        yield f"at any pretension {broken}{phrases.where(problem, row, 'from')}"
-    elif problem.given is not None and low <= high:
-        end = "from" if problem.given < low else "to"
-        yield f"{phrases.end_words(problem, row, end)}; {phrases.margins(problem, row)}"
-    else:
-        yield f"{phrases.end_words(problem, row, 'from')},"
-        yield f"{phrases.end_words(problem, row, 'to')}: {say.number(conflict['gap'], 3)} N apart"
-        if row["served"] > 0.0 and problem.enough >= 1.0 and len(problem.conditions) > 1:
-            served = f"{say.percent(row['served'])} of the {problem.counted}"
-            yield f"one pretension, {say.number(row['pretension'], 3)} N, suits {served}"
+        nearest = choice_words(question, row)
+        yield f"{_in_choices(question, conflict)}; nearest to a window: {nearest}"
+    if window is None:
+        end = phrases.lower_end(row)
+        broken = phrases.broken(question, end.limit or conflict["limits"][0])
+        yield f"at any pretension {broken}{phrases.where(question, end)}"
+        return
+    low, high = window
+    if given is not None and low <= high:
+        lower_is_missed = given < low
+        missed = phrases.upper_words(question, row)
+        if lower_is_missed:
+            missed = phrases.lower_words(question, row)
+        yield f"{missed}; {phrases.margins(question, row)}"
+        return
+    yield from phrases.gap_words(question, row, conflict["gap"])
+    if row["served"] > 0.0 and record["serve"] >= 1.0 and record["conditions"] > 1:
+        served = f"{say.percent(row['served'])} of the {question['counted']}"
+        pretension = row["pretension"]
+        if pretension is not None:
+            yield f"one pretension, {say.number(pretension, 3)} N, suits {served}"

@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.answer_record import as_answer
 from tendon_cli.checks.check_text import (
+    NEGATIVE,
     NO_EQUILIBRIUM,
     SLACK,
     WORST,
@@ -21,16 +23,14 @@ from tendon_cli.checks.check_text import (
     verdict_text,
 )
 from tendon_cli.checks.compare import TOLERANCE, compare
-from tendon_cli.cube.cube import cube_of
+from tendon_cli.cube.cube import Cube, cube_of
 from tendon_cli.engine.plan import Plan
-from tendon_cli.engine.results import AnyResult, Run, folder_of, verified_record
+from tendon_cli.engine.results import AnyResult, Result, Run, folder_of, open_result
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.statics import SLACK_TOLERANCE
-from tendon_cli.space.axis import SIDES
-from tendon_cli.studies.load import recorded_study
-from tendon_cli.studies.study import Study
-from tendon_cli.tables.read import TableFiles
+from tendon_cli.quantities import SIDES
+from tendon_cli.registry import load
 from tendon_cli.tables.schema import as_numpy
 
 Breach = dict[str, Any]
@@ -75,18 +75,29 @@ def check(
         return compare(
             folder, folder_of(baseline), tolerance=tolerance, apart=tuple(apart), worst=worst
         )
-    record = verified_record(folder)
-    if record["verb"] == "design":
-        return _check_answer(record)
-    table = Run(record, folder).kept("designs")
-    study = recorded_study(table.facts["study"])
-    result = _check_designs(table, study, worst)
-    text = verdict_text(result, cube_of(table), record["name"])
-    return CheckResult(result["holds"], text, finite(result))
+    result = open_result(folder)
+    if not result.kind.check:
+        text = f"{result.record['name']}: every file is as it was written"
+        record = {"holds": True}
+        return CheckResult(
+            text=text, record=record, verdict="files as they were written", holds=True
+        )
+    checked: CheckResult = load(result.kind.check)(result, worst)
+    return checked
 
 
-def _check_answer(record: dict[str, Any]) -> CheckResult:
+def check_run(run: Run, worst: int) -> CheckResult:
+    """Check that every design of a run is within its limits. List the `worst` of the breaches."""
+    cube = cube_of(run.kept("designs"), run.study)
+    result = _check_designs(cube, worst)
+    text = verdict_text(result, cube, run.record["name"])
+    verdict = "within limits" if result["holds"] else NEGATIVE
+    return CheckResult(result["holds"], text, finite(result), verdict)
+
+
+def check_answer(answer: Result, _worst: int) -> CheckResult:
     """Check that at least one choice of an answer has a window."""
+    record = as_answer(answer.record)
     choices = record["choices"]
     feasible = record["feasible"]
     conflicts = record["conflicts"]
@@ -95,15 +106,17 @@ def _check_answer(record: dict[str, Any]) -> CheckResult:
     if not feasible:
         lines += [f"  {' against '.join(conflict['limits'])}" for conflict in conflicts]
     result = {"choices": choices, "feasible": feasible, "conflicts": conflicts, "holds": holds}
-    return CheckResult(holds, "\n".join(lines), result)
+    verdict = "a choice has a window" if holds else NEGATIVE
+    return CheckResult(holds, "\n".join(lines), result, verdict)
 
 
-def _check_designs(table: TableFiles, study: Study, worst: int) -> dict[str, Any]:
+def _check_designs(cube: Cube, worst: int) -> dict[str, Any]:
     """Check all rows of a table of designs, part by part.
 
     The `worst` of the breaches are listed with their states.
     """
-    limits = dict(study.limits.items())
+    table: Any = cube.table
+    limits = cube.limits
     names = ["design", "feasible", "taut", "margin", "required_pretension"]
     for limit in limits:
         names += _columns_of(limit)
@@ -121,7 +134,7 @@ def _check_designs(table: TableFiles, study: Study, worst: int) -> dict[str, Any
         breaches += breaches_here
         breaches.sort(key=lambda breach: (-breach["excess"], breach["design"]))
         breaches = breaches[:worst]
-    plan = Plan(study)
+    plan = Plan(cube.study)
     return {
         "designs": designs,
         "feasible": feasible,

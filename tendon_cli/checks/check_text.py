@@ -11,10 +11,12 @@ from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel, number
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import QUANTITIES
+from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.units import counted
 
 NO_EQUILIBRIUM = "no equilibrium"
 SLACK = "slack"
+NEGATIVE = "negative result"
 WORST = 10
 """Number of breaches, or of designs whose feasibility changed, that are listed by default."""
 
@@ -30,12 +32,14 @@ class CheckResult:
     """True if every design is within its limits, or if nothing changed."""
     text: str
     record: dict[str, Any]
+    verdict: str
+    """The result in two or three words."""
 
 
 def finite(value: Any) -> Any:
     """Replace numbers of a record that are infinite or NaN by None, for JSON."""
     if isinstance(value, float):
-        return value if math.isfinite(value) else None
+        return finite_or_none(value)
     if isinstance(value, Mapping):
         return {name: finite(item) for name, item in value.items()}
     if isinstance(value, list):
@@ -162,10 +166,9 @@ def _place_text(where: Record, cube: Cube) -> str:
     return ", ".join(words) or "the only row"
 
 
-def as_markdown(text: str, *, holds: bool) -> str:
-    """Convert the text of a check to Markdown, for a job's summary."""
+def as_markdown(text: str, verdict: str) -> str:
+    """Convert the text of a check to Markdown, for a job's summary, with the verdict above it."""
     head, *rest = text.split("\n")
-    verdict = "within limits" if holds else "negative result"
     lines = []
     for line in rest:
         is_item = line.startswith("  ")

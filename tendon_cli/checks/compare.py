@@ -23,9 +23,8 @@ from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.json_schema import key_words
-from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import Study
-from tendon_cli.tables.read import TableFiles
+from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.units import counted, shorten
 
 FLAGS = ("status", *JUDGEMENTS)
@@ -74,14 +73,14 @@ def compare(
         UsageError: if the studies differ in more than the values of axes and the keys `apart`.
     """
     runs = [open_run(folder), open_run(baseline)]
-    ours, theirs = (recorded_study(run.record) for run in runs)
-    tables = [run.kept("designs") for run in runs]
+    ours, theirs = (run.study for run in runs)
+    cubes = [cube_of(run.kept("designs"), run.study) for run in runs]
     _check_studies(ours, theirs, apart)
-    pairs = [TablePair.of(tables, ours, theirs)]
+    pairs = [TablePair.of(*cubes)]
     missing = []
     has_states = ["states" in run.record["study"]["output"]["tables"] for run in runs]
     if all(has_states):
-        pairs.append(TablePair.of([run.kept("states") for run in runs], ours, theirs))
+        pairs.append(TablePair.of(*(cube_of(run.kept("states"), run.study) for run in runs)))
     elif any(has_states):
         owner = "this run" if has_states[0] else "the baseline"
         missing.append(f"states: a table in {owner} only")
@@ -119,7 +118,8 @@ def compare(
         "holds": not beyond and not flips and not missing,
     }
     text = comparison_text(record, pairs[0].here, (str(folder), str(baseline)))
-    return CheckResult(record["holds"], text, finite(record))
+    verdict = "nothing changed" if record["holds"] else "changed"
+    return CheckResult(record["holds"], text, finite(record), verdict)
 
 
 def _check_studies(ours: Study, theirs: Study, apart: Sequence[str]) -> None:
@@ -166,13 +166,12 @@ class TablePair:
     """Values that only one of them has, in words, by the key of the axis."""
 
     @classmethod
-    def of(cls, tables: Sequence[TableFiles], ours: Study, theirs: Study) -> TablePair:
+    def of(cls, here: Cube, there: Cube) -> TablePair:
         """Match two tables by the values of their axes.
 
         Raises:
             UsageError: if they have nothing in common.
         """
-        here, there = map(cube_of, tables)
         others = {axis.key: axis for axis in there.axes}
         axes: list[Axis] = []
         at_here: dict[str, Ints] = {}
@@ -181,7 +180,7 @@ class TablePair:
         for axis in here.axes:
             other = others.pop(axis.key, None)
             if other is None:
-                at_here[axis.column] = _single(axis, theirs)
+                at_here[axis.column] = _single(axis, there.study)
                 left_out[axis.key] = _only(axis.key, len(axis) - 1, 0)
                 continue
             axes.append(axis)
@@ -190,7 +189,7 @@ class TablePair:
             at_there[other.column] = second
             left_out[axis.key] = _only(axis.key, len(axis) - len(first), len(other) - len(first))
         for axis in others.values():
-            at_there[axis.column] = _single(axis, ours)
+            at_there[axis.column] = _single(axis, here.study)
             left_out[axis.key] = _only(axis.key, 0, len(axis) - 1)
         left_out = {key: text for key, text in left_out.items() if text}
         return cls(here, there, tuple(axes), at_here, at_there, left_out)
@@ -274,8 +273,8 @@ class TablePair:
             flip = {
                 "where": self.where(row),
                 "now": bool(now[row]),
-                "margin_before": _known(margin_before[row]),
-                "margin_now": _known(margin_now[row]),
+                "margin_before": finite_or_none(margin_before[row]),
+                "margin_now": finite_or_none(margin_now[row]),
             }
             flips.append(flip)
         return sorted(flips, key=_margin_change, reverse=True)
@@ -291,11 +290,6 @@ def _results(cube: Cube) -> list[str]:
 def _largest(values: ColumnArray) -> float:
     """Return the largest magnitude in a column; 0 if nothing in it is finite."""
     return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
-
-
-def _known(margin: float) -> float | None:
-    """Return the margin of a design; None if it has none."""
-    return float(margin) if math.isfinite(margin) else None
 
 
 def difference(

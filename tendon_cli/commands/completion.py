@@ -201,14 +201,14 @@ def templates() -> list[Any]:
 
 def tables(ctx: typer.Context) -> list[Any]:
     """Return the tables of the folder that the line names, or else of every kind of folder."""
-    from tendon_cli.cube.source import TABLES
+    from tendon_cli.registry import table_kinds
 
     source = _source(ctx)
     if source is not None:
-        found = [name for name in TABLES if (source / f"{name}.parquet").exists()]
+        found = [name for name in table_kinds() if (source / f"{name}.parquet").exists()]
         if found:
             return found
-    return list(TABLES)
+    return list(table_kinds())
 
 
 def cases(ctx: typer.Context) -> list[Any]:

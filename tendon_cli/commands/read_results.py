@@ -66,7 +66,7 @@ def check(
         raise UsageError(f"{given} is for a comparison", hint="--baseline names the other run")
     tolerance = TOLERANCE if tolerance is None else tolerance
     checked = tendon.check(run, baseline, tolerance=tolerance, apart=apart or (), worst=worst)
-    text = as_markdown(checked.text, holds=checked.holds) if markdown else checked.text
+    text = as_markdown(checked.text, checked.verdict) if markdown else checked.text
     print_result(checked.record if as_json else text)
     if not checked.holds:
         raise typer.Exit(EXIT_NEGATIVE)
@@ -171,18 +171,21 @@ def plot(
         angles = [_angle(text) for text in angle or ()]
         drawn = draw_geometry(source, tuple(settings or ()), angles, out, case)
     elif between:
-        from tendon_cli.engine.results import verified_record
+        from tendon_cli.answers.answer import Answer
+        from tendon_cli.cube.cube import choices_of
+        from tendon_cli.engine.results import open_result
         from tendon_cli.figures.answer_figures import draw_between_samples
 
-        record = verified_record(source)
-        if record["verb"] != "design":
+        answer = open_result(source)
+        if not isinstance(answer, Answer):
             hint = "tendon design STUDY writes one"
             raise UsageError(
                 "is not an answer, and only answers have a window to draw",
                 where=str(source),
                 hint=hint,
             )
-        drawn = [draw_between_samples(source, record, out)]
+        choices = choices_of(answer.kept("choices"), answer.study)
+        drawn = [draw_between_samples(choices, answer.record, out)]
     else:
         from tendon_cli.figures.draw import plot as draw
         from tendon_cli.figures.draw import table_of
@@ -241,7 +244,7 @@ def show(
     CSV of people is shown as tendon reads it.
     """
     from tendon_cli.cube.rows import rows_in, write_csv
-    from tendon_cli.summary import rows_text
+    from tendon_cli.cube.rows_text import rows_text
 
     options.refuse_both("--json", as_json, "--csv", as_csv)
     rows = rows_in(source, table, where or (), options.split_names(columns), sort)

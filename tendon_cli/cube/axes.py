@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.space.axis import Axis
-from tendon_cli.studies.spaces import space_of
+from tendon_cli.space.axis import Axis, evenly_spaced, split_side
+from tendon_cli.space.space import Space
+from tendon_cli.studies.contents import column_of
+from tendon_cli.studies.spaces import WORDS_OF, space_of
 from tendon_cli.studies.study import Study
 
 Ints = npt.NDArray[np.int64]
@@ -18,18 +21,6 @@ LOAD = "load_mass"
 DIRECTION = "direction"
 ANGLE = "elbow_angle"
 TIME = "time"
-
-
-def evenly_spaced(count: int, most: int) -> Ints:
-    """Choose at most `most` of `count` positions evenly, with both ends.
-
-    If `most` is 1, choose the middle.
-    """
-    if count <= most:
-        return np.arange(count, dtype=np.int64)
-    if most == 1:
-        return np.array([count // 2], dtype=np.int64)
-    return np.unique(np.round(np.linspace(0, count - 1, most)).astype(np.int64))
 
 
 def thin_axes(lengths: Sequence[int], most: int) -> list[Ints]:
@@ -56,13 +47,44 @@ def thin_axes(lengths: Sequence[int], most: int) -> list[Ints]:
     ]
 
 
-def axes_of(study: Study, kind: str) -> tuple[Axis, ...]:
-    """Return the axes of a study in a table of designs, states or choices, slowest first."""
+def columns_of_names(
+    axes: Sequence[Axis], single: Mapping[str, Any]
+) -> dict[str, tuple[Axis, Axis]]:
+    """Return the columns whose numbers or words follow from one named axis alone.
+
+    Args:
+        axes: Axes of a table.
+        single: Numbers that all rows share, by dotted key.
+
+    Returns:
+        The named axis, and the same axis with the values of the column in place of its names.
+    """
+    space = Space(tuple(axes), single)
+    columns: dict[str, tuple[Axis, Axis]] = {}
+    for key, number in space.set_by_names.items():
+        if len(number.axes) > 1 or key in space.keys_of_sides:
+            continue
+        values = np.ravel(number.within(space.whole))  # (len(axis),)
+        words = WORDS_OF.get(split_side(key)[0])
+        names = () if words is None else tuple(words[int(value)] for value in values)
+        column = column_of(key)
+        columns[column] = (axes[number.axes[0]], Axis(key, column, {key: values}, names))
+    return columns
+
+
+def choice_axes(study: Study) -> tuple[Axis, ...]:
+    """Return the axes of a table of choices, slowest first."""
+    return space_of(study).without_pretension().choices.axes
+
+
+def design_axes(study: Study) -> tuple[Axis, ...]:
+    """Return the axes of a table of designs, slowest first."""
+    return space_of(study).axes
+
+
+def state_axes(study: Study) -> tuple[Axis, ...]:
+    """Return the axes of a table of states, slowest first."""
     space = space_of(study)
-    if kind == "choices":
-        return space.without_pretension().choices.axes
-    if kind == "designs":
-        return space.axes
     if study.trajectory is not None:
         return (*space.axes, Axis(TIME, TIME, {TIME: study.trajectory.time}))
     direction = Axis(DIRECTION, DIRECTION, {}, study.motion.direction)

@@ -10,29 +10,46 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
+from tendon_cli.answer_record import AnswerRecord, ChoiceRecord
 from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
-from tendon_cli.cube.labels import reading
+from tendon_cli.cube.labels import drawn_name, reading
+from tendon_cli.errors import InputError
 from tendon_cli.model.kinematics import Array
 from tendon_cli.space.axis import Axis
+from tendon_cli.studies.fields import hint_at_nearest
+from tendon_cli.studies.values import RIGID
+from tendon_cli.units import shorten
 
 
 def position(axis: Axis, value: Any) -> Ints:
     """Return the position of a value on an axis, or of the nearest value, as an array of one.
 
-    A word that the axis does not have gives the first position.
+    Raises:
+        InputError: The axis has names, and the value is none of them.
     """
-    is_same = np.array(axis.values == value)
-    if is_same.any() or axis.is_text:
+    wanted = value if axis.is_text else recorded_number(value)
+    is_same = np.asarray(axis.values == wanted)
+    if is_same.any():
         return np.array([int(np.argmax(is_same))], dtype=np.int64)
-    distance = np.abs(axis.values - value)
+    if axis.is_text:
+        hint = hint_at_nearest(str(value), axis.names) or f"{', '.join(axis.names[:20])}"
+        raise InputError(f'there is no {axis.key} "{shorten(str(value))}"', hint=hint)
+    distance = np.abs(axis.values - wanted)
     return np.array([int(np.argmin(distance))], dtype=np.int64)
 
 
 def value_text(cube: Cube, axis: Axis, value: Any) -> str:
-    """Return one value of an axis, as titles have it."""
-    return str(value) if axis.is_text else cube.shown(axis.column).equation(float(value))
+    """Return one value of an axis, or of a record on it, as titles have it."""
+    if axis.is_text:
+        return drawn_name(axis, str(value))
+    return cube.shown(axis.column).equation(recorded_number(value))
+
+
+def recorded_number(value: Any) -> float:
+    """Return a number of a record, in which an infinite stiffness is a word."""
+    return math.inf if value == RIGID else float(value)
 
 
 def conflicts_of(read: Mapping[str, ColumnArray], bounds: Mapping[str, float]) -> ColumnArray:
@@ -106,14 +123,14 @@ class OverAngle:
         return np.where((values >= 0.0) & (values <= 1.02 * self.top), values, np.nan)
 
 
-def over_angle(record: Mapping[str, Any]) -> OverAngle | None:
+def over_angle(record: AnswerRecord) -> OverAngle | None:
     """Return the best choice's window over the angle; None if the record of the answer has none."""
-    between = record.get("between_samples")
+    between = record["between_samples"]
     best = record["best"]
-    if not between or best is None:
+    if between is None or best is None:
         return None
     curves = between["curves"]
-    low = best["pretension_from"]
+    low = math.nan if best["pretension_from"] is None else best["pretension_from"]
     high = math.inf if best["pretension_to"] is None else best["pretension_to"]
     top = _ROOM * (high if math.isfinite(high) else max(2.0 * low, 1.0))
     angle = np.degrees(curves["elbow_angle"])
@@ -124,7 +141,7 @@ def over_angle(record: Mapping[str, Any]) -> OverAngle | None:
     roof = np.fmin.reduce([*upper.values(), np.full(len(angle), np.inf)])
     floor_at_samples = np.interp(samples, angle, floor)
     roof_at_samples = np.interp(samples, angle, roof)
-    scope, works = _scope_texts(record, of_all=curves["all_conditions"])
+    scope, works = _scope_texts(record, best, of_all=curves["all_conditions"])
     return OverAngle(
         angle=angle,
         ends=(lower, upper),
@@ -146,23 +163,34 @@ def _arrays(curves: Mapping[str, Any]) -> dict[str, Array]:
     return {name: np.array(values, dtype=np.float64) for name, values in curves.items()}
 
 
-def _scope_texts(record: Mapping[str, Any], *, of_all: bool) -> tuple[str, tuple[str, str]]:
+def served_words(record: AnswerRecord) -> str:
+    """Say what a window suits: "all conditions", "at least 95 % of the draws"."""
+    if record["serve"] >= 1.0:
+        return "all conditions"
+    return f"at least {say.percent(record['serve'])} of the {record['question']['counted']}"
+
+
+def _scope_texts(
+    record: AnswerRecord, best: ChoiceRecord, *, of_all: bool
+) -> tuple[str, tuple[str, str]]:
     """Say for which conditions the lines are, and what the window and the room between them do.
 
     Args:
         record: Record of an answer.
+        best: The choice that it names first.
         of_all: True if the lines are those of all conditions.
     """
-    pretension = say.quantity("pretension", record["best"]["pretension"])
+    pretension = "the pretension"
+    if best["pretension"] is not None:
+        pretension = say.quantity("pretension", best["pretension"])
     lines = "all conditions" if of_all else f"the conditions that {pretension} serves"
     window = "works at every angle"
     room = "works at that angle" if of_all else "works at that angle for those served"
     remark = ""
     if record["serve"] < 1.0:
-        kind = "conditions" if record["population"] is None else record["population"]["kind"]
         share = f"at least {say.percent(record['serve'])}"
         window = f"{window} for {share}"
-        remark = f" The window serves {share} of the {kind}."
+        remark = f" The window serves {served_words(record)}."
         if of_all:
             room = f"{room} for all"
     elif not of_all:

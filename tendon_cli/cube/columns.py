@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
+from tendon_cli import say
 from tendon_cli.errors import UsageError
-from tendon_cli.quantities import OF_FIGURES, QUANTITIES, Quantity
-from tendon_cli.space.axis import SIDES
+from tendon_cli.quantities import OF_FIGURES, QUANTITIES, SIDES, Quantity
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.filters import Condition, Filter, read_filter
 from tendon_cli.studies.study import keys
@@ -140,7 +140,7 @@ def quantity_in(field: pa.Field) -> Quantity:
     metadata = field.metadata or {}
     name = metadata.get(b"quantity", b"").decode()
     unit = metadata.get(b"unit", b"1").decode()
-    words = field.name.replace("_", " ")
+    words = say.spaced(field.name)
     unknown = Quantity(field.name, words, "number", unit, unit, field.name)
     return QUANTITIES.get(name, unknown)
 

@@ -12,13 +12,17 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from tendon_cli.cube.axes import ANGLE, LOAD, Ints, axes_of
+from tendon_cli import say
+from tendon_cli.cube.axes import ANGLE, Ints, columns_of_names
 from tendon_cli.cube.columns import ColumnArray, TableColumns
 from tendon_cli.cube.labels import ColumnLabel, as_read
+from tendon_cli.cube.room import bounded_column, bounded_values, has_bounded_column, room_to
 from tendon_cli.engine.states import WorkedOut
+from tendon_cli.engine.sweep_kind import DEFINING, SWEEP
 from tendon_cli.errors import InputError, TendonError, UsageError
-from tendon_cli.quantities import Quantity
-from tendon_cli.space.axis import SIDES, SLACK, Axis
+from tendon_cli.quantities import SIDES, Quantity
+from tendon_cli.registry import load, table_kinds
+from tendon_cli.space.axis import SLACK, Axis
 from tendon_cli.studies.filters import Condition
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.spaces import space_of
@@ -27,13 +31,21 @@ from tendon_cli.tables.read import AnyTable
 from tendon_cli.tables.schema import as_numpy
 from tendon_cli.units import shorten
 
-_ALWAYS = ("pretension", "spring_stiffness", "spool_ratio", LOAD, "friction", "bend_angle")
-"""Columns that every table has, and that say what a design is."""
 _SLACK_LENGTHS = ("flexor_slack", "extensor_slack", "max_slack")
 _LARGEST = 1e150
 """Bound above any number of a study, below which all can be drawn."""
 _MOST_LISTED = 12
 """Most values of an axis that a hint lists."""
+_UNREADABLE = (
+    LookupError,
+    TypeError,
+    ValueError,
+    OverflowError,
+    AttributeError,
+    pa.ArrowException,
+    TendonError,
+)
+"""Errors of metadata that are not as tendon writes them."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +115,7 @@ class Cube:
         """Columns of numbers that say what a design is."""
         of_axes = [axis.column for axis in self.axes if not axis.is_text and axis.column != ANGLE]
         names = []
-        for name in dict.fromkeys([*_ALWAYS, *of_axes]):
+        for name in dict.fromkeys([*DEFINING, *of_axes]):
             names += self.with_sides(name)
         return names
 
@@ -120,6 +132,11 @@ class Cube:
             for place, axis in enumerate(self.axes)
         }
 
+    @cached_property
+    def columns_of_names(self) -> dict[str, tuple[Axis, Axis]]:
+        """Columns that follow from one named axis, as `columns_of_names` of `axes.py` has them."""
+        return columns_of_names(self.axes, space_of(self.study).single)
+
     def axis(self, column: str) -> Axis | None:
         """Return the axis of a column; None if it has none."""
         return next((axis for axis in self.axes if axis.column == column), None)
@@ -131,7 +148,7 @@ class Cube:
             column: Its name.
             units: Units by dimension that overrule the usual ones.
         """
-        words = column.replace("_", " ")
+        words = say.spaced(column)
         quantity = self.columns[column] or Quantity(column, words, "number", "1", "1", words)
         return ColumnLabel.of(column, as_read(quantity, self.document), units)
 
@@ -140,20 +157,25 @@ class Cube:
     def choose(self, asked: Sequence[Condition]) -> dict[str, Ints]:
         """Return the positions on each axis that conditions leave, by the axis's column.
 
+        A condition on a number that a named axis sets selects among its names.
+
         Raises:
             UsageError: A condition leaves nothing of its axis, or names a word that is not on it.
         """
         chosen = {axis.column: np.arange(axis.length, dtype=np.int64) for axis in self.axes}
         for condition in asked:
             axis = self.axis(condition.column)
-            if axis is None:
+            values = axis
+            if condition.column in self.columns_of_names:
+                axis, values = self.columns_of_names[condition.column]
+            if axis is None or values is None:
                 continue
-            if axis.is_text:
-                _check_words(axis, condition)
+            if values.is_text:
+                _check_words(values, condition)
             positions = chosen[axis.column]
-            left = positions[condition.holds(axis.values[positions], of_axis=True)]
+            left = positions[condition.holds(values.values[positions], of_axis=True)]
             if not len(left):
-                hint = f"values: {', '.join(self._listed(axis, positions))}"
+                hint = f"values: {', '.join(self._listed(values, positions))}"
                 raise UsageError(
                     f'"{shorten(condition.text)}" leaves nothing of the axis',
                     where="--where",
@@ -209,6 +231,20 @@ class Cube:
             names, self._stored(rows, self.table_columns.stored(names))
         )
 
+    def room(self, limit: str, rows: Ints) -> npt.NDArray[np.float64]:
+        """Return the room that a limit of the study leaves at some rows.
+
+        It is positive where the limit is kept, negative where it is broken, and NaN where there is
+        nothing to compare; SI, in the shape of `rows`.
+        """
+        column = bounded_column(limit)
+        is_column = column in self.columns and self.with_sides(column) == [column]
+        if is_column and has_bounded_column(limit, self.kind):
+            values = self.gather(rows, [column])[column]
+        else:
+            values = bounded_values(self.study, self.kind, limit, rows)
+        return room_to(limit, values, self.limits[limit])
+
     def _stored(self, rows: Ints, names: list[str]) -> dict[str, ColumnArray]:
         """Read columns of the table at some rows, in the shape of `rows`."""
         if self.table is None:
@@ -250,48 +286,41 @@ def _null_of(kind: pa.DataType) -> tuple[Any, Any]:
     return ("", object) if pa.types.is_dictionary(kind) else (np.nan, np.float64)
 
 
-def cube_of(table: AnyTable, kinds: Sequence[str] = ("designs", "states")) -> Cube:
-    """Return a table by the axes of the study that its metadata hold.
+def cube_of(
+    table: AnyTable, study: Study | None = None, kinds: Sequence[str] = SWEEP.table_names
+) -> Cube:
+    """Return a table by the axes of its study.
 
     Args:
         table: The table.
-        kinds: Kinds of tables that are accepted.
+        study: Its study, if the caller has it already; else that of the table's metadata.
+        kinds: Names of the tables that are accepted.
 
     Raises:
         InputError: It is a table of another kind, or not as tendon writes it.
     """
     try:
-        kind = table.facts["table"]
-        record = table.facts["study"]
-        study = recorded_study(record)
-        axes = axes_of(study, kind)
+        kind = table_kinds()[table.facts["table"]]
+        if study is None:
+            study = study_of(table)
+        axes: tuple[Axis, ...] = load(kind.axes)(study)
         rows = table.rows
-        needed = {axis.column for axis in axes}
-        if kind == "choices":
-            rows -= int(as_numpy(table.read(["refined"])["refined"]).sum())
-        else:
-            needed.update(_ALWAYS)
+        if kind.beyond:
+            rows -= int(as_numpy(table.read([kind.beyond])[kind.beyond]).sum())
+        needed = {*kind.always, *(axis.column for axis in axes)}
         is_whole = needed <= {*table.schema.names} and rows == math.prod(map(len, axes))
-        if kind not in kinds or not _is_ours(table.schema) or not is_whole:
+        if kind.name not in kinds or not _is_ours(table.schema) or not is_whole:
             raise foreign(table)
         return Cube(
-            kind=kind,
+            kind=kind.name,
             axes=axes,
             table_columns=TableColumns.of(table.schema),
-            document=record["study"],
+            document=table.facts["study"]["study"],
             study=study,
             study_hash=str(table.facts["study_hash"]),
             table=table,
         )
-    except (
-        LookupError,
-        TypeError,
-        ValueError,
-        OverflowError,
-        AttributeError,
-        pa.ArrowException,
-        TendonError,
-    ):
+    except _UNREADABLE:
         raise foreign(table) from None
 
 
@@ -299,13 +328,39 @@ def cube_to_come(study: Study, kind: str) -> Cube:
     """Return the table of designs or states that a study will give.
 
     With it figures are planned before anything is computed.
+
+    Raises:
+        StudyError: The study cannot be swept.
     """
-    return cube_of(WorkedOut(study.record, study.hash, kind=kind))
+    table = WorkedOut(study, kind=kind)
+    return Cube(
+        kind=kind,
+        axes=load(table_kinds()[kind].axes)(study),
+        table_columns=TableColumns.of(table.schema),
+        document=study.document(),
+        study=study,
+        study_hash=study.hash,
+        table=table,
+    )
 
 
-def choices_of(table: AnyTable) -> Cube:
+def choices_of(table: AnyTable, study: Study | None = None) -> Cube:
     """Return the choices of an answer by the axes of their grid; raises as `cube_of` does."""
-    return cube_of(table, ("choices",))
+    return cube_of(table, study, ("choices",))
+
+
+def study_of(table: AnyTable) -> Study:
+    """Return the study of a table: the one of which it is worked out, or that of its metadata.
+
+    Raises:
+        InputError: The metadata hold no study.
+    """
+    if isinstance(table, WorkedOut):
+        return table.study
+    try:
+        return recorded_study(table.facts["study"])
+    except _UNREADABLE:
+        raise foreign(table) from None
 
 
 def _is_ours(schema: pa.Schema) -> bool:

@@ -12,12 +12,16 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.quantities import AS_READ, Quantity
-from tendon_cli.space.axis import SIDES
+from tendon_cli.quantities import AS_READ, SIDES, Quantity
+from tendon_cli.space.axis import Axis
+from tendon_cli.studies.axis_words import told_words
+from tendon_cli.studies.contents import column_of, keys
 from tendon_cli.units import factor_of
 
 INPUT = r"\mathit{I}"
 """The capital I of the input side, whose serifs tell it from a stroke."""
+_LONGEST_NAME = 40
+"""Most characters of a name that a title or a key shows."""
 _SYMBOL = re.compile(r"([^_^]+)(?:_([^_^]+))?(?:\^([^_^]+))?")
 _FORMULA = re.compile(r"(?<!\\)\$([^$]*)\$")
 
@@ -111,6 +115,23 @@ class ColumnLabel:
     def _in_brackets(self) -> str:
         """Unit in brackets after a space; empty if there is none."""
         return "" if self.unit == "1" else f" ({plain(self.unit)})"
+
+
+def drawn_name(axis: Axis, name: str, units: Mapping[str, str] | None = None) -> str:
+    """Return a name on an axis, ready to be drawn, and what it sets: "d88 (b₁ = 88 mm)".
+
+    Args:
+        axis: An axis whose values have names.
+        name: The name.
+        units: Units by dimension that overrule the usual ones.
+    """
+
+    def equation(key: str, value: float) -> str:
+        return ColumnLabel.of(column_of(key), keys()[key].number.quantity, units).equation(value)
+
+    told = told_words(axis, name, equation)
+    text = plain(name, width=_LONGEST_NAME, lines=1)
+    return f"{text} ({told})" if told else text
 
 
 def reading(document: Mapping[str, Any]) -> str:

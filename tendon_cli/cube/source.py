@@ -2,31 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
 
 from tendon_cli.cube.columns import TableColumns, column_named
+from tendon_cli.cube.cube import study_of
 from tendon_cli.engine.states import WorkedOut
+from tendon_cli.engine.sweep_kind import SWEEP
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import read_file
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.quantities import QUANTITIES
+from tendon_cli.registry import table_kinds
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.figures import OF_STATES
 from tendon_cli.studies.people.people_section import MAX_BYTES as MAX_PEOPLE_BYTES
 from tendon_cli.studies.people.persons_csv import read_persons
+from tendon_cli.studies.study import Study
 from tendon_cli.tables.named import CHOICES, open_choices
-from tendon_cli.tables.read import AnyTable, TableInMemory, open_table
+from tendon_cli.tables.read import AnyTable, TableInMemory, open_table, records_in
 from tendon_cli.tables.schema import Column
 from tendon_cli.units import shorten
 from tendon_cli.version import RESULTS_VERSION
 
-TABLES = ("designs", "choices", "states", "conditions", "named", "persons", "draws")
-"""Tables of a run or an answer; the first that is there is shown by default."""
-_OF_A_RUN = ("designs", "states")
+_DRAWN = SWEEP.table_names[::-1]
+"""Tables of a sweep, the one first that is drawn if it has what is asked for."""
 _ONLY_IN_STATES = {"direction", "elbow_angle", "status", *OF_STATES}
 
 
@@ -35,7 +38,7 @@ def table_in(
     wanted: str | None = None,
     asked: Collection[str] = (),
     *,
-    order: Sequence[str] = TABLES,
+    order: Sequence[str] | None = None,
 ) -> AnyTable:
     """Open the table that a path means, every byte verified.
 
@@ -45,7 +48,7 @@ def table_in(
         path: A table, the folder of a run or an answer, or a CSV file of people.
         wanted: Name of the table in the folder; None for the first in `order` that has `asked`.
         asked: Columns that the table must have.
-        order: Names of tables, preferred ones first.
+        order: Names of tables, preferred ones first; None for all, in the order of their kinds.
 
     Raises:
         InputError: There is no table.
@@ -61,47 +64,66 @@ def table_at(
     wanted: str | None = None,
     asked: Collection[str] = (),
     *,
-    order: Sequence[str] = TABLES,
+    order: Sequence[str] | None = None,
+    study: Study | None = None,
+    records: Mapping[str, Any] | None = None,
 ) -> AnyTable:
-    """Open the table that a path means, as `table_in` does, except CSV files of people."""
+    """Open the table that a path means, as `table_in` does, except CSV files of people.
+
+    Args:
+        path: See `table_in`.
+        wanted: See `table_in`.
+        asked: See `table_in`.
+        order: See `table_in`.
+        study: Its study, if the caller has it already.
+        records: Records in its folder by the names of their files, if the caller has them already.
+    """
     asked = {column_named(name) for name in asked}
     is_folder = _is_folder(path)
     if not is_folder:
         file_of(path, wanted)
+    if records is None:
+        records = records_in(path if is_folder else path.parent)
     if wanted == "states" or (wanted is None and asked & _ONLY_IN_STATES):
-        states = _states_in(path, asked)
+        states = _states_in(path, asked, records, study)
         if states is not None:
             return states
     elif is_folder and wanted is None and asked:
         for name in _tables_of(path, order):
-            table = _opened(path / f"{name}.parquet")
+            table = _opened(path / f"{name}.parquet", records)
             if asked <= set(TableColumns.of(table.schema).quantities):
                 return table
-    return _opened(file_of(path, wanted, order=order))
+    return _opened(file_of(path, wanted, order=order), records)
 
 
-def _opened(file: Path) -> AnyTable:
+def _opened(file: Path, records: Mapping[str, Any]) -> AnyTable:
     """Open a table; choices are joined with what their answer says of those that it names."""
-    return open_choices(file) if file.name == CHOICES else open_table(file)
+    return open_choices(file, records) if file.name == CHOICES else open_table(file, records)
 
 
-def table_of_study(path: Path, wanted: str | None = None, asked: Collection[str] = ()) -> AnyTable:
-    """Open a table of designs or states, to be drawn; raises as `table_in` does."""
-    if _is_folder(path) and not _tables_of(path, _OF_A_RUN):
+def table_of_study(
+    path: Path,
+    wanted: str | None = None,
+    asked: Collection[str] = (),
+    study: Study | None = None,
+    records: Mapping[str, Any] | None = None,
+) -> AnyTable:
+    """Open a table of designs or states, to be drawn; takes and raises what `table_at` does."""
+    if _is_folder(path) and not _tables_of(path, _DRAWN):
         hint = "run `tendon sweep`"
         raise InputError(
             "holds neither designs.parquet nor states.parquet", where=str(path), hint=hint
         )
-    return table_at(path, wanted, asked, order=("states", "designs"))
+    return table_at(path, wanted, asked, order=_DRAWN, study=study, records=records)
 
 
-def file_of(path: Path, wanted: str | None = None, *, order: Sequence[str] = TABLES) -> Path:
+def file_of(path: Path, wanted: str | None = None, *, order: Sequence[str] | None = None) -> Path:
     """Return the path of the table that a path means.
 
     Args:
         path: A table, or the folder of a run or an answer.
         wanted: Name of the table in the folder; None for the first in `order`.
-        order: Names of tables, preferred ones first.
+        order: Names of tables, preferred ones first; None for all, in the order of their kinds.
 
     Raises:
         InputError: The folder holds no table.
@@ -133,12 +155,14 @@ def _is_folder(path: Path) -> bool:
     return path.is_dir() and path.suffix != ".parquet"
 
 
-def _tables_of(folder: Path, order: Sequence[str]) -> list[str]:
-    """Return the names of the tables that a folder holds, in this order."""
-    return [name for name in order if (folder / f"{name}.parquet").exists()]
+def _tables_of(folder: Path, order: Sequence[str] | None) -> list[str]:
+    """Return the names of the tables that a folder holds, in this order or that of their kinds."""
+    return [name for name in order or table_kinds() if (folder / f"{name}.parquet").exists()]
 
 
-def _states_in(path: Path, asked: Collection[str]) -> AnyTable | None:
+def _states_in(
+    path: Path, asked: Collection[str], records: Mapping[str, Any], study: Study | None
+) -> AnyTable | None:
     """Open the states of a run, or of a table's study; None if there are none with such columns.
 
     States that were not kept, or not with all columns, are worked out.
@@ -146,9 +170,11 @@ def _states_in(path: Path, asked: Collection[str]) -> AnyTable | None:
     Args:
         path: A table, or the folder of a run.
         asked: Columns that the states must have.
+        records: Records in the folder, by the names of their files.
+        study: The study, if the caller has it already.
     """
-    table = _table_of_run(path)
-    if table is None or table.facts["table"] not in _OF_A_RUN:
+    table = _table_of_run(path, records)
+    if table is None or table.facts["table"] not in _DRAWN:
         return None
     held = set(TableColumns.of(table.schema).quantities)
     if table.facts["table"] == "states" and set(asked) <= held:
@@ -162,16 +188,16 @@ def _states_in(path: Path, asked: Collection[str]) -> AnyTable | None:
             where=str(path),
             hint=hint,
         )
-    return WorkedOut(table.facts["study"], str(table.facts["study_hash"]), table.files)
+    return WorkedOut(study_of(table) if study is None else study, table.files)
 
 
-def _table_of_run(path: Path) -> AnyTable | None:
+def _table_of_run(path: Path, records: Mapping[str, Any]) -> AnyTable | None:
     """Open a table, or in the folder of a run its states or else its designs; None without any."""
     if _is_folder(path):
-        names = _tables_of(path, ("states", "designs"))
-        return open_table(path / f"{names[0]}.parquet") if names else None
+        names = _tables_of(path, _DRAWN)
+        return open_table(path / f"{names[0]}.parquet", records) if names else None
     if path.suffix == ".parquet" and path.exists():
-        return open_table(path)
+        return open_table(path, records)
     return None
 
 

@@ -5,11 +5,15 @@ from __future__ import annotations
 import io
 import time
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any
 
+from tendon_cli import say
+from tendon_cli.engine.folder import free_bytes
 from tendon_cli.engine.plan import STATES_PER_PART, Plan
 from tendon_cli.engine.sweep import Sweep
-from tendon_cli.studies.study import keys
+from tendon_cli.engine.threads import available_cores
+from tendon_cli.studies.study import Study, keys
 from tendon_cli.tables.schema import ROW_GROUP
 from tendon_cli.tables.write import RowGroups
 from tendon_cli.units import factor_of
@@ -69,6 +73,32 @@ class Estimate:
         }
         return asdict(self) | rounded
 
+    def text(self, name: str, free: int) -> str:
+        """Return the page of --dry-run.
+
+        Args:
+            name: Name of the study.
+            free: Space that the disk has free, bytes.
+        """
+        width = max(len(axis.key) for axis in self.axes)
+        lines = [f"{name}: nothing is written by --dry-run", "  axes, slowest first"]
+        for axis in self.axes:
+            span = axis.first if axis.count == 1 else f"{axis.first} to {axis.last}"
+            lines.append(f"    {axis.key:<{width}}  {axis.count:>8,}  {span}")
+        lines.append(f"  designs      {self.designs:,}")
+        lines.append(f"  states       {self.states:,}")
+        lines += [f"  rows         {rows:,} in {table}" for table, rows in self.rows.items()]
+        if self.kept:
+            lines.append(f"  kept         {', '.join(self.kept)} of the states' results")
+        size = f"{say.byte_size(self.bytes)} in {say.counted(self.parts, 'part')}"
+        lines.append(f"  disk         {size}, {say.byte_size(free)} are free")
+        drawing = ""
+        if self.figure_seconds:
+            drawing = f", of it {say.duration(self.figure_seconds)} for figures"
+        lines.append(f"  time         about {say.duration(self.seconds)}{drawing}")
+        lines.append(f"  peak memory  about {say.byte_size(self.peak_memory)}")
+        return "\n".join(lines)
+
 
 class _Nowhere(io.RawIOBase):
     """A file that forgets what is written to it."""
@@ -118,6 +148,16 @@ def estimate(plan: Plan, jobs: int, *, figures: bool) -> Estimate:
         peak_memory=_BYTES_AT_REST + workers * _bytes_per_worker(task),
         parts=plan.parts,
     )
+
+
+def size_of_sweep(
+    study: Study, folder: Path, jobs: int | None, figures: bool
+) -> tuple[dict[str, Any], str]:
+    """Return the size and cost of a sweep for --dry-run, as a record and as text."""
+    cost = estimate(Sweep.of(study).plan, jobs or available_cores(), figures=figures)
+    free = free_bytes(folder)
+    record = {"name": study.name, **cost.record(), "free_bytes": free}
+    return record, cost.text(study.name, free)
 
 
 def _samples(plan: Plan) -> list[range]:

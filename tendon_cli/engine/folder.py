@@ -19,17 +19,16 @@ from typing import Any
 
 from tendon_cli.engine.records import (
     FIGURE_FILE,
-    TABLE_FILE,
-    TABLES,
     difference,
+    is_table_file,
     read_record,
     write_record,
 )
 from tendon_cli.engine.task import PartResult, Task
 from tendon_cli.errors import FolderError, OutputError, SizeError, WorkersLostError
 from tendon_cli.files import LOCK, OF_A_RUN, holds_mark, output_errors
+from tendon_cli.registry import record_names, table_kinds
 from tendon_cli.tables.footer import Origin, read_footer, read_whole
-from tendon_cli.tables.read import RECORDS
 from tendon_cli.tables.write import WrittenFile
 from tendon_cli.version import reader_of
 
@@ -41,7 +40,6 @@ _FIGURES = re.compile(r"\.tendon-figures-[0-9a-f]{12}", re.ASCII)
 """Names of folders in which figures lie until all are drawn."""
 _DIGITS = 12
 """Digits of the hash of its study that the metadata of every figure has, if not all."""
-_TABLE_FILES = tuple(f"{table}.parquet" for table in TABLES)
 _ELSEWHERE = "choose another folder with --out"
 _MOVE_AWAY = "move it away, or choose another folder with --out"
 
@@ -140,7 +138,7 @@ class RunFolder:
             footer = read_footer(self.path / next(iter(contents.origins)))
             facts = {} if footer is None else footer.facts
             existing = {**facts, **(facts.get("study") or {})}
-        return difference(existing, self.task.verb, self.task.study) or "other parts"
+        return difference(existing, self.task.kind.verb, self.task.study) or "other parts"
 
     def _check_nothing_in_the_way(self, contents: FolderContents, replaced: set[str]) -> None:
         """Raise FolderError if a file is in the way of this run.
@@ -152,7 +150,7 @@ class RunFolder:
         for name in (*contents.others, *contents.origins):
             top, _, inner = name.partition("/")
             table = top.removesuffix(".parquet")
-            if name in replaced or top not in _TABLE_FILES or table not in self.task.tables:
+            if name in replaced or top == table or table not in self.task.tables:
                 continue
             # A folder of parts may keep a stranger's file, unless readers take it for a part.
             stays_folder = inner and self.task.tables[table] > 1
@@ -250,11 +248,11 @@ class RunFolder:
             for name in figures:
                 if self._is_figure_of(name, run):
                     self._delete(name)
-            for name in RECORDS.values():
+            for name in record_names():
                 self._delete(name)
             for name in contents.of_run:
                 self._delete(name)
-            for name in _TABLE_FILES:
+            for name in _table_files():
                 with contextlib.suppress(OSError):
                     (self.path / name).rmdir()
 
@@ -329,6 +327,11 @@ class RunFolder:
         write_record(self.path, record)
 
 
+def _table_files() -> list[str]:
+    """Return the names of the files of tables, or of the folders of their parts."""
+    return [f"{table}.parquet" for table in table_kinds()]
+
+
 def look(folder: Path) -> FolderContents:
     """Look at what a folder holds. Of files that no record lists, footers are read.
 
@@ -346,7 +349,7 @@ def look(folder: Path) -> FolderContents:
     for name in _names_in(folder):
         if name in listed:
             continue
-        origin = _origin_of(folder / name) if TABLE_FILE.fullmatch(name) else None
+        origin = _origin_of(folder / name) if is_table_file(name) else None
         if origin is not None:
             origins[name] = origin
         else:
@@ -362,11 +365,11 @@ def _names_in(folder: Path) -> Iterator[str]:
     """
     for item in sorted(folder.iterdir()):
         name = item.name
-        if name in (*RECORDS.values(), LOCK) or OF_A_RUN.fullmatch(name):
+        if name in (*record_names(), LOCK) or OF_A_RUN.fullmatch(name):
             continue
         if _FIGURES.fullmatch(name):
             continue
-        is_table = name in _TABLE_FILES and item.is_dir() and not item.is_symlink()
+        is_table = name in _table_files() and item.is_dir() and not item.is_symlink()
         if not is_table:
             yield name
             continue

@@ -169,7 +169,9 @@ class Folds:
 
             motion = plan.motion(block)
             of_states = window.window(design, *motion, bounds)
-            ends: window.Ends = narrow(of_states, design, *motion, bounds)
+            ends = narrow(of_states, design, *motion, bounds)
+            low = ends.low
+            high = ends.high
         else:
             folded = window.begin(block.shape[:-2])
             angles = len(plan.elbow_angles)
@@ -177,11 +179,12 @@ class Folds:
                 state = plan.state(stretch, design)
                 first_angle = stretch.angles.start
                 kernel.fold_window(folded, state, bounds, stretch.shape, first_angle, angles)
-            ends = window.finish(folded, design, bounds)
-        ends = window.as_read(ends, design)
+            low, high = window.pretensions(folded, design, bounds)
+        low = window.reading_of(low, design)
+        high = window.reading_of(high, design)
         return {
-            "pretension_from": ends.low,
-            "pretension_to": np.where(np.isinf(ends.high), np.nan, ends.high),
+            "pretension_from": low,
+            "pretension_to": extremes.nan_where(np.isinf(high), high),
         }
 
     def _stretches(self, block: Block) -> Iterator[Block]:
@@ -263,14 +266,17 @@ def count_feasible_choices(plan: Plan, notes: Iterable[str]) -> int:
     Raises:
         ValueError: A text was not written for the designs of its part.
     """
-    shape = (*plan.shape, 1)  # one axis more, since a study may have none
-    axes = [*_choice_axes(plan), len(plan.shape)]
-    is_feasible = np.ones([shape[axis] for axis in axes], np.bool_)
+    choice_axes = _choice_axes(plan)
+    conditions = tuple(set(range(len(plan.shape))) - set(choice_axes))
+    is_feasible = np.ones([plan.shape[axis] for axis in choice_axes], np.bool_)
     for index, note in enumerate(notes):
         designs = plan.part(index)
         feasible = decode_feasible(note, len(designs))
         if feasible is None:
             raise ValueError(f"part {index} does not say which designs are feasible")
-        failing = np.unravel_index(designs.start + np.flatnonzero(~feasible), shape)
-        is_feasible[tuple(failing[axis] for axis in axes)] = False
+        for block in plan.blocks(designs):
+            start = block.first_design - designs.start
+            of_block = feasible[start : start + block.design_count].reshape(block.shape[:-2])
+            place = tuple(block.designs[axis] for axis in choice_axes)
+            is_feasible[place] &= of_block.all(axis=conditions)
     return int(is_feasible.sum())

@@ -12,20 +12,17 @@ from typing import Any
 
 from tendon_cli.errors import FolderError
 from tendon_cli.files import read_file, write_whole
+from tendon_cli.registry import TaskKind, kind_of, kinds, table_kinds
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.digest import file_sha256
-from tendon_cli.tables.read import RECORDS
 from tendon_cli.version import RESULTS_VERSION, reader_of
 
-TABLES = ("designs", "states", "choices", "conditions", "named", "persons", "draws")
-"""Tables that a run or an answer may have."""
 FIGURE_FILE = re.compile(r"[\w-][\w.-]*\.(png|svg|pdf)")
 """Names of figures."""
 MOST_BYTES = 2**30
 """Largest record that is read."""
 
-TABLE_FILE = re.compile(rf"({'|'.join(TABLES)})\.parquet(/part-\d{{5,}}\.parquet)?", re.ASCII)
-"""Names of the files of tables."""
+_TABLE_FILE = re.compile(r"(\w+)\.parquet(/part-\d{5,}\.parquet)?", re.ASCII)
 _ELSEWHERE = "choose another folder with --out, or delete this one yourself"
 
 _ALWAYS: dict[str, type] = {
@@ -35,20 +32,6 @@ _ALWAYS: dict[str, type] = {
     "results_version": int,
 }
 """Types of the entries that every record has had since the first version."""
-_COUNTS = {
-    "sweep": (
-        "designs",
-        "states",
-        "feasible",
-        "slack",
-        "no_equilibrium",
-        "unstable",
-        "parts",
-        "resumed_parts",
-    ),
-    "design": ("choices", "conditions", "feasible"),
-}
-"""Counts that every record of a command has had since the first version."""
 _LATER: dict[str, type] = {
     "sources": dict,
     "axes": list,
@@ -71,10 +54,10 @@ def read_record(folder: Path) -> dict[str, Any] | None:
         FolderError: A record is not as tendon wrote it, or there are two.
     """
     found = []
-    for verb, name in RECORDS.items():
-        record = _read_sealed(folder / name, verb)
+    for kind in kinds().values():
+        record = _read_sealed(folder / kind.record, kind)
         if record is not None:
-            found.append({"verb": verb, **record})
+            found.append({"verb": kind.verb, **record})
     if len(found) > 1:
         raise FolderError("contains the records of two runs", where=str(folder), hint=_ELSEWHERE)
     return found[0] if found else None
@@ -84,7 +67,7 @@ def write_record(folder: Path, record: dict[str, Any]) -> None:
     """Write a record with its checksum, whole or not at all; raises OutputError."""
     record["checksum"] = checksum(record)
     content = json.dumps(record, indent=2, ensure_ascii=False) + "\n"
-    write_whole(folder / RECORDS[record["verb"]], content.encode(), of_a_run=True)
+    write_whole(folder / kind_of(record).record, content.encode(), of_a_run=True)
 
 
 def checksum(record: dict[str, Any]) -> str:
@@ -93,7 +76,7 @@ def checksum(record: dict[str, Any]) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def _read_sealed(path: Path, verb: str) -> dict[str, Any] | None:
+def _read_sealed(path: Path, kind: TaskKind) -> dict[str, Any] | None:
     """Return a record as tendon wrote it, None if there is no file; raises FolderError."""
     try:
         record = json.loads(read_file(path, MOST_BYTES))
@@ -103,7 +86,7 @@ def _read_sealed(path: Path, verb: str) -> dict[str, Any] | None:
         record = None
     if isinstance(record, dict):
         is_as_written = record.get("checksum") == checksum(record)
-        if is_as_written and _is_sound(record, verb):
+        if is_as_written and _is_sound(record, kind):
             return record
     raise FolderError(
         f"holds a {path.name} that is not as tendon wrote it",
@@ -112,17 +95,17 @@ def _read_sealed(path: Path, verb: str) -> dict[str, Any] | None:
     )
 
 
-def _is_sound(record: dict[str, Any], verb: str) -> bool:
+def _is_sound(record: dict[str, Any], kind: TaskKind) -> bool:
     """Return True if every entry has its type, which a right checksum does not prove."""
-    kinds = {**_ALWAYS, **dict.fromkeys(_COUNTS[verb], int)}
-    kinds |= {name: kind for name, kind in _LATER.items() if name in record}
-    for name, kind in kinds.items():
+    expected = {**_ALWAYS, **dict.fromkeys(kind.counts, int)}
+    expected |= {name: later for name, later in _LATER.items() if name in record}
+    for name, expected_type in expected.items():
         value = record.get(name)
-        if type(value) is not kind:
+        if type(value) is not expected_type:
             return False
-        if kind is int and not is_count(value):
+        if expected_type is int and not is_count(value):
             return False
-    if record.get("verb", verb) != verb:
+    if record.get("verb", kind.verb) != kind.verb:
         return False
     if type(record.get("seconds")) not in (int, float) or not math.isfinite(record["seconds"]):
         return False
@@ -139,11 +122,17 @@ def _is_file(entry: Mapping[str, Any]) -> bool:
     path = entry.get("path")
     return (
         isinstance(path, str)
-        and TABLE_FILE.fullmatch(path) is not None
+        and is_table_file(path)
         and isinstance(entry.get("sha256"), str)
         and is_count(entry.get("size"))
         and is_count(entry.get("rows", 0))
     )
+
+
+def is_table_file(name: str) -> bool:
+    """Return True if a run gives this name to a file of a table in its folder."""
+    named = _TABLE_FILE.fullmatch(name)
+    return named is not None and named[1] in table_kinds()
 
 
 def is_count(value: Any) -> bool:

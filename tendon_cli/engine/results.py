@@ -1,4 +1,4 @@
-"""The result of a sweep: its record, and its tables as pandas and xarray have them."""
+"""Results of tasks: record, tables as pandas and xarray have them, and text; those of a sweep."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.display import Displayed, face
+from tendon_cli.display import Displayed
 from tendon_cli.engine.folder import look
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.records import damaged_files
@@ -24,14 +24,18 @@ from tendon_cli.engine.table_columns import PlanColumns
 from tendon_cli.errors import FolderError, InputError, UsageError, install_hint
 from tendon_cli.files import result_path
 from tendon_cli.quantities import QUANTITIES
+from tendon_cli.registry import TaskKind, by_name, kind_of, kinds, load, record_names
 from tendon_cli.studies.load import recorded_study
-from tendon_cli.tables.read import RECORDS, TableFiles, check_version, open_table
+from tendon_cli.studies.study import Study, keys
+from tendon_cli.tables.read import AnyTable, TableFiles, check_version, open_table
 
 if TYPE_CHECKING:
     import pandas as pd
     import pyarrow as pa
     import xarray as xr
 
+_MOST_PICTURED_DESIGNS = 10**5
+"""Most designs of a run that a notebook draws without being asked."""
 _LONGEST_LABEL = 30
 """Most characters of a meaning that labels an axis."""
 Variable: TypeAlias = tuple[tuple[str, ...], npt.NDArray[Any], dict[str, str]]
@@ -51,12 +55,48 @@ class Result(Displayed):
     """Why there is no slack map, if one was asked for."""
     tables: Mapping[str, pa.Table] = field(default_factory=dict, repr=False)
     """Tables that are in memory."""
+    validated: Study | None = field(default=None, repr=False)
+    """Study that was computed; None to read it from the record."""
+
+    @property
+    def kind(self) -> TaskKind:
+        """Kind of the task whose result this is."""
+        return kind_of(self.record)
+
+    @cached_property
+    def study(self) -> Study:
+        """The study, validated once."""
+        return recorded_study(self.record) if self.validated is None else self.validated
+
+    @property
+    def is_negative(self) -> bool:
+        """True if the command exits with the code of a negative result."""
+        return False
+
+    @property
+    def printed(self) -> str:
+        """Text of the command: the result, its warnings, and where it is written."""
+        record = self.record
+        took = ", up to date" if self.up_to_date else f" in {record['seconds']:.3g} s"
+        warnings = [f"warning: {warning}" for warning in record["warnings"]]
+        files = ", ".join([*self.table_files, self.kind.record, *record["figures"]])
+        return "\n".join(
+            [self.text, *warnings, f"{record['name']}{took}, in {self.folder}: {files}"]
+        )
+
+    @property
+    def table_files(self) -> list[str]:
+        """Names of the files of tables, or of folders of their parts."""
+        return list(dict.fromkeys(entry["path"].split("/")[0] for entry in self.record["files"]))
 
     def table(self, name: str) -> pa.Table:
         """Return a table as Arrow has it, every byte verified; raises InputError."""
-        if name in self.tables:
-            return self.tables[name]
-        return open_table(Path(self.folder or "") / f"{name}.parquet").read()
+        return self.tables[name] if name in self.tables else self.kept(name).read()
+
+    def kept(self, name: str) -> AnyTable:
+        """Return a table in the folder of the result, every byte verified; raises InputError."""
+        path = Path(self.folder or "") / f"{name}.parquet"
+        return open_table(path, by_name(self.record))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -66,10 +106,66 @@ class Run(Result):
     `record` is that of `run.json`; `designs` and `states` are tables with units in `attrs`.
     """
 
+    drawn_by: ClassVar[str] = "tendon_cli.face.page_of_run"
+
+    @property
+    def is_pictured(self) -> bool:
+        """True if a notebook draws the run without being asked."""
+        return bool(self.record["designs"] <= _MOST_PICTURED_DESIGNS)
+
+    @property
+    def is_negative(self) -> bool:
+        """True if states have no equilibrium."""
+        return bool(self.record["no_equilibrium"])
+
     @property
     def text(self) -> str:
         """Summary of the run."""
-        return str(face().run_text(self))
+        record = self.record
+        lines = [*self.facts(), *(("warning", warning) for warning in record["warnings"])]
+        if self.folder is not None:
+            written = ", ".join([*self.table_files, *record["figures"]])
+            lines.append(("written to", f"{self.folder}: {written}"))
+        return "\n".join([self.head(), *(f"  {name:<14} {text}" for name, text in lines)])
+
+    @property
+    def printed(self) -> str:
+        """Text of the command, which is the summary."""
+        return self.text
+
+    def head(self) -> str:
+        """Return the size of the run and how long it took, in a line."""
+        record = self.record
+        designs = say.counted(record["designs"], "design")
+        states = say.counted(record["states"], "state")
+        head = f"{record['name']}: {designs}, {states}"
+        if self.up_to_date:
+            return f"{head}, up to date"
+        drawing = ""
+        if record.get("figure_seconds"):
+            drawing = f", figures in {record['figure_seconds']:.2g} s"
+        return f"{head} in {record['seconds']:.3g} s{drawing}"
+
+    def facts(self) -> list[tuple[str, str]]:
+        """Return the results of the run, each with its name."""
+        record = self.record
+        designs = record["designs"]
+        feasible = say.share(record["feasible"], designs, "design")
+        facts = [
+            ("feasible", f"{feasible}: taut, stable and within every limit"),
+            ("  taut", say.share(record["taut"], designs, "design")),
+            ("  stable", say.share(record["stable"], designs, "design")),
+        ]
+        if record["choices"] != designs:
+            share = say.share(record["feasible_choices"], record["choices"], "choice")
+            conditions = [_condition(key) for key in self.study.conditions]
+            together = " at once" if len(conditions) > 1 else ""
+            every = say.join_words(conditions) + together
+            facts.append(("choices", f"{share} feasible at every {every}"))
+        facts.append(("slack", say.share(record["slack"], record["states"], "state")))
+        if self.note:
+            facts.append(("no slack map", self.note))
+        return facts
 
     @cached_property
     def designs(self) -> pd.DataFrame:
@@ -92,7 +188,7 @@ class Run(Result):
         Raises:
             UsageError: The package xarray is not installed.
         """
-        return _dataset(self.record, self.table)
+        return _dataset(self.record, self.study, self.table)
 
     def table(self, name: str) -> pa.Table:
         """Return a table as Arrow has it, every byte verified.
@@ -104,17 +200,16 @@ class Run(Result):
             InputError: The table is damaged.
         """
         if name == "states" and not self._is_kept(name):
-            study_hash = self.record["study_hash"]
-            return WorkedOut(self.record, study_hash, (self.folder or Path(),)).read()
-        return self.tables[name] if name in self.tables else self.kept(name).read()
+            return WorkedOut(self.study, (self.folder or Path(),)).read()
+        return super().table(name)
 
     def kept(self, name: str) -> TableFiles:
         """Return a table in the run folder, every byte verified; raises as `table` does."""
-        where = str(self.folder or "in memory")
         if not self._is_kept(name):
+            where = str(self.folder or "in memory")
             hint = f'[output] tables needs "{name}"'
             raise UsageError(f"the run has no table of {name}", where=where, hint=hint)
-        return open_table(Path(where) / f"{name}.parquet")
+        return open_table(Path(self.folder or "") / f"{name}.parquet", by_name(self.record))
 
     def _is_kept(self, name: str) -> bool:
         """Return True if the study keeps a table."""
@@ -128,7 +223,28 @@ def framed(table: pa.Table) -> pd.DataFrame:
     return frame
 
 
-def verified_record(path: Path) -> dict[str, Any]:
+def _condition(key: str) -> str:
+    """Return the word for an axis of conditions."""
+    if key == "load.mass":
+        return "load"
+    if key in keys():
+        return say.column(keys()[key].number.quantity.name)
+    return key
+
+
+def open_result(path: Path) -> Result:
+    """Open the finished result in a folder, of whatever task, and verify all its tables.
+
+    Raises:
+        InputError: There is none, or a file of it is damaged.
+        FolderError: The run is unfinished.
+    """
+    record = _verified_record(path)
+    result: Result = load(kind_of(record).result)(record, path, up_to_date=True)
+    return result
+
+
+def _verified_record(path: Path) -> dict[str, Any]:
     """Return the record of the finished run or answer in a folder, its tables verified.
 
     Raises:
@@ -146,8 +262,8 @@ def verified_record(path: Path) -> dict[str, Any]:
             check_version(path, {"verb": verb, "results_version": version})
             hint = f"`tendon {verb} --resume` finishes it; in Python {verb}(..., resume=True)"
             raise FolderError("holds an unfinished run", where=str(path), hint=hint)
-        message = f"is not a run folder: it holds no {' or '.join(RECORDS.values())}"
-        hint = "`tendon sweep` or `tendon design` writes one"
+        message = f"is not a run folder: it holds no {' or '.join(record_names())}"
+        hint = " or ".join(f"`tendon {verb}`" for verb in kinds()) + " writes one"
         raise InputError(message, where=str(path), hint=hint)
     check_version(path, record)
     for name in damaged_files(path, record):
@@ -187,10 +303,11 @@ def open_run(path: str | PathLike[str]) -> Run:
     ('direction', 'elbow_angle')
     """
     path = result_path(path)
-    record = verified_record(path)
-    if record["verb"] != "sweep":
-        raise InputError("holds an answer, expected the run of a sweep", where=str(path))
-    return Run(record, path, up_to_date=True)
+    result = open_result(path)
+    if not isinstance(result, Run):
+        problem = f"holds {result.kind.noun}, expected the run of a sweep"
+        raise InputError(problem, where=str(path))
+    return result
 
 
 def xarray_library() -> Any:
@@ -205,18 +322,21 @@ def xarray_library() -> Any:
     return xr
 
 
-def _dataset(record: Mapping[str, Any], table_of: Callable[[str], pa.Table]) -> xr.Dataset:
+def _dataset(
+    record: Mapping[str, Any], study: Study, table_of: Callable[[str], pa.Table]
+) -> xr.Dataset:
     """Return the tables that a run keeps as one dataset; null becomes NaN, or None in text.
 
     Args:
         record: Record of the run.
+        study: Its study.
         table_of: Returns a table by its name.
 
     Raises:
         UsageError: The package xarray is not installed.
     """
     library = xarray_library()
-    plan = Plan(recorded_study(record))
+    plan = Plan(study)
     sizes = {axis.column: len(axis) for axis in plan.axes}
     if plan.study.trajectory is None:
         motion = {"direction": len(plan.directions), "elbow_angle": len(plan.elbow_angles)}

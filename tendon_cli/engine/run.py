@@ -103,7 +103,7 @@ def run_task(
             if not up_to_date or (how.draw is not None and _wants_figures(folder, record)):
                 note = _with_figures(folder, record, how.draw)
                 folder.finish(record)
-            return kind(record, out, up_to_date=up_to_date, note=note)
+            return kind(record, out, up_to_date=up_to_date, note=note, validated=folder.task.study)
 
 
 def _in_memory(task: Task, kind: type[ResultType], how: RunOptions) -> ResultType:
@@ -112,7 +112,7 @@ def _in_memory(task: Task, kind: type[ResultType], how: RunOptions) -> ResultTyp
     maker = InMemory(task, Path())
     with _runner(how, task.parts) as runner:
         record = _recorded(maker, {}, runner, how.progress)
-    return kind({**record, "files": []}, tables=maker.tables())
+    return kind({**record, "files": []}, tables=maker.tables(), validated=task.study)
 
 
 @contextmanager
@@ -192,7 +192,7 @@ def _recorded(
     record = {
         "name": study.name,
         "title": study.title,
-        "verb": task.verb,
+        "verb": task.kind.verb,
         "study_hash": study.hash,
         "results_version": RESULTS_VERSION,
         **{key: value for key, value in study.record.items() if key != "study"},
@@ -316,5 +316,5 @@ def _wants_figures(folder: RunFolder, record: dict[str, Any]) -> bool:
     of the study.
     """
     drawn = record["figures"]
-    declared = folder.task.verb == "sweep" and bool(folder.task.study.figure)
+    declared = bool(folder.task.kind.check_figures and folder.task.study.figure)
     return declared or not drawn or any(not (folder.path / name).exists() for name in drawn)

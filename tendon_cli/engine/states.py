@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -13,10 +13,12 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from tendon_cli.engine.plan import Block, Plan
+from tendon_cli.engine.plan import DESIGNS_AT_ONCE, Block, Plan
 from tendon_cli.engine.sweep import Sweep, state_rows
 from tendon_cli.errors import UsageError
-from tendon_cli.studies.load import AnyStudy, any_study, recorded_study, varied_study
+from tendon_cli.studies.load import AnyStudy, any_study, varied_study
+from tendon_cli.studies.parts import Output
+from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import AnyTable
 from tendon_cli.tables.schema import as_numpy
 from tendon_cli.tables.write import RowsInMemory
@@ -27,14 +29,9 @@ _LEADING = ("design", "direction", "elbow_angle")
 
 @dataclass(frozen=True, eq=False)
 class WorkedOut(AnyTable):
-    """Table with all rows and columns that a study gives, whether a run keeps them or not.
+    """Table with all rows and columns that a study gives, whether a run keeps them or not."""
 
-    A table of designs gives only its columns and their meaning: rows can be read of states alone.
-    """
-
-    record: Mapping[str, Any]
-    """Record of the study, as a run or a table keeps it."""
-    study_hash: str
+    study: Study
     files: tuple[Path, ...] = ()
     """The run's folder, which messages name."""
     kind: str = "states"
@@ -43,8 +40,7 @@ class WorkedOut(AnyTable):
     @cached_property
     def sweep(self) -> Sweep:
         """Task that gives the rows, whatever the study keeps of them."""
-        study = {**self.record["study"], "output": {"tables": ["designs", "states"]}}
-        return Sweep.of(recorded_study({**self.record, "study": study}))
+        return Sweep.of(self.study.replaced({"output": Output()}))
 
     @property
     def plan(self) -> Plan:
@@ -56,10 +52,14 @@ class WorkedOut(AnyTable):
         """Columns with units and meaning."""
         return self.sweep.layout(self.kind, 0).schema
 
-    @property
+    @cached_property
     def facts(self) -> dict[str, Any]:
         """Facts of the table: `table`, `study` and `study_hash`."""
-        return {"table": self.kind, "study": self.record, "study_hash": self.study_hash}
+        return {
+            "table": self.kind,
+            "study": self.study.record,
+            "study_hash": self.study.hash,
+        }
 
     @property
     def rows(self) -> int:
@@ -69,7 +69,7 @@ class WorkedOut(AnyTable):
     def parts(
         self, columns: Sequence[str] | None = None, wanted: npt.NDArray[np.int64] | None = None
     ) -> Iterator[tuple[int, pa.Table]]:
-        """Yield states block by block, each with the number of its first row.
+        """Yield rows a stretch at a time, each with the number of its first row.
 
         Args:
             columns: Names of the columns; None for all.
@@ -77,7 +77,7 @@ class WorkedOut(AnyTable):
                 for all.
         """
         names = columns or self.schema.names
-        rows_per_design = self.plan.states_per_design
+        rows_per_design = self.plan.rows(self.kind, range(1))
         ranges = [range(self.plan.designs)]
         if wanted is not None:
             designs = np.unique(wanted // rows_per_design)
@@ -86,12 +86,25 @@ class WorkedOut(AnyTable):
             ranges = [range(part[0], part[-1] + 1) for part in stretches if len(part)]
         for consecutive in ranges:
             first_row = consecutive.start * rows_per_design
-            for block in self.plan.blocks(consecutive, self.plan.block_states):
-                part = self._rows(block, names)
+            compute = self._designs if self.kind == "designs" else self._states
+            for part in compute(consecutive, names):
                 yield first_row, part
                 first_row += part.num_rows
 
-    def _rows(self, block: Block, names: Sequence[str]) -> pa.Table:
+    def _designs(self, designs: range, names: Sequence[str]) -> Iterator[pa.Table]:
+        """Work out some columns of a range of designs, a stretch at a time."""
+        for start in range(0, len(designs), DESIGNS_AT_ONCE):
+            stretch = designs[start : start + DESIGNS_AT_ONCE]
+            rows = RowsInMemory(self.sweep.layout("designs", 0, len(stretch)))
+            self.sweep.fill_designs({"designs": rows}, stretch)
+            yield rows.table().select(list(names))
+
+    def _states(self, designs: range, names: Sequence[str]) -> Iterator[pa.Table]:
+        """Work out some columns of the states of a range of designs, block by block."""
+        for block in self.plan.blocks(designs, self.plan.block_states):
+            yield self._states_of(block, names)
+
+    def _states_of(self, block: Block, names: Sequence[str]) -> pa.Table:
         """Work out some columns of the states of a block."""
         layout = self.sweep.layout("states", 0)
         by_name = {column.name: column for column in layout.columns}
@@ -140,7 +153,7 @@ def states(design: AnyStudy, angle: npt.ArrayLike, flexion: npt.ArrayLike = True
         "motion.direction": list(_DIRECTIONS),
     }
     study = varied_study(any_study(design), motion)
-    worked_out = WorkedOut(study.record, study.hash, ())
+    worked_out = WorkedOut(study)
     plan = worked_out.plan
     table = worked_out.read()
     shape = (*plan.shape, *angles.shape)

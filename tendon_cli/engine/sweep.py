@@ -23,9 +23,11 @@ from tendon_cli.engine.folds import (
 )
 from tendon_cli.engine.plan import DESIGNS_AT_ONCE, Block, Plan
 from tendon_cli.engine.records import is_count
+from tendon_cli.engine.sweep_kind import SWEEP
 from tendon_cli.engine.table_columns import PlanColumns
 from tendon_cli.engine.task import Note, Task
 from tendon_cli.say import share
+from tendon_cli.studies.checks import without_intervals
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import Column, TableLayout
 from tendon_cli.tables.write import Filler, RowTarget
@@ -53,7 +55,7 @@ class Sweep(Task):
     """Columns of both tables, also of one that the study does not ask for."""
     folds: Folds = field(init=False)
 
-    verb = "sweep"
+    kind = SWEEP
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "every_column", PlanColumns(self.plan))
@@ -61,8 +63,8 @@ class Sweep(Task):
 
     @classmethod
     def of(cls, study: Study, stop: threading.Event | None = None) -> Self:
-        """Return the task of a study; raises SizeError."""
-        return cls(Plan(study), stop or threading.Event())
+        """Return the task of a study; raises StudyError for intervals, SizeError."""
+        return cls(Plan(without_intervals(study)), stop or threading.Event())
 
     @property
     def study(self) -> Study:

@@ -11,13 +11,17 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli import say
 from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.model.design import F0
 from tendon_cli.model.kinematics import Spline
 from tendon_cli.model.statics import STATUS_NAMES
-from tendon_cli.quantities import AS_READ, OF_DESIGNS, OF_STATES, QUANTITIES, Quantity
-from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, SIDES, SLACK, Varying, split_side
-from tendon_cli.space.space import ANCHORS
+from tendon_cli.quantities import AS_READ, OF_DESIGNS, OF_STATES, QUANTITIES, SIDES, Quantity
+from tendon_cli.space.axis import SLACK, Axis, Varying, of_side, split_side
+from tendon_cli.space.space import ANCHORS, Space
+from tendon_cli.studies.axis_words import axis_meaning
+from tendon_cli.studies.contents import column_of
+from tendon_cli.studies.spaces import KEYS_OF_WORDS, WORDS_OF
 from tendon_cli.studies.study import keys
 from tendon_cli.tables.schema import Column
 
@@ -45,6 +49,33 @@ BlockValues: TypeAlias = Callable[[Block], npt.ArrayLike]
 """Gives the values of a column in a block, to broadcast over its designs, directions and angles."""
 
 
+def axis_column(axis: Axis) -> Column:
+    """Return the column of an axis: of its numbers, or of the names of its values."""
+    if axis.names:
+        return Column(
+            axis.column, "text", "1", axis_meaning(axis), is_axis=True, choices=axis.names
+        )
+    return number_column(axis.key)
+
+
+def number_column(key: str) -> Column:
+    """Return the column of a number or a word of a study that may differ between rows."""
+    words = WORDS_OF.get(split_side(key)[0])
+    if words is None:
+        return Column.of(keys()[key].number.quantity, column_of(key), is_axis=True)
+    name = column_of(key)
+    return Column(name, "text", "1", say.spaced(name), is_axis=True, choices=words)
+
+
+def columns_set_by_names(space: Space) -> dict[str, Column]:
+    """Return the columns of the numbers that vary over named axes of a space, by key.
+
+    They are in the order of the schema; a number of one side has the column of this side.
+    """
+    order = (*keys(), *KEYS_OF_WORDS)
+    return {key: number_column(key) for key in order if key in space.set_by_names}
+
+
 @dataclass(frozen=True, eq=False)
 class PlanColumns:
     """Columns of the tables of a plan, in order, with the values of the leading ones."""
@@ -63,12 +94,9 @@ class PlanColumns:
             columns[model] = self._model_pretension
         for place, axis in enumerate(self.plan.axes):
             if axis.names:
-                names = Column(
-                    axis.column, "text", "1", axis.meaning, is_axis=True, choices=axis.names
-                )
                 positions = np.arange(len(axis), dtype=np.float64)
-                columns[names] = _within(Varying(np.nan, ((place, positions),)))
-        return columns
+                columns[axis_column(axis)] = _within(Varying(np.nan, ((place, positions),)))
+        return columns | self._words
 
     @cached_property
     def designs(self) -> tuple[Column, ...]:
@@ -159,17 +187,31 @@ class PlanColumns:
         return replace(column, long_name=f"{column.long_name}, read as {read}")
 
     def _keys(self) -> dict[str, None]:
-        """Return the common keys that have a column, each once and in order.
+        """Return the common keys of numbers that have a column, each once and in order.
 
-        These are the keys of every table, those of axes, those that persons or draws change, and
-        those whose sides differ.
+        These are the keys of every table, those of axes, those that vary over named axes, and those
+        whose sides differ.
         """
         axes = [key for key in self.plan.study.axes if key in keys()]
-        bodies = [axis for axis in self.plan.axes if axis.key in (PERSON_AXIS, DRAW_AXIS)]
-        of_bodies = [key for key in keys() if any(key in axis.keys for axis in bodies)]
-        common = [split_side(key)[0] for key in (*axes, *of_bodies)]
+        of_names = [key for key in columns_set_by_names(self.plan.space) if key in keys()]
+        common = [split_side(key)[0] for key in (*axes, *of_names)]
         of_sides = sorted(self.plan.space.keys_of_sides & keys().keys())
         return dict.fromkeys((*ALWAYS, *common, *of_sides))
+
+    @property
+    def _words(self) -> dict[Column, BlockValues]:
+        """Columns of the words that vary over named axes; of both sides if the sides differ."""
+        space = self.plan.space
+        common = [split_side(key)[0] for key in space.set_by_names]
+        columns: dict[Column, BlockValues] = {}
+        for key in WORDS_OF:
+            if key not in common:
+                continue
+            sides = SIDES if key in space.keys_of_sides else (None,)
+            for side in sides:
+                column = number_column(key if side is None else of_side(key, side))
+                columns[column] = _within(space.number(key, side))
+        return columns
 
     def _columns_of(self, key: str) -> dict[Column, BlockValues]:
         """Return the column of a key; if the sides differ, a null one and one for each side."""

@@ -17,6 +17,7 @@ import pyarrow as pa
 
 from tendon_cli.errors import Stopped
 from tendon_cli.files import OF_A_RUN
+from tendon_cli.registry import TaskKind
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.footer import Origin
 from tendon_cli.tables.schema import Column, TableLayout, schema_of, versions
@@ -47,8 +48,8 @@ class Task(ABC):
     more.
     """
 
-    verb: ClassVar[str]
-    """Command that runs it, sweep or design."""
+    kind: ClassVar[TaskKind]
+    """Kind of the task: its verb, its record, its tables, and who reads its results."""
     stop: threading.Event
 
     @classmethod
@@ -148,7 +149,7 @@ class Task(ABC):
     @property
     def run(self) -> tuple[str, str, int]:
         """Facts that its files share with no file of another run, as in `Origin.run`."""
-        return self.verb, self.study.hash, RESULTS_VERSION
+        return self.kind.verb, self.study.hash, RESULTS_VERSION
 
     def origin(self, table: str, index: int) -> Origin:
         """Return what a file of a table says it is of."""
@@ -173,7 +174,7 @@ class Task(ABC):
     def _schemas(self) -> dict[str, pa.Schema]:
         """Schemas of all tables without the part, from the study and the versions alone."""
         facts = {
-            "verb": self.verb,
+            "verb": self.kind.verb,
             "study": self.study.record,
             "study_hash": self.study.hash,
             "results_version": RESULTS_VERSION,

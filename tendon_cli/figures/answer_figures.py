@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.cube.axes import evenly_spaced
-from tendon_cli.cube.choice_grid import pretension_name
+from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, as_answer, value_of
+from tendon_cli.cube.choice_grid import pretension_name, served_words
 from tendon_cli.cube.cube import Cube, choices_of
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import Axes, FigureCanvasAgg, Line2D, Patch
@@ -29,6 +29,9 @@ from tendon_cli.figures.frame import Page, grid_shape
 from tendon_cli.figures.served import draw_population
 from tendon_cli.figures.style import INK, OKABE_ITO, broken, hatch_key, house_style, unknown_hatch
 from tendon_cli.figures.window_over_angle import draw_between
+from tendon_cli.registry import by_name
+from tendon_cli.space.axis import evenly_spaced
+from tendon_cli.studies.study import Study
 from tendon_cli.tables.named import CHOICES, open_choices
 
 _WINDOW = "#b4d4ea"
@@ -49,23 +52,27 @@ _LETTER = 0.58
 Floats = npt.NDArray[np.float64]
 
 
-def draw_answer(folder: Path, record: dict[str, Any], out: Path) -> tuple[list[str], list[str]]:
+def draw_answer(
+    study: Study, folder: Path, out: Path, record: Mapping[str, Any]
+) -> tuple[list[str], list[str], None]:
     """Draw the figures of an answer, as far as there is something to draw.
 
     The figure `between` is drawn only on request, by `draw_between_samples`. A figure never costs
     an answer: errors are reported, not raised.
 
     Args:
+        study: Study of the answer.
         folder: Folder of the answer, whose tables are complete.
-        record: Record of the answer.
         out: Folder of the figures.
+        record: Record of the answer.
 
     Returns:
-        The names of the files, and a sentence for each figure that could not be drawn.
+        The names of the files; a sentence for each figure that could not be drawn; and None, as no
+        slack map is expected.
     """
     files: list[str] = []
     faults: list[str] = []
-    cube = choices_of(open_choices(folder / CHOICES))
+    cube = choices_of(open_choices(folder / CHOICES, by_name(record)), study)
     for name in FIGURES:
         if name == "between":
             continue  # is drawn on request only
@@ -75,33 +82,35 @@ def draw_answer(folder: Path, record: dict[str, Any], out: Path) -> tuple[list[s
                 files.append(page.save(out / f"{name}.png").name)
         except Exception as error:  # noqa: BLE001
             faults.append(f"the figure {name} cannot be drawn: {type(error).__name__}: {error}")
-    if record["population"]:
-        files += draw_population(folder, record, out)
-    return files, faults
+    answer = as_answer(record)
+    if answer["population"] is not None:
+        files += draw_population(folder, answer, out)
+    return files, faults, None
 
 
-def answer_figure(name: str, cube: Cube, record: dict[str, Any]) -> Page | None:
+def answer_figure(name: str, cube: Cube, record: Mapping[str, Any]) -> Page | None:
     """Draw one of FIGURES by its name. Return None if there is nothing to draw."""
-    chosen = named_first(record)
-    if not chosen:
+    answer = as_answer(record)
+    chosen = named_first(answer)
+    if chosen is None:
         return None
     with house_style():
-        page = FIGURES[name](cube, record, chosen)
+        page = FIGURES[name](cube, answer, chosen)
     return None if page is None else page.of_joint(record)
 
 
-def draw_between_samples(folder: Path, record: dict[str, Any], out: Path | None) -> Path:
+def draw_between_samples(choices: Cube, record: Mapping[str, Any], out: Path | None) -> Path:
     """Draw the window over the angle for an answer.
 
     Args:
-        folder: Folder of the answer.
+        choices: Choices of the answer.
         record: Record of the answer.
         out: The file; by default a PNG in the working directory, named after the study.
 
     Raises:
         UsageError: The answer has no window over the angle.
     """
-    page = answer_figure("between", choices_of(open_choices(folder / CHOICES)), record)
+    page = answer_figure("between", choices, record)
     if page is None:
         hint = "an answer with a window has them; `tendon design --overwrite` solves it anew"
         raise UsageError(
@@ -110,23 +119,23 @@ def draw_between_samples(folder: Path, record: dict[str, Any], out: Path | None)
     return page.save(out or Path(f"{record['name']}-between.png"))
 
 
-def named_first(record: dict[str, Any]) -> dict[str, Any]:
-    """Return the choice that the answer names first; empty if it names none.
+def named_first(record: AnswerRecord) -> ChoiceRecord | None:
+    """Return the choice that the answer names first; None if it names none.
 
     It is the best choice. If no choice has a window, it is the one that comes nearest to one.
     """
     best = record["best"]
     if best is not None:
-        return dict(best)
+        return best
     if record["conflicts"]:
-        return dict(record["conflicts"][0]["nearest"])
-    return {}
+        return record["conflicts"][0]["nearest"]
+    return None
 
 
 # --- The window along each choice -----------------------------------------------------------------
 
 
-def draw_windows(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> Page | None:
+def draw_windows(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page | None:
     """Draw the window against each axis, all else as in the choice named first.
 
     Returns:
@@ -136,16 +145,15 @@ def draw_windows(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
     if not along:
         return None
     parts = [Slice.of(cube, [axis], chosen) for axis in along]
-    key: list[Any] = [
-        Patch(facecolor=_WINDOW, label="window: pretensions that suit all conditions")
-    ]
+    meaning = f"window: pretensions that suit {served_words(record)}"
+    key: list[Any] = [Patch(facecolor=_WINDOW, label=meaning)]
     if any((part.low > part.high).any() for part in parts):
         key.append(hatch_key("no window: the lower limit lies above the upper one"))
     if chosen["feasible"]:
         key.append(star(label="pretension recommended"))
     note = (
-        "At each end stands the limit that binds there. "
-        "Elsewhere among the choices the window may be another."
+        "The limit that sets an end of the window is written next to it. "
+        "Windows of other choices may differ."
     )
     rows, columns = grid_shape(len(along), most=2)
     page = answer_page(cube, record, "the window of pretension", rows * 68.0, key, [note])
@@ -154,7 +162,7 @@ def draw_windows(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
         _draw_window(panel, part)
         panel.set_ylabel(f"{pretension_name(cube.document)} (N)")
         if chosen["feasible"]:
-            place = place_of(cube, axis, chosen[axis.column], part.scales[0])
+            place = place_of(cube, axis, value_of(chosen, axis.column), part.scales[0])
             style: dict[str, Any] = {"color": INK, "markersize": 9, "clip_on": False}
             panel.plot([place], [chosen["pretension"]], marker="*", zorder=5, **style)
     for panel in list(grid.flat)[len(along) :]:
@@ -297,21 +305,21 @@ def _write_name(
 # --- The front ------------------------------------------------------------------------------------
 
 
-def draw_front(cube: Cube, record: dict[str, Any], _chosen: dict[str, Any]) -> Page | None:
+def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> Page | None:
     """Draw the choices that have a window over the first two goals, and the front.
 
     Returns:
         The page; None if there are fewer than two goals, or no front.
     """
     goals = record["goals"][:2]
-    if len(goals) < 2 or not record["front"] or cube.table is None:
+    best = record["best"]
+    if len(goals) < 2 or best is None or not record["front"] or cube.table is None:
         return None
     names = [goal["column"] for goal in goals]
     shown = [cube.shown(name) for name in names]
     values = cube.gather(evenly_spaced(cube.table.rows, _MOST_POINTS), [*names, "feasible"])
     has_window = values["feasible"] == 1.0
-    front = np.array(sorted([row[name] for name in names] for row in record["front"])).T
-    best = record["best"]
+    front = np.array(sorted([value_of(row, name) for name in names] for row in record["front"])).T
     key = [
         Line2D([], [], color=_CHOICE, marker="o", linestyle="", label="choice with a window"),
         Line2D(
@@ -322,6 +330,9 @@ def draw_front(cube: Cube, record: dict[str, Any], _chosen: dict[str, Any]) -> P
     notes = []
     if len(record["goals"]) > 2:
         notes.append("The front is one of more goals than the two that are drawn.")
+    if cube.table.rows > _MOST_POINTS:
+        drawn = f"{_MOST_POINTS:,} of {cube.table.rows:,} choices"
+        notes.append(f"The figure shows {drawn}, evenly spread, and the whole front.")
     page = answer_page(cube, record, "what one goal costs the other", 95.0, key, notes)
     panel = page.figure.subplots()
 
@@ -333,7 +344,7 @@ def draw_front(cube: Cube, record: dict[str, Any], _chosen: dict[str, Any]) -> P
     draw(choices, color=_CHOICE, marker="o", linestyle="", markersize=2.5)
     draw(list(front), color=OKABE_ITO[1], marker="o")
     compromise: dict[str, Any] = {"color": INK, "markersize": 11, "markeredgecolor": "white"}
-    draw([best[name] for name in names], marker="*", zorder=5, **compromise)
+    draw([value_of(best, name) for name in names], marker="*", zorder=5, **compromise)
     labels = [
         f"{quantity.label}, the {'more' if goal['maximise'] else 'less'} the better"
         for quantity, goal in zip(shown, goals, strict=True)
@@ -342,7 +353,7 @@ def draw_front(cube: Cube, record: dict[str, Any], _chosen: dict[str, Any]) -> P
     return page
 
 
-FIGURES: dict[str, Callable[[Cube, dict[str, Any], dict[str, Any]], Page | None]] = {
+FIGURES: dict[str, Callable[[Cube, AnswerRecord, ChoiceRecord], Page | None]] = {
     "tolerance_map": draw_tolerance,
     "served_map": draw_served,
     "window": draw_windows,

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.cube.axes import evenly_spaced
 from tendon_cli.cube.labels import number
 from tendon_cli.figures.arm_shape import ArmShape, ArmSizes, Points, arm_sizes
 from tendon_cli.figures.backend import Arc, Axes, Circle, FancyArrowPatch, Line2D, Patch
 from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, house_style
-from tendon_cli.space.axis import SIDES
+from tendon_cli.quantities import SIDES
+from tendon_cli.space.axis import evenly_spaced
 from tendon_cli.studies.angle_curves import curves_of
 from tendon_cli.studies.study import Study
 
@@ -66,7 +66,8 @@ def arm_page(study: Study, elbow_angles: Sequence[float] = (), case: str | None 
         angles = [float(study_angles[place]) for place in evenly_spaced(len(study_angles), 4)]
     remarks = list(sizes.remarks)
     if len(angles) > _MOST_ANGLES:
-        remarks.append(f"{_MOST_ANGLES} of {len(angles)} elbow angles drawn, evenly chosen.")
+        shown = f"{_MOST_ANGLES} of {len(angles)} elbow angles"
+        remarks.append(f"The figure shows {shown}, evenly spread.")
         angles = [angles[place] for place in evenly_spaced(len(angles), _MOST_ANGLES)]
     names = (study.title or study.name, case)
     title = ", ".join(name for name in names if name)

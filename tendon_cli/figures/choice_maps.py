@@ -5,20 +5,27 @@ One map shows the tolerance, the other the share that one pretension serves.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.cube.choice_grid import conflicts_of, position, value_text
+from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, value_of
+from tendon_cli.cube.choice_grid import (
+    conflicts_of,
+    position,
+    recorded_number,
+    served_words,
+    value_text,
+)
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.figures.backend import Axes, Line2D, ListedColormap, Patch, mpl
 from tendon_cli.figures.frame import Page, framed, source_of
 from tendon_cli.figures.scales import Scale, axis_scale, off_default
-from tendon_cli.figures.style import INK, SEQUENTIAL
+from tendon_cli.figures.style import INK, SEQUENTIAL, wrapped
 from tendon_cli.space.axis import Axis
 
 _PALE = ("#f6d9c5", "#e9e2f3", "#dcebe4", "#f7ecc8", "#e5e5e5", "#dbe7f3")
@@ -27,11 +34,19 @@ _HATCHES = ("", "....", "----", "\\\\\\\\", "xxxx", "++++")
 _BLUES = ListedColormap(
     [mpl.colormaps["Blues"](place) for place in np.linspace(0.15, 0.95, 256)], name="tendon_window"
 )
+_STAR = 11.0
+"""Size of the star that marks a choice, pt."""
+_STAR_PLACE = 0.72
+"""Place of the star in its cell, above the value, as a share of the cell's height."""
+_VALUE_PLACE = 0.28
+"""Place of the value below the star, as a share of the cell's height."""
+_PANEL_HEIGHT = 220.0
+"""About the height of the panel of a map, pt."""
 _MOST_WRITTEN = 120
 """Largest number of cells of a map whose values are also written in them."""
 _MEANING = (
     "Tolerance: the share by which the pretension may be off on either side of the middle of its "
-    "window. Pale: no pretension suits all conditions, for the reason given."
+    "window. Pale: no pretension suits {}, for the reason given."
 )
 _SLICE_COLUMNS = ("pretension_from", "pretension_to", "tolerance", "served", "from_by", "to_by")
 
@@ -54,14 +69,14 @@ class Slice:
     """Limits of the study by name, SI."""
 
     @classmethod
-    def of(cls, cube: Cube, axes: Sequence[Axis], choice: dict[str, Any]) -> Slice:
+    def of(cls, cube: Cube, axes: Sequence[Axis], choice: ChoiceRecord) -> Slice:
         """Read the choices that differ from a choice along some axes only, in the scales' order."""
         scales = [axis_scale(cube, axis, slice(None), {}, is_log=False) for axis in axes]
         positions = {}
         texts = []
         for axis in cube.axes:
             if axis not in axes:
-                place = position(axis, choice[axis.column])
+                place = position(axis, value_of(choice, axis.column))
                 positions[axis.column] = place
                 texts.append(value_text(cube, axis, axis.values[place[0]]))
         for axis, scale in zip(axes, scales, strict=True):
@@ -89,7 +104,14 @@ class Slice:
 
 
 def answer_page(
-    cube: Cube, record: dict[str, Any], title: str, panels: float, key: list[Any], notes: list[str]
+    cube: Cube,
+    record: AnswerRecord,
+    title: str,
+    panels: float,
+    key: list[Any],
+    notes: list[str],
+    *,
+    subtitle: str = "",
 ) -> Page:
     """Begin a page of an answer's figure.
 
@@ -103,16 +125,24 @@ def answer_page(
         panels: Height of the panels, mm.
         key: Artists with a label.
         notes: Sentences below the panels.
+        subtitle: Second title, which may hold formulas.
     """
     study_title = record["title"] or record["name"]
     lines = [*notes, *_bench_text(record["best"])]
     given = off_default(cube.study, [axis.column for axis in cube.axes], {})
     if given:
         lines.append(f"With {', '.join(given)}; all else by default.")
-    return framed(f"{study_title}: {title}", panels, key, lines, study=source_of(record))
+    return framed(
+        f"{study_title}: {title}",
+        panels,
+        key,
+        lines,
+        study=source_of(record),
+        subtitle=wrapped(subtitle, 90),
+    )
 
 
-def _bench_text(best: Mapping[str, Any] | None) -> list[str]:
+def _bench_text(best: ChoiceRecord | None) -> list[str]:
     """Return a sentence with the tensions to which the best choice is set, if they are known."""
     names = (
         "set_flexor_tension",
@@ -120,9 +150,9 @@ def _bench_text(best: Mapping[str, Any] | None) -> list[str]:
         "set_flexor_tension_motor",
         "set_extensor_tension_motor",
     )
-    if best is None or any(best.get(name) is None for name in names):
+    if best is None or any(value_of(best, name) is None for name in names):
         return []
-    flexor, extensor, *motor = (say.quantity(name, best[name], 4) for name in names)
+    flexor, extensor, *motor = (say.quantity(name, value_of(best, name), 4) for name in names)
     joint = f"{flexor} in the flexor and {extensor} in the extensor at the joint"
     return [f"The best is set to {joint}, {' and '.join(motor)} at the motor."]
 
@@ -132,9 +162,9 @@ def star(**more: Any) -> Line2D:
     return Line2D([], [], color=INK, marker="*", markersize=9, linestyle="", **more)
 
 
-def choice_text(cube: Cube, choice: dict[str, Any]) -> str:
+def choice_text(cube: Cube, choice: ChoiceRecord) -> str:
     """Describe a choice by its values."""
-    return ", ".join(value_text(cube, axis, choice[axis.column]) for axis in cube.axes)
+    return ", ".join(value_text(cube, axis, value_of(choice, axis.column)) for axis in cube.axes)
 
 
 def long_axes(cube: Cube) -> list[Axis]:
@@ -147,15 +177,16 @@ def place_of(cube: Cube, axis: Axis, value: Any, scale: Scale) -> float:
     if axis.is_text:
         return float(scale.names.index(str(value)))
     shown = cube.shown(axis.column)
+    number = recorded_number(value)
     if scale.names:
-        return float(scale.names.index(shown.text(float(value))))
-    return float(shown.scaled(value))
+        return float(scale.names.index(shown.text(number)))
+    return float(shown.scaled(number))
 
 
 # --- Maps over two choices ------------------------------------------------------------------------
 
 
-def draw_tolerance(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> Page | None:
+def draw_tolerance(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page | None:
     """Draw the tolerance over the first two axes of more than one value.
 
     Cells without a window have a pale background for the reason.
@@ -176,7 +207,8 @@ def draw_tolerance(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -
     backgrounds = _backgrounds(reasons)
     key = [Patch(label=reason, linewidth=0.4, **style) for reason, style in backgrounds.items()]
     title = "by how much the pretension may be off"
-    page, panel = _begin_map(cube, record, chosen, part, title, key, [_MEANING])
+    meaning = _MEANING.format(served_words(record))
+    page, panel = _begin_map(cube, record, chosen, part, title, key, [meaning])
     x, y = part.scales
     for reason, style in backgrounds.items():
         cells = np.ma.masked_where(reasons != reason, np.zeros(part.low.shape))
@@ -198,7 +230,15 @@ def draw_tolerance(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -
         ]
         is_dark = percent.filled(0.0) > 0.55 * most
         _draw_cells(
-            panel, part, percent, _BLUES, most, "tolerance of pretension (± %)", texts, is_dark
+            panel,
+            part,
+            percent,
+            _BLUES,
+            most,
+            "tolerance of pretension (± %)",
+            texts,
+            is_dark,
+            _starred(cube, part, chosen),
         )
     return page
 
@@ -224,14 +264,14 @@ def _window_text(low: float, high: float) -> str:
     return f"{low:.0f}–{high:.0f} N"
 
 
-def draw_served(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> Page | None:
+def draw_served(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page | None:
     """Draw the largest share of the population that one pretension serves, over the same axes.
 
     Returns:
         The page; None if there are not two such axes, or if the answer is not for a population.
     """
     axes = long_axes(cube)[:2]
-    if len(axes) < 2 or not record.get("population"):
+    if len(axes) < 2 or record["population"] is None:
         return None
     part = Slice.of(cube, axes, chosen)
     title = "the largest share that one pretension serves"
@@ -241,14 +281,15 @@ def draw_served(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> P
     texts = [f"{share:.3g} %" for share in filled.ravel()]
     colours = SEQUENTIAL.reversed()
     label = "served by one pretension (%)"
-    _draw_cells(panel, part, percent, colours, 100.0, label, texts, filled < 45.0)
+    starred = _starred(cube, part, chosen)
+    _draw_cells(panel, part, percent, colours, 100.0, label, texts, filled < 45.0, starred)
     return page
 
 
 def _begin_map(
     cube: Cube,
-    record: dict[str, Any],
-    chosen: dict[str, Any],
+    record: AnswerRecord,
+    chosen: ChoiceRecord,
     part: Slice,
     title: str,
     key: list[Any],
@@ -269,13 +310,36 @@ def _begin_map(
     panel.set(xlabel=x.label, ylabel=y.label)
     if chosen["feasible"]:
         x_axis, y_axis = part.axes
-        across = place_of(cube, x_axis, chosen[x_axis.column], x)
-        up = place_of(cube, y_axis, chosen[y_axis.column], y)
-        if part.low.size <= _MOST_WRITTEN:
-            up += 0.3 * float(np.diff(y.edges).min())  # above the value written in the cell
-        style: dict[str, Any] = {"color": INK, "markersize": 11, "markeredgecolor": "white"}
-        panel.plot(across, up, marker="*", zorder=5, **style)
+        across = place_of(cube, x_axis, value_of(chosen, x_axis.column), x)
+        up = place_of(cube, y_axis, value_of(chosen, y_axis.column), y)
+        size = _STAR
+        starred = _starred(cube, part, chosen)
+        if starred is not None and part.low.size <= _MOST_WRITTEN:
+            row, _ = starred
+            low, high = y.edges[row : row + 2]
+            up = low + _STAR_PLACE * (high - low)  # above the value written in the cell
+            size = min(_STAR, 0.5 * _row_height(y, row))
+        style: dict[str, Any] = {"color": INK, "markersize": size, "markeredgecolor": "white"}
+        panel.plot(across, up, marker="*", zorder=5, gid="best", **style)
     return page, panel
+
+
+def _starred(cube: Cube, part: Slice, chosen: ChoiceRecord) -> tuple[int, int] | None:
+    """Return row and column of the cell of the choice named first; None if it has no window."""
+    if not chosen["feasible"]:
+        return None
+    places = []
+    for axis, scale in zip(part.axes, part.scales, strict=True):
+        place = place_of(cube, axis, value_of(chosen, axis.column), scale)
+        places.append(int(np.searchsorted(scale.edges, place)) - 1)
+    column, row = places
+    return row, column
+
+
+def _row_height(y: Scale, row: int) -> float:
+    """Return about the height of a row of a map, pt."""
+    share = (y.edges[row + 1] - y.edges[row]) / (y.edges[-1] - y.edges[0])
+    return float(abs(share)) * _PANEL_HEIGHT
 
 
 def _draw_cells(
@@ -287,6 +351,7 @@ def _draw_cells(
     label: str,
     texts: Sequence[str],
     is_dark: Any,
+    starred: tuple[int, int] | None,
 ) -> None:
     """Draw the cells of a map with their colour bar, and a text in each if there is room.
 
@@ -299,6 +364,7 @@ def _draw_cells(
         label: Label of the colour bar.
         texts: Text of each cell, row by row.
         is_dark: True for each cell (y, x) that is so dark that its text is white.
+        starred: Row and column of the cell with the star, whose text is below it; None without one.
     """
     x, y = part.scales
     mesh = panel.pcolormesh(x.edges, y.edges, values, cmap=colours, vmin=0.0, vmax=most)
@@ -310,7 +376,9 @@ def _draw_cells(
     columns = values.shape[1]
     for row, column in np.argwhere(~np.ma.getmaskarray(values)):
         across = x.edges[column : column + 2].mean()
-        up = y.edges[row : row + 2].mean()
+        low, high = y.edges[row : row + 2]
+        place = _VALUE_PLACE if (row, column) == starred else 0.5
+        up = low + place * (high - low)
         colour = "white" if is_dark[row, column] else INK
         text = texts[row * columns + column]
         panel.text(across, up, text, ha="center", va="center", size=6.0, color=colour)

@@ -12,9 +12,17 @@ from tendon_cli.cube.axes import LOAD
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel
+from tendon_cli.cube.room import room_to
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.layout import CurvePlan
-from tendon_cli.figures.map_data import MARGIN, margin_shown, meaning_of_margin
+from tendon_cli.figures.limit_remarks import crosses_zero, limit_remarks
+from tendon_cli.figures.map_data import (
+    MARGIN,
+    STIFFNESS,
+    limit_text,
+    margin_shown,
+    meaning_of_margin,
+)
 from tendon_cli.figures.scales import Scale, axis_scale, caption, value_texts
 from tendon_cli.figures.style import OKABE_ITO, Colour, load_colours, sequence
 from tendon_cli.space.axis import Axis
@@ -41,6 +49,8 @@ _TENDON_ENDINGS = (
 """Endings of tensions and lengths, which fall below zero in a model in which tendons push."""
 _ARRAYS = ("values", "slack", "any_slack", "unstable")
 """Fields of CurveData of shape (quantities, panels, colours, dashes, x)."""
+_OF_PANELS = (*_ARRAYS, "broken")
+"""Fields whose second dimension is the panels."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +73,10 @@ class CurveData:
     """True where either tendon is slack; the line has a kink where this changes."""
     unstable: Truth
     """True where the elbow stiffness is below its limit."""
+    limits: tuple[str, ...]
+    """Limits that some designs on lines of the margin break, such as "max tension ≤ 300 N"."""
+    broken: Truth
+    """True where each of these limits is broken (limits, panels, colours, dashes, x)."""
     colours: tuple[tuple[str, Colour], ...]
     """Text in the key and colour of the lines, by the index of their colour; at least one."""
     dashes: tuple[str, ...]
@@ -71,12 +85,9 @@ class CurveData:
     """True if lines have a kink where a tendon goes slack; not if tendons push in the model."""
     is_slack_below_zero: bool
     """True if a negative value of every quantity means slack."""
+    is_line: bool
+    """True if points are joined by lines; False if they are those of names."""
     notes: tuple[str, ...]
-
-    @property
-    def is_line(self) -> bool:
-        """True if points are joined by lines; False if names run along x."""
-        return not (self.x and self.x.names)
 
 
 def curve_data(
@@ -117,7 +128,11 @@ def curve_data(
     colours = _axis_texts(cube, plan, plan.colour, spec)
     varied = [axis.column for axis in plan.parts if axis is not None]
     lines, _ = caption(cube, spec, read, varied=varied)
-    meaning = [meaning_of_margin(cube)] if MARGIN in plan.quantities else []
+    limits, broken, remarks = _broken_limits(cube, plan, spec, is_known[0])
+    is_line = plan.is_joined and not (x and x.names)
+    meaning = []
+    if MARGIN in plan.quantities:
+        meaning.append(meaning_of_margin(cube, has_lines=is_line))
     # Negative means slack for a margin and, if tendons push, for their tensions and lengths.
     endings = (MARGIN, *_TENDON_ENDINGS) if cube.has_pushing_tendons else (MARGIN,)
     data = CurveData(
@@ -131,12 +146,15 @@ def curve_data(
         slack=slack,
         any_slack=any_slack,
         unstable=unstable,
+        limits=limits,
+        broken=broken,
         colours=tuple(zip(colours or ("",), _colours(plan, len(colours)), strict=True)),
         dashes=_axis_texts(cube, plan, plan.dash, spec),
         panels=panels,
         has_kinks=not cube.has_pushing_tendons,
         is_slack_below_zero=all(name.endswith(endings) for name in plan.quantities),
-        notes=(*meaning, *lines, *plan.notes),
+        is_line=is_line,
+        notes=(*remarks, *meaning, *lines, *plan.notes),
     )
     if spec.overlay:
         data = _overlay(data)
@@ -190,11 +208,40 @@ def _marks(cube: Cube, read: Mapping[str, ColumnArray], name: str) -> tuple[Trut
         any_slack = slack
     if _STIFFNESS in read:
         stiffness = read[_STIFFNESS]
-        limit = cube.limit("min_elbow_stiffness")
-        unstable = stiffness < limit - 1e-9 * np.nanmax(np.abs(stiffness), initial=0.0)
+        unstable = room_to(STIFFNESS, stiffness, cube.limits[STIFFNESS]) < 0.0
     elif "stable" in read:
         unstable = read["stable"] == 0.0
     return slack, any_slack, unstable
+
+
+def _broken_limits(
+    cube: Cube, plan: CurvePlan, spec: FigureSpec, is_known: Truth
+) -> tuple[tuple[str, ...], Truth, list[str]]:
+    """Find where lines of the margin break limits other than the one on stiffness.
+
+    Args:
+        cube: The table.
+        plan: The part that each axis plays.
+        spec: The figure as the user asks for it.
+        is_known: True where a line has a value (panels, colours, dashes, x).
+
+    Returns:
+        The limits that some designs break, where they do (limits, panels, colours, dashes, x), and
+        sentences on limits that all designs keep, or that none keeps. Nothing if other quantities
+        than the margin are drawn.
+    """
+    rows = plan.rows(cube)
+    if plan.quantities != (MARGIN,) or spec.overlay:
+        return (), np.zeros((0, *rows.shape), dtype=np.bool_), []
+    rooms = {}
+    for name in cube.limits:
+        if name != STIFFNESS:
+            rooms[name] = np.where(is_known, cube.room(name, rows), np.nan)
+    texts = {name: limit_text(cube, spec, name) for name in rooms}
+    broken = {texts[name]: room < 0.0 for name, room in rooms.items() if crosses_zero(room)}
+    remarks = limit_remarks(texts, {name: [room] for name, room in rooms.items()}, [""])
+    marks = np.array([*broken.values()], dtype=np.bool_).reshape(-1, *rows.shape)
+    return tuple(broken), marks, remarks
 
 
 def _along_x(
@@ -245,7 +292,7 @@ def _merge_equal_panels(data: CurveData) -> CurveData:
     """Keep one panel if all show the same picture, and say so in a note."""
     if len(data.panels) < 2:
         return data
-    first = {part: getattr(data, part)[:, :1] for part in _ARRAYS}
+    first = {part: getattr(data, part)[:, :1] for part in _OF_PANELS}
     first_x = data.x_values[:1]
     is_same = _all_equal(data.x_values, first_x) and all(
         _all_equal(getattr(data, part), values) for part, values in first.items()

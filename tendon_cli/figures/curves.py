@@ -15,6 +15,7 @@ from tendon_cli.figures.scales import Scale, plain_numbers
 from tendon_cli.figures.style import (
     COLUMN_WIDTH,
     INK,
+    LIMIT_COLOURS,
     MARKERS,
     PAGE_HEIGHT,
     broken,
@@ -42,6 +43,8 @@ _KINK: dict[str, Any] = {
 }
 _FEW_POINTS = 12
 """Lines of at most so many points have a marker at each."""
+_CROWD = 200
+"""From this number on points that no line joins have smaller markers."""
 _MOST_CELLS = 12
 """Largest number of panels on a page of several quantities."""
 _MOST_UNLIKE = 5.0
@@ -157,9 +160,15 @@ def _draw_line(axes: Axes, data: CurveData, cell: Cell, colour: int, dash: int) 
         axes.plot(*_stretches(x, y, slack), color=style["color"], gid="slack", **band)
     names = (data.colours[colour][0], data.dashes[dash] if data.dashes else "")
     label = ", ".join(name for name in names if name)
-    axes.plot(x, y, **style, gid="curve", label=label or "_line")
+    is_crowd = not data.is_line and len(x) >= _CROWD
+    axes.plot(x, y, **style, gid="curve", label=label or "_line", rasterized=is_crowd)
     if unstable.any() and data.is_line:
         axes.plot(*_stretches(x, y, unstable), **_UNSTABLE, gid="unstable")
+    for limit, is_broken in enumerate(data.broken[:, *place[1:]]):
+        marked = is_broken[order]
+        if marked.any():
+            points = _stretches(x, y, marked) if data.is_line else (x[marked], y[marked])
+            axes.plot(*points, **_limit_style(data, limit), gid=data.limits[limit])
     if data.has_kinks and data.is_line and data.x:
         # A kink is drawn half way between the last taut state and the first slack one.
         change = any_slack[:-1] != any_slack[1:]
@@ -202,23 +211,39 @@ def _middle(values: Floats) -> Floats:
 def _line_style(data: CurveData, colour: int, dash: int, points: int) -> dict[str, Any]:
     """Return the style of a line; `colour` and `dash` are its indices, `points` its length.
 
-    Lines differ by colour, and in grey print by markers and lightness. No two lines have their
-    markers at the same points, so that two lines that coincide are recognised.
+    Points that no line joins have a marker each. Lines differ by colour, and in grey print by
+    markers and lightness. No two lines have their markers at the same points, so that two lines
+    that coincide are recognised.
     """
     lines = len(data.colours)
     step = max(2, points // 6)
     start = round(step * ((colour + 0.5) / lines + 0.5 * dash)) % step
-    is_short = points <= _FEW_POINTS
+    has_all_markers = points <= _FEW_POINTS or not data.is_line
     line_colour = data.colours[colour][1]
     return {
         "color": line_colour,
         "linestyle": _DASHES[dash] if data.is_line else "none",
-        "marker": MARKERS[colour % len(MARKERS)] if lines > 1 or is_short else "none",
-        "markersize": 2.8,
-        "markevery": 1 if is_short else (start, step),
+        "marker": MARKERS[colour % len(MARKERS)] if lines > 1 or has_all_markers else "none",
+        "markersize": 2.8 if data.is_line or points < _CROWD else 1.6,
+        "markevery": 1 if has_all_markers else (start, step),
         "markerfacecolor": line_colour if dash == 0 else "white",
         "markeredgewidth": 0.8,
     }
+
+
+def _limit_style(data: CurveData, limit: int) -> dict[str, Any]:
+    """Return the style of what breaks a limit, `limit` its index.
+
+    On a line the marks of several limits take turns; on points they are rings around each other.
+    """
+    colour = LIMIT_COLOURS[1 + limit % (len(LIMIT_COLOURS) - 1)]
+    if not data.is_line:
+        size = 5.5 + 2.0 * limit
+        ring: dict[str, Any] = {"marker": "o", "markersize": size, "markerfacecolor": "none"}
+        return {"color": colour, "linestyle": "none", "markeredgewidth": 0.8, **ring}
+    gap = 1.6 * len(data.limits) - 0.6
+    dashes = (-1.6 * limit, (1.0, gap))
+    return {"color": colour, "linewidth": 2.6, "linestyle": dashes, "marker": "none"}
 
 
 def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
@@ -227,7 +252,7 @@ def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
     key: list[Any] = []
     for place, (text, _) in enumerate(data.colours):
         if text:
-            style = _line_style(data, place, 0, points) | {"markevery": 1}
+            style = _line_style(data, place, 0, points) | {"markevery": 1, "markersize": 2.8}
             key.append(Line2D([], [], **style, label=text))
     for place, text in enumerate(data.dashes):
         style = _line_style(data, 0, place, points) | {"markevery": 1, "color": INK}
@@ -248,6 +273,11 @@ def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
         key.append(Line2D([], [], **_KINK, label="one goes slack"))
     if data.is_line and unstable.any():
         key.append(Line2D([], [], **_UNSTABLE, label="unstable elbow"))
+    for limit, text in enumerate(data.limits):
+        style = _limit_style(data, limit)
+        if data.is_line:
+            style["linestyle"] = (0, (1.0, 0.6))
+        key.append(Line2D([], [], **style, label=f"breaks {text}"))
     # True where some line of a panel has a value, of shape (cells, x).
     is_known = np.isfinite(np.array([data.values[cell] for cell in cells])).any(axis=(1, 2))
     if data.x is not None and not is_known.all():

@@ -7,14 +7,15 @@ checked without matplotlib.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from tendon_cli.cube.cube import Cube, cube_of, cube_to_come
 from tendon_cli.cube.source import table_of_study
 from tendon_cli.errors import Fault, InputError, OutputError, StudyError, TendonError, UsageError
 from tendon_cli.figures.layout import CurvePlan, MapPlan, long_axes, plan_curves, plan_maps
+from tendon_cli.registry import by_name
 from tendon_cli.studies.figures import FigureSpec, read_size
 from tendon_cli.studies.filters import Condition
 from tendon_cli.studies.study import Study
@@ -48,13 +49,16 @@ def plot(
         OutputError: A file cannot be written.
     """
     spec = spec or FigureSpec()
-    table = table_of(source, spec) if isinstance(source, Path) else source
-    targets = _targets(table, spec, out)
-    return _save_pages(pages_of(table, spec), targets)
+    cube = cube_of(table_of(source, spec) if isinstance(source, Path) else source)
+    targets = _targets(cube, spec, out)
+    return _save_pages(_pages(cube, spec), targets)
 
 
 def pages_of(
-    table: AnyTable, spec: FigureSpec | None = None, finish: Finish | None = None
+    table: AnyTable,
+    spec: FigureSpec | None = None,
+    finish: Finish | None = None,
+    study: Study | None = None,
 ) -> list[Page]:
     """Draw the pages of a figure.
 
@@ -65,15 +69,19 @@ def pages_of(
         table: The table.
         spec: The figure; by default the usual one of the table.
         finish: Function that adds to each page.
+        study: Study of the table, if the caller has it already.
 
     Raises:
         UsageError: The figure does not fit the table.
         InputError: The table is of another kind.
     """
+    return _pages(cube_of(table, study), spec or FigureSpec(), finish)
+
+
+def _pages(cube: Cube, spec: FigureSpec, finish: Finish | None = None) -> list[Page]:
+    """Draw the pages of a figure. Raise UsageError if it does not fit the table."""
     from tendon_cli.figures.style import house_style
 
-    spec = spec or FigureSpec()
-    cube = cube_of(table)
     with house_style():
         plan, conditions = _plan(cube, spec)
         pages = _draw_pages(cube, spec, plan, conditions)
@@ -117,7 +125,7 @@ def check_figures_of(study: Study) -> None:
 
 
 def draw_run(
-    study: Study, folder: Path, out: Path | None = None
+    study: Study, folder: Path, out: Path | None = None, record: dict[str, Any] | None = None
 ) -> tuple[list[str], list[str], str | None]:
     """Draw the slack maps of a finished run, and the figures that its study declares.
 
@@ -127,10 +135,11 @@ def draw_run(
         study: The study of the run.
         folder: Folder of the run.
         out: Folder of the figures; by default that of the run.
+        record: Record of the run, if the caller has it already.
 
     Returns:
         The names of the files; warnings of what could not be drawn; and the reason why there is no
-        slack map, None if there is one.
+        slack map, None if there is one or nobody expects one.
 
     Raises:
         InputError: A table is damaged.
@@ -138,18 +147,20 @@ def draw_run(
     files: list[Path] = []
     warnings: list[str] = []
     no_map = None
+    records = None if record is None else by_name(record)
     if "designs" in study.output.tables:
         try:
-            files += _slack_maps(folder, out or folder)
+            files += _slack_maps(study, folder, out or folder, records)
         except InputError:
             raise
         except UsageError as error:
-            no_map = error.message
+            expects_map = record is None or (not study.figure and record["designs"] > 1)
+            no_map = error.message if expects_map else None
         except Exception as error:  # noqa: BLE001 - whatever it is, the run is valid
             warnings.append(f"the slack map is not drawn: {_reason(error)}")
     for spec in study.figure:
         try:
-            files += draw_declared(spec, folder, out)
+            files += draw_declared(spec, folder, out, study=study, records=records)
         except InputError:
             raise
         except Exception as error:  # noqa: BLE001 - whatever it is, the run is valid
@@ -158,7 +169,12 @@ def draw_run(
 
 
 def draw_declared(
-    spec: FigureSpec, run: Path, out: Path | None = None, finish: Finish | None = None
+    spec: FigureSpec,
+    run: Path,
+    out: Path | None = None,
+    finish: Finish | None = None,
+    study: Study | None = None,
+    records: Mapping[str, Any] | None = None,
 ) -> list[Path]:
     """Draw a figure that a study declares from the tables of a run, in each of its formats.
 
@@ -167,6 +183,8 @@ def draw_declared(
         run: Folder of the run.
         out: Folder of the figure; by default that of the run.
         finish: Function that adds to each page.
+        study: Study of the run, if the caller has it already.
+        records: Records in the folder by the names of their files, if the caller has them already.
 
     Returns:
         The files.
@@ -176,22 +194,31 @@ def draw_declared(
         InputError: A table is damaged or missing.
         OutputError: A file cannot be written.
     """
-    pages = pages_of(table_of(run, spec, spec.table), spec, finish)
+    table = table_of(run, spec, spec.table, study, records)
+    pages = pages_of(table, spec, finish, study)
     targets = [(out or run) / f"{spec.name}.{kind}" for kind in dict.fromkeys(spec.format)]
     return _save_pages(pages, targets)
 
 
-def table_of(path: Path, spec: FigureSpec, wanted: str | None = None) -> AnyTable:
+def table_of(
+    path: Path,
+    spec: FigureSpec,
+    wanted: str | None = None,
+    study: Study | None = None,
+    records: Mapping[str, Any] | None = None,
+) -> AnyTable:
     """Open a table from its file, or from a run's folder the one that has the figure's columns.
 
     Args:
         path: File of a table, or folder of a run.
         spec: The figure.
         wanted: Kind of the table to open; None if the columns decide.
+        study: Its study, if the caller has it already.
+        records: Records in the folder by the names of their files, if the caller has them already.
 
     Raises the errors of `table_of_study`.
     """
-    return table_of_study(path, wanted, spec.named_columns)
+    return table_of_study(path, wanted, spec.named_columns, study, records)
 
 
 def _plan(cube: Cube, spec: FigureSpec) -> tuple[MapPlan | CurvePlan, list[Condition]]:
@@ -206,7 +233,10 @@ def _plan(cube: Cube, spec: FigureSpec) -> tuple[MapPlan | CurvePlan, list[Condi
     conditions = cube.table_columns.conditions(spec.filters)
     chosen = cube.choose(conditions)
     is_plain = not (spec.quantity or spec.x or spec.colour or spec.panels)
-    on_axes = all(cube.axis(condition.column) for condition in conditions)
+    on_axes = all(
+        cube.axis(condition.column) or condition.column in cube.columns_of_names
+        for condition in conditions
+    )
     if cube.kind == "designs" and is_plain and on_axes and len(long_axes(cube, chosen)) > 1:
         return plan_maps(cube, chosen), conditions
     return plan_curves(cube, chosen, spec), conditions
@@ -228,16 +258,17 @@ def _draw_pages(
     return draw_curves(curve_data(cube, plan, conditions, spec), width, height)
 
 
-def _slack_maps(run: Path, folder: Path) -> list[Path]:
+def _slack_maps(
+    study: Study, run: Path, folder: Path, records: Mapping[str, Any] | None
+) -> list[Path]:
     """Draw slack_map.png, and slack_map-2.png and so on if the panels need more pages.
 
     Designs along one axis are drawn as lines.
     """
-    designs = open_table(run / "designs.parquet")
-    cube = cube_of(designs)
+    cube = cube_of(open_table(run / "designs.parquet", records), study)
     if not long_axes(cube, cube.choose([])):
         raise UsageError("no axis other than the load has more than one value")
-    return _save_pages(pages_of(designs), [folder / "slack_map.png"])
+    return _save_pages(_pages(cube, FigureSpec()), [folder / "slack_map.png"])
 
 
 def _save_pages(pages: list[Page], targets: list[Path]) -> list[Path]:
@@ -250,7 +281,7 @@ def _save_pages(pages: list[Page], targets: list[Path]) -> list[Path]:
     return files
 
 
-def _targets(table: AnyTable, spec: FigureSpec, out: Path | None) -> list[Path]:
+def _targets(cube: Cube, spec: FigureSpec, out: Path | None) -> list[Path]:
     """Return the file of the first page in each format."""
     from tendon_cli.figures.style import format_of
 
@@ -259,7 +290,6 @@ def _targets(table: AnyTable, spec: FigureSpec, out: Path | None) -> list[Path]:
         return [out]
     name = spec.name
     if not name:
-        cube = cube_of(table)
         study = re.sub(r"[^\w.-]+", "_", str(cube.document.get("name", "")))
         name = "-".join(word for word in (study, cube.kind, *spec.quantity[:3]) if word)
     return [(out or Path()) / f"{name}.{kind}" for kind in spec.format]

@@ -7,9 +7,11 @@ it with its caption and its study in the file's metadata.
 from __future__ import annotations
 
 import math
+import re
 import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +20,16 @@ import numpy as np
 from tendon_cli import say
 from tendon_cli.cube.labels import plain, without_formulas
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.backend import Axes, ConstrainedLayoutEngine, Figure, FigureCanvasAgg, Text
+from tendon_cli.figures.backend import (
+    Axes,
+    ConstrainedLayoutEngine,
+    Figure,
+    FigureCanvasAgg,
+    Text,
+    ticker,
+)
 from tendon_cli.figures.style import MM, PAGE_WIDTH, format_of, render
-from tendon_cli.files import write_whole
+from tendon_cli.files import result_path, write_whole
 
 _TITLE_LINE = 4.0
 """Height of a line of the title, mm."""
@@ -40,6 +49,9 @@ _KEY_HANDLE = 11.0
 """Width of the sample in the key, with the space around it, mm."""
 _LOWEST_PANELS = 30.0
 """Least height of all panels if the page has a given height, mm."""
+_NO_BREAK = "\u00a0"
+_IN_EQUATION = re.compile(r" (?=[=±≤≥])|(?<=[=±≤≥]) |(?<=\d) (?=[A-Za-z%°])|(?<=\d N) (?=m\b)")
+"""Spaces in an equation and before a unit, at which no line is broken."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +99,23 @@ class Page:
         write_whole(path, render(self.figure, format_of(path, "--out"), about))
         return path
 
+    def png(self) -> bytes:
+        """Return the page as a PNG."""
+        return render(self.figure, "png")
+
+    def shown(self, out: str | PathLike[str] | None = None) -> Figure:
+        """Return the figure, which a notebook shows as a PNG; write it to a file as well.
+
+        Args:
+            out: The file; None for none.
+
+        Raises the errors of `save`.
+        """
+        if out is not None:
+            self.save(result_path(out))
+        self.figure._repr_png_ = self.png  # type: ignore[attr-defined]
+        return self.figure
+
 
 def source_of(record: Mapping[str, Any]) -> str:
     """Return name and hash of the study of a record, for a figure's file."""
@@ -113,15 +142,14 @@ def framed(
         notes: Sentences below the panels; they may hold formulas.
         width: Width of the page, mm.
         height: Height of the page, mm. If it is given, the panels have what it leaves for them.
-        subtitle: Second title, which may hold formulas.
+        subtitle: Second title, which may hold formulas and line breaks.
         study: Name and hash of the study for the file's metadata.
     """
     heads = plain(title, width=int(width / _TITLE_CHARACTER)).splitlines()
-    if subtitle:
-        heads.append(subtitle)
+    heads += subtitle.splitlines()
     lines: list[str] = []
     for note in notes:
-        lines += textwrap.wrap(note, int(width / _NOTE_CHARACTER), break_long_words=False)
+        lines += _wrap_note(note, int(width / _NOTE_CHARACTER))
     texts, columns, key_height = _key_shape([str(entry.get_label()) for entry in key], width)
     head = len(heads) * _TITLE_LINE + _PAD if heads else 0.0
     notes_height = len(lines) * _NOTE_LINE + _PAD
@@ -152,6 +180,13 @@ def framed(
         )
     says = without_formulas(" ".join(text for text in (subtitle, *notes) if text))
     return Page(figure, title, says, study, width, height, head, foot)
+
+
+def _wrap_note(note: str, width: int) -> list[str]:
+    """Break a sentence into lines of so many characters, none of them within "b₁ = 110 mm"."""
+    joined = _IN_EQUATION.sub(_NO_BREAK, note)
+    lines = textwrap.wrap(joined, width, break_long_words=False)
+    return [line.replace(_NO_BREAK, " ") for line in lines]
 
 
 def _key_shape(texts: Sequence[str], width: float) -> tuple[list[str], int, float]:
@@ -201,6 +236,17 @@ _BAR_GAP = 4.0
 """Space between the panels and a colour bar, mm."""
 _SMALLEST = 4.0
 """Least width and height of a panel, mm."""
+_DIGIT = 1.57
+"""Width of a digit in the label of a tick, mm."""
+_NARROW = 0.8
+"""Width of a point or comma there, mm."""
+_TICK_GAP = 0.7
+"""Least space between the labels of neighbouring ticks, mm."""
+_TICK_LINE = 2.5
+"""Height of a line of the label of a tick, mm."""
+_ROUNDS = 2
+"""Largest number of times that panels are placed; a second time if their ticks then need more
+room."""
 
 
 def empty_panels(page: Page, rows: int, columns: int, count: int, **shared: Any) -> Any:
@@ -252,6 +298,34 @@ def settle(page: Page, grid: Any, bar: Axes | None = None, *, must_fit: bool = T
         UsageError: There is no room for the panels.
     """
     FigureCanvasAgg(page.figure)
+    for _ in range(_ROUNDS):
+        before = _longest_ticks(grid)
+        width, height = _place(page, grid, bar, must_fit=must_fit)
+        for axes in grid.flat:
+            if axes.get_visible():
+                separate_ticks(axes.xaxis, width)
+                separate_ticks(axes.yaxis, height)
+        if not (_longest_ticks(grid) > before).any():
+            break
+
+
+def _longest_ticks(grid: Any) -> Any:
+    """Return the length of the longest label of a tick on y in each panel, in characters."""
+    return np.array([max(map(len, _tick_texts(axes.yaxis)), default=0) for axes in grid.flat])
+
+
+def _tick_texts(axis: Any) -> list[str]:
+    """Return the labels of the ticks of an axis that are in view."""
+    texts: list[str] = axis.get_major_formatter().format_ticks(_ticks_in_view(axis))
+    return texts
+
+
+def _place(page: Page, grid: Any, bar: Axes | None, *, must_fit: bool) -> tuple[float, float]:
+    """Place panels and a colour bar by the reach of their labels as they are.
+
+    Returns:
+        Width and height of each panel, mm.
+    """
     # Reach of the labels to the left, below, to the right and above, (rows, columns, 4), mm.
     reach = np.array([[_reach(page, axes) for axes in row] for row in grid])
     left = reach[..., 0].max(axis=0)
@@ -277,6 +351,76 @@ def settle(page: Page, grid: Any, bar: Axes | None = None, *, must_fit: bool = T
         x = page.width - at_bar - _EDGE + _BAR_GAP
         y = page.foot + below[-1]
         bar.set_position(np.array([x, y, _BAR, top - above[0] - y]) / scale)
+    return width, height
+
+
+def separate_ticks(axis: Any, length: float) -> None:
+    """Take ticks of an axis away until no label touches the next.
+
+    Args:
+        axis: Axis of a panel.
+        length: Its length, mm.
+    """
+    locator = axis.get_major_locator()
+    places = _ticks_in_view(axis)
+    texts = _tick_texts(axis)
+    if not _labels_touch(axis, places, texts, length):
+        return
+    if isinstance(locator, ticker.MaxNLocator):
+        for bins in range(len(places) - 1, 0, -1):
+            locator.set_params(nbins=bins)
+            if not _labels_touch(axis, _ticks_in_view(axis), _tick_texts(axis), length):
+                return
+    every = 2
+    while len(places) > every and _labels_touch(axis, places[::every], texts[::every], length):
+        every += 1
+    if isinstance(locator, ticker.FixedLocator):
+        axis.set_major_locator(ticker.FixedLocator(places[::every]))
+        if isinstance(axis.get_major_formatter(), ticker.FixedFormatter):
+            axis.set_major_formatter(ticker.FixedFormatter(texts[::every]))
+
+
+def _ticks_in_view(axis: Any) -> Any:
+    """Return the places of the labelled ticks that are in view."""
+    places = np.asarray(axis.get_majorticklocs(), dtype=np.float64)
+    low, high = sorted(axis.get_view_interval())
+    return places[(places >= low) & (places <= high)]
+
+
+def _labels_touch(axis: Any, places: Any, texts: Sequence[str], length: float) -> bool:
+    """Return True if neighbouring labels of an axis of a length (mm) touch each other."""
+    if len(places) < 2:
+        return False
+    transform = axis.get_transform()
+    low, high = transform.transform(np.asarray(axis.get_view_interval(), dtype=np.float64))
+    at = (transform.transform(places) - low) / (high - low) * length
+    extent = _tick_width if axis.axis_name == "x" else _tick_height
+    sizes = np.array([extent(text) for text in texts])
+    needed = (sizes[:-1] + sizes[1:]) / 2.0
+    return bool((np.abs(np.diff(at)) < needed).any())
+
+
+def _tick_width(text: str) -> float:
+    """Return about the width of the label of a tick with the space beside it, mm."""
+    widths = [
+        sum(_NARROW if sign in ".,:" else _DIGIT for sign in line) for line in text.split("\n")
+    ]
+    return max(widths) + _TICK_GAP
+
+
+def _tick_height(text: str) -> float:
+    """Return about the height of the label of a tick, mm."""
+    return _TICK_LINE * (text.count("\n") + 1)
+
+
+def _labels_box(axis: Any, side: str) -> Any:
+    """Return the box of the labels of an axis, pixels; None without any.
+
+    Matplotlib would lay out all ticks to find that none has a label.
+    """
+    is_bar = axis.axes.get_label() == "<colorbar>"
+    has_labels = is_bar or axis.get_tick_params(which="major").get(side, True)
+    return axis.get_tightbbox() if has_labels or axis.get_label_text() else None
 
 
 def _reach(page: Page, axes: Axes) -> tuple[float, float, float, float]:
@@ -288,8 +432,8 @@ def _reach(page: Page, axes: Axes) -> tuple[float, float, float, float]:
     if not axes.get_visible():
         return 0.0, 0.0, 0.0, _EDGE
     panel = axes.bbox
-    x_labels = axes.xaxis.get_tightbbox()
-    y_labels = axes.yaxis.get_tightbbox()
+    x_labels = _labels_box(axes.xaxis, "labelbottom")
+    y_labels = _labels_box(axes.yaxis, "labelleft")
     left = panel.x0 - y_labels.x0 if y_labels else 0.0
     below = panel.y0 - x_labels.y0 if x_labels else 0.0
     right = 0.0

@@ -17,6 +17,7 @@ from tendon_cli.cube.labels import plain
 from tendon_cli.figures.backend import Axes, Figure, Line2D
 from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.style import format_of, house_style
+from tendon_cli.space.axis import evenly_spaced
 
 _PULLED = "#0063a6"
 _DRAGGED = "#b4490a"
@@ -63,11 +64,20 @@ def fit_page(fit: Any) -> Page:
     # ASCII, which every format keeps as it is, so that tendon recognises its own figure.
     study = f"{MARK} {source.encode('ascii', 'replace').decode()}, SHA-256 {fit.sha256}"
     with house_style():
-        page = framed(title, _HEIGHT, _key(fit), [plain(note)], study=study)
+        page = framed(title, _HEIGHT, _key(fit), [plain(note), *_thinned(fit)], study=study)
         upper = _draw_panels(page.figure, fit)
         text = "\n".join(plain(sentence, width=105) for sentence in verdict)
         upper.set_title(text, loc="left", fontsize=7.5, color=colour)
     return replace(page, says=" ".join((*verdict, page.says)))
+
+
+def _thinned(fit: Any) -> list[str]:
+    """Return a sentence that says how many readings are drawn, if not all."""
+    every = len(fit.rows) // _MOST_POINTS
+    if not fit.is_log or every < 2:
+        return []
+    shown = -(-len(fit.rows) // every)
+    return [f"The figure shows {shown:,} of {len(fit.rows):,} readings, evenly spread."]
 
 
 def _draw_panels(figure: Figure, fit: Any) -> Axes:
@@ -80,11 +90,9 @@ def _draw_panels(figure: Figure, fit: Any) -> Axes:
     by_rate = figure.add_subplot(grid[2, 1])
     by_rate.sharey(by_force)
     unit = f" / {fit.unit}$^{{-1}}$" if fit.unit else ""
-    inverse = 1.0 / fit.points["force"]
-    rate = fit.points.get("rate")
-    _draw_check(by_force, fit, inverse, "Zero error of a cell?", f"1 / force at load{unit}")
-    _draw_check(by_rate, fit, rate, "A late cell?", "d ln F/dt, per unit of time")
-    by_force.set_ylabel("residual before\noffsets and delay")
+    _draw_check(by_force, fit, "zero", "Zero error of a cell?", f"1 / force at load{unit}")
+    _draw_check(by_rate, fit, "delay", "A late cell?", "d ln F/dt, per unit of time")
+    by_force.set_ylabel("residual, other\neffects taken off")
     by_rate.tick_params(labelleft=False)
     _draw_loop(figure.add_subplot(grid[3, 0]), fit)
     last = figure.add_subplot(grid[3, 1])
@@ -135,33 +143,39 @@ def _verdict(fit: Any) -> list[str]:
     return sentences
 
 
-def _draw_check(axes: Axes, fit: Any, along: Any, name: str, label: str) -> None:
-    """Draw the residual before offsets and delay are fitted, and the part that they explain.
+def _draw_check(axes: Axes, fit: Any, effect: str, name: str, label: str) -> None:
+    """Draw what one effect of the rig may explain, and the part of it that was fitted.
 
-    Offsets show as a slope along 1/F, a delay as one along d ln F/dt. Without them the points lie
-    level.
+    Offsets show as a slope along 1/F, a delay as one along d ln F/dt. The parts of the other
+    effects are taken off, so that points are level if the rig is free of this one, whatever else it
+    has.
 
     Args:
         axes: The panel.
         fit: The fit.
-        along: Value along x of each point; None if the file has no time.
+        effect: "zero" for the cells' offsets, "delay" for a late cell.
         name: The question that the panel answers.
         label: Label of x.
     """
     _set_title(axes, f"{name} A slope would show it", label)
     axes.axhline(0.0, color=_LINE, linewidth=0.8, zorder=1)
-    if along is None:
+    if effect == "delay" and "rate" not in fit.points:
         axes.text(0.5, 0.8, "no time in the file", transform=axes.transAxes, ha="center")
         axes.set_xticks([])
         return
-    points = fit.points.assign(along=along)
-    has_effects = np.any(points["effects"])
+    along = 1.0 / fit.points["force"] if effect == "zero" else fit.points["rate"]
+    delay = fit.points["delay"]
+    zero = fit.points["effects"] - delay
+    fitted, others = (zero, delay) if effect == "zero" else (delay, zero)
+    left = fit.points["misfit"] - others
+    points = fit.points.assign(along=along, left=left, fitted=fitted)
+    has_effect = np.any(fitted)
     for sign, colour, marker, _ in _DIRECTIONS:
         part = points[points["way"] == sign]
         x = part["along"]
-        axes.plot(x, part["misfit"], marker, color=colour, markersize=2.5, alpha=0.6)
-        if has_effects:
-            axes.plot(x, part["effects"], ".", color=_LINE, markersize=2.0)
+        axes.plot(x, part["left"], marker, color=colour, markersize=2.5, alpha=0.6)
+        if has_effect:
+            axes.plot(x, part["fitted"], ".", color=_LINE, markersize=2.0)
     _widen(axes, along, 0.5)
 
 
@@ -272,8 +286,7 @@ def _draw_log(upper: Axes, lower: Axes, fit: Any) -> None:
         lower.plot(place[part], rows.residual[part], color=colour, alpha=0.35, **style)
         for run in np.unique(rows.run[part]):
             stroke = np.flatnonzero(rows.used & (rows.run == run))
-            evenly = np.linspace(0, len(stroke) - 1, _STROKE_POINTS).astype(int)
-            stroke = stroke[np.unique(evenly)]
+            stroke = stroke[evenly_spaced(len(stroke), _STROKE_POINTS)]
             ends = stroke[[0, -1]]
             upper.plot(place[stroke], fitted[stroke], color=_LINE, linewidth=1.2)
             lower.plot(place[ends], [mean_residual[run]] * 2, color=_LINE, linewidth=1.6)

@@ -20,7 +20,7 @@ from tendon_cli.figures.arm import arm_page
 from tendon_cli.figures.backend import Axes, mpl
 from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, SEQUENTIAL, house_style
-from tendon_cli.space.axis import SIDES
+from tendon_cli.quantities import SIDES
 from tendon_cli.studies.load import load_study
 from tendon_cli.studies.spaces import case_place
 from tendon_cli.studies.study import Study
@@ -236,7 +236,7 @@ def _routes(
         source = study.sources[key]
         name = _path_given(file, settings, key)
         with (file.parent / name).open("rb") as opened:
-            points = read_route(opened.read(MAX_BYTES), name)
+            points, _ = read_route(opened.read(MAX_BYTES), name)
         noise = float(source.get("path_smoothing") or 0.0)
         smoothed = f", smoothed for a noise of {number(1e3 * noise)} mm" if noise else ""
         angle = number(math.degrees(source["bend_angle"]))

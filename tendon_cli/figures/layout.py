@@ -10,11 +10,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, TIME, Ints, evenly_spaced
+from tendon_cli import say
+from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, TIME, Ints
 from tendon_cli.cube.columns import DERIVED
 from tendon_cli.cube.cube import Cube
 from tendon_cli.errors import UsageError
-from tendon_cli.space.axis import CASE_AXIS, Axis
+from tendon_cli.space.axis import CASE_AXIS, Axis, evenly_spaced
 from tendon_cli.studies.figures import MOST_QUANTITIES, OF_STATES, FigureSpec
 from tendon_cli.studies.study import keys
 
@@ -25,6 +26,8 @@ MOST_PANELS_UNASKED = 4
 """Largest number of panels of curves if the user names no axis for them."""
 POINTS = 1000
 """Largest number of points of a line."""
+MARKS = 10_000
+"""Largest number of points that no line joins: of cases, persons or draws."""
 CELLS_PER_AXIS = 400
 """Largest number of cells of a map along either axis."""
 
@@ -56,6 +59,11 @@ class CurvePlan:
     positions: Mapping[str, Ints]
     """Positions drawn of each axis, by its column."""
     notes: tuple[str, ...]
+
+    @property
+    def is_joined(self) -> bool:
+        """True if points next to each other on x may be joined by a line; not those of names."""
+        return not self.x.is_text
 
     @property
     def parts(self) -> tuple[Axis | None, ...]:
@@ -101,7 +109,8 @@ def plan_curves(cube: Cube, chosen: Mapping[str, Ints], spec: FigureSpec) -> Cur
             "one axis cannot have two roles", hint="x, colour and panels name different axes"
         )
     most_panels = MOST_PANELS if len(quantities) == 1 and spec.panels else MOST_PANELS_UNASKED
-    most = {x: POINTS, colour: MOST_COLOURS, dash: 2, panels: most_panels}
+    most_points = MARKS if x.is_text else POINTS
+    most = {x: most_points, colour: MOST_COLOURS, dash: 2, panels: most_panels}
     positions, notes = _thin_out(cube, chosen, most)
     return CurvePlan(quantities, x_column, x, colour, dash, panels, positions, notes)
 
@@ -193,9 +202,10 @@ def _thin_out(
         positions[axis.column] = drawn
         if len(drawn) < len(all_positions):
             name = cube.shown(axis.column).name
-            fewer.append(f"{len(drawn)} of {len(all_positions)} values of {name}")
-    notes = (f"{', '.join(fewer)} drawn, evenly chosen.",) if fewer else ()
-    return positions, notes
+            fewer.append(f"{len(drawn):,} of {len(all_positions):,} values of {name}")
+    if not fewer:
+        return positions, ()
+    return positions, (f"The figure shows {say.join_words(fewer)}, evenly spread.",)
 
 
 @dataclass(frozen=True)

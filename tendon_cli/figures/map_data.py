@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel, as_read, reading, symbol
+from tendon_cli.cube.room import bounded_column, is_default, sign_of
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.layout import MapPlan
 from tendon_cli.figures.scales import Scale, axis_scale, caption, value_texts
@@ -35,9 +36,13 @@ class MapData:
     margins: Floats
     """Margins in the unit shown."""
     rooms: Mapping[str, Floats]
-    """Distance to each limit, SI, by its name; negative where the limit is broken."""
+    """Room that each limit leaves, SI, by its name; negative where the limit is broken."""
     limits: Mapping[str, str]
-    """Text of each limit in the key, by its name."""
+    """Text of each limit, such as "max tension ≤ 300 N", by its name."""
+    unstable: str
+    """Text of the hatched area, in which the limit on stiffness is broken."""
+    defaults: frozenset[str]
+    """Limits whose bound is the default, which nobody need be told that designs keep."""
     titles: tuple[str, ...]
     """Titles of the panels."""
     in_row: int
@@ -55,20 +60,18 @@ def map_data(cube: Cube, plan: MapPlan, spec: FigureSpec) -> MapData:
     """
     if MARGIN not in cube.columns:
         raise UsageError("the table has no column of margins, which a map shows")
-    keys = dict.fromkeys((STIFFNESS, *cube.document.get("limits", ())))
-    limits = [key for key in keys if _column(key) in cube.columns]
-    names = (MARGIN, *map(_column, limits), *cube.defining)
-    read = cube.gather(plan.rows(cube), [name for name in names if name in cube.columns])
+    rows = plan.rows(cube)
+    names = (MARGIN, *cube.defining)
+    read = cube.gather(rows, [name for name in names if name in cube.columns])
     if not np.isfinite(read[MARGIN]).any():
         raise UsageError("no design has a margin, each has elbow angles without equilibrium")
     x = axis_scale(cube, plan.x, plan.positions[plan.x.column], spec.units)
     y = axis_scale(cube, plan.y, plan.positions[plan.y.column], spec.units)
     margin = margin_shown(cube, spec)
     margins = _in_order(margin.scaled(read[MARGIN]), x, y)
-    rooms = {}
-    for key in limits:
-        room = _distance_to_limit(read[_column(key)], key, cube.limit(key))
-        rooms[key] = _in_order(room, x, y)
+    # The limit on stiffness comes first, as in the key.
+    limits = dict.fromkeys((STIFFNESS, *cube.limits))
+    rooms = {name: _in_order(cube.room(name, rows), x, y) for name in limits}
     pictures = _group_pictures(margins, rooms, _panel_titles(cube, plan, spec))
     first = [panels[0] for panels, _ in pictures]
     titles = [_join_titles(names) for _, names in pictures]
@@ -85,17 +88,14 @@ def map_data(cube: Cube, plan: MapPlan, spec: FigureSpec) -> MapData:
         y=y,
         margin=margin,
         margins=margins[first],
-        rooms={key: room[first] for key, room in rooms.items()},
-        limits={key: _limit_text(cube, spec, key) for key in limits},
+        rooms={name: room[first] for name, room in rooms.items()},
+        limits={name: limit_text(cube, spec, name) for name in limits},
+        unstable=f"unstable: elbow stiffness below {_stiffness(cube, spec)} at some angle",
+        defaults=frozenset(name for name in limits if is_default(name, cube.limits[name])),
         titles=tuple(titles),
         in_row=len(plan.positions[plan.titled[0].column]) if plan.titled else 1,
         notes=(meaning_of_margin(cube), *lines, *plan.notes, *repeated),
     )
-
-
-def _column(key: str) -> str:
-    """Return the column that a limit bounds."""
-    return "pretension" if key == "max_pretension" else key
 
 
 def _in_order(values: Floats, x: Scale, y: Scale) -> Floats:
@@ -125,24 +125,15 @@ def _group_pictures(
     return list(groups.values())
 
 
-def _distance_to_limit(values: Floats, key: str, limit: float) -> Floats:
-    """Return the distance to a limit, negative where it is broken; rounding breaks no limit.
-
-    A limit min_ bounds from below, max_ from above, and peak_ bounds the magnitude.
-    """
-    size = np.abs(values) if key.startswith("peak_") else values
-    room = values - limit if key.startswith("min_") else limit - size
-    tolerance = 1e-9 * np.maximum(np.abs(size), abs(limit))
-    return np.where(np.abs(room) <= tolerance, 0.0, room)
+def limit_text(cube: Cube, spec: FigureSpec, name: str) -> str:
+    """Return a limit as an inequality, such as "max tension ≤ 300 N"."""
+    shown = cube.shown(bounded_column(name), spec.units)
+    return f"{shown.name} {sign_of(name)} {shown.text(cube.limits[name])}"
 
 
-def _limit_text(cube: Cube, spec: FigureSpec, key: str) -> str:
-    """Return the text of a limit in the key."""
-    shown = cube.shown(_column(key), spec.units)
-    limit = shown.text(cube.limit(key))
-    if key == STIFFNESS:
-        return f"unstable: elbow stiffness below {limit} at some angle"
-    return f"{shown.name} {'≥' if key.startswith('min_') else '≤'} {limit}"
+def _stiffness(cube: Cube, spec: FigureSpec) -> str:
+    """Return the least stiffness that the study allows, with its unit."""
+    return cube.shown(STIFFNESS, spec.units).text(cube.limits[STIFFNESS])
 
 
 def _join_titles(titles: list[str]) -> str:
@@ -162,8 +153,8 @@ def margin_shown(cube: Cube, spec: FigureSpec) -> ColumnLabel:
     return replace(margin, quantity=replace(margin.quantity, name=name, symbol="margin"))
 
 
-def meaning_of_margin(cube: Cube) -> str:
-    """Return a sentence that says what the margin is."""
+def meaning_of_margin(cube: Cube, *, has_lines: bool = True) -> str:
+    """Return sentences that say what the margin is, and what lines between designs are, if any."""
     if _has_two_pretensions(cube):
         return (
             "Margin: by how much both pretensions can be lowered together, "
@@ -173,7 +164,7 @@ def meaning_of_margin(cube: Cube) -> str:
     return (
         f"Margin: {reading(cube.document)} in hand above {least}, "
         "the smallest that leaves no slack at any elbow angle of the study. "
-        "It is exact for each design; lines are drawn from design to design."
+        f"It is exact for each design{'; lines are drawn from design to design' * has_lines}."
     )
 
 

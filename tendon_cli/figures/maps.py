@@ -22,11 +22,13 @@ from tendon_cli.figures.backend import (
 )
 from tendon_cli.figures.frame import Page, empty_panels, framed, grid_shape, lowest, settle
 from tendon_cli.figures.layout import PANELS_PER_PAGE
+from tendon_cli.figures.limit_remarks import crosses_zero, limit_remarks
 from tendon_cli.figures.map_data import STIFFNESS, Floats, MapData
 from tendon_cli.figures.scales import Scale
 from tendon_cli.figures.style import (
     DIVERGING,
     INK,
+    LIMIT_COLOURS,
     PAGE_HEIGHT,
     broken,
     hatch_key,
@@ -49,7 +51,6 @@ _EFFECTS = [
     mpl.patheffects.Normal(),
 ]
 _HALO = withStroke(linewidth=2.6, foreground="white")
-_LIMIT_COLOURS = (INK, "#006b4e", "#8f2d72", "#5a4a00", "#7a0019", "#003a70", "#4d4d4d")
 
 
 def draw_maps(data: MapData, width: float, height: float | None) -> list[Page]:
@@ -81,7 +82,7 @@ def _page(data: MapData, panels: range, title: str, width: float, height: float 
     usual = min(PAGE_HEIGHT, rows * min(0.8 * panel_width + 6.0, 80.0) + 8.0)
     seen = slice(panels.start, panels.stop)
     key = _key(data, seen)
-    notes = (*_remarks(data.margins[seen]), *data.notes)
+    notes = (*_remarks(data.margins[seen]), *_limit_remarks(data, panels), *data.notes)
     page = framed(title, usual, key, notes, width=width, height=height, study=data.study)
     limit, levels, extend = colour_scale(data.margins)
     colour = mpl.cm.ScalarMappable(TwoSlopeNorm(0.0, -limit, limit), DIVERGING)
@@ -161,7 +162,7 @@ def _draw_panel(axes: Axes, data: MapData, panel: int, colour: Any, ticks: int) 
 
 def _limit_colour(place: int) -> str:
     """Return the colour of a limit by its place among the limits."""
-    return _LIMIT_COLOURS[place % len(_LIMIT_COLOURS)]
+    return LIMIT_COLOURS[place % len(LIMIT_COLOURS)]
 
 
 def _draw_limit(
@@ -185,15 +186,10 @@ def _draw_limit(
         style: dict[str, Any] = {"solid_capstyle": "butt", "color": colour, "linewidth": width}
         for stroke_x, stroke_y in _strokes(x, y, room):
             axes.plot(stroke_x, stroke_y, path_effects=effects, gid=gid, **style)
-    elif min(room.shape) > 1 and _crosses_zero(room):
+    elif min(room.shape) > 1 and crosses_zero(room):
         places = _extend_to_edges(x, y, room)
         lines = axes.contour(*places, levels=[0.0], colors=colour, linewidths=width)
         lines.set(path_effects=effects, gid=gid)
-
-
-def _crosses_zero(room: Floats) -> bool:
-    """Return True if some designs keep a limit and others break it."""
-    return bool(np.nanmin(room, initial=np.inf) < 0.0 <= np.nanmax(room, initial=-np.inf))
 
 
 def _zero_crossings(places: Floats, values: Floats) -> list[tuple[float, bool]]:
@@ -270,17 +266,48 @@ def _remarks(margins: Floats) -> list[str]:
     return ["No design goes slack." if known.min() >= 0.0 else "Every design goes slack."]
 
 
+def _limit_remarks(data: MapData, panels: range) -> list[str]:
+    """Say which limits no line on a page shows, because they leave nothing or bind nowhere."""
+    pieces: dict[str, list[Floats]] = {name: [] for name in data.limits}
+    places: list[str] = []
+    for panel in panels:
+        names = data.x.names or data.y.names or ("",)
+        title = data.titles[panel] if len(data.titles) > 1 else ""
+        places += [", ".join(text for text in (title, name) if text) for name in names]
+        for limit, rooms in data.rooms.items():
+            pieces[limit] += _pieces(data.x, data.y, rooms[panel])
+    limits = {}
+    for name, text in data.limits.items():
+        is_broken = any((room < 0.0).any() for room in pieces[name])
+        is_hatched = name == STIFFNESS and crosses_zero(
+            data.rooms[name][panels.start : panels.stop]
+        )
+        if not is_hatched and (is_broken or name not in data.defaults):
+            limits[name] = text
+    return limit_remarks(limits, pieces, places)
+
+
+def _pieces(x: Scale, y: Scale, room: Floats) -> list[Floats]:
+    """Return the pieces of a panel (y, x) that have lines of their own: each name has some."""
+    if x.names:
+        return [*room.T]
+    if y.names:
+        return [*room]
+    return [room]
+
+
 def _key(data: MapData, seen: slice) -> list[Any]:
     """Return the key to the lines and hatches in the panels seen."""
     key: list[Any] = []
-    if any(map(_crosses_zero, data.margins[seen])):
+    if any(map(crosses_zero, data.margins[seen])):
         label = "margin = 0, ticks on the slack side"
         key.append(_key_line(label, _BOUNDARY_WIDTH, INK))
     for place, (limit, label) in enumerate(data.limits.items()):
         rooms = data.rooms[limit][seen]
+        pieces = [piece for room in rooms for piece in _pieces(data.x, data.y, room)]
         if limit == STIFFNESS and (rooms < 0.0).any():
-            key.append(Patch(facecolor="none", label=label, hatch=_HATCH, **_HATCH_EDGE))
-        elif any(map(_crosses_zero, rooms)):
+            key.append(Patch(facecolor="none", label=data.unstable, hatch=_HATCH, **_HATCH_EDGE))
+        elif any(map(crosses_zero, pieces)):
             key.append(_key_line(label, _LIMIT_WIDTH, _limit_colour(place)))
     if not np.isfinite(data.margins[seen]).all():
         key.append(hatch_key("no equilibrium at some elbow angle"))

@@ -14,11 +14,11 @@ import numpy.typing as npt
 from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
-from tendon_cli.cube.labels import ColumnLabel, as_read, number, plain
+from tendon_cli.cube.labels import ColumnLabel, as_read, drawn_name, number, plain
 from tendon_cli.figures.backend import Axes, ticker
-from tendon_cli.space.axis import SIDES, Axis
+from tendon_cli.quantities import SIDES
+from tendon_cli.space.axis import Axis
 from tendon_cli.studies.figures import FigureSpec
-from tendon_cli.studies.load import study_from
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import StudyNumber
 
@@ -26,8 +26,6 @@ _FEW = 6
 """Fewer values than this have a tick each."""
 _MOST_NAMES = 12
 """Largest number of names that are all written along an axis; of more, some are left out."""
-_LONGEST_NAME = 40
-"""Characters of a name that a title or a key shows."""
 
 
 @dataclass(frozen=True)
@@ -170,7 +168,7 @@ def caption(
         if axis.is_text and axis.column in read and axis.column not in varied and axis.length > 1:
             names = np.unique(read[axis.column])
             if len(names) == 1:
-                fixed.append(plain(str(names[0])))
+                fixed.append(drawn_name(axis, str(names[0]), spec.units))
     known = [name for name in cube.defining if name in read]
     for name in known:
         if name in varied:
@@ -258,7 +256,7 @@ def _values_of(study: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str
 @cache
 def _defaults() -> dict[str, Any]:
     """Return the resolved study in which everything is the default."""
-    return study_from({}).document()
+    return Study().document()
 
 
 def value_texts(cube: Cube, axis: Axis, at: Ints, units: Mapping[str, str]) -> list[str]:
@@ -266,6 +264,6 @@ def value_texts(cube: Cube, axis: Axis, at: Ints, units: Mapping[str, str]) -> l
     values = axis.values[at]
     if axis.is_text:
         # A legend leaves out what starts with an underscore.
-        texts = [plain(str(value), width=_LONGEST_NAME, lines=1) for value in values]
+        texts = [drawn_name(axis, str(value), units) for value in values]
         return [f" {text}" if text.startswith("_") else text for text in texts]
     return [cube.shown(axis.column, units).equation(float(value)) for value in values]

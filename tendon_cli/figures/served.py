@@ -14,18 +14,27 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.cube.axes import evenly_spaced
+from tendon_cli.answer_record import (
+    AnswerRecord,
+    PopulationRecord,
+    ReasonRecord,
+    SobolRecord,
+    population_of,
+    value_of,
+)
 from tendon_cli.cube.choice_grid import pretension_name
 from tendon_cli.cube.labels import plain
 from tendon_cli.figures.backend import Axes, Line2D, Patch
 from tendon_cli.figures.frame import Page, framed, source_of
 from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO, house_style
+from tendon_cli.model.kinematics import Flags
 from tendon_cli.quantities import QUANTITIES
+from tendon_cli.registry import by_name
+from tendon_cli.space.axis import evenly_spaced
 from tendon_cli.tables.read import open_table
 from tendon_cli.tables.schema import as_numpy
 
 Values = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 Table = Mapping[str, npt.NDArray[Any]]
 
 _SERVED = OKABE_ITO[0]
@@ -43,7 +52,7 @@ _USUAL = ("weight", "forearm_circumference")
 """Dimensions of the body that are drawn if those not served differ in none."""
 
 
-def draw_population(folder: Path, record: dict[str, Any], out: Path) -> list[str]:
+def draw_population(folder: Path, record: AnswerRecord, out: Path) -> list[str]:
     """Draw the persons or draws of the answer in a folder into another folder.
 
     Returns:
@@ -53,8 +62,8 @@ def draw_population(folder: Path, record: dict[str, Any], out: Path) -> list[str
         InputError: The table is damaged or missing.
         OutputError: A file cannot be written.
     """
-    kind = "persons" if "person" in record["population"]["counts"] else "draws"
-    table = open_table(folder / f"{kind}.parquet").read()
+    kind = "persons" if "person" in population_of(record)["counts"] else "draws"
+    table = open_table(folder / f"{kind}.parquet", by_name(record)).read()
     rows = {name: as_numpy(table.column(name)) for name in table.column_names}
     with house_style():
         pages = {"for_whom": for_whom(record, rows), "how_sure": how_sure(record)}
@@ -66,7 +75,7 @@ def _nan_if_null(value: float | None) -> float:
     return np.nan if value is None else float(value)
 
 
-def for_whom(record: Mapping[str, Any], rows: Table) -> Page:
+def for_whom(record: AnswerRecord, rows: Table) -> Page:
     """Draw everyone's window as a line, and next to it the bodies of those not served, if known.
 
     The pretensions (N) that serve enough are shaded.
@@ -75,7 +84,7 @@ def for_whom(record: Mapping[str, Any], rows: Table) -> Page:
         record: Record of the answer.
         rows: Table of persons, or of draws, by column.
     """
-    population = record["population"]
+    population = population_of(record)
     pretension = _nan_if_null(population["pretension"])
     kind = "draws" if population["kind"] == "draws" else "persons"
     low = rows["pretension_from"]
@@ -89,7 +98,8 @@ def for_whom(record: Mapping[str, Any], rows: Table) -> Page:
     styles = [_reason_style(place) for place in range(len(reasons))]
     key = _window_key(low, high, is_served)
     if np.isfinite(band).all():
-        key.append(Line2D([], [], label="serves enough between", **_LIMIT))
+        label = f"between these lines {say.percent(record['serve'])} or more are served"
+        key.append(Line2D([], [], label=label, **_LIMIT))
     for reason, style in zip(reasons, styles, strict=True):
         key.append(Line2D([], [], label=plain(reason["text"], width=60, lines=2), **style))
     unbalanced = int(np.isnan(low).sum())
@@ -98,6 +108,12 @@ def for_whom(record: Mapping[str, Any], rows: Table) -> Page:
         notes.append(
             f"{unbalanced} of {len(low)} {kind} have no pretension at all at which the arm "
             "balances."
+        )
+    balanced = len(low) - unbalanced
+    if balanced > _MOST_LINES:
+        notes.append(
+            f"The figure shows {_MOST_LINES:,} of {balanced:,} windows, evenly spread over all "
+            "in their order."
         )
     page = framed(population["title"], 68.0, key, notes, study=source_of(record))
     shape: dict[str, Any] = {"ncols": 2, "width_ratios": [1.5, 1.0]} if has_bodies else {}
@@ -147,7 +163,7 @@ def _reason_style(place: int) -> dict[str, Any]:
 
 def _draw_bodies(
     axes: Axes,
-    population: Mapping[str, Any],
+    population: PopulationRecord,
     rows: Table,
     groups: list[npt.NDArray[np.int64]],
     styles: list[dict[str, Any]],
@@ -179,7 +195,7 @@ def _draw_bodies(
     axes.set(xlabel=labels[0], ylabel=labels[1])
 
 
-def members(rows: Table, reason: Mapping[str, Any], pretension: float) -> npt.NDArray[np.int64]:
+def members(rows: Table, reason: ReasonRecord, pretension: float) -> npt.NDArray[np.int64]:
     """Return the rows of those whom a pretension does not serve, for the given reason.
 
     Args:
@@ -264,12 +280,12 @@ def _draw_windows(
         axes.set_xticks([])
 
 
-def how_sure(record: Mapping[str, Any]) -> Page:
+def how_sure(record: AnswerRecord) -> Page:
     """Draw the probability that a pretension (N) is in the window, with its 95 % band.
 
     Next to it Sobol indices are drawn as bars, if the record has them.
     """
-    population = record["population"]
+    population = population_of(record)
     ends = population["sobol"]
     key = []
     if ends:
@@ -283,13 +299,13 @@ def how_sure(record: Mapping[str, Any]) -> Page:
     return page
 
 
-def _draw_bars(axes: Axes, end: Mapping[str, Any], *, with_names: bool) -> None:
+def _draw_bars(axes: Axes, end: SobolRecord, *, with_names: bool) -> None:
     """Draw the Sobol indices of one end of the window, in per cent of its variance."""
     inputs = end["inputs"].values()
     place = np.arange(len(inputs), dtype=np.float64)[::-1]
     for shift, (order, (_, colour)) in zip((0.2, -0.2), _INDICES.items(), strict=True):
-        share = np.array([item[order] for item in inputs])
-        error = np.array([item[f"{order}_standard_error"] for item in inputs])
+        share = np.array([value_of(item, order) for item in inputs])
+        error = np.array([value_of(item, f"{order}_standard_error") for item in inputs])
         style: dict[str, Any] = {"color": colour, "error_kw": {"elinewidth": 0.7, "capsize": 1.5}}
         axes.barh(place + shift, 100 * share, 0.36, xerr=196 * error, **style)
     names = [plain(item["name"], width=18) if with_names else "" for item in inputs]
@@ -301,9 +317,9 @@ def _draw_bars(axes: Axes, end: Mapping[str, Any], *, with_names: bool) -> None:
     axes.set_title(plain(f"{which} end, ± {deviation} N"), loc="left")
 
 
-def _draw_probability(axes: Axes, record: Mapping[str, Any]) -> None:
+def _draw_probability(axes: Axes, record: AnswerRecord) -> None:
     """Draw the probability that a pretension is in the window, and the pretension chosen."""
-    population = record["population"]
+    population = population_of(record)
     curve = population["curve"]
     pretension = np.array(curve["pretension"])
     share = 100 * np.array(curve["share"])

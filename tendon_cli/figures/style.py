@@ -10,7 +10,7 @@ import io
 import struct
 import warnings
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -36,6 +36,8 @@ FAINT = "#8a8a8a"
 
 OKABE_ITO = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#5a5a5a", "#000000")
 """Colours that everybody tells apart, for values without an order."""
+LIMIT_COLOURS = (INK, "#006b4e", "#8f2d72", "#5a4a00", "#7a0019", "#003a70", "#4d4d4d")
+"""Dark colours of limits, the first of which is that on stiffness."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 
 DIVERGING = LinearSegmentedColormap.from_list(
@@ -80,6 +82,8 @@ FORMATS: dict[str, dict[str, str | None]] = {
 None leaves out an entry that would differ from one day to the next.
 """
 _DPI = 250
+_MOST_LABEL_LINES = 4
+"""Largest number of lines of the label of an axis."""
 
 _STYLE: dict[str, Any] = {
     "font.family": ["DejaVu Sans"],  # ships with matplotlib
@@ -269,14 +273,32 @@ def wrapped(text: str, width: int) -> str:
 
 
 def broken(label: str, width: int) -> str:
-    """Break the label of an axis into two lines if it is longer than about `width` characters.
+    """Break the label of an axis into lines if it is longer than about `width` characters.
 
-    The two lines are about equally long. A label of one or two words is not broken.
+    It has as few lines as fit, at most four, about equally long. A label of one or two words is not
+    broken.
     """
     words = label.split(" ")
-    if len(label.replace("$", "")) <= width or len(words) < 3:
+    if _drawn_length(label) <= width or len(words) < 3:
         return label
-    half = len(label) / 2
-    lines = ((" ".join(words[:count]), " ".join(words[count:])) for count in range(1, len(words)))
-    first, second = min(lines, key=lambda pair: abs(len(pair[0]) - half))
-    return f"{first}\n{second}"
+    most = min(_MOST_LABEL_LINES, len(words) - 1)
+    for count in range(2, most + 1):
+        lines = _balanced(words, count)
+        if max(map(_drawn_length, lines)) <= width:
+            break
+    return "\n".join(lines)
+
+
+def _balanced(words: Sequence[str], count: int) -> list[str]:
+    """Divide words into so many lines, about equally long."""
+    if count == 1:
+        return [" ".join(words)]
+    share = len(" ".join(words)) / count
+    firsts = [" ".join(words[:end]) for end in range(1, len(words) - count + 2)]
+    first = min(firsts, key=lambda line: abs(len(line) - share))
+    return [first, *_balanced(words[first.count(" ") + 1 :], count - 1)]
+
+
+def _drawn_length(label: str) -> int:
+    """Return about the number of characters that a label takes when it is drawn."""
+    return len(label.replace("$", ""))

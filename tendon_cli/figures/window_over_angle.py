@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
+from tendon_cli.answer_record import AnswerRecord, ChoiceRecord
 from tendon_cli.cube.choice_grid import over_angle, pretension_name
 from tendon_cli.cube.cube import Cube
+from tendon_cli.cube.labels import without_formulas
 from tendon_cli.figures.backend import Axes, Line2D, Patch
 from tendon_cli.figures.choice_maps import answer_page, choice_text
 from tendon_cli.figures.frame import Page
@@ -30,7 +32,7 @@ _END_SIGN: dict[str, Any] = {
 }
 
 
-def draw_between(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> Page | None:
+def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page | None:
     """Draw the bounds that limits set on the pretension at each angle.
 
     Args:
@@ -52,9 +54,10 @@ def draw_between(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
         for name, colour in colours.items()
     ]
     key += _key(*drawn.works)
-    text = choice_text(cube, chosen)
-    title = f"the window over the angle, {text}" if text else "the window over the angle"
-    page = answer_page(cube, record, title, 92.0, key, [*drawn.texts])
+    text = without_formulas(choice_text(cube, chosen))
+    page = answer_page(
+        cube, record, "the window over the angle", 92.0, key, [*drawn.texts], subtitle=text
+    )
     panel = page.figure.subplots()
     has_window = (floor <= roof).tolist()
     area: dict[str, Any] = {"color": _AT_ANGLE, "linewidth": 0.0, "zorder": 0.5}
@@ -78,9 +81,10 @@ def draw_between(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
         if np.isfinite(value):
             _mark_end(panel, chosen, end, value)
     pretension = chosen["pretension"]
-    panel.axhline(pretension, color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)))
-    star: dict[str, Any] = {"marker": "*", "color": INK, "markersize": 9, "clip_on": False}
-    panel.plot([drawn.angle[0]], [pretension], zorder=5, **star)
+    if pretension is not None:
+        panel.axhline(pretension, color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)))
+        star: dict[str, Any] = {"marker": "*", "color": INK, "markersize": 9, "clip_on": False}
+        panel.plot([drawn.angle[0]], [pretension], zorder=5, **star)
     panel.xaxis.set_major_formatter(plain_numbers())
     panel.yaxis.set_major_formatter(plain_numbers())
     return page

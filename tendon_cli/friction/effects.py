@@ -104,18 +104,18 @@ def priors_of(points: Log, duration: float, zero: float | None) -> dict[str, flo
 def sets_of(priors: dict[str, float]) -> list[tuple[str, ...]]:
     """Return every set of effects that is fitted, the empty one first.
 
-    Offsets come together. They bend the line as a dependence on force does, so no set has both.
+    An offset of one cell alone is a set of its own: it is simpler than one of both, between which
+    a prior would share it out. Offsets bend the line as a dependence on force does, so no set has
+    both.
     """
-    groups: list[tuple[str, ...]] = [(effect,) for effect in priors if effect not in OFFSETS]
-    if OFFSETS[0] in priors:
-        groups = [OFFSETS, *groups]
-    sets = []
-    for size in range(len(groups) + 1):
-        for chosen in itertools.combinations(groups, size):
-            effects = tuple(itertools.chain.from_iterable(chosen))
-            if not {OFFSETS[0], FORCE} <= set(effects):
-                sets.append(effects)
-    return sets
+    known = [effect for effect in PRIOR if effect in priors]
+    sizes = range(len(known) + 1)
+    every = itertools.chain.from_iterable(itertools.combinations(known, size) for size in sizes)
+    return [
+        effects
+        for effects in every
+        if FORCE not in effects or not set(OFFSETS).intersection(effects)
+    ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +133,7 @@ class EffectModel:
     free: int
     """Degrees of freedom: strokes less the numbers fitted to them."""
     zero: tuple[float, float]
-    """Change of μ by a unit of zero error in each cell; 0 if offsets are fitted."""
+    """Change of μ by a unit of zero error in each cell; 0 if its offset is fitted."""
 
     @property
     def friction(self) -> float:
@@ -162,9 +162,9 @@ class EffectModel:
         for effect in self.effects:
             if effect not in OFFSETS:
                 added = added + self.value(effect)[0] * _slope(rows, effect, np.zeros(2))
-        if OFFSETS[0] in self.effects:
-            # A row whose force is mostly offset is left with 5 % of it, so that it has a ratio.
-            motor = np.maximum(rows.motor - self.value(OFFSETS[0])[0], 0.05 * rows.motor)
-            load = np.maximum(rows.load - self.value(OFFSETS[1])[0], 0.05 * rows.load)
-            added = added + rows.log_ratio - np.log(motor / load)
+        for cell, force, sign in zip(OFFSETS, (rows.motor, rows.load), (1.0, -1.0), strict=True):
+            if cell in self.effects:
+                # A row whose force is mostly offset is left with 5 % of it, so that it has a ratio.
+                true_force = np.maximum(force - self.value(cell)[0], 0.05 * force)
+                added = added + sign * np.log(force / true_force)
         return np.broadcast_to(added, rows.motor.shape)

@@ -14,6 +14,7 @@ import pandas as pd
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import path_of
 from tendon_cli.friction.budget import FrictionUncertainty, uncertainty_of
+from tendon_cli.friction.effects import DELAY
 from tendon_cli.friction.estimate import FrictionEstimate, estimate, why_no_limit
 from tendon_cli.friction.fit_result import DirectionFit, Fit, PlainAnswer
 from tendon_cli.friction.models import fit_model
@@ -200,12 +201,20 @@ def _point_table(result: FrictionEstimate) -> pd.DataFrame:
     """Tabulate the means that the line goes through, their misfit, and the fitted effects."""
     points = result.points
     best = result.average.best
+    # A delay that was found is taken out of the readings before the last fit.
+    seconds = result.delay
+    if DELAY in best.effects:
+        seconds += best.value(DELAY)[0]
+    delay = np.zeros(len(points.way)) if points.rate is None else seconds * points.rate
     effects = best.shape(points)
+    if points.rate is not None:
+        effects = effects + result.delay * points.rate
     columns: dict[str, Any] = {
         "way": points.way,
         "force": points.load,
         "misfit": best.residual + effects,
         "effects": effects,
+        "delay": delay,
     }
     if points.rate is not None:
         columns["rate"] = points.rate

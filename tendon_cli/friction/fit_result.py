@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, is_dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
 
-from tendon_cli.display import Displayed, face
+from tendon_cli import say
+from tendon_cli.display import Displayed
 from tendon_cli.friction.budget import BEND, FrictionUncertainty
 from tendon_cli.friction.rig import BendAngle
 from tendon_cli.friction.strokes import Presliding, Speed
 from tendon_cli.friction.usable_rows import REASONS, USED
+from tendon_cli.units import counted, shorten
 
 _MOST_RESIDUALS = 20
 """Number of the largest residuals that a record lists."""
@@ -138,7 +140,8 @@ class Fit(Displayed):
     """Table of means over parts of strokes, by which the rig is checked.
 
     It has `way`, `force` at the load, `rate` d ln F/dt if there is a time, `misfit` of the log
-    ratio before effects, and the part of it that the `effects` that were fitted explain.
+    ratio before effects, the part of it that the `effects` that were fitted explain, and the part
+    of these that a `delay` explains.
     """
     checks: tuple[Check, ...]
     notes: tuple[str, ...]
@@ -151,10 +154,42 @@ class Fit(Displayed):
     """Name of the file."""
     sha256: str
 
+    drawn_by: ClassVar[str] = "tendon_cli.face.page_of_fit"
+
     @property
     def text(self) -> str:
-        """Report of the fit in words."""
-        return str(face().fit_text(self))
+        """Result in words, a line for each number, note and warning."""
+        uncertainty = self.uncertainty
+        digits = _digits(uncertainty.standard_error)
+        low, high = uncertainty.interval_95
+        interval = f"{low:.{digits}f} to {high:.{digits}f}"
+        rows = [
+            ("95 % interval", f"{interval}, standard error {uncertainty.standard_error:.2g}"),
+            ("bend angle", _bend_text(self)),
+            ("gain ratio", _gain_text(self)),
+        ]
+        for name, direction in self.by_direction.items():
+            text = f"{direction.friction:.{digits}f}"
+            if direction.standard_error is not None:
+                text += f" ± {direction.standard_error:.{digits}f}"
+            text += f" with a gain ratio of 1, {counted(direction.used, 'reading')}"
+            rows.append((say.spaced(name), text))
+        rows.append(("plain answer", _plain_text(self, digits)))
+        for place, part in enumerate(uncertainty.parts):
+            kind = f"type {part.type}"
+            if not math.isinf(part.degrees_of_freedom):
+                kind += f", {part.degrees_of_freedom:.0f} degrees of freedom"
+            name = "standard error from" if place == 0 else ""
+            rows.append((name, f"{part.contribution:.2g} {part.name} ({kind})"))
+        rows += _readings_rows(self)
+        answer = (
+            "friction over the bend  μφ" if self.friction is None else "friction coefficient  μ"
+        )
+        lines = [f"{answer} = {self.fitted:.{digits}f}"]
+        lines += [f"  {name:<20}{text}" for name, text in rows]
+        lines += [f"note: {text}" for text in self.notes]
+        lines += [f"warning: {text}" for text in self.warnings]
+        return "\n".join(lines)
 
     @property
     def strokes(self) -> int:
@@ -264,3 +299,78 @@ def _data(value: Any) -> Any:
     if isinstance(value, float) and math.isinf(value):
         return None
     return value
+
+
+# --- Words ----------------------------------------------------------------------------------------
+
+
+def _readings_rows(fit: Fit) -> list[tuple[str, str]]:
+    """Return rows on the readings used, and on what else they show."""
+    where = "on the limit" if fit.is_log else "settled"
+    used = f"{fit.rows['used'].sum():,} of {len(fit.rows):,} {where}"
+    rows = [("readings", f"{used}, in {counted(fit.strokes, 'stroke')}")]
+    rows += [("set aside", f"{aside.rows}: {aside.reason}") for aside in fit.set_aside]
+    if speed := fit.speed:
+        span = f"from {speed.slowest:.3g} to {speed.fastest:.3g}"
+        rows.append(("power of speed", f"{speed.power:+.3f} ± {speed.standard_error:.2g}, {span}"))
+    if presliding := fit.presliding:
+        stiffness = f"stiffness {presliding.stiffness:.3g}, backlash {presliding.backlash:.3g}"
+        reversals = counted(presliding.reversals, "reversal")
+        rows.append(("before it slides", f"{stiffness}, {reversals}"))
+    for file in fit.files:
+        text = "nothing used" if file["friction"] is None else f"{file['friction']:.4g}"
+        rows.append((shorten(file["file"], 18), f"{text}, {counted(file['strokes'], 'stroke')}"))
+    for check in fit.checks:
+        if check.found and check.name != "gain":
+            rows.append((say.spaced(check.name), _check_text(check)))
+    return rows
+
+
+def _check_text(check: Check) -> str:
+    """Return the size of an effect that was found, and the change of μ without it."""
+    text = f"{check.value:.3g} ± {check.standard_error:.2g}"
+    if check.unit != "1":
+        text += f" {check.unit}"
+    if check.effect_on_friction:
+        text += f", fitted: {100.0 * check.effect_on_friction:+.1f} % of μ without it"
+    return text
+
+
+def _digits(error: float) -> int:
+    """Return the decimals that show a standard error with two significant digits."""
+    return min(9, max(2, 1 - math.floor(math.log10(error))))
+
+
+def _bend_text(fit: Fit) -> str:
+    """Return the bend angle with its uncertainty, and μφ."""
+    text = fit.bend.text
+    product = f"μφ = {fit.friction_bend:.4g}"
+    if not fit.bend_angles:
+        return "not given, so the answer is μφ; --bend-angle makes it μ"
+    if fit.bend.uncertainty_text:
+        return f"{text} +/- {fit.bend.uncertainty_text}; {product}"
+    if len(fit.bend_angles) > 1:
+        return text
+    share = 100.0 * math.radians(1.0) / fit.bend_angles[0]
+    return f"{text} (taken as exact; 1 deg more is {share:.1f} % less μ); {product}"
+
+
+def _gain_text(fit: Fit) -> str:
+    """Return the gain of the motor's cell over that of the load's."""
+    if len(fit.by_direction) == 1:
+        return "1, assumed (one direction only)"
+    return f"{fit.gain_ratio:.4f}, motor's cell (cell {fit.motor}) over load's, removed from μ"
+
+
+def _plain_text(fit: Fit, digits: int) -> str:
+    """Return the plain answer, which ten lines of NumPy give, and why the fit differs."""
+    plain = fit.plain
+    changes = {"by rows set aside": plain.moved_by_rows, "by what is fitted": plain.moved_by_fit}
+    reasons = [
+        f"{100.0 * share:+.1f} % {reason}"
+        for reason, share in changes.items()
+        if abs(share) >= 5e-4
+    ]
+    text = f"{plain.friction:.{digits}f}, median |ln ratio|"
+    text += f"; the fit is {100.0 * fit.from_plain:+.1f} % from it"
+    return f"{text}: {', '.join(reasons)}" if reasons else text

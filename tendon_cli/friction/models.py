@@ -163,7 +163,8 @@ def fit_model(
     base = 1 + points.both_ways  # μ, and ln g if it can be told from μ
     unknown = base + len(effects)
     strokes = points.strokes
-    fits_offsets = OFFSETS[0] in effects
+    places = [base + effects.index(name) if name in effects else None for name in OFFSETS]
+    fits_offsets = places != [None, None]
     zeros = np.zeros(2)  # offsets of the motor's and of the load's cell
     least = (_EXACT * float(np.median(np.abs(points.log_ratio)))) ** 2 * max(1.0, strokes / 2.0)
     limit = 0.9 * np.array([points.motor.min(), points.load.min()])
@@ -172,8 +173,9 @@ def fit_model(
     for step in range(steps):
         columns = columns_of(points, effects, zeros)
         target = np.log((points.motor - zeros[0]) / (points.load - zeros[1]))
-        if fits_offsets:  # the target is linear in the offsets about the values of the last step
-            target = target + columns[base] * zeros[0] + columns[base + 1] * zeros[1]
+        for cell, place in enumerate(places):
+            if place is not None:  # the target is linear in an offset about its last value
+                target = target + columns[place] * zeros[cell]
         zero_errors = [1.0 / points.motor, -1.0 / points.load]
         products = CrossProducts.of([*columns, target, *zero_errors], points, kappa)
         if step in {0, 3}:  # the ratio of variances changes little from step to step
@@ -184,13 +186,16 @@ def fit_model(
         values, inverse, cost = _posterior(line, gram, tau)
         if fits_offsets:
             before = zeros
-            zeros = np.clip(values[base : base + 2], -limit, limit)
+            fitted = [0.0 if place is None else values[place] for place in places]
+            zeros = np.clip(fitted, -limit, limit)
+            tau = np.maximum(tau, np.abs(values[base:]))
             if step > 3 and np.all(np.abs(zeros - before) <= 1e-9 * limit):
                 break
     slopes = inverse[0] @ gram[:unknown, unknown + 1 :]
     cost += 2.0 * sum(STRICT.get(name, 0.0) for name in effects)
     if base == 2:
         cost += (float(values[1]) / _GAIN) ** 2
+    unfitted = [place is None for place in places]
     return EffectModel(
         effects=effects,
         values=values,
@@ -198,7 +203,7 @@ def fit_model(
         evidence=line.loglik * min(1.0, _ENOUGH / strokes) - 0.5 * cost,
         residual=target - np.column_stack(columns) @ values,
         free=strokes - base if strokes > base else max(len(target) - unknown, 1),
-        zero=(0.0, 0.0) if fits_offsets else (float(slopes[0]), float(slopes[1])),
+        zero=(float(slopes[0]) * unfitted[0], float(slopes[1]) * unfitted[1]),
     )
 
 

@@ -20,6 +20,9 @@ _SHOWN = 0.5
 """Probability above which the readings show an effect."""
 _OPEN = 0.05
 """Probability below which an effect is absent; between the two it is open."""
+_REFUTED = 7.0
+"""Log odds from which the readings refute an explanation, one in a thousand: they repeat their
+departure from the formula, and smaller odds come about by that."""
 _MATTERS = 0.02
 """Share of μ from which something is a warning."""
 _NOTED = 0.005
@@ -75,6 +78,7 @@ class Remarks:
         self.notes = [*fit.notes]
         self.warnings = [*fit.warnings]
         self._check_effects()
+        self._check_which_cell()
         self._check_drift()
         self._check_zeros()
         self._check_gains()
@@ -136,6 +140,29 @@ class Remarks:
             return unknown
         return Check(effect, (value + delay) / scale, error / abs(scale), unit, is_shown, moves)
 
+    def _check_which_cell(self) -> None:
+        """Warn if the readings show a zero error, but not in which cell, and μ depends on that.
+
+        Explanations count that the readings do not refute.
+        """
+        average = self.result.average
+        if not set(OFFSETS).intersection(average.best.effects):
+            return
+        likely = average.best.evidence - _REFUTED
+        rivals = [
+            model.friction
+            for model in average.models
+            if set(OFFSETS).intersection(model.effects) and model.evidence > likely
+        ]
+        low, high = self.fit.uncertainty.interval_95
+        if low <= min(rivals) and max(rivals) <= high:
+            return
+        self.warnings.append(
+            f"the readings show a zero error, but hardly in which cell: {self.mu} may be from"
+            f" {min(rivals):.3g} to {max(rivals):.3g};"
+            " state what the cells read without load (--zero-motor, --zero-load)"
+        )
+
     def _check_drift(self) -> None:
         """Test if strokes change along the file, which is never fitted."""
         from scipy.special import stdtr
@@ -183,7 +210,7 @@ class Remarks:
         models = self.result.average.models
         points = self.points
         unit = self.fit.unit
-        is_fitted = any(OFFSETS[0] in model.effects for model in models)
+        is_fitted = any(set(OFFSETS).intersection(model.effects) for model in models)
         if is_fitted or self.zero_given or not points.both_ways:
             return
         # Without a unit, 1 % of the force takes the place of 1 N.

@@ -31,11 +31,12 @@ import numpy.typing as npt
 
 from tendon_cli.kernel.native import Columns, Native
 from tendon_cli.model import window
-from tendon_cli.model.actuator import SIDES, State
+from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import SHARES, Bounds, bounded_forms
 from tendon_cli.model.extremes import Extremes, fold
 from tendon_cli.model.forms import is_nothing
 from tendon_cli.model.kinematics import Array, Real
+from tendon_cli.quantities import SIDES
 
 NO_COMPILED_VARIABLE = "TENDON_NO_COMPILED"
 """Environment variable that, if it is set to anything, makes NumPy do all of the work."""

@@ -144,26 +144,30 @@ typedef struct {
     long index[MOST_AXES];
 } Walk;
 
-/* Go to the next line of angles and move the arrays of the given indices along. Of the axes before
- * the angle, the last is the fastest. Returns zero after the last line, then back at the first. */
-static inline int next_line(Walk *walk, Array *arrays, const int *moving, int count) {
+/* Go to the next line of angles. Of the axes before the angle, the last is the fastest. Returns the
+ * axis along which the walk went on, all faster ones being back at their start; -1 after the last
+ * line, then all are. */
+static inline long next_line(Walk *walk) {
     for (long axis = walk->axes - 2; axis >= 0; axis--) {
         if (walk->length[axis] == 1) {
             continue;
         }
         walk->index[axis]++;
-        int is_inside = walk->index[axis] < walk->length[axis];
-        long move = is_inside ? 1 : 1 - walk->length[axis];
-        for (int k = 0; k < count; k++) {
-            Array *array = &arrays[moving[k]];
-            array->value += move * array->step[axis];
-        }
-        if (is_inside) {
-            return 1;
+        if (walk->index[axis] < walk->length[axis]) {
+            return axis;
         }
         walk->index[axis] = 0;
     }
-    return 0;
+    return -1;
+}
+
+/* Return the bytes by which an array moves when a walk goes on along an axis. */
+static inline long move_along(const Array *array, const Walk *walk, long axis) {
+    long move = array->step[axis];
+    for (long faster = axis + 1; faster <= walk->axes - 2; faster++) {
+        move -= (walk->length[faster] - 1) * array->step[faster];
+    }
+    return move;
 }
 
 /* Go from the first line of angles to the line of a number. */

@@ -13,7 +13,7 @@ typedef struct {
     int is_plain;                 /* true if the drives of all designs are plain */
     long angle_step[INPUT_COUNT]; /* of an input from an angle to the next, bytes */
     int is_contiguous;            /* true if the results of neighbouring lanes are adjacent */
-    long count; /* of designs; the remaining lanes repeat the first one, without results */
+    long count; /* of designs; the remaining lanes repeat the last one, without results */
 } Batch;
 
 /* Indices of some inputs and results, ascending. */
@@ -22,12 +22,12 @@ typedef struct {
     int index[LIMITED_COUNT + EXTREME_COUNT];
 } Indices;
 
-/* Inputs and results that change between designs, inputs that change between directions, and all
- * that change between either. Everything else is loaded once. */
+/* Inputs and results that change between designs or directions; everything else is loaded once. */
 typedef struct {
-    Indices by_design;
-    Indices by_direction;
+    Indices by_direction; /* inputs that change between directions */
     Indices either;
+    char *value[LIMITED_COUNT + EXTREME_COUNT]; /* of each at the next design */
+    long move[LIMITED_COUNT + EXTREME_COUNT][MOST_AXES]; /* of each along an axis, bytes */
 } Changing;
 
 /* Add an index. */
@@ -37,29 +37,26 @@ static void append(Indices *indices, int index) {
 }
 
 /* Set up a batch at the first design and find out which arrays change. */
-static Changing begin_batches(Batch *b, const Walk *walk, const Array *arrays, int inputs,
-                              int results) {
-    Changing changing;
+static void begin_batches(Batch *b, Changing *changing, const Walk *walk, const Array *arrays,
+                          int inputs, int results) {
     long angle = walk->axes - 1;
     long direction = walk->axes - 2;
-    changing.by_design.count = 0;
-    changing.by_direction.count = 0;
-    changing.either.count = 0;
+    changing->by_direction.count = 0;
+    changing->either.count = 0;
     for (int i = 0; i < inputs + results; i++) {
         int by_design = 0;
         for (long axis = 0; axis < direction; axis++) {
             by_design |= arrays[i].step[axis] && walk->length[axis] > 1;
+            changing->move[i][axis] = move_along(&arrays[i], walk, axis);
         }
         int by_direction = i < inputs && arrays[i].step[direction];
-        if (by_design) {
-            append(&changing.by_design, i);
-        }
         if (by_direction) {
-            append(&changing.by_direction, i);
+            append(&changing->by_direction, i);
         }
         if (by_design || by_direction) {
-            append(&changing.either, i);
+            append(&changing->either, i);
         }
+        changing->value[i] = arrays[i].value;
         for (int lane = 0; lane < LANES; lane++) {
             b->value[i][lane] = arrays[i].value;
         }
@@ -70,21 +67,38 @@ static Changing begin_batches(Batch *b, const Walk *walk, const Array *arrays, i
             b->angle_step[i] = arrays[i].step[angle];
         }
     }
-    return changing;
 }
 
-/* Find out what the lanes of a batch have in common. */
-static void compare_lanes(Batch *b, const Indices *by_design, int inputs) {
+/* Fill a batch with the next designs of a walk, which leaves out direction and angle, and find out
+ * what the lanes have in common. Returns zero if these are the last designs. */
+static int next_batch(Batch *b, Changing *changing, Walk *walk, int inputs) {
+    long axis[LANES]; /* along which the walk goes on after each lane; -1 if it does not */
+    int has_more = 1;
+    b->count = 0;
+    for (int lane = 0; lane < LANES; lane++) {
+        axis[lane] = -1;
+        if (has_more) {
+            b->count++;
+            axis[lane] = next_line(walk);
+            has_more = axis[lane] >= 0;
+        }
+    }
+    const Indices *either = &changing->either;
     b->shares_angles = 1;
-    b->is_contiguous = by_design->count && by_design->index[by_design->count - 1] >= inputs;
-    for (int k = 0; k < by_design->count; k++) {
-        int i = by_design->index[k];
+    b->is_contiguous = either->count && either->index[either->count - 1] >= inputs;
+    for (int k = 0; k < either->count; k++) {
+        int i = either->index[k];
+        char *first = changing->value[i];
+        char *value = first;
         int is_shared = 1;
         int is_contiguous = 1;
-        for (int lane = 1; lane < LANES; lane++) {
-            is_shared &= b->value[i][lane] == b->value[i][0];
-            is_contiguous &= b->value[i][lane] == b->value[i][0] + 8 * lane;
+        for (int lane = 0; lane < LANES; lane++) {
+            b->value[i][lane] = value;
+            is_shared &= value == first;
+            is_contiguous &= value == first + 8 * lane;
+            value += axis[lane] >= 0 ? changing->move[i][axis[lane]] : 0;
         }
+        changing->value[i] = value;
         if (i >= inputs) {
             b->is_contiguous &= is_contiguous;
         } else {
@@ -94,26 +108,6 @@ static void compare_lanes(Batch *b, const Indices *by_design, int inputs) {
             b->shares_angles &= is_shared;
         }
     }
-}
-
-/* Fill a batch with the designs at the current place of a walk, and move on. The walk leaves out
- * direction and angle. Returns zero if these are the last designs. */
-static int next_batch(Batch *b, Walk *walk, Array *arrays, const Changing *changing, int inputs) {
-    int has_more = 1;
-    b->count = 0;
-    const Indices *by_design = &changing->by_design;
-    const Indices *either = &changing->either;
-    for (int lane = 0; lane < LANES; lane++) {
-        for (int k = 0; k < either->count; k++) {
-            int i = either->index[k];
-            b->value[i][lane] = arrays[i].value;
-        }
-        if (has_more) {
-            b->count++;
-            has_more = next_line(walk, arrays, by_design->index, by_design->count);
-        }
-    }
-    compare_lanes(b, by_design, inputs);
     return has_more;
 }
 
@@ -139,15 +133,15 @@ INLINE Lanes load_input(const Batch *b, int input, long offset) {
     return values;
 }
 
-/* Load the inputs at an angle that depend on it in any joint. */
-INLINE void load_angle(const Batch *b, Lanes *in, long angle) {
-    if (b->shares_angles) {
-        for (int i = IN_pulling_arm; i < IN_gravity_moment; i++) {
-            in[i] = all_lanes(*(const double *)(b->value[i][0] + angle * b->angle_step[i]));
-        }
-    } else {
-        for (int i = IN_pulling_arm; i < IN_gravity_moment; i++) {
-            in[i] = load_input(b, i, angle * b->angle_step[i]);
+/* Load the inputs at an angle that depend on it in any joint. `is_shared` is a constant, true if
+ * the lanes share them. */
+INLINE void load_angle(const Batch *b, Lanes *in, long angle, int is_shared) {
+    for (int i = IN_pulling_arm; i < IN_gravity_moment; i++) {
+        long offset = angle * b->angle_step[i];
+        if (is_shared) {
+            in[i] = all_lanes(*(const double *)(b->value[i][0] + offset));
+        } else {
+            in[i] = load_input(b, i, offset);
         }
     }
 }
@@ -175,7 +169,8 @@ INLINE void for_each_batch(Walk *walk, Array *arrays, int inputs, int results, B
     int is_constant = 1;
     long directions = walk->length[walk->axes - 2];
     walk->length[walk->axes - 2] = 1;
-    Changing changing = begin_batches(&b, walk, arrays, inputs, results);
+    Changing changing;
+    begin_batches(&b, &changing, walk, arrays, inputs, results);
     for (int i = IN_gravity_moment; i < INPUT_COUNT; i++) {
         is_constant &= !b.angle_step[i];
     }
@@ -183,7 +178,7 @@ INLINE void for_each_batch(Walk *walk, Array *arrays, int inputs, int results, B
         in[i] = load_input(&b, i, 0);
     }
     do {
-        has_more = next_batch(&b, walk, arrays, &changing, inputs);
+        has_more = next_batch(&b, &changing, walk, inputs);
         for (long direction = 0; direction < directions; direction++) {
             const Indices *changed = direction ? &changing.by_direction : &changing.either;
             for (int k = 0; k < changed->count && changed->index[k] < inputs; k++) {

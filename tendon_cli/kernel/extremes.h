@@ -26,6 +26,15 @@ typedef struct {
     Lanes longest_slack; /* largest slack length, m */
 } Extremes;
 
+/* Extremes over the same states of what scales along the sheath, and the smallest margin. */
+typedef struct {
+    Lanes low_x;     /* smallest tension of the flexor at either end, N */
+    Lanes low_y;     /* smallest tension of the extensor at either end, N */
+    Lanes high;      /* largest tension, N */
+    Lanes extension; /* largest extension of a spring, m */
+    Lanes margin;    /* smallest margin of pretension, N */
+} ScaledExtremes;
+
 /* Extremes over the same states that no pretension changes. */
 typedef struct {
     Lanes required;       /* largest pretension that a state requires, N */
@@ -54,8 +63,31 @@ INLINE Extremes no_extremes(void) {
     };
 }
 
-/* Add a state of each design. `any_slack` is zero if none of them can be slack. */
-INLINE void add_state(Extremes *e, const Lines *lines, const Drive *d, Lanes angle,
+/* Scaled extremes over no states. */
+INLINE ScaledExtremes no_scaled_extremes(void) {
+    Lanes high = all_lanes(INFINITY);
+    Lanes low = all_lanes(-INFINITY);
+    return (ScaledExtremes){
+        .low_x = high,
+        .low_y = high,
+        .high = low,
+        .extension = low,
+        .margin = high,
+    };
+}
+
+/* Load extremes over no states. */
+INLINE LoadExtremes no_load_extremes(void) {
+    return (LoadExtremes){
+        .required = all_lanes(-INFINITY),
+        .low_torque = all_lanes(INFINITY),
+        .high_torque = all_lanes(-INFINITY),
+        .no_equilibrium = all_lanes(0.0),
+    };
+}
+
+/* Add a state of each design and return it. `any_slack` is zero if none of them can be slack. */
+INLINE State add_state(Extremes *e, const Lines *lines, const Drive *d, Lanes angle,
                       Lanes pretension, int any_slack, int is_plain) {
     Lanes zero = all_lanes(0.0);
     Lanes unit = all_lanes(1.0);
@@ -74,28 +106,46 @@ INLINE void add_state(Extremes *e, const Lines *lines, const Drive *d, Lanes ang
         e->first_slack = pick(s.slack, smaller(angle, e->first_slack), e->first_slack);
         e->longest_slack = pick(s.slack, larger(slack_length, e->longest_slack), e->longest_slack);
     }
+    return s;
 }
 
-/* Add the states of each design at several angles. */
+/* Add the distal tensions of states between which tension scales alike, from `low` to `high` on
+ * either side, and a margin of pretension, N. `in` are the inputs of these states. */
+INLINE void add_scaled(ScaledExtremes *e, Lanes low_x, Lanes high_x, Lanes low_y, Lanes high_y,
+                       const Lanes *in, Lanes margin) {
+    Lanes capstan_x = in[IN_flexor_capstan];
+    Lanes capstan_y = in[IN_extensor_capstan];
+    Lanes max_x = larger(high_x, high_x / capstan_x);
+    Lanes max_y = larger(high_y, high_y / capstan_y);
+    Lanes extension_x = high_x * in[IN_flexor_spring];
+    Lanes extension_y = high_y * in[IN_extensor_spring];
+    e->low_x = smaller(smaller(low_x, low_x / capstan_x), e->low_x);
+    e->low_y = smaller(smaller(low_y, low_y / capstan_y), e->low_y);
+    e->high = larger(larger(max_x, max_y), e->high);
+    e->extension = larger(larger(extension_x, extension_y), e->extension);
+    e->margin = smaller(margin, e->margin);
+}
+
+/* Add the states of each design at several angles, with plain drives. */
 INLINE Extremes add_angles(Extremes e, const Lines *lines, const double *angle, long angles,
-                           const Drive *d, Lanes pretension, int any_slack, int is_plain) {
+                           const Drive *d, Lanes pretension, int any_slack) {
     for (long i = 0; i < angles; i++) {
-        add_state(&e, lines + i, d, all_lanes(angle[i]), pretension, any_slack, is_plain);
+        add_state(&e, lines + i, d, all_lanes(angle[i]), pretension, any_slack, 1);
     }
     return e;
 }
 
 /* Compute the lines at some angles and these angles, and add their loads. Returns the pretension
- * below which at least one of the states is slack. */
-static Lanes prepare_lines(Lines *lines, double *angle, LoadExtremes *loads,
+ * below which at least one of the states is slack. `is_plain` and `is_shared` are constants. */
+INLINE Lanes prepare_lines(Lines *lines, double *angle, LoadExtremes *loads,
                            const ExtremesCall *call, const Batch *b, const Drive *d, long first,
-                           long angles, int is_plain) {
+                           long angles, int is_plain, int is_shared) {
     Lanes limit = all_lanes(-INFINITY);
     Lanes in[IN_gravity_moment];
     long angle_step = call->angle->step[call->walk.axes - 1];
     for (long i = 0; i < angles; i++) {
         angle[i] = *(const double *)(call->angle->value + (first + i) * angle_step);
-        load_angle(b, in, first + i);
+        load_angle(b, in, first + i, is_shared);
         lines[i] = lines_at(d, in, is_plain);
         const Lines *l = &lines[i];
         limit = larger(l->limit, limit);
@@ -140,26 +190,18 @@ INLINE void accumulate(const Accumulators *to, int extreme, Combine *combine, La
     }
 }
 
-/* Add the extremes at one pretension to the accumulators of a batch. `lower_side` is the smaller
- * pretension of both sides, N, and `states` the number of states of each design. */
-INLINE void store_extremes(const Accumulators *to, const Extremes *e, const LoadExtremes *loads,
-                           const Drive *d, const Lanes *in, Lanes pretension, Lanes lower_side,
-                           long states) {
-    Lanes capstan_x = in[IN_flexor_capstan];
-    Lanes capstan_y = in[IN_extensor_capstan];
-    Lanes max_x = larger(e->high_x, e->high_x / capstan_x);
-    Lanes max_y = larger(e->high_y, e->high_y / capstan_y);
-    Lanes extension_x = e->high_x * in[IN_flexor_spring];
-    Lanes extension_y = e->high_y * in[IN_extensor_spring];
+/* Add the extremes at one pretension, over `states` states of each design, to the accumulators of a
+ * batch. */
+INLINE void store_extremes(const Accumulators *to, const Extremes *e, const ScaledExtremes *scaled,
+                           const LoadExtremes *loads, Mask unilateral, long states) {
     Mask any_taut = (double)states > e->slack + loads->no_equilibrium;
-    Lanes no_slack = pick(d->unilateral & any_taut, all_lanes(0.0), all_lanes(-INFINITY));
-    Lanes margin = smaller(lower_side, pretension - loads->required);
+    Lanes no_slack = pick(unilateral & any_taut, all_lanes(0.0), all_lanes(-INFINITY));
 
-    accumulate(to, EXTREME_min_flexor_tension, smaller, smaller(e->low_x, e->low_x / capstan_x));
-    accumulate(to, EXTREME_min_extensor_tension, smaller, smaller(e->low_y, e->low_y / capstan_y));
-    accumulate(to, EXTREME_max_tension, larger, larger(max_x, max_y));
+    accumulate(to, EXTREME_min_flexor_tension, smaller, scaled->low_x);
+    accumulate(to, EXTREME_min_extensor_tension, smaller, scaled->low_y);
+    accumulate(to, EXTREME_max_tension, larger, scaled->high);
     accumulate(to, EXTREME_max_extensor_distal, larger, e->high_y);
-    accumulate(to, EXTREME_max_spring_extension, larger, larger(extension_x, extension_y));
+    accumulate(to, EXTREME_max_spring_extension, larger, scaled->extension);
     accumulate(to, EXTREME_max_slack, larger, larger(no_slack, e->longest_slack));
     accumulate(to, EXTREME_lowest_elbow_torque, smaller, loads->low_torque);
     accumulate(to, EXTREME_highest_elbow_torque, larger, loads->high_torque);
@@ -168,70 +210,94 @@ INLINE void store_extremes(const Accumulators *to, const Extremes *e, const Load
     accumulate(to, EXTREME_min_elbow_stiffness, smaller, e->stiffness);
     accumulate(to, EXTREME_first_slack_angle, smaller, e->first_slack);
     accumulate(to, EXTREME_required_pretension, larger, loads->required);
-    accumulate(to, EXTREME_margin, smaller, margin);
+    accumulate(to, EXTREME_margin, smaller, scaled->margin);
     accumulate(to, EXTREME_slack, sum, e->slack);
     accumulate(to, EXTREME_unstable, sum, e->unstable);
     accumulate(to, EXTREME_no_equilibrium, sum, loads->no_equilibrium);
 }
 
-/* Fold angles `start` to `stop` of a batch in one direction, at `count` pretensions from `first`
- * on. `step` has the bytes from one pretension to the next in each array. */
-INLINE void fold_pretensions(const ExtremesCall *call, const Batch *b, const long *step,
-                             const Lanes *in, const Drive *d, long first, long count, long start,
-                             long stop, int is_plain) {
+/* Load the pretension of one side, N, which is `place` pretensions after the first. */
+INLINE Lanes load_pretension(const Batch *b, const long *step, int input, long place) {
+    return load_input(b, input, place * step[input]);
+}
+
+/* Fold all angles of a batch whose drives are plain, in one direction and at `count` pretensions
+ * from `first` on. `step` has the bytes from one pretension to the next in each array. */
+static void fold_plain(const ExtremesCall *call, const Batch *b, const long *step, const Lanes *in,
+                       const Drive *d, long first, long count) {
     Lines lines[ANGLES_AT_ONCE];
     double angle[ANGLES_AT_ONCE];
     Extremes extremes[PRETENSIONS_AT_ONCE];
     Lanes pretension[PRETENSIONS_AT_ONCE];
     Lanes lower_side[PRETENSIONS_AT_ONCE];
-    LoadExtremes loads = {
-        .required = all_lanes(-INFINITY),
-        .low_torque = all_lanes(INFINITY),
-        .high_torque = all_lanes(-INFINITY),
-        .no_equilibrium = all_lanes(0.0),
-    };
+    LoadExtremes loads = no_load_extremes();
+    long states = call->walk.length[call->walk.axes - 1];
     for (long p = 0; p < count; p++) {
-        long place = first + p;
-        Lanes x = load_input(b, IN_flexor_pretension, place * step[IN_flexor_pretension]);
-        Lanes y = load_input(b, IN_extensor_pretension, place * step[IN_extensor_pretension]);
+        Lanes x = load_pretension(b, step, IN_flexor_pretension, first + p);
+        Lanes y = load_pretension(b, step, IN_extensor_pretension, first + p);
         extremes[p] = no_extremes();
         pretension[p] = common_pretension(d, x, y);
         lower_side[p] = smaller(x, y);
     }
-    for (long from = start; from < stop; from += ANGLES_AT_ONCE) {
-        long angles = stop - from < ANGLES_AT_ONCE ? stop - from : ANGLES_AT_ONCE;
-        Lanes limit = prepare_lines(lines, angle, &loads, call, b, d, from, angles, is_plain);
+    for (long from = 0; from < states; from += ANGLES_AT_ONCE) {
+        long angles = states - from < ANGLES_AT_ONCE ? states - from : ANGLES_AT_ONCE;
+        Lanes limit;
+        if (b->shares_angles) {
+            limit = prepare_lines(lines, angle, &loads, call, b, d, from, angles, 1, 1);
+        } else {
+            limit = prepare_lines(lines, angle, &loads, call, b, d, from, angles, 1, 0);
+        }
         for (long p = 0; p < count; p++) {
             Lanes at = pretension[p];
             if (any(at < limit)) {
-                extremes[p] = add_angles(extremes[p], lines, angle, angles, d, at, 1, is_plain);
+                extremes[p] = add_angles(extremes[p], lines, angle, angles, d, at, 1);
             } else {
-                extremes[p] = add_angles(extremes[p], lines, angle, angles, d, at, 0, is_plain);
+                extremes[p] = add_angles(extremes[p], lines, angle, angles, d, at, 0);
             }
         }
     }
     for (long p = 0; p < count; p++) {
         Accumulators to = {b, step, first + p};
-        store_extremes(&to, &extremes[p], &loads, d, in, pretension[p], lower_side[p],
-                       stop - start);
+        const Extremes *e = &extremes[p];
+        ScaledExtremes scaled = no_scaled_extremes();
+        Lanes margin = smaller(lower_side[p], pretension[p] - loads.required);
+        add_scaled(&scaled, e->low_x, e->high_x, e->low_y, e->high_y, in, margin);
+        store_extremes(&to, e, &scaled, &loads, d->unilateral, states);
     }
 }
 
-/* Fold all angles of a batch whose drives are plain. */
-static void fold_plain(const ExtremesCall *call, const Batch *b, const long *step, const Lanes *in,
-                       const Drive *d, long first, long count) {
-    long angles = call->walk.length[call->walk.axes - 1];
-    fold_pretensions(call, b, step, in, d, first, count, 0, angles, 1);
-}
-
-/* Fold each angle by itself, because tension scales differently along a sheath at each. */
-static void fold_each_angle(const ExtremesCall *call, const Batch *b, const long *step, long first,
-                            long count) {
+/* Fold a batch as `fold_plain` does, each angle with drives of its own, because tension scales
+ * differently along a sheath at each. */
+static void fold_each_angle(const ExtremesCall *call, const Batch *b, const long *step,
+                            const Drive *d, long first, long count) {
+    Extremes extremes[PRETENSIONS_AT_ONCE];
+    ScaledExtremes scaled[PRETENSIONS_AT_ONCE];
+    LoadExtremes loads = no_load_extremes();
     Lanes in[INPUT_COUNT];
-    long angles = call->walk.length[call->walk.axes - 1];
-    for (long angle = 0; angle < angles; angle++) {
-        Drive d = load_drive(b, in, angle);
-        fold_pretensions(call, b, step, in, &d, first, count, angle, angle + 1, 0);
+    long states = call->walk.length[call->walk.axes - 1];
+    for (long p = 0; p < count; p++) {
+        extremes[p] = no_extremes();
+        scaled[p] = no_scaled_extremes();
+    }
+    for (long i = 0; i < states; i++) {
+        Lines lines;
+        double angle;
+        Drive own = load_drive(b, in, i);
+        Lanes limit = prepare_lines(&lines, &angle, &loads, call, b, &own, i, 1, 0, 0);
+        Lanes required = larger(lines.required, all_lanes(-INFINITY));
+        for (long p = 0; p < count; p++) {
+            Lanes x = load_pretension(b, step, IN_flexor_pretension, first + p);
+            Lanes y = load_pretension(b, step, IN_extensor_pretension, first + p);
+            Lanes at = common_pretension(&own, x, y);
+            Lanes margin = smaller(smaller(x, y), at - required);
+            int any_slack = any(at < limit);
+            State s = add_state(&extremes[p], &lines, &own, all_lanes(angle), at, any_slack, 0);
+            add_scaled(&scaled[p], s.x, s.x, s.y, s.y, in, margin);
+        }
+    }
+    for (long p = 0; p < count; p++) {
+        Accumulators to = {b, step, first + p};
+        store_extremes(&to, &extremes[p], &scaled[p], &loads, d->unilateral, states);
     }
 }
 
@@ -253,7 +319,7 @@ INLINE void fold_run(void *context, const Batch *b, const Lanes *in, const Drive
         if (b->is_plain) {
             fold_plain(run->call, b, run->step, in, d, first, count);
         } else {
-            fold_each_angle(run->call, b, run->step, first, count);
+            fold_each_angle(run->call, b, run->step, d, first, count);
         }
     }
 }

@@ -165,7 +165,11 @@ static void write_rows(RowsCall *call) {
         long rest = call->count - done;
         long angles = rest < length - angle ? rest : length - angle;
         write_line(call, angle, angles, done);
-        next_line(&call->walk, call->arrays, moving, moving_count);
+        long axis = next_line(&call->walk);
+        for (int k = 0; k < moving_count && axis >= 0; k++) {
+            Array *array = &call->arrays[moving[k]];
+            array->value += move_along(array, &call->walk, axis);
+        }
         done += angles;
         angle = 0;
     }

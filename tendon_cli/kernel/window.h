@@ -146,11 +146,12 @@ INLINE ActiveBounds active_bounds(const WindowCall *call, const Lanes *in, int i
     return active;
 }
 
-/* Fold all angles of a batch in one direction; `first` is the number of its first state. `is_plain`
- * and `has_moving` are constants, and so is `forms` if it is zero. */
+/* Fold all angles of a batch in one direction; `first` is the number of its first state.
+ * `has_moving`, `is_plain` and `is_shared` (`load_angle`) are constants, and so is `forms` if it is
+ * zero. */
 INLINE void fold_angles(Ends *ends, const WindowCall *call, const Batch *b, const Lanes *in,
                         const Drive *d, const ActiveBounds *active, double first, int forms,
-                        int has_moving, int is_plain) {
+                        int has_moving, int is_plain, int is_shared) {
     long axis = call->walk.axes - 1;
     Lanes bounds[LIMITED_COUNT];
     Lanes angle_inputs[IN_gravity_moment];
@@ -170,7 +171,7 @@ INLINE void fold_angles(Ends *ends, const WindowCall *call, const Batch *b, cons
         }
         const Lanes *current = has_moving ? bounds : in;
         if (is_plain) {
-            load_angle(b, angle_inputs, angle);
+            load_angle(b, angle_inputs, angle, is_shared);
             Lines l = lines_at(d, angle_inputs, 1);
             add_lines(ends, &l, current, active, forms, d, state, 1);
         } else {
@@ -197,11 +198,13 @@ INLINE void fold_windows(void *context, const Batch *b, const Lanes *in, const D
         .blocked = all_lanes(INFINITY),
     };
     if (!b->is_plain || active.moving_count) {
-        fold_angles(&ends, call, b, in, d, &active, first, forms, 1, 0);
+        fold_angles(&ends, call, b, in, d, &active, first, forms, 1, 0, 0);
+    } else if (!b->shares_angles) {
+        fold_angles(&ends, call, b, in, d, &active, first, forms, 0, 1, 0);
     } else if (forms) {
-        fold_angles(&ends, call, b, in, d, &active, first, forms, 0, 1);
+        fold_angles(&ends, call, b, in, d, &active, first, forms, 0, 1, 1);
     } else {
-        fold_angles(&ends, call, b, in, d, &active, first, 0, 0, 1);
+        fold_angles(&ends, call, b, in, d, &active, first, 0, 0, 1, 1);
     }
     char *const(*window)[LANES] = b->value + inputs;
     store_ends(window[END_low], window[END_low_state], b->count, ends.low, ends.low_state, 1.0);

@@ -18,9 +18,7 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flag, Flags, Real, Travels
 from tendon_cli.model.sheath import Sheathed, sheaths_of
 from tendon_cli.model.statics import Balance, Coupling, Response, Status, respond
-from tendon_cli.quantities import OF_STATES, QUANTITIES
-
-SIDES = ("flexor", "extensor")
+from tendon_cli.quantities import OF_STATES, QUANTITIES, SIDES
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,18 +196,19 @@ class State:
         return self._slack_length(self.balance.extensor_slack)
 
     @property
-    def longest_slack(self) -> Array:
-        """Length of the loose path on the side that is slack, 0 if neither is, m."""
-        return self._slack_length(self.balance.is_slack)
-
-    def _slack_length(self, is_slack: Flags) -> Array:
-        """Return the length of the loose path where slack, m: 0 where taut, NaN if undetermined."""
+    def loose_length(self) -> Array:
+        """Length of the loose path where a side is slack, m; NaN if undetermined."""
         unilateral = np.asarray(self.design.unilateral)
         flexor_per_path = 1.0 / np.asarray(self.design.ratio)  # the path counts as the extensor's
         per_path = np.where(self.coupling.elbow_torque < 0.0, flexor_per_path, 1.0)
         per_path = np.where(unilateral & ~self.response.idle, per_path, np.nan)
+        return np.asarray(self.balance.path * per_path)
+
+    def _slack_length(self, is_slack: Flags) -> Array:
+        """Return the length of the loose path where slack, m: 0 where taut, NaN if undetermined."""
+        unilateral = np.asarray(self.design.unilateral)
         taut = np.where(unilateral & ~np.isnan(self.coupling.moment_arm), 0.0, np.nan)
-        return np.where(is_slack, self.balance.path * per_path, taut)
+        return np.where(is_slack, self.loose_length, taut)
 
     @property
     def elbow_torque(self) -> Array:
@@ -220,7 +219,8 @@ class State:
     def motor_torque(self) -> Array:
         """Motor torque τ_m (Eq. 17), N m."""
         flexor_arm, extensor_arm = self.motor_arms
-        return np.asarray(self.balance.flexor * flexor_arm - self.balance.extensor * extensor_arm)
+        torque = np.asarray(self.balance.flexor * flexor_arm)
+        return np.asarray(np.subtract(torque, self.balance.extensor * extensor_arm, out=torque))
 
     @property
     def elbow_stiffness(self) -> Array:

@@ -7,6 +7,7 @@ rounded, as in the rows of states, so that the columns are the extremes of the r
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 
 import numpy as np
@@ -16,7 +17,8 @@ from tendon_cli.model.design import F0, Design
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import LIMITS, contact_pressure
 from tendon_cli.model.setting import Reading
-from tendon_cli.model.statics import SLACK_TOLERANCE
+from tendon_cli.model.sheath import Sheathed
+from tendon_cli.model.statics import SLACK_TOLERANCE, Balance
 from tendon_cli.quantities import OF_DESIGNS, QUANTITIES
 
 Extremes = dict[str, Array]
@@ -72,39 +74,110 @@ def fold(folded: Extremes, at: State, elbow_angle: Array) -> None:
             `folded`.
         elbow_angle: The elbow angles, rad.
     """
-    x = at.balance.flexor
-    y = at.balance.extensor
-    slack = at.balance.is_slack
-    proximal_x = at.flexor_tension_proximal
-    proximal_y = at.extensor_tension_proximal
+    motor_torque = at.motor_torque
     stiffness = at.elbow_stiffness
     lower_pretension = np.minimum(at.design.flexor.pretension, at.design.extensor.pretension)
-    columns = {
-        "min_flexor_tension": np.fmin(x, proximal_x),
-        "min_extensor_tension": np.fmin(y, proximal_y),
-        "max_tension": np.fmax(np.fmax(x, proximal_x), np.fmax(y, proximal_y)),
-        "max_extensor_distal": y,
-        "max_spring_extension": np.fmax(x * at.flexor.spring, y * at.extensor.spring),
+    columns = _tension_columns(at) | {
         "lowest_elbow_torque": at.elbow_torque,
         "highest_elbow_torque": at.elbow_torque,
-        "lowest_motor_torque": at.motor_torque,
-        "highest_motor_torque": at.motor_torque,
+        "lowest_motor_torque": motor_torque,
+        "highest_motor_torque": motor_torque,
         "min_elbow_stiffness": stiffness,
-        "max_slack": at.longest_slack,
         "required_pretension": at.response.required,
-        "margin": np.fmin(at.balance.margin, lower_pretension),
-        "first_slack_angle": np.where(slack, elbow_angle, np.inf),
-        "slack": slack,
+        "margin": np.fmin(_smallest_margin(at.balance), lower_pretension),
         "unstable": stiffness < 0.0,
         "no_equilibrium": np.isnan(at.coupling.moment_arm),
     }
     motion_shape = np.broadcast_shapes(at.flexor.capstan.shape, np.shape(elbow_angle))[-2:]
+    of_designs = {}
     for name, column in columns.items():
-        reduction = _reduction(name)
-        values = np.atleast_2d(column)  # not yet broadcast: most columns vary along few axes
-        over_motion = np.broadcast_to(values, (*values.shape[:-2], *motion_shape))
-        extreme = reduction.reduce(over_motion, axis=(-2, -1))
-        reduction(folded[name], extreme, out=folded[name])
+        values = np.atleast_2d(column)  # not broadcast: most columns vary along few axes
+        if name in COUNTS:
+            values = np.broadcast_to(values, (*values.shape[:-2], *motion_shape))
+        of_designs[name] = _reduction(name).reduce(values, axis=(-2, -1))
+    of_designs |= _slack_columns(at, elbow_angle, of_designs["no_equilibrium"])
+    for name, values in of_designs.items():
+        _reduction(name)(folded[name], values, out=folded[name])
+
+
+def _tension_columns(at: State) -> dict[str, Array]:
+    """Return the columns of `fold` on tensions and on the springs, which follow them."""
+    low_x, high_x = _extreme_tensions(at.balance.flexor, at.flexor)
+    low_y, high_y = _extreme_tensions(at.balance.extensor, at.extensor)
+    capstan_x = at.flexor.capstan
+    capstan_y = at.extensor.capstan
+    max_x = np.fmax(high_x, high_x / capstan_x)
+    max_y = np.fmax(high_y, high_y / capstan_y)
+    return {
+        "min_flexor_tension": np.fmin(low_x, low_x / capstan_x),
+        "min_extensor_tension": np.fmin(low_y, low_y / capstan_y),
+        "max_tension": np.fmax(max_x, max_y),
+        "max_extensor_distal": high_y,
+        "max_spring_extension": np.fmax(high_x * at.flexor.spring, high_y * at.extensor.spring),
+    }
+
+
+def _extreme_tensions(tension: Array, sheath: Sheathed) -> tuple[Array, Array]:
+    """Return the smallest and the largest distal tension over the elbow angles, N.
+
+    If a tension scales alike along the sheath at all angles, the one at the motor has its extremes
+    in the same states, and so has the extension of the spring: rounding keeps order. Else all
+    tensions are returned, twice.
+    """
+    if any(np.shape(scale)[-1:] > (1,) for scale in (sheath.capstan, sheath.spring)):
+        return tension, tension
+    lowest = np.fmin.reduce(tension, axis=-1, keepdims=True)
+    highest = np.fmax.reduce(tension, axis=-1, keepdims=True)
+    return lowest, highest
+
+
+def _smallest_margin(balance: Balance) -> Array:
+    """Return the smallest margin of pretension over the elbow angles, N.
+
+    It is that of the largest required pretension, since rounding keeps order, unless the equivalent
+    pretension changes from angle to angle: then all margins are returned.
+    """
+    if np.shape(balance.pretension)[-1:] > (1,):
+        return balance.margin
+    required = np.fmax.reduce(np.atleast_1d(balance.response.required), axis=-1, keepdims=True)
+    return np.asarray(balance.pretension - required)
+
+
+def _slack_columns(at: State, elbow_angle: Array, no_equilibrium: Array) -> Extremes:
+    """Return the columns of `fold` on slack states, over designs.
+
+    Only designs with slack states are gone through.
+
+    Args:
+        at: States, as `fold` takes them.
+        elbow_angle: The elbow angles, rad.
+        no_equilibrium: Number of states without equilibrium, by design.
+    """
+    motion_shape = np.broadcast_shapes(at.flexor.capstan.shape, np.shape(elbow_angle))[-2:]
+    slack = np.broadcast_to(
+        at.balance.is_slack, np.broadcast_shapes(at.balance.is_slack.shape, motion_shape)
+    )
+    has_slack = slack.any(axis=(-2, -1))
+    slack_states = slack[has_slack]
+    angles = np.where(slack_states, elbow_angle, np.inf)
+    lengths = np.broadcast_to(at.loose_length, slack.shape)[has_slack]
+    lengths = np.where(slack_states, lengths, np.nan)
+
+    count = np.zeros(has_slack.shape)
+    first_angle = np.full(has_slack.shape, np.inf)
+    longest = np.full(has_slack.shape, np.nan)
+    count[has_slack] = np.add.reduce(slack_states, axis=(-2, -1))
+    first_angle[has_slack] = np.fmin.reduce(angles, axis=(-2, -1))
+    longest[has_slack] = np.fmax.reduce(lengths, axis=(-2, -1))
+
+    any_taut = math.prod(motion_shape) > count + no_equilibrium
+    unilateral = np.reshape(at.design.unilateral, np.shape(at.design.unilateral)[:-2])
+    taut_length = np.where(any_taut & unilateral, 0.0, np.nan)
+    return {
+        "slack": count,
+        "first_slack_angle": first_angle,
+        "max_slack": np.fmax(longest, taut_length),
+    }
 
 
 def _reduction(name: str) -> np.ufunc:
@@ -119,18 +192,20 @@ def _reduction(name: str) -> np.ufunc:
 def finish(folded: Extremes, states: int) -> Extremes:
     """Return the result columns of designs, from the extremes over all `states` of each.
 
-    Results are NaN where no state has one.
+    Results are NaN where no state has one. Minus zero becomes zero: which of the two is the
+    smallest depends on the order of the states.
     """
     is_unanswerable = folded["no_equilibrium"] > 0
     failing = folded["slack"] + folded["no_equilibrium"]
-    known = {
-        name: np.where(np.isinf(folded[name]), np.nan, folded[name])
-        for name in (*_SMALLEST, *_LARGEST)
-    }
+    known = {}
+    for name in (*_SMALLEST, *_LARGEST):
+        values = folded[name] + 0.0
+        known[name] = nan_where(np.isinf(values), values)
     required = np.maximum(0.0, known["required_pretension"])
     columns = {
         name: values for name, values in known.items() if not name.endswith(("_torque", "_distal"))
-    } | {
+    }
+    return columns | {
         "peak_elbow_torque": _larger_magnitude(
             known["lowest_elbow_torque"], known["highest_elbow_torque"]
         ),
@@ -139,11 +214,16 @@ def finish(folded: Extremes, states: int) -> Extremes:
         ),
         "slack_fraction": failing / states,
         "unstable_fraction": folded["unstable"] / states,
-        "required_pretension": np.where(is_unanswerable, np.nan, required),
-        "margin": np.where(is_unanswerable, np.nan, known["margin"]),
+        "required_pretension": nan_where(is_unanswerable, required),
+        "margin": nan_where(is_unanswerable, known["margin"]),
     }
-    # Minus zero becomes zero: which of the two is the smallest depends on the order of the states.
-    return {name: values + 0.0 for name, values in columns.items()}
+
+
+def nan_where(is_missing: Flags, values: Array) -> Array:
+    """Return values with NaN where they are missing; `np.where` takes several times as long."""
+    known = np.array(values)
+    np.copyto(known, np.nan, where=is_missing)
+    return known
 
 
 def as_read(columns: Extremes, design: Design) -> Extremes:
@@ -230,4 +310,6 @@ def over_states(at: State, shape: tuple[int, ...]) -> Extremes:
 
 def _larger_magnitude(lowest: Array, highest: Array) -> Array:
     """Return the value of larger magnitude, with its sign."""
-    return np.where(-lowest > highest, lowest, highest)
+    larger = np.array(highest)
+    np.copyto(larger, lowest, where=-lowest > highest)
+    return larger

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.model.kinematics import Array, Real
+from tendon_cli.model.statics import SLACK_TOLERANCE
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,6 +132,16 @@ class DesignLimit:
         if self.in_magnitude:
             return np.asarray(np.abs(values) - bound)
         return np.asarray(values - bound)
+
+    def room(self, values: Array, bound: float) -> Array:
+        """Return the room that values leave to a bound, negative where they break it.
+
+        It is in the unit of the bound, and 0 within rounding of it. NaN, where there is nothing to
+        compare, stays NaN.
+        """
+        room = -self.beyond(values, bound)
+        is_rounding = np.abs(room) <= SLACK_TOLERANCE * abs(bound)
+        return np.where(is_rounding, 0.0, room)
 
     def value(self, state: Any, speed: Real = np.nan) -> Array:
         """Return the quantity in states; if it has several forms, the worst of them.

@@ -20,6 +20,8 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 Real = float | Array
 Flags = npt.NDArray[np.bool_]
+Rows = npt.NDArray[np.int64]
+"""Indices of rows, of states or of conditions."""
 Flag = bool | Flags
 
 DEAD_CENTRE = 1e-9

@@ -16,14 +16,15 @@ from functools import cached_property
 
 import numpy as np
 
-from tendon_cli.model.actuator import SIDES, State, evaluate
+from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.bounds import Bounds
-from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array, Flags, Real
+from tendon_cli.model.design import Design, map_arrays
+from tendon_cli.model.kinematics import Array, Flags, Real, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
 from tendon_cli.model.motor import gauss_rule, motor_rates, select_points
 from tendon_cli.model.statics import SLACK_TOLERANCE
-from tendon_cli.model.window import Positions, Window
+from tendon_cli.model.window import Window
+from tendon_cli.quantities import SIDES
 
 _STEP = 100.0  # N; first step of the search for an upper end, where a window has none
 _DOUBLINGS = 16  # of that step, until some limit is broken
@@ -70,11 +71,15 @@ def narrow(
         bounds: Limits of the designs.
         loads: Least and largest load, kg; the motor's power is then the largest between.
     """
-    shape = windows.low.shape or (1,)
-    open_places = np.nonzero(windows.is_open.reshape(shape))
-    if not open_places[0].size or not bounds.of_motion:
+    if not windows.is_open.any() or not bounds.of_motion:
         return windows
-    columns = {name: np.array(values).reshape(shape) for name, values in vars(windows).items()}
+    # What changes no single state, such as the spool's radius, may change the motion of the spool.
+    designs = np.broadcast_shapes(windows.low.shape, _shape_of(design))
+    shape = designs or (1,)
+    columns = {
+        name: np.array(np.broadcast_to(values, shape)) for name, values in vars(windows).items()
+    }
+    open_places = np.nonzero(columns["low"] <= columns["high"])
     cut = Window(**{name: values[open_places] for name, values in columns.items()})
     open_designs = select_points(design, (*shape, 1, 1), open_places)
     motor = Motor(
@@ -93,7 +98,19 @@ def narrow(
         _cut_to_widest(cut, measures)
     for name, values in columns.items():
         values[open_places] = getattr(cut, name)
-    return Window(**{name: values.reshape(windows.low.shape) for name, values in columns.items()})
+    return Window(**{name: values.reshape(designs) for name, values in columns.items()})
+
+
+def _shape_of(design: Design) -> tuple[int, ...]:
+    """Return the shape of designs, without the axes of directions and angles."""
+    shapes: list[tuple[int, ...]] = []
+
+    def note(values: Array) -> Array:
+        shapes.append(values.shape[:-2])
+        return values
+
+    map_arrays(design, note)
+    return np.broadcast_shapes(*shapes)
 
 
 def motion_excess(
@@ -304,8 +321,8 @@ def _set_end(
     name: str,
     where: Flags,
     end: Array,
-    code: int | Positions,
-    state: int | Positions,
+    code: int | Rows,
+    state: int | Rows,
 ) -> None:
     """Give some of the windows another lower or upper end, in place.
 
@@ -367,7 +384,7 @@ def _is_broken(pretension: Array, measures: dict[int, Measure]) -> Flags:
     return np.asarray(np.any([measure(pretension) > 0.0 for measure in measures.values()], axis=0))
 
 
-def _edge(inside: Array, outside: Array, measures: dict[int, Measure]) -> tuple[Array, Positions]:
+def _edge(inside: Array, outside: Array, measures: dict[int, Measure]) -> tuple[Array, Rows]:
     """Bisect between two pretensions for the one at which the limits are just kept.
 
     Returns:
@@ -383,7 +400,7 @@ def _edge(inside: Array, outside: Array, measures: dict[int, Measure]) -> tuple[
     return inside, codes[beyond.argmax(axis=0)]
 
 
-def _close(windows: Window, code: int | Positions, where: Flags) -> None:
+def _close(windows: Window, code: int | Rows, where: Flags) -> None:
     """Empty some windows because of the limit `code`, in place."""
     where = where & ~np.isnan(windows.low)
     for ends, by in ((windows.low, windows.low_by), (windows.high, windows.high_by)):

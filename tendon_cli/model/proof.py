@@ -28,10 +28,9 @@ import numpy as np
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design, map_arrays
 from tendon_cli.model.enclosure import COMPUTED, ORDER, Series
-from tendon_cli.model.kinematics import AnyJoint, Array, Excursion, Flags, Spline
+from tendon_cli.model.kinematics import AnyJoint, Array, Excursion, Flags, Rows, Spline
 from tendon_cli.model.motor import select_points
 from tendon_cli.model.sheath import sheaths_of
-from tendon_cli.model.window import Positions
 
 FIRST_CELLS = 8
 """Cells of the angle that a proof begins with, besides those that end at knots."""
@@ -52,7 +51,7 @@ class Cells:
     All arrays have one entry per cell.
     """
 
-    row: Positions
+    row: Rows
     """Row of the design."""
     flexion: Flags
     """True in flexion, else extension."""
@@ -75,7 +74,7 @@ class Cells:
         """Select cells by index, slice or mask."""
         return Cells(**{name: values[which] for name, values in vars(self).items()})
 
-    def halved(self, along: Positions) -> Cells:
+    def halved(self, along: Rows) -> Cells:
         """Halve each cell along one of its variables, (cells,): 0 is the angle."""
         rows = np.arange(len(self))
         middle = self.middle[rows, along]
@@ -189,7 +188,7 @@ class _Verdict(NamedTuple):
     """True where all limits are kept in all of the cell."""
     is_broken: Flags
     """True where a limit is broken in the middle of the cell."""
-    along: Positions
+    along: Rows
     """Variable along which to halve the cell."""
 
 

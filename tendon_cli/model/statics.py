@@ -224,18 +224,23 @@ class Balance:
         return np.asarray(self.pretension - self.response.required)
 
     @cached_property
+    def _taut_margin(self) -> Array:
+        """v of `Response`, N."""
+        return np.asarray(np.maximum(self.margin, self.response.lowest))
+
+    @cached_property
     def flexor(self) -> Array:
         """x, distal flexor tension, N."""
-        response = self.response
-        v = np.maximum(self.margin, response.lowest)
-        return np.asarray(response.flexor_gain * v + response.flexor_floor)
+        tension = np.asarray(self.response.flexor_gain * self._taut_margin)
+        tension += self.response.flexor_floor  # in place: states are many
+        return tension
 
     @cached_property
     def extensor(self) -> Array:
         """y, distal extensor tension, N."""
-        response = self.response
-        v = np.maximum(self.margin, response.lowest)
-        return np.asarray(response.extensor_gain * v + response.extensor_floor)
+        tension = np.asarray(self.response.extensor_gain * self._taut_margin)
+        tension += self.response.extensor_floor
+        return tension
 
     @cached_property
     def flexor_slack(self) -> Flags:

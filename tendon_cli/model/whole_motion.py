@@ -13,10 +13,10 @@ import numpy as np
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds, bound_ends
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array, Flags
+from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.model.setting import reading_at
-from tendon_cli.model.window import Positions, ends_of_states, slack_codes
+from tendon_cli.model.window import ends_of_states, slack_codes
 
 ANGLES = 91
 """Angles of the grid over any motion, whatever angles a study lists."""
@@ -51,7 +51,7 @@ def with_edges(angles: Array) -> Array:
     return np.insert(angles, [1, angles.size - 1], edges, axis=1)
 
 
-def without_edges(state: Positions, angles: Array) -> Flags:
+def without_edges(state: Rows, angles: Array) -> Flags:
     """Renumber states among angles `with_edges` as those of the nearest grid angles, in place.
 
     Args:
@@ -111,7 +111,7 @@ def end_curves(
 
 def refine_ends(
     design: Design,
-    state: Positions,
+    state: Rows,
     value: Array,
     angles: Array,
     flexion: Flags,
@@ -119,7 +119,7 @@ def refine_ends(
     *,
     upper: bool,
     start: Array | None = None,
-) -> tuple[Array, Positions, Array]:
+) -> tuple[Array, Rows, Array]:
     """Return ends of windows over all angles, from ends over the angles of `angle_grid`.
 
     Args:

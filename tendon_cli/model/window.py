@@ -16,9 +16,9 @@ import numpy.typing as npt
 
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds, bound_ends
-from tendon_cli.model.design import Design
-from tendon_cli.model.extremes import Extremes
-from tendon_cli.model.kinematics import Array, Flags
+from tendon_cli.model.design import F0, Design
+from tendon_cli.model.extremes import Extremes, nan_where
+from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import (
     EXTENSOR_SLACK,
     FLEXOR_SLACK,
@@ -31,8 +31,6 @@ from tendon_cli.model.limits import (
 from tendon_cli.model.setting import pretension_of, reading_at
 from tendon_cli.model.statics import SLACK_TOLERANCE
 
-Positions = npt.NDArray[np.int64]
-"""Indices into an array, such as those of states among all states of a design."""
 Element = TypeVar("Element", bound=np.generic)
 
 
@@ -47,10 +45,10 @@ class Ends:
     """Smallest pretension of both sides, at least 0, N."""
     high: Array
     """Largest pretension, N; infinite if nothing bounds it."""
-    low_state: Positions
+    low_state: Rows
     """Index of the binding state among the design's states; where the ends are NaN, of the first
     state that no pretension satisfies; -1 if the limit belongs to no state."""
-    high_state: Positions
+    high_state: Rows
     """The same for the largest."""
     low_angle: Array
     """Elbow angle that binds, rad, if it differs from that of the state (`whole_motion`), else
@@ -130,7 +128,7 @@ def begin(shape: tuple[int, ...]) -> Extremes:
     return {name: np.full(shape, start) for name, start in starts.items()}
 
 
-def fold(folded: Extremes, at: State, bounds: Bounds, states: Positions) -> None:
+def fold(folded: Extremes, at: State, bounds: Bounds, states: Rows) -> None:
     """Tighten ends by more states, in place.
 
     Args:
@@ -169,22 +167,30 @@ def finish(folded: Extremes, design: Design, bounds: Bounds) -> Ends:
     """Return the ends, from the tightest over all states and from what holds for whole designs."""
     is_broken = _drop_state_axes(_broken_by_design(design, bounds)) != NOTHING
     ceiling = _drop_state_axes(_ceiling(design, bounds))
-    low = folded["low"]
-    high = folded["high"]
-    is_empty = np.isfinite(folded["blocked"]) | is_broken
+    low, high = pretensions(folded, design, bounds)
+    is_empty = np.isnan(low)
     blocked_state = np.where(is_broken, -1.0, folded["blocked"])
-    is_low_zero = ~(low > 0.0)
-    is_high_ceiling = (ceiling < high) | np.isinf(high)
+    is_low_zero = ~(folded["low"] > 0.0)
+    is_high_ceiling = (ceiling < folded["high"]) | np.isinf(folded["high"])
     low_state = np.where(is_low_zero, -1.0, folded["low_state"])
     high_state = np.where(is_high_ceiling, -1.0, folded["high_state"])
     return Ends(
-        low=np.where(is_empty, np.nan, np.maximum(low, 0.0)),
-        high=np.where(is_empty, np.nan, np.minimum(high, ceiling)),
+        low=low,
+        high=high,
         low_state=np.where(is_empty, blocked_state, low_state).astype(np.int64),
         high_state=np.where(is_empty, blocked_state, high_state).astype(np.int64),
         low_angle=np.full(low.shape, np.nan),
         high_angle=np.full(high.shape, np.nan),
     )
+
+
+def pretensions(folded: Extremes, design: Design, bounds: Bounds) -> tuple[Array, Array]:
+    """Return the smallest and the largest pretension of windows, as `Ends` has them, N."""
+    is_broken = _drop_state_axes(_broken_by_design(design, bounds)) != NOTHING
+    is_empty = np.isfinite(folded["blocked"]) | is_broken
+    low = np.maximum(folded["low"], 0.0)
+    high = np.minimum(folded["high"], _drop_state_axes(_ceiling(design, bounds)))
+    return nan_where(is_empty, low), nan_where(is_empty, high)
 
 
 def _ceiling(design: Design, bounds: Bounds) -> Array:
@@ -197,12 +203,15 @@ def _ceiling(design: Design, bounds: Bounds) -> Array:
 
 def as_read(ends: AnyEnds, design: Design) -> AnyEnds:
     """Return ends in the reading in which the design's pretension is given."""
+    return replace(ends, low=reading_of(ends.low, design), high=reading_of(ends.high, design))
 
-    def read(pretension: Array) -> Array:
-        return reading_at(design, pretension[..., np.newaxis, np.newaxis])[..., 0, 0]
 
+def reading_of(pretension: Array, design: Design) -> Array:
+    """Return pretensions of designs, N, in the reading in which the design's own is given, N."""
+    if design.read == F0:
+        return pretension
     with np.errstate(invalid="ignore"):
-        return replace(ends, low=read(ends.low), high=read(ends.high))
+        return reading_at(design, pretension[..., np.newaxis, np.newaxis])[..., 0, 0]
 
 
 def _broken_by_design(design: Design, bounds: Bounds) -> Codes:
@@ -236,7 +245,7 @@ def with_binding_limits(
     broken = _drop_state_axes(_broken_by_design(design, bounds))
     directions = np.broadcast_to(flexion, (len(flexion), elbow_angle.size))
 
-    def binding(state: Positions, beside: Array, *, upper: bool) -> Codes:
+    def binding(state: Rows, beside: Array, *, upper: bool) -> Codes:
         """Return the codes of the limits that bind in states, or at the angles `beside` them."""
         direction, place = np.divmod(np.maximum(state, 0), elbow_angle.size)
         angle = np.where(np.isnan(beside), elbow_angle.ravel()[place], beside)

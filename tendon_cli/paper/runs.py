@@ -12,8 +12,6 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from tendon_cli.answers.coverage import group_windows, share_served
-from tendon_cli.answers.problem import question_of
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.results import Run
 from tendon_cli.engine.run import RunOptions, run_task
@@ -21,12 +19,13 @@ from tendon_cli.engine.sweep import Sweep
 from tendon_cli.friction.fit_result import Fit
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.window import window as window_of
+from tendon_cli.quantities import SIDES
 from tendon_cli.studies.load import load_study, study_from
 from tendon_cli.studies.study import Study
-
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
+from tendon_cli.windows.question import question_of
+from tendon_cli.windows.solver import Solver
 
 FOLDER = Path(__file__).parent / "studies"
 """Folder of the paper's studies."""
@@ -53,8 +52,6 @@ VARIANTS = PLACES | {
     "fig11-10kg": ("fig11", "load.mass=10 kg"),
 }
 """Variants by name: a study, and the settings that a statement about the paper needs."""
-
-SIDES = ("flexor", "extensor")
 
 
 @dataclass(frozen=True)
@@ -238,9 +235,9 @@ def share_of_people(people: int, stiffness: float, ratio: float, loads: Array) -
         "load": {"mass": list(loads)},
     }
     all_loads = question_of(study_from(content))
-    windows = all_loads.windows({}, 1)
-    low, high = group_windows(windows.low, windows.high, all_loads.groups)
-    return float(share_served(low, high, all_loads.weighting).served[0])
+    ends = Solver(all_loads).ends(all_loads.all_points())
+    groups = all_loads.groups
+    return float(groups.coverage(*groups.windows(ends.low, ends.high)).served[0])
 
 
 def is_falling(values: npt.ArrayLike) -> bool:

@@ -14,15 +14,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.cube.axes import Ints, evenly_spaced, thin_axes
+from tendon_cli import say
+from tendon_cli.cube.axes import Ints, thin_axes
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Anchors, Array
-from tendon_cli.quantities import QUANTITIES
-from tendon_cli.space.axis import Axis
+from tendon_cli.quantities import QUANTITIES, SIDES
+from tendon_cli.space.axis import Axis, evenly_spaced
+from tendon_cli.studies.axis_words import name_words
 from tendon_cli.studies.study import Study
 from tendon_cli.units import UNITS
 
@@ -58,7 +60,7 @@ class PageAxis:
         about = _about(self.shown) | {"key": self.axis.key}
         values = self.axis.values[self.positions]
         if self.axis.is_text:
-            names = [str(value) for value in values]
+            names = [name_words(self.axis, str(value)) for value in values]
             return {**about, "values": None, "names": names, "is_log": False}
         if not np.isfinite(values).all():
             names = [self.shown.text(float(value)) for value in values]
@@ -143,7 +145,7 @@ def truths_record(columns: Mapping[str, ColumnArray]) -> list[dict[str, Any]]:
     return [
         {
             "name": name,
-            "label": name.replace("_", " "),
+            "label": say.spaced(name),
             "unit": "",
             "truth": True,
             "hidden": True,
@@ -343,7 +345,7 @@ def _groups(arm: int, condition: str, result: Curves) -> Iterable[dict[str, Any]
 def _line(column: str, values: Array) -> dict[str, Any]:
     """Return the curves of one column, in the colour of its side or else of the motor."""
     shown = ColumnLabel.of(column, QUANTITIES[column])
-    colour = next((side for side in ("flexor", "extensor") if side in column), "motor")
+    colour = next((side for side in SIDES if side in column), "motor")
     return {"label": shown.name, "colour": colour, "array": pack_numbers(shown.scaled(values))}
 
 

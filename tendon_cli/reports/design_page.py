@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
 
 from tendon_cli import say
-from tendon_cli.cube.axes import Ints, evenly_spaced
+from tendon_cli.answer_record import AnswerRecord, as_answer, value_of
+from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.choice_grid import conflicts_of, over_angle, position, pretension_name
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube, choices_of
 from tendon_cli.cube.labels import ColumnLabel
+from tendon_cli.engine.results import Result
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.reports import html
 from tendon_cli.reports.data import (
@@ -34,14 +35,12 @@ from tendon_cli.reports.data import (
     truths_record,
     within_size,
 )
-from tendon_cli.space.axis import PRETENSION
+from tendon_cli.space.axis import PRETENSION, evenly_spaced
 from tendon_cli.space.space import Space
-from tendon_cli.studies.load import recorded_study
+from tendon_cli.studies.axis_words import name_words
 from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import keys
-from tendon_cli.tables.named import CHOICES, open_choices
-from tendon_cli.tables.read import open_table
-from tendon_cli.tables.schema import as_numpy
+from tendon_cli.tables.schema import as_numpy, finite_or_none
 
 RESULTS = (
     "tolerance",
@@ -78,15 +77,11 @@ _WORDS = ("from_by", "to_by")
 """Columns of words: the limits that bound the window below and above."""
 
 
-def design_page(folder: Path, record: dict[str, Any]) -> str:
-    """Return the page of an answer.
-
-    Args:
-        folder: Folder of the answer.
-        record: Its record, as `verified_record` returns it.
-    """
-    table = open_choices(folder / CHOICES)
-    cube = choices_of(table)
+def design_page(answer: Result) -> str:
+    """Return the page of an answer."""
+    record = as_answer(answer.record)
+    table = answer.kept("choices")
+    cube = choices_of(table, answer.study)
     axes = page_axes(cube)
     positions = {axis.axis.column: axis.positions for axis in axes}
     grid = cube.rows(list(positions), positions).ravel()
@@ -101,7 +96,7 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
     maps, left_out = within_size(number_record(labels[name], on_grid[name]) for name in columns)
     maps.insert(min(1, len(maps)), _conflicts(cube, on_grid))
     states, arms = _states(cube, axes, on_grid["pretension"])
-    people = people_record(record, _persons(folder))
+    people = people_record(record, _persons(answer))
     design = _answers(read, columns, labels, pretension_name(cube.document))
     between = _between(record, cube.limits)
     data = page_data(
@@ -116,8 +111,8 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
         between=between,
     )
 
-    answer = html.blocks(record.get("blocks") or [say.sentence(record["text"])])
-    answer += html.notes(thinning_text(axes, left_out))
+    words = html.blocks(record["blocks"])
+    words += html.notes(thinning_text(axes, left_out))
     parts: dict[str, html.Part] = {}
     if axes:
         parts["map"] = ("Map", "Map of the choices", html.part("map"))
@@ -135,7 +130,7 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
         parts["design"] = ("One choice", heading, html.part("states"))
     parts["list"] = ("Table", "All choices of this page", html.part("table"))
     return html.result_page(
-        record, "an answer", ("The answer", answer), parts, record["study"], data
+        record, answer.kind.noun, ("The answer", words), parts, record["study"], data
     )
 
 
@@ -149,10 +144,9 @@ def _read_choices(
     return cube.gather(np.concatenate([grid, between_points]), names)
 
 
-def _persons(folder: Path) -> pa.Table | None:
+def _persons(answer: Result) -> pa.Table | None:
     """Read the table of an answer's persons; None if it has none."""
-    file = folder / "persons.parquet"
-    return open_table(file).read() if file.exists() else None
+    return answer.table("persons") if "persons.parquet" in answer.table_files else None
 
 
 def _answers(
@@ -218,14 +212,14 @@ def _table(
     return {"rows": len(read["feasible"]), "columns": records}
 
 
-def _start(record: dict[str, Any], axes: Sequence[PageAxis]) -> list[int] | None:
+def _start(record: AnswerRecord, axes: Sequence[PageAxis]) -> list[int] | None:
     """Return the page's positions nearest to the best choice, at which the map opens; else None."""
-    best = record.get("best")
+    best = record["best"]
     if best is None:
         return None
     start = []
     for axis in axes:
-        place = int(position(axis.axis, best[axis.axis.column])[0])
+        place = int(position(axis.axis, value_of(best, axis.axis.column))[0])
         start.append(int(np.argmin(np.abs(axis.positions - place))))
     return start
 
@@ -244,7 +238,7 @@ def _states(cube: Cube, axes: Sequence[PageAxis], pretension: ColumnArray) -> tu
     """
     if cube.table is None or not np.isfinite(pretension).any():
         return None, []
-    study = recorded_study(cube.table.facts["study"])
+    study = cube.study
     space = space_of(study).without_pretension()
     selected = evenly_spaced(len(space.conditions), MOST_CONDITIONS)
     positions, rows = rows_with_states(cube, axes, MOST_DESIGNS // len(selected))
@@ -268,14 +262,14 @@ def _condition_name(conditions: Space, condition: Ints) -> str:
     for axis, places in zip(conditions.axes, conditions.places(condition).values(), strict=True):
         place = int(places[0])
         if axis.names:
-            words.append(axis.names[place])
+            words.append(name_words(axis, axis.names[place], in_brackets=True))
         else:
             shown = ColumnLabel.of(axis.column, keys()[axis.key].number.quantity)
             words.append(f"{shown.name} {shown.text(float(axis.values[place]))}")
     return ", ".join(words)
 
 
-def _between(record: dict[str, Any], bounds: Mapping[str, float]) -> dict[str, Any] | None:
+def _between(record: AnswerRecord, bounds: Mapping[str, float]) -> dict[str, Any] | None:
     """Return each limit's bound on the pretension over the angle, for the choice named first.
 
     Args:
@@ -304,7 +298,7 @@ def _between(record: dict[str, Any], bounds: Mapping[str, float]) -> dict[str, A
     return {
         "angles": drawn.angle.round(6).tolist(),
         "lines": lines,
-        "window": [low, None if np.isinf(high) else high],
+        "window": [low, finite_or_none(high)],
         "top": drawn.top,
         "samples": {"x": [angle for angle, _ in points], "y": [value for _, value in points]},
         "says": " ".join([*drawn.texts, f"The shaded pretension {drawn.works[0]}."]),
@@ -313,7 +307,7 @@ def _between(record: dict[str, Any], bounds: Mapping[str, float]) -> dict[str, A
 
 def _rounded(value: float) -> float | None:
     """Return a number with six digits; None if it is not finite."""
-    return float(f"{value:.6g}") if np.isfinite(value) else None
+    return finite_or_none(float(f"{value:.6g}"))
 
 
 MOST_PERSONS = 5000
@@ -321,7 +315,7 @@ MOST_PERSONS = 5000
 _USUAL_MEASURES = ("biceps_circumference", "weight")
 
 
-def people_record(record: dict[str, Any], persons: pa.Table | None) -> dict[str, Any] | None:
+def people_record(record: AnswerRecord, persons: pa.Table | None) -> dict[str, Any] | None:
     """Return the persons of an answer as JSON, over two measures of the body.
 
     These are measures that explain who is not served, or else the usual ones.

@@ -16,9 +16,10 @@ import numpy.typing as npt
 from tendon_cli import say
 from tendon_cli.cube.columns import TRUTHS, ColumnArray
 from tendon_cli.cube.cube import Cube, cube_of
-from tendon_cli.engine.results import AnyResult, Run, folder_of, verified_record
+from tendon_cli.engine.results import AnyResult, Result, Run, folder_of, open_result
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import open_file, output_errors, read_file, result_path, write_whole
+from tendon_cli.registry import load
 from tendon_cli.reports import html
 from tendon_cli.reports.data import (
     MOST_DESIGNS,
@@ -34,11 +35,8 @@ from tendon_cli.reports.data import (
     truths_record,
     within_size,
 )
-from tendon_cli.reports.design_page import design_page
 from tendon_cli.reports.html import MARK
 from tendon_cli.studies.spaces import space_of
-from tendon_cli.summary import run_facts, run_head
-from tendon_cli.tables.read import open_table
 
 NAME = "report.html"
 """Name of the page in the folder of its results."""
@@ -119,10 +117,20 @@ def _page(folder: Path) -> str:
     """Return the page of the results in a folder."""
     if (folder / LEDGER).exists():
         return _paper_page(folder)
-    record = verified_record(folder)
-    if record["verb"] == "design":
-        return design_page(folder, record)
-    return _sweep_page(folder, Run(record, folder))
+    result = open_result(folder)
+    if not result.kind.page:
+        return _plain_page(result)
+    page: str = load(result.kind.page)(result)
+    return page
+
+
+def _plain_page(result: Result) -> str:
+    """Return the page of a result of any task: its text, its study and its record."""
+    answer = html.blocks([say.sentence(line) for line in result.text.splitlines()])
+    answer += html.notes([f"Warning: {text}" for text in result.record["warnings"]], "warning")
+    section = ("What came out", answer)
+    record = result.record
+    return html.result_page(record, result.kind.noun, section, {}, record["study"], page_data())
 
 
 def _may_write(target: Path) -> bool:
@@ -176,10 +184,9 @@ def _pictures(folder: Path) -> tuple[str, list[str]]:
     return "".join(pictures), notes
 
 
-def _sweep_page(folder: Path, run: Run) -> str:
+def sweep_page(run: Run) -> str:
     """Return the page of a finished sweep."""
-    table = open_table(folder / "designs.parquet")
-    cube = cube_of(table)
+    cube = cube_of(run.kept("designs"), run.study)
     axes = page_axes(cube)
     positions = {axis.axis.column: axis.positions for axis in axes}
     rows = cube.rows(list(positions), positions)
@@ -204,8 +211,8 @@ def _sweep_page(folder: Path, run: Run) -> str:
     remarks = thinning_text(axes, left_out)
     if cube.document["motion"].get("trajectory"):
         remarks.append(_SLOWLY)
-    answer = html.blocks([say.sentence(run_head(run))])
-    answer += html.table((), run_facts(run))
+    answer = html.blocks([say.sentence(run.head())])
+    answer += html.table((), run.facts())
     answer += html.notes(warnings, "warning")
     answer += html.notes(remarks)
     parts: dict[str, html.Part] = {}
@@ -214,7 +221,7 @@ def _sweep_page(folder: Path, run: Run) -> str:
     parts["design"] = ("One design", "The states of one design", html.part("states"))
     parts["list"] = ("Table", "All designs of this page", html.part("table"))
     return html.result_page(
-        run.record, "a sweep", ("What came out", answer), parts, cube.document, data
+        run.record, run.kind.noun, ("What came out", answer), parts, cube.document, data
     )
 
 

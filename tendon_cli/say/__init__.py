@@ -33,6 +33,7 @@ from tendon_cli.say.words import (
     setting_words,
     share,
     side_of,
+    spaced,
     window_text,
     wrap,
 )
@@ -74,6 +75,7 @@ __all__ = [
     "setting_words",
     "share",
     "side_of",
+    "spaced",
     "table",
     "window_text",
     "wrap",

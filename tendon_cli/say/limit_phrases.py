@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
+from tendon_cli.answer_record import BetweenSamples
 from tendon_cli.model.forms import LimitWords
 from tendon_cli.model.limits import ALWAYS, LIMITS
 from tendon_cli.say.words import number, quantity
@@ -67,7 +67,7 @@ def proved_word(status: str) -> str:
     return _PROVED[status]
 
 
-def proof_sentence(between: Mapping[str, Any]) -> str:
+def proof_sentence(between: BetweenSamples) -> str:
     """Say what holds between the samples of a window: "Proved for every angle".
 
     `between` is `between_samples` in the record of an answer.

@@ -14,7 +14,7 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context
 from typing import Any
 
 from tendon_cli import units
-from tendon_cli.quantities import QUANTITIES, Quantity
+from tendon_cli.quantities import QUANTITIES, SIDES, Quantity
 from tendon_cli.units import counted
 
 WIDTH = 80
@@ -102,7 +102,7 @@ def parameter(of: Quantity, value: float, side: str = "", digits: int = 3) -> st
 
 def side_of(key: str) -> str:
     """Return the side that a dotted key or a column names: "flexor", "extensor", or ""."""
-    for side in ("flexor", "extensor"):
+    for side in SIDES:
         if f".{side}." in key or key.endswith(f"_{side}"):
             return side
     return ""
@@ -218,7 +218,7 @@ def _bound(share: float, rounding: str) -> str:
 
 # --- Columns, sentences ---------------------------------------------------------------------------
 
-_WORDS_OF_MARKS = {"_proximal": " at the motor", "_distal": " at the elbow", "_": " "}
+_WORDS_OF_MARKS = {"_proximal": " at the motor", "_distal": " at the elbow"}
 _COLUMNS = {
     "radius_ratio": "flexor over extensor travel",
     "served": "share served",
@@ -234,7 +234,12 @@ def column(name: str) -> str:
     words = _COLUMNS.get(name, name)
     for mark, word in _WORDS_OF_MARKS.items():
         words = words.replace(mark, word)
-    return words
+    return spaced(words)
+
+
+def spaced(name: str) -> str:
+    """Return a name as plain words, with spaces for underscores."""
+    return name.replace("_", " ")
 
 
 def join_words(words: Sequence[str], last: str = "and") -> str:

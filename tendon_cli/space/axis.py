@@ -5,19 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model.kinematics import Array, Real
+from tendon_cli.model.kinematics import Array, Real, Rows
+from tendon_cli.quantities import SIDES
 
-SIDES = ("flexor", "extensor")
 CASE_AXIS = "case"
 PERSON_AXIS = "person"
 DRAW_AXIS = "draw"
 NAMED_AXES = (CASE_AXIS, PERSON_AXIS, DRAW_AXIS)
-"""Axes whose values have names, and set several numbers at once."""
+"""Keys of the named axes that a study may have, slowest first."""
+SAMPLE_AXES = (PERSON_AXIS, DRAW_AXIS)
+"""Named axes of a sample, of whose members a share is served."""
 PRETENSION = "tendon.pretension"
 
 # Keys of settings that a study gives as words, and the model takes as numbers
@@ -33,17 +35,18 @@ READ = "setting.read"
 """Index into `READINGS`: how the pretension is read."""
 WORDS = (REFERENCE, SLACK, SPRING_AT, AFTER, READ)
 
-Role = Literal["choice", "condition", "pretension"]
+Role = Literal["choice", "condition", "draw", "pretension"]
+"""A draw is a condition that belongs to a sample: a person, or a draw of the uncertain numbers."""
 Numbers = Mapping[str, Array]
 """Numbers of some rows, (rows,) each, by dotted key, SI, or factors on them by `scale_of` the key.
 
 A value is NaN if its row does not set the number.
 """
-Rows = npt.NDArray[np.int64]
-"""Indices of rows."""
 Box = tuple[slice, ...]
 """A slice of each axis."""
 _SCALE = "scale of "
+_MOST_TOLD = 2
+"""Most numbers by which a row of a named axis is told from the others."""
 
 
 def split_side(path: str) -> tuple[str, str | None]:
@@ -52,6 +55,18 @@ def split_side(path: str) -> tuple[str, str | None]:
     if len(parts) == 3 and parts[1] in SIDES:
         return f"{parts[0]}.{parts[2]}", parts[1]
     return path, None
+
+
+def evenly_spaced(count: int, most: int) -> Rows:
+    """Choose at most `most` of `count` positions evenly, with both ends.
+
+    If `most` is 1, choose the middle.
+    """
+    if count <= most:
+        return np.arange(count, dtype=np.int64)
+    if most == 1:
+        return np.array([count // 2], dtype=np.int64)
+    return np.unique(np.round(np.linspace(0, count - 1, most)).astype(np.int64))
 
 
 @cache
@@ -131,30 +146,9 @@ class Axis:
         return bool(self.names)
 
     @property
-    def meaning(self) -> str:
-        """Meaning of its column of names."""
-        return f"name of the {self.key}" if self.key in NAMED_AXES else self.words
-
-    def in_words(self, name: str) -> str:
-        """Say one of its named values: "the extensor's spring at the motor".
-
-        A case, a person or a draw is said by its name alone.
-        """
-        if self.key in NAMED_AXES:
-            return name
-        common, side = split_side(self.key)
-        whose = f"the {side}'s " if side else ""
-        return f"{whose}{common.replace('.', ' ')} the {name}"
-
-    @property
-    def words(self) -> str:
-        """Name of its column as words of a sentence."""
-        return self.column.replace("_", " ")
-
-    @property
-    def keys(self) -> frozenset[str]:
-        """Keys of the numbers that its values set or scale."""
-        return frozenset(key.removeprefix(_SCALE) for key in self.numbers)
+    def keys(self) -> tuple[str, ...]:
+        """Keys of the numbers that its values set or scale, each once."""
+        return tuple(dict.fromkeys(key.removeprefix(_SCALE) for key in self.numbers))
 
     def without(self, *common: str) -> Axis:
         """Return the same axis without the numbers of some common keys, for both sides or one."""
@@ -162,6 +156,49 @@ class Axis:
             key: values for key, values in self.numbers.items() if split_side(key)[0] not in common
         }
         return replace(self, numbers=numbers)
+
+
+@dataclass(frozen=True, eq=False)
+class NamedAxis(Axis):
+    """Axis of rows with names, each of which sets several numbers together.
+
+    Cases, persons and draws of the uncertain numbers are such axes; its key is its column, too. A
+    number is NaN in a row that does not set it: there the study's own value holds.
+    """
+
+    @classmethod
+    def of(
+        cls,
+        key: str,
+        names: tuple[str, ...],
+        sets: Numbers,
+        role: Role,
+        weighting: Array | None = None,
+    ) -> Self:
+        """Return the axis of some rows.
+
+        Args:
+            key: Name of the axis.
+            names: Names of the rows.
+            sets: Numbers that the rows set or scale, (rows,) each.
+            role: What the rows are to a designer.
+            weighting: Weight of each row in a share, (rows,); None if all count the same.
+        """
+        return cls(key, key, sets, names, role, weighting=weighting)
+
+    def told_by(self, row: int) -> dict[str, float]:
+        """Return the numbers that a row sets and others do not; none if they are many.
+
+        A member of a sample is known by its name alone.
+        """
+        if self.role == "draw":
+            return {}
+        numbers = {
+            key: float(values[row])
+            for key, values in self.numbers.items()
+            if not np.isnan(values[row]) and (len(values) == 1 or (values != values[row]).any())
+        }
+        return numbers if len(numbers) <= _MOST_TOLD else {}
 
 
 @dataclass(frozen=True, eq=False)

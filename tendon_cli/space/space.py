@@ -18,25 +18,22 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model.design import READINGS, Design, Limb, Posture, Side
-from tendon_cli.model.kinematics import Anchors, Array, Excursion, Flag
+from tendon_cli.model.kinematics import Anchors, Array, Excursion, Flag, Rows
 from tendon_cli.model.limits import GIVEN
 from tendon_cli.model.setting import with_set_pretension
+from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import (
     AFTER,
-    CASE_AXIS,
-    DRAW_AXIS,
-    PERSON_AXIS,
     PRETENSION,
     READ,
     REFERENCE,
-    SIDES,
     SLACK,
     SPRING_AT,
     Axis,
     Box,
+    NamedAxis,
     Numbers,
     Role,
-    Rows,
     Varying,
     of_side,
     scale_of,
@@ -74,19 +71,19 @@ class Space:
         """Box of all rows."""
         return tuple(slice(0, length) for length in self.shape)
 
-    def _of_role(self, role: Role) -> Space:
-        """Return the product of the axes of one role, with the same single numbers."""
-        return Space(tuple(axis for axis in self.axes if axis.role == role), self.single)
+    def _of_roles(self, *roles: Role) -> Space:
+        """Return the product of the axes of some roles, with the same single numbers."""
+        return Space(tuple(axis for axis in self.axes if axis.role in roles), self.single)
 
     @cached_property
     def choices(self) -> Space:
         """Product of the axes on which a designer chooses."""
-        return self._of_role("choice")
+        return self._of_roles("choice")
 
     @cached_property
     def conditions(self) -> Space:
         """Product of the axes that a design must cope with, grouped by person and draw."""
-        return self._of_role("condition").grouped()
+        return self._of_roles("condition", "draw").grouped()
 
     @property
     def intervals(self) -> tuple[int, ...]:
@@ -102,9 +99,7 @@ class Space:
         Their axes become the slowest. A pretension serves a group if it suits all other conditions
         of the group, which counts as much in a share as its person and its draw are weighted.
         """
-        counted = tuple(
-            axis for key in (PERSON_AXIS, DRAW_AXIS) for axis in self.axes if axis.key == key
-        )
+        counted = tuple(axis for axis in self.axes if axis.role == "draw")
         if not counted:
             return self
         others = tuple(axis for axis in self.axes if axis not in counted)
@@ -193,9 +188,9 @@ class Space:
                     sets = []
                 elif not sets:
                     given = np.where(is_silent, value, values)
-                # A number that is the same in all cases does not vary over them.
-                is_case = self.axes[place].key == CASE_AXIS
-                if is_case and not sets and (given == given[:1]).all():
+                # A number that is the same in several named rows does not vary over them.
+                is_named = isinstance(self.axes[place], NamedAxis) and len(given) > 1
+                if is_named and not sets and (given == given[:1]).all():
                     value = given[0].item()
                 else:
                     sets.append((place, given))
@@ -210,6 +205,19 @@ class Space:
             for key, values in axis.numbers.items():
                 given.setdefault(key, []).append((place, values))
         return given
+
+    @cached_property
+    def set_by_names(self) -> dict[str, Varying]:
+        """Numbers that vary over a named axis, by the keys under which its rows set them."""
+        numbers: dict[str, Varying] = {}
+        for place, axis in enumerate(self.axes):
+            if not isinstance(axis, NamedAxis):
+                continue
+            for key in axis.keys:
+                number = self.number(*split_side(key))
+                if place in number.axes:
+                    numbers[key] = number
+        return numbers
 
     @cached_property
     def model_numbers(self) -> dict[Place, Varying]:

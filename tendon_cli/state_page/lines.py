@@ -16,8 +16,7 @@ from tendon_cli.model.motor import cycle_columns, motor_rates
 from tendon_cli.model.reversal import reversal
 from tendon_cli.model.setting import all_readings, pretension_per_length, setting_of
 from tendon_cli.model.statics import NO_EQUILIBRIUM
-from tendon_cli.quantities import OF_CYCLES, QUANTITIES
-from tendon_cli.space.axis import SIDES
+from tendon_cli.quantities import OF_CYCLES, QUANTITIES, SIDES
 
 _SYMBOL_WIDTH = 9
 _FORMULA_WIDTH = 42

@@ -9,7 +9,7 @@ import itertools
 import textwrap
 from dataclasses import asdict, dataclass
 from os import PathLike
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -40,6 +40,7 @@ from tendon_cli.studies.values import draw_numbers, si_document
 class StatePage(Displayed):
     """The page of one state, and the same numbers by the names of the table columns."""
 
+    drawn_by: ClassVar[str] = "tendon_cli.face.page_of_state"
     title: str
     notes: tuple[str, ...]
     status: str

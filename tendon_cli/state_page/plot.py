@@ -25,7 +25,7 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.motor import cycle_columns, motor_rates
 from tendon_cli.model.reversal import reversal
 from tendon_cli.model.statics import NO_EQUILIBRIUM
-from tendon_cli.quantities import QUANTITIES
+from tendon_cli.quantities import QUANTITIES, SIDES
 
 Array = npt.NDArray[np.float64]
 
@@ -146,7 +146,7 @@ def turn_of(state: State, plan: Plan) -> tuple[Array, Array, dict[str, tuple[flo
     """
     flexion = np.asarray(plan.directions[0] == "flexion")
     turned = reversal(state, float(plan.elbow_angles[0]), flexion)
-    ends = {side: float(np.ravel(getattr(turned, side).turn)[0]) for side in ("flexor", "extensor")}
+    ends = {side: float(np.ravel(getattr(turned, side).turn)[0]) for side in SIDES}
     positive = [end for end in ends.values() if end > 0.0]
     turns = 1.15 * max(positive or [1e-3]) * np.linspace(0.0, 1.0, _POINTS)
 

@@ -13,10 +13,11 @@ from pydantic_core import CoreSchema
 
 from tendon_cli.errors import InputError
 from tendon_cli.model.kinematics import Array, Spline
+from tendon_cli.quantities import SIDES
 from tendon_cli.studies.csv_columns import read_columns
 from tendon_cli.studies.fields import FieldMark, SingleField, fault
 from tendon_cli.studies.number import NumberField, schema_table
-from tendon_cli.units import described
+from tendon_cli.units import counted, described
 
 MAX_BYTES = 4_000_000
 """Largest size of a CSV of a curve, bytes."""
@@ -174,7 +175,7 @@ def disorder(columns: Array, fewest: int, first: str) -> tuple[str, int] | None:
     angles = columns[0]
     count = len(angles)
     if count < fewest:
-        return f"{count:,} rows, expected {fewest} at least", count
+        return f"{counted(count, 'row')}, expected {fewest} at least", count
     if count > MOST_ROWS:
         return f"{count:,} rows, expected {MOST_ROWS:,} at most", count
     is_finite = np.isfinite(columns).all(axis=0)
@@ -200,21 +201,25 @@ def _ascending(columns: Mapping[str, Sequence[float]]) -> CurveTable:
     return CurveTable({name: tuple(values[::step]) for name, values in columns.items()})
 
 
-def read_curve(content: bytes, where: str, columns: CurveColumns) -> CurveTable:
+def read_curve(content: bytes, where: str, columns: CurveColumns) -> tuple[CurveTable, list[str]]:
     """Return a curve from the content of a CSV, whose headers are those of `read_columns`.
+
+    A note names the columns that are not read, if there are any.
 
     Raises:
         InputError: The content is not such a curve; the error names the line.
     """
     first = columns.names[0]
-    values, lines = read_columns(content, where, dict(columns.dimensions), first)
-    wrong = disorder(values, columns.fewest, first)
+    read = read_columns(content, where, dict(columns.dimensions), first)
+    lines = read.lines
+    wrong = disorder(read.values, columns.fewest, first)
     if wrong is not None:
         problem, row = wrong
         line = lines[min(row, len(lines) - 1)] if lines else 1
         hint = f"a row of {', '.join(columns.names)} for each {first}, in order"
         raise InputError(problem, where=f"{where}, line {line}", hint=hint)
-    return _ascending(dict(zip(columns.names, values.tolist(), strict=True)))
+    curve = _ascending(dict(zip(columns.names, read.values.tolist(), strict=True)))
+    return curve, read.notes
 
 
 def curves_of(study: Any) -> dict[str, Spline]:
@@ -228,7 +233,7 @@ def curves_of(study: Any) -> dict[str, Spline]:
         curves[key] = table.spline("bend")
     if isinstance(joint.excursion, CurveTable):
         noise = joint.smoothing.single if joint.smoothing is not None else 0.0
-        for side in ("flexor", "extensor"):
+        for side in SIDES:
             curves[f"joint.{side}_excursion"] = joint.excursion.spline(side, noise)
     return curves
 
@@ -293,7 +298,7 @@ def warnings_of(study: Any, table: CurveTable, where: str) -> list[str]:
         if is_beyond.sum() < FEWEST_BEYOND:
             near = f"within {FEWEST_BEYOND} rows of the table's end, where slopes are less certain"
             warnings.append(f"{where}: the motion reaches {math.degrees(end):.4g} deg, {near}")
-    for side in ("flexor", "extensor"):
+    for side in SIDES:
         slopes = table.spline(side)(table.angles, 1)
         if (slopes < 0.0).all():
             hint = f"is the sign of {side} the other way? Both travels increase with flexion"

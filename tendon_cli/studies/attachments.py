@@ -10,7 +10,7 @@ from typing import Any
 
 from tendon_cli.errors import Fault, InputError, StudyError
 from tendon_cli.files import read_file
-from tendon_cli.space.axis import SIDES
+from tendon_cli.quantities import SIDES
 from tendon_cli.studies import angle_curves
 from tendon_cli.studies.parts import Part
 from tendon_cli.studies.people.people_section import MAX_BYTES as MAX_PEOPLE_BYTES
@@ -69,13 +69,15 @@ class Attachments:
         from tendon_cli.studies import measured_motion  # only a trajectory pays for its import
 
         where = shorten(file, 200)
-        rows = angle_curves.read_curve(content, where, angle_curves.TRAJECTORY)
+        rows, notes = angle_curves.read_curve(content, where, angle_curves.TRAJECTORY)
         motion = study.motion.model_copy(update={"trajectory": rows})
         wrong = measured_motion.trajectory_fault(motion)
         if wrong is not None:
             self.faults.append(wrong)
             motion = motion.model_copy(update={"trajectory": None})
-        self._note(key, file, content, **measured_motion.facts_of(motion, where))
+        facts = measured_motion.facts_of(motion, where)
+        facts["warnings"] = [*notes, *facts.get("warnings", [])]
+        self._note(key, file, content, **facts)
         return study.replaced({"motion": motion})
 
     def _curves(self, study: Study) -> dict[str, Any]:
@@ -93,12 +95,13 @@ class Attachments:
             is_travel = name == "excursion"
             columns = angle_curves.EXCURSION if is_travel else angle_curves.TORQUE
             where = shorten(file, 200)
-            curve = angle_curves.read_curve(content, where, columns)
+            curve, warnings = angle_curves.read_curve(content, where, columns)
             beyond = angle_curves.not_covered(study, curve, is_travel=is_travel)
             if beyond is not None:
                 hint = "extend the table, or ask for fewer angles"
                 raise InputError(beyond, where=where, hint=hint)
-            warnings = angle_curves.warnings_of(study, curve, where) if is_travel else []
+            if is_travel:
+                warnings += angle_curves.warnings_of(study, curve, where)
             self._note(key, file, content, rows=len(curve.angles), warnings=warnings)
             update[table] = part.model_copy(update={name: curve})
         return update

@@ -10,7 +10,8 @@ from tendon_cli.errors import Fault, StudyError
 from tendon_cli.model.design import F0
 from tendon_cli.model.forms import Need
 from tendon_cli.model.limits import LIMITS, SPEED
-from tendon_cli.space.axis import NAMED_AXES, PRETENSION, SIDES, of_side, split_side
+from tendon_cli.quantities import SIDES
+from tendon_cli.space.axis import NAMED_AXES, PRETENSION, of_side, split_side
 from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies.angle_curves import CurveTable, bends_of, not_covered
 from tendon_cli.studies.contents import case_numbers
@@ -296,7 +297,7 @@ def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
 
 def _choice_columns(study: Study, at_fault: set[str]) -> Iterator[str]:
     """Yield the columns of the axes that are choices, or would be if they were not at fault."""
-    for key in (*study.axes, *at_fault):
+    for key in (*study.axes, *sorted(at_fault)):
         is_choice = split_side(key)[0] != PRETENSION and key not in study.conditions
         if key in keys() and is_choice:
             yield keys()[key].column

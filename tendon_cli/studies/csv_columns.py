@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from tendon_cli.cells import SEPARATORS, cells_of, is_comment, lines_of, texts_of
+from tendon_cli.cells import SEPARATORS, cells_of, is_comment, lines_of, raise_all, texts_of
 from tendon_cli.errors import InputError
 from tendon_cli.model.kinematics import Array
 from tendon_cli.units import UNITS, factor_of, known_units, shorten
@@ -18,6 +19,8 @@ _NUMBER = r"^[+-]?([0-9]{1,40}\.?[0-9]{0,40}|\.[0-9]{1,40})([eE][+-]?[0-9]{1,3})
 """Pattern of a number."""
 _LARGEST = 1e9
 """Largest magnitude of a number, in the unit of its column."""
+_IGNORED_SHOWN = 5
+"""Number of columns that are not read, in a note."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +41,8 @@ class Sheet:
     """Comma, semicolon or tab."""
     columns: list[Any]
     """Texts of each column."""
+    faults: list[InputError] = field(default_factory=list)
+    """Faults found so far; `raise_faults` raises them as one error."""
 
     @classmethod
     def of(cls, content: bytes, where: str, row: str) -> Sheet:
@@ -69,18 +74,41 @@ class Sheet:
         """Return file and line of a row, for errors."""
         return f"{self.where}, line {self.kept[row] + 1}"
 
+    def ignored(self, places: set[int]) -> list[str]:
+        """Return a note that names the columns that are not at these places; empty if none is."""
+        names = [
+            shorten(text, 30)
+            for place, text in enumerate(self.header)
+            if place not in places and text
+        ]
+        if not names:
+            return []
+        others = len(names) - _IGNORED_SHOWN
+        more = f" and {others} more" if others > 0 else ""
+        return [f"{self.where}: columns not read: {', '.join(names[:_IGNORED_SHOWN])}{more}"]
+
+    @contextmanager
+    def collected(self) -> Iterator[None]:
+        """Keep an InputError for `raise_faults`, so that others of the file are found, too."""
+        try:
+            yield
+        except InputError as error:
+            self.faults.append(error)
+
+    def raise_faults(self) -> None:
+        """Raise all faults found so far as one InputError, if there are any."""
+        raise_all(self.faults, self.where)
+
     def numbers(self, at: int, name: str, missing: tuple[str, ...] = ()) -> Array:
         """Return the numbers of a column.
 
-        Commas are decimal unless they separate cells.
+        Commas are decimal unless they separate cells. A cell that is neither a number nor missing
+        is a fault, and NaN.
 
         Args:
             at: Place of the column.
             name: Name of the column in errors.
             missing: Texts of cells without a number, which become NaN.
-
-        Raises:
-            InputError: A cell is neither a number nor one of `missing`.
         """
         import pyarrow as pa
         import pyarrow.compute as pc
@@ -89,17 +117,15 @@ class Sheet:
         if self.separator != ",":
             texts = pc.replace_substring(texts, ",", ".")
         is_missing = pc.is_in(pc.utf8_lower(texts), value_set=pa.array(missing, pa.string()))
-        is_number = pc.or_(is_missing, pc.match_substring_regex(texts, _NUMBER))
-        row = pc.index(is_number, False).as_py()  # -1 if all are numbers
-        if row >= 0:
+        is_number = pc.match_substring_regex(texts, _NUMBER)
+        is_good = pc.or_(is_missing, is_number)
+        for row in np.flatnonzero(~is_good.to_numpy(zero_copy_only=False)).tolist():
             found = shorten(self.columns[at][row].as_py())
             line = shorten(self.lines[self.kept[row]].strip())
-            raise InputError(
-                f'{name} is "{found}", expected a number',
-                where=self.place(row),
-                hint=f"units belong in the header; the line reads: {line}",
-            )
-        plain = pc.utf8_ltrim(pc.if_else(is_missing, "nan", texts), "+")
+            hint = f"units belong in the header; the line reads: {line}"
+            problem = f'{name} is "{found}", expected a number'
+            self.faults.append(InputError(problem, where=self.place(row), hint=hint))
+        plain = pc.utf8_ltrim(pc.if_else(is_number, texts, "nan"), "+")
         return np.asarray(pc.cast(plain, pa.float64()).to_numpy(zero_copy_only=False))
 
 
@@ -146,10 +172,22 @@ def _plain(symbol: str) -> str:
     return re.sub(r"[\s_·*.]", "", symbol).lower()
 
 
+@dataclass(frozen=True)
+class ReadColumns:
+    """Columns of numbers that were read from a CSV."""
+
+    values: Array
+    """Numbers, (columns, rows), SI."""
+    lines: list[int]
+    """Line of each row, counted from 1."""
+    notes: list[str]
+    """Note that names the columns that are not read, if there are any."""
+
+
 def read_columns(
     content: bytes, where: str, columns: Mapping[str, str], row: str, unit: str = ""
-) -> tuple[Array, list[int]]:
-    """Return columns of numbers in SI, (columns, rows), and the line of each row.
+) -> ReadColumns:
+    """Return columns of numbers.
 
     A header is a name with its unit, such as `angle (deg)` or `torque_Nm`.
 
@@ -161,28 +199,32 @@ def read_columns(
         unit: Unit of a column whose header has none.
 
     Raises:
-        InputError: A column is missing, has no unit, or holds no numbers; the error names the line.
+        InputError: Columns are missing, have no unit, or hold no numbers; the error names the lines
+            of all faults.
     """
     sheet = Sheet.of(content, where, row)
     header_place = f"{where}, line {sheet.header_line}"
     numbers = []
+    places = set()
     for name, dimension in columns.items():
-        column = _find_column(sheet, name)
-        if column is None:
-            raise InputError(
-                f"no column {name}, the header reads: {shorten(', '.join(sheet.header))}",
-                where=header_place,
-                hint=f"such as {name} ({unit or known_units(dimension)[0]})",
-            )
-        at, own_unit = column
-        factor = unit_factor(name, own_unit or unit, dimension, header_place)
-        values = sheet.numbers(at, name)
-        beyond = np.flatnonzero(np.abs(values) > _LARGEST)
-        if beyond.size:
-            problem = f"{name} is {values[beyond[0]]:g}, expected {_LARGEST:g} at most"
-            raise InputError(problem, where=sheet.place(int(beyond[0])))
-        numbers.append(values * factor)
-    return np.array(numbers), [place + 1 for place in sheet.kept]
+        with sheet.collected():
+            column = _find_column(sheet, name)
+            if column is None:
+                raise InputError(
+                    f"no column {name}, the header reads: {shorten(', '.join(sheet.header))}",
+                    where=header_place,
+                    hint=f"such as {name} ({unit or known_units(dimension)[0]})",
+                )
+            at, own_unit = column
+            places.add(at)
+            values = sheet.numbers(at, name)
+            for place in np.flatnonzero(np.abs(values) > _LARGEST).tolist():
+                problem = f"{name} is {values[place]:g}, expected {_LARGEST:g} at most"
+                sheet.faults.append(InputError(problem, where=sheet.place(place)))
+            numbers.append(values * unit_factor(name, own_unit or unit, dimension, header_place))
+    sheet.raise_faults()
+    lines = [place + 1 for place in sheet.kept]
+    return ReadColumns(np.array(numbers), lines, sheet.ignored(places))
 
 
 def _find_column(sheet: Sheet, name: str) -> tuple[int, str] | None:

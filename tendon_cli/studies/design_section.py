@@ -19,6 +19,8 @@ from tendon_cli.units import described
 
 MOST_DRAWS = 2**20
 """Largest number of draws of the uncertain numbers."""
+_LEAST_SERVED = 1e-6
+"""Smallest share that must be served: nobody is no goal."""
 PLACES = ("middle", "least")
 """Words for the place in its window of pretension that a choice is set to."""
 CHOICE_RESULTS = (
@@ -99,6 +101,24 @@ class _PretensionOrPlace(SingleField):
         return {"anyOf": [{"enum": list(PLACES)}, super()._json_one()]}
 
 
+def _read_rows(value: object) -> object:
+    """Return rows as words, as the command line has them; they may be whole numbers."""
+    if isinstance(value, (list, tuple)):
+        return [_read_rows(item) for item in value]
+    if isinstance(value, int) and not isinstance(value, bool):
+        return str(value)
+    return value
+
+
+_ROW = {"anyOf": [{"type": "integer", "minimum": 0}, {"type": "string", "pattern": r"^\d+$"}]}
+RowWords = Annotated[
+    Words,
+    BeforeValidator(_read_rows),
+    WithJsonSchema({"anyOf": [*_ROW["anyOf"], {"type": "array", "items": _ROW}]}),
+]
+"""One row of a table or a list of them, as numbers or words."""
+
+
 class Goals(Part):
     """Goals of `tendon design`, which chooses among the axes that are not its conditions."""
 
@@ -107,14 +127,14 @@ class Goals(Part):
         description="axes that a design must survive; default load, joint, anchor, setting, arm "
         "(not its contact_width), cases, people and uncertain numbers",
     )
-    serve: Annotated[StudyNumber | None, SingleField("serve", 0.0, 1.0)] = None
+    serve: Annotated[StudyNumber | None, SingleField("serve", _LEAST_SERVED, 1.0)] = None
     minimise: Words = field_default(
         (), description="columns of choices.parquet; several goals give a front"
     )
     maximise: Words = field_default(
         (), description="columns of choices.parquet; several goals give a front"
     )
-    prove: Words = field_default(
+    prove: RowWords = field_default(
         (), description="choices to prove besides the best, by their rows in choices.parquet"
     )
     by: Literal["sex"] | None = field_default(

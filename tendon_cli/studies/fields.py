@@ -27,6 +27,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.studies.values import StudyNumber
 from tendon_cli.units import (
+    UNITS,
     Measure,
     UnitError,
     described,
@@ -41,9 +42,15 @@ from tendon_cli.units import (
 
 _MOST_NAMED = 9
 """Largest number of wrong words that a fault names."""
+_EXTREMES = {"max", "min", "peak"}
+"""Words of names that are easily taken for each other."""
+_MOST_MEANT = 4
+"""Largest number of names that one unknown name may mean, in a hint."""
 _LARGEST = 1e300
 """Bound below which a bare number counts as finite."""
 
+_BARE = re.compile(r"[+-]?(\d{1,20}\.?\d{0,20}|\.\d{1,20})([eE][+-]?\d{1,2})?")
+"""Pattern of a number without a unit."""
 
 # --- Faults --------------------------------------------------------------------------------------
 
@@ -62,12 +69,20 @@ def fault_inside(name: str, error: PydanticCustomError) -> PydanticCustomError:
 def hint_at_nearest(name: str, known: Iterable[str], cutoff: float = 0.5) -> str | None:
     """Return a hint with the known name most like an unknown one; None if none is like it.
 
+    If several known names say the unknown one with more words, it may be any of them.
+
     Args:
         name: The unknown name.
         known: Names to choose from.
         cutoff: Smallest similarity, 0 to 1, as `difflib.get_close_matches` takes it.
     """
-    near = difflib.get_close_matches(name, list(known), n=1, cutoff=cutoff)
+    names = list(known)
+    words = set(name.split("_")) - _EXTREMES
+    longer = [known_name for known_name in names if words and words < set(known_name.split("_"))]
+    if name not in names and 1 < len(longer) <= _MOST_MEANT:
+        listed = " or ".join(f'"{known_name}"' for known_name in longer)
+        return f"did you mean {listed}?"
+    near = difflib.get_close_matches(name, names, n=1, cutoff=cutoff)
     return f'did you mean "{near[0]}"?' if near else None
 
 
@@ -249,7 +264,10 @@ class SingleField(FieldMark):
             try:
                 return parse_measure(value, dimension)
             except UnitError as error:
-                raise fault(error.problem, error.hint) from None
+                hint = error.hint
+                if dimension == self.quantity.dimension and _BARE.fullmatch(value.strip()):
+                    hint = self._hint_at_unit(value.strip()) or hint
+                raise fault(error.problem, hint) from None
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise fault(f"{described(value)} is not a number, expected {self.wanted}")
         if not abs(value) < _LARGEST:
@@ -279,7 +297,25 @@ class SingleField(FieldMark):
         given = f"{number:.6g}" if math.isfinite(number) else shorten(measure.text)
         low = to_float(Fraction(self.low) / measure.unit.factor)
         high = to_float(Fraction(self.high) / measure.unit.factor)
-        raise fault(f"{given}{unit} is {kind}, expected {low:.6g} to {high:.6g}{unit}")
+        problem = f"{given}{unit} is {kind}, expected {low:.6g} to {high:.6g}{unit}"
+        usual = self.quantity.shown_in
+        meant = Fraction(measure.text) * UNITS[usual].factor
+        hint = None
+        if usual != measure.unit.symbol and self.low <= to_float(meant) <= self.high and number:
+            hint = f'did you mean "{given} {usual}"?'
+        raise fault(problem, hint)
+
+    def _hint_at_unit(self, number: str) -> str | None:
+        """Return a hint that writes a bare number in the usual unit of the field.
+
+        Return None if the number would be out of bounds in it, or if an angle may be in either
+        unit.
+        """
+        usual = self.quantity.shown_in
+        if self.quantity.dimension in ("angle", "angular speed"):
+            return None
+        si = to_float(Fraction(number) * UNITS[usual].factor)
+        return f'write "{number} {usual}"' if self.low <= si <= self.high else None
 
     def __get_pydantic_json_schema__(
         self, core: CoreSchema, handler: GetJsonSchemaHandler

@@ -136,7 +136,10 @@ class NumberField(SingleField):
         """Return the two ends of `{ from, to }`, which means every value between them."""
         low = self._inner(table, "from")
         high = self._inner(table, "to")
-        if low.exact >= high.exact:
+        if low.exact == high.exact:
+            hint = f"write {low.quoted} for this one value"
+            raise fault("an interval with equal ends", hint)
+        if low.exact > high.exact:
             hint = f"write {{ from = {high.quoted}, to = {low.quoted} }}, or a single value"
             raise fault("an interval whose from is not below its to", hint)
         return Grid(low, high, 2)

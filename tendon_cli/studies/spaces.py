@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from tendon_cli.errors import Fault, UsageError
 from tendon_cli.model.design import F0, READINGS
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.setting import Reading
+from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import (
     AFTER,
     CASE_AXIS,
@@ -20,10 +20,10 @@ from tendon_cli.space.axis import (
     PRETENSION,
     READ,
     REFERENCE,
-    SIDES,
     SLACK,
     SPRING_AT,
     Axis,
+    NamedAxis,
     Role,
     of_side,
     scale_of,
@@ -46,27 +46,28 @@ _MOST_ARMS = 100_000
 _NO_TENSION = 1e-6
 """Rounding of a pretension, N."""
 
-_WORD_FOR_ONE = {REFERENCE: "initial", SLACK: "unilateral", SPRING_AT: "motor", AFTER: "flexion"}
-_WORD_FOR_ONE |= {of_side(SPRING_AT, side): "motor" for side in SIDES}
-"""Keys whose words are numbers to the model, each with the word that is 1; its other word is 0."""
+WORDS_OF = {
+    REFERENCE: ("published", "initial"),
+    SLACK: ("bilateral", "unilateral"),
+    SPRING_AT: ("joint", "motor"),
+    AFTER: ("extension", "flexion"),
+}
+"""Common keys whose words are numbers to the model, each with its words for 0 and for 1."""
+KEYS_OF_WORDS = (*WORDS_OF, *(of_side(SPRING_AT, side) for side in SIDES))
+"""Keys of these words, those of one side included."""
 
 
 def space_of(study: Study) -> Space:
     """Return the product of a study's axes, slowest first, with the numbers that all share."""
     named = {axis.key: axis for axis in named_axes(study)}
-    axes = []
-    for key in study.axes:
-        axis = named[key] if key in named else axis_of(study, key)
-        axes.append(replace(axis, role=_role(study, key)))
+    axes = [named[key] if key in named else axis_of(study, key) for key in study.axes]
     return Space(tuple(axes), single_numbers(study))
 
 
 def lengths_of(study: Study) -> tuple[int, ...]:
     """Return the number of values of each axis of a study, without building the axes."""
     lengths = {key: len(values) for key, values in (study.numbers | study.words).items()}
-    lengths[CASE_AXIS] = len(study.cases)
-    lengths[PERSON_AXIS] = 0 if study.people is None else study.people.persons
-    lengths[DRAW_AXIS] = study.draws
+    lengths |= study.named_lengths
     return tuple(lengths[key] for key in study.axes)
 
 
@@ -79,10 +80,7 @@ def single_numbers(study: Study) -> dict[str, Any]:
     numbers: dict[str, Any] = {
         key: values.single for key, values in study.numbers.items() if not values.is_axis
     }
-    for key, word_for_one in _WORD_FOR_ONE.items():
-        word = word_of(study, key)
-        if word is not None:
-            numbers[key] = float(word == word_for_one)
+    numbers |= _numbers_of_words(study)
     numbers[READ] = float(READINGS.index(study.setting.read))
     numbers |= curves_of(study)
     if study.trajectory is not None:
@@ -99,16 +97,27 @@ def word_of(table: object, key: str) -> str | None:
     return table if isinstance(table, str) else None
 
 
+def _numbers_of_words(table: object) -> dict[str, float]:
+    """Return the words that a study or a case gives, as the numbers that they are to the model."""
+    words = {key: word_of(table, key) for key in KEYS_OF_WORDS}
+    return {key: _number_of_word(key, word) for key, word in words.items() if word is not None}
+
+
+def _number_of_word(key: str, word: str) -> float:
+    """Return the number that a word is to the model: 0 or 1."""
+    return float(WORDS_OF[split_side(key)[0]].index(word))
+
+
 # --- Axes ----------------------------------------------------------------------------------------
 
 
-def named_axes(study: Study) -> tuple[Axis, ...]:
+def named_axes(study: Study) -> tuple[NamedAxis, ...]:
     """Return the axes of cases, persons and draws, as far as a study has them.
 
     If each person gets one draw of the uncertain numbers, the draws are values of the persons and
     no axis.
     """
-    axes: list[Axis] = []
+    axes: list[NamedAxis] = []
     if study.cases:
         axes.append(case_axis(study))
     uncertainty = study.uncertainty if study.uncertain else None
@@ -120,26 +129,19 @@ def named_axes(study: Study) -> tuple[Axis, ...]:
     if uncertainty is not None and study.draws:
         numbers = draw_numbers(study.uncertain, study.draws, uncertainty.seed)
         names = tuple(f"draw {at + 1}" for at in range(study.draws))
-        axes.append(Axis(DRAW_AXIS, DRAW_AXIS, numbers, names))
+        axes.append(NamedAxis.of(DRAW_AXIS, names, numbers, "draw"))
     return tuple(axes)
 
 
-def case_axis(study: Study) -> Axis:
+def case_axis(study: Study) -> NamedAxis:
     """Return the axis of a study's cases.
 
     A case may set numbers and words of the model; a number is NaN in a case that does not set it.
     """
-    cases: list[dict[str, float]] = []
-    for case in study.cases:
-        given = case_numbers(case)
-        for key, word_for_one in _WORD_FOR_ONE.items():
-            word = word_of(case, key)
-            if word:
-                given[key] = float(word == word_for_one)
-        cases.append(given)
+    cases = [case_numbers(case) | _numbers_of_words(case) for case in study.cases]
     keys_set = dict.fromkeys(key for given in cases for key in given)
     numbers = {key: np.array([given.get(key, np.nan) for given in cases]) for key in keys_set}
-    return Axis(CASE_AXIS, CASE_AXIS, numbers, _case_names(study))
+    return NamedAxis.of(CASE_AXIS, _case_names(study), numbers, _role(study, CASE_AXIS))
 
 
 def _case_names(study: Study) -> tuple[str, ...]:
@@ -161,7 +163,7 @@ def case_place(study: Study, name: str) -> int:
     return names.index(name)
 
 
-def person_axis(study: Study, drawn_once: Mapping[str, Array]) -> Axis:
+def person_axis(study: Study, drawn_once: Mapping[str, Array]) -> NamedAxis:
     """Return the axis of a study's persons.
 
     Args:
@@ -185,7 +187,7 @@ def person_axis(study: Study, drawn_once: Mapping[str, Array]) -> Axis:
         scales[EXCURSION] = of_persons / measured_on
     scaling = {scale_of(key): values for key, values in scales.items()}
     numbers = {**drawn_once, **sets, **scaling}
-    return Axis(PERSON_AXIS, PERSON_AXIS, numbers, people.names, weighting=people.weighting)
+    return NamedAxis.of(PERSON_AXIS, people.names, numbers, "draw", people.weighting)
 
 
 def axis_of(study: Study, key: str) -> Axis:
@@ -196,14 +198,15 @@ def axis_of(study: Study, key: str) -> Axis:
     """
     words = study.words.get(key)
     if words:
-        flags = np.array([float(word == _WORD_FOR_ONE[key]) for word in words])
-        return Axis(key, column_of(key), {key: flags}, words)
+        flags = np.array([_number_of_word(key, word) for word in words])
+        return Axis(key, column_of(key), {key: flags}, words, _role(study, key))
     values = study.numbers[key]
     grid = values.source if isinstance(values.source, Grid) and values.source.num > 1 else None
     return Axis(
         key,
         column_of(key),
         {key: values.array},
+        role=_role(study, key),
         is_range=grid is not None and not values.is_interval,
         is_log=grid is not None and grid.log,
         is_interval=values.is_interval,
@@ -211,7 +214,7 @@ def axis_of(study: Study, key: str) -> Axis:
 
 
 def _role(study: Study, key: str) -> Role:
-    """Return the role of an axis in the design of a suit."""
+    """Return the role of an axis other than persons and draws in the design of a suit."""
     if split_side(key)[0] == PRETENSION:
         return "pretension"
     return "condition" if key in study.conditions else "choice"
@@ -296,7 +299,7 @@ def _anchor_faults(study: Study) -> Iterator[Fault]:
     the angle between them is zero.
     """
     anchors = [f"arm.{name}" for name in ("a1", "b1", "a2", "b2")]
-    axes = [case_axis(study)] if study.cases else []
+    axes: list[Axis] = [case_axis(study)] if study.cases else []
     axes += [axis_of(study, key) for key in study.axes if key in anchors]
     space = Space(tuple(axes), single_numbers(study))
     if len(space) > _MOST_ARMS:

@@ -5,15 +5,17 @@ from __future__ import annotations
 import hashlib
 import json
 from functools import cached_property
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import PrivateAttr
 
-from tendon_cli.display import Displayed, face
+from tendon_cli import say
+from tendon_cli.display import Displayed
 from tendon_cli.model.trajectory import Trajectory
-from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, PERSON_AXIS
+from tendon_cli.registry import load
+from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, PERSON_AXIS, SAMPLE_AXES
 from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies import parts
 from tendon_cli.studies.contents import (
@@ -37,6 +39,12 @@ __all__ = ["Key", "Study", "keys"]
 
 _GIVEN_TABLES = ("load", "joint", "anchor", "setting", "arm")
 """Tables of numbers that a designer does not decide."""
+_VARIED = "tendon_cli.studies.load.varied_study"
+"""Function behind `vary`, by its name: what checks studies takes them, and lies above."""
+_UNNAMED = "study"
+"""Name of a study that has none."""
+_MAX_VALUES = 6
+"""Values of an axis that a text shows; of a longer one only the first and the last."""
 _STRAP_WIDTH = "arm.contact_width"
 """Number of these tables that a designer does decide."""
 
@@ -45,7 +53,7 @@ class Study(Displayed, Part):
     """Parameter study: every combination of its axes, in the document's order, is one design."""
 
     name: parts.Name = field_default(
-        "study", description="name of the run folder; without it, the stem of the file's name"
+        _UNNAMED, description="name of the run folder; without it, the stem of the file's name"
     )
     title: Title = field_default("", description="for figures")
     arm: parts.Arm = parts.Arm()
@@ -80,10 +88,25 @@ class Study(Displayed, Part):
     _sources: dict[str, dict[str, Any]] = PrivateAttr(default_factory=dict)
     """Files that gave numbers of the study, by the key that names each."""
 
+    drawn_by: ClassVar[str] = "tendon_cli.face.page_of_study"
+
     @property
     def text(self) -> str:
         """Name, axes, limits and warnings, in a few lines."""
-        return str(face().study_text(self))
+        lines = [("axis", f"{key}: {_axis_text(self, key)}") for key in self.axes]
+        lines.append(("motion", _motion_text(self)))
+        if self.conditions:
+            lines.append(("conditions", ", ".join(self.conditions)))
+        for name, value in self.limits.items():
+            lines.append(("limit", f"{name} {say.quantity(name, value)}"))
+        if self.uncertain:
+            lines.append(("uncertain", ", ".join(self.uncertain)))
+        lines += [("note", note) for note in self.notes]
+        lines += [("warning", warning) for warning in self.warnings]
+        title = self.name if self.name == _UNNAMED else f"study {self.name}"
+        if self.title:
+            title = f"{self.name}: {self.title}"
+        return "\n".join([title, *(f"  {name:<11} {text}" for name, text in lines)])
 
     # --- Other studies ---------------------------------------------------------------------------
 
@@ -97,7 +120,7 @@ class Study(Displayed, Part):
             StudyError: The study with these values has faults.
             UsageError: A setting has no place in a study.
         """
-        varied: Study = face().varied(self, settings)
+        varied: Study = load(_VARIED)(self, settings)
         return varied
 
     def replaced(self, parts: dict[str, Any]) -> Study:
@@ -105,20 +128,21 @@ class Study(Displayed, Part):
 
         Values that were computed from the old tables are not kept.
         """
-        study = self.model_copy(update=parts)
-        for computed in ("numbers", "hash", "trajectory"):
-            study.__dict__.pop(computed, None)
-        return study
+        kept = {name: getattr(self, name) for name in type(self).model_fields}
+        study = self.model_construct(self.model_fields_set | parts.keys(), **(kept | parts))
+        return study.ordered(self._axes, self._sources)
 
-    def ordered(self, axes: tuple[str, ...], sources: dict[str, dict[str, Any]]) -> Study:
+    def ordered(self, axes: tuple[str, ...] | None, sources: dict[str, dict[str, Any]]) -> Study:
         """Return the same study with a given order of its axes, and a record of its files.
 
         Args:
-            axes: Keys in the order in which the axes shall vary, slowest first.
+            axes: Keys in the order in which the axes shall vary, slowest first; None for the order
+                of the schema.
             sources: Files that gave numbers of the study, by the key that names each.
         """
         study = self.model_copy()
-        object.__setattr__(study, "__pydantic_private__", {"_axes": axes, "_sources": sources})
+        study._axes = axes  # noqa: SLF001 - another study of this class
+        study._sources = sources  # noqa: SLF001
         return study
 
     # --- Numbers ---------------------------------------------------------------------------------
@@ -230,18 +254,26 @@ class Study(Displayed, Part):
         return self.uncertainty.draws if is_axis else 0
 
     @property
+    def named_lengths(self) -> dict[str, int]:
+        """Numbers of cases, of persons and of draws as far as there are any, by axis."""
+        lengths = {CASE_AXIS: len(self.cases)} if self.cases else {}
+        if self.people is not None:  # a number of 0 while their file is not read
+            lengths[PERSON_AXIS] = self.people.persons
+        if self.draws:
+            lengths[DRAW_AXIS] = self.draws
+        return lengths
+
+    @property
     def axes(self) -> tuple[str, ...]:
         """Keys of the design axes, slowest first.
 
         `case`, `person` and `draw` are axes of several numbers each.
         """
-        named = {CASE_AXIS: self.cases, PERSON_AXIS: self.people, DRAW_AXIS: self.draws}
-        named_axes = [key for key, given in named.items() if given]
         varied = [key for key, values in self.numbers.items() if values.is_axis]
         varied += self.words
         if self._axes is not None:
             varied = [key for key in self._axes if key in varied]
-        return (*named_axes, *varied)
+        return (*self.named_lengths, *varied)
 
     @property
     def conditions(self) -> tuple[str, ...]:
@@ -259,7 +291,7 @@ class Study(Displayed, Part):
                 if key.partition(".")[0] in _GIVEN_TABLES and key != _STRAP_WIDTH
             ]
             stated = (CASE_AXIS, *given)
-        conditions = (*stated, PERSON_AXIS, DRAW_AXIS, *self.intervals)
+        conditions = (*stated, *SAMPLE_AXES, *self.intervals)
         return tuple(key for key in self.axes if key in conditions)
 
     @property
@@ -270,7 +302,7 @@ class Study(Displayed, Part):
         """
         if self.design.serve is not None:
             return self.design.serve.single
-        return 0.95 if {PERSON_AXIS, DRAW_AXIS} & set(self.axes) else 1.0
+        return 0.95 if self.named_lengths.keys() & set(SAMPLE_AXES) else 1.0
 
     # --- Remarks and record ----------------------------------------------------------------------
 
@@ -337,3 +369,42 @@ class Study(Displayed, Part):
         content = {"study": self.document(), "axes": list(self.axes)}
         text = json.dumps(content, sort_keys=True, ensure_ascii=True)
         return hashlib.sha256(text.encode()).hexdigest()
+
+
+# --- Words ----------------------------------------------------------------------------------------
+
+
+def _motion_text(study: Study) -> str:
+    """Return directions and angles of a motion, or the span of a trajectory."""
+    if study.trajectory is None:
+        angles = _values_text("elbow_angle", study.motion.elbow_angle)
+        return f"{' and '.join(study.motion.direction)}, elbow angle {angles}"
+    low, high = np.degrees([study.angles.min(), study.angles.max()])
+    duration = study.trajectory.time[-1]
+    return f"a trajectory of {duration:.4g} s from {low:.4g} to {high:.4g} deg"
+
+
+def _axis_text(study: Study, key: str) -> str:
+    """Return the values of an axis; the middle of a long one is left out."""
+    if key in study.numbers:
+        return _values_text(keys()[key].number.name, study.numbers[key])
+    if key in study.words:
+        return ", ".join(study.words[key])
+    if key == DRAW_AXIS:
+        return say.counted(study.draws, "draw")
+    if study.people is not None and key == PERSON_AXIS:
+        if study.people.file:
+            return f"those of {study.people.file}"
+        return say.counted(study.people.count, "person")
+    names = [str(getattr(case, "name", "")) for case in study.cases]
+    more = f", ... ({say.counted(len(names), 'case')})" if len(names) > _MAX_VALUES else ""
+    return ", ".join(names[:_MAX_VALUES]) + more
+
+
+def _values_text(quantity: str, values: StudyNumber) -> str:
+    """Return the values of a number in words; the middle of a long axis is left out."""
+    if len(values) > _MAX_VALUES:
+        first = say.quantity(quantity, values.array[0])
+        last = say.quantity(quantity, values.array[-1])
+        return f"{first} to {last}, {len(values):,} values"
+    return ", ".join(say.quantity(quantity, value) for value in values.array)

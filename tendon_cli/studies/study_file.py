@@ -38,6 +38,26 @@ _HINTS = {
 """Hints by pieces of the YAML parser's messages."""
 
 
+_KINDS = {
+    ".csv": "a CSV",
+    ".tsv": "a CSV",
+    ".parquet": "a table in Parquet",
+    ".json": "JSON",
+    ".html": "a page",
+    ".png": "a figure",
+    ".svg": "a figure",
+    ".pdf": "a figure",
+    ".xlsx": "a workbook of a spreadsheet",
+    ".py": "a program in Python",
+}
+"""Kinds of files that are no study, by their endings."""
+_USED_BY = {
+    "a CSV": "`tendon fit-friction` reads load-cell readings; a study names its other CSVs by key",
+    "a table in Parquet": "`tendon show` and `tendon export` read tables",
+}
+"""Hints at what a file of another kind is for."""
+
+
 def read_document(path: Path) -> Document:
     """Return the content of a TOML or YAML file.
 
@@ -45,8 +65,11 @@ def read_document(path: Path) -> Document:
         path: The file; `STDIN` for standard input.
 
     Raises:
-        StudyError: The file cannot be read, or is not of its grammar.
+        StudyError: The file cannot be read, is of another kind, or is not of its grammar.
     """
+    kind = _KINDS.get(path.suffix.lower())
+    if kind is not None and path.is_file():
+        raise refused(f"this is {kind}, expected a study in TOML or YAML", _USED_BY.get(kind))
     content = _bytes(path)
     try:
         text = content.decode("utf-8-sig").replace("\r\n", "\n")

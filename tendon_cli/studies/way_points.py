@@ -28,18 +28,19 @@ TURN_TO_WARN_OF = 0.5
 """Largest turn at one way-point without a warning, rad."""
 
 
-def read_route(content: bytes, where: str) -> npt.NDArray[np.float64]:
+def read_route(content: bytes, where: str) -> tuple[npt.NDArray[np.float64], list[str]]:
     """Return way-points, (n, 3), m, from the content of a CSV with the columns x, y and z.
 
-    Columns whose header has no unit are in m.
+    Columns whose header has no unit are in m. A note names the columns that are not read, if there
+    are any.
     """
     dimensions = dict.fromkeys("xyz", "length")
-    columns, _ = read_columns(content, where, dimensions, "way-point", unit="m")
-    points = columns.T
+    read = read_columns(content, where, dimensions, "way-point", unit="m")
+    points = read.values.T
     if len(np.unique(points, axis=0)) < 2:
         problem = "holds fewer than two different way-points, expected two at least"
         raise InputError(problem, where=where)
-    return points
+    return points, read.notes
 
 
 def smooth(route: npt.NDArray[np.float64], noise: float) -> npt.NDArray[np.float64]:
@@ -73,14 +74,16 @@ def measure_route(content: bytes, where: str, smoothing: float) -> tuple[Measure
     Raises:
         InputError: The file is not a route, or bends more than a sheath can.
     """
+    points, notes = read_route(content, where)
     try:
-        measured = measured_route(read_route(content, where), smoothing or None)
+        measured = measured_route(points, smoothing or None)
     except ValueError as error:
         raise InputError(str(error), where=where) from None
     if measured.bend_angle > MAX_BEND:
         problem = f"bends by {measured.bend_angle:.4g} rad, expected {MAX_BEND:g} at most"
         raise InputError(problem, where=where)
-    return measured, [f"{where}: {warning}" for warning in _warnings(measured, smoothing)]
+    warnings = [f"{where}: {warning}" for warning in _warnings(measured, smoothing)]
+    return measured, [*notes, *warnings]
 
 
 def route_note(measured: MeasuredRoute, where: str) -> str:

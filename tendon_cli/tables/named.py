@@ -8,10 +8,11 @@ choice, and takes the place of the choice's own values here.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -30,21 +31,22 @@ _ELSEWHERE = {"between_samples": SAMPLED}
 """Words of choices that an answer does not name; numbers are null there, truths false."""
 
 
-def open_choices(path: Path) -> AnyTable:
+def open_choices(path: Path, records: Mapping[str, Any] | None = None) -> AnyTable:
     """Open the choices of an answer, every byte verified, with what the whole says of them.
 
     Args:
         path: `choices.parquet` of the answer. Without `named.parquet` beside it, it is all there
             is.
+        records: Records in its folder by the names of their files; they are read if None.
 
     Raises:
         InputError: A table is damaged, or they are of two answers.
     """
-    choices = open_table(path)
+    choices = open_table(path, records)
     beside = path.with_name(NAMED)
     if not beside.exists():
         return choices
-    named = open_table(beside)
+    named = open_table(beside, records)
     if named.facts.get("study_hash") != choices.facts.get("study_hash"):
         hint = "each answer has its own; move it away"
         raise InputError("belongs to another answer", where=str(beside), hint=hint)

@@ -18,11 +18,10 @@ import pyarrow.parquet as pq
 
 from tendon_cli.errors import InputError, is_memory_short
 from tendon_cli.files import read_file
+from tendon_cli.registry import record_names
 from tendon_cli.tables.footer import read_whole
 from tendon_cli.version import RESULTS_VERSION, reader_of
 
-RECORDS = {"sweep": "run.json", "design": "design.json"}
-"""Name of the record in a run's folder, by the command of the run."""
 _LONGEST_RECORD = 2**30
 """Largest size of a record that is read, bytes."""
 
@@ -141,12 +140,14 @@ class TableFiles(AnyTable):
 
 
 def _read_part(file: Path, columns: list[str] | None) -> pa.Table:
-    """Read a file. Raise InputError if it is damaged."""
+    """Read a file. Raise InputError if it is damaged.
+
+    It starts no thread of Arrow's, under which the process might end; they gained nothing.
+    """
     # pq.read_table would import pandas.
-    with _damage_in(file):
-        source = pa.memory_map(str(file))
-        with pq.ParquetFile(source, page_checksum_verification=True) as parquet:
-            return parquet.read(columns=columns)
+    options = {"page_checksum_verification": True, "pre_buffer": False}
+    with _damage_in(file), pq.ParquetFile(pa.memory_map(str(file)), **options) as parquet:
+        return parquet.read(columns=columns, use_threads=False)
 
 
 @contextlib.contextmanager
@@ -166,11 +167,12 @@ def _damage_in(file: Path) -> Iterator[None]:
         raise _damaged(file, str(error).splitlines()[0]) from None
 
 
-def open_table(path: Path) -> TableFiles:
+def open_table(path: Path, records: Mapping[str, Any] | None = None) -> TableFiles:
     """Open a table of tendon's with every byte verified.
 
     Args:
         path: File of the table, or the folder of its parts.
+        records: Records in its folder by the names of their files; read by `records_in` if None.
 
     Raises:
         InputError: The table is damaged or incomplete, is not one of tendon's, or does not belong
@@ -188,22 +190,30 @@ def open_table(path: Path) -> TableFiles:
         raise InputError(
             "does not say what table it is", where=str(path), hint="`tendon sweep` writes it anew"
         ) from None
-    _check_run(path, table)
+    _check_run(path, table, records_in(path.parent) if records is None else records)
     return table
 
 
-def _check_run(path: Path, table: TableFiles) -> None:
+def records_in(folder: Path) -> dict[str, Any]:
+    """Read the records of runs in a folder as they are, by the names of their files."""
+    records = {}
+    for name in record_names():
+        with contextlib.suppress(OSError, ValueError, RecursionError):
+            records[name] = json.loads(read_file(folder / name, _LONGEST_RECORD))
+    return records
+
+
+def _check_run(path: Path, table: TableFiles, records: Mapping[str, Any]) -> None:
     """Raise InputError if a table in a run's folder is not one of that run."""
     folder = path.parent
-    for name in RECORDS.values():
+    for name, record in records.items():
         try:
-            record = json.loads(read_file(folder / name, _LONGEST_RECORD))
             run_version = (record["study_hash"], record["results_version"])
             all_recorded = {str(entry["path"]): entry["size"] for entry in record["files"]}
-        except (OSError, ValueError, KeyError, TypeError, RecursionError):
-            continue  # no record, or none as tendon writes it: readers of the run report that
+        except (KeyError, TypeError):
+            continue  # not as tendon writes it: readers of the run report that
         check_version(folder, record)
-        version = (table.facts["study_hash"], table.facts.get("results_version"))
+        version = (table.facts["study_hash"], table.facts["results_version"])
         sizes = {str(file.relative_to(folder)): file.stat().st_size for file in table.files}
         recorded = {
             file: size for file, size in all_recorded.items() if file.partition("/")[0] == path.name
@@ -245,7 +255,7 @@ def _check_whole(path: Path, files: Sequence[Path], facts: list[dict[str, Any]])
     first = facts[0]
     total = first["part"]["of"]
     for file, own in zip(files, facts, strict=True):
-        is_other_table = any(own.get(name) != first.get(name) for name in _OF_ONE_TABLE)
+        is_other_table = any(own[name] != first[name] for name in _OF_ONE_TABLE)
         if is_other_table or own["part"]["of"] != total:
             raise InputError("belongs to another table than the parts beside it", where=str(file))
     indices = [own["part"]["index"] for own in facts]

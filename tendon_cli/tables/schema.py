@@ -173,6 +173,11 @@ def _from_buffers(kind: pa.DataType, values: npt.NDArray[Any], *, nulls: bool = 
     return pa.Array.from_buffers(kind, len(values), [valid, pa.py_buffer(data)])
 
 
+def finite_or_none(value: float) -> float | None:
+    """Return a number as a record in JSON has it: None if it is infinite or not a number."""
+    return float(value) if math.isfinite(value) else None
+
+
 def _has_nan(values: npt.NDArray[Any]) -> bool:
     """Return True if any value is NaN.
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.checks.check_text import as_markdown
 from tendon_cli.checks.compare import compare, difference
 from tendon_cli.errors import UsageError
 from tests.check.conftest import swept
@@ -138,3 +139,10 @@ def test_a_null_against_a_number_is_a_change():
     now = np.array([1.0, np.nan, np.nan, 1.0])
     before = np.array([np.nan, 1.0, np.nan, 1.0])
     assert difference(now, before, is_flag=False).tolist() == [np.inf, np.inf, 0.0, 0.0]
+
+
+def test_markdown_is_headed_by_what_was_found(plain, rougher):
+    same = compare(plain, plain)
+    assert as_markdown(same.text, same.verdict).startswith("### tendon check: nothing changed\n")
+    other = compare(rougher, plain, apart=["sheath.friction"])
+    assert as_markdown(other.text, other.verdict).startswith("### tendon check: changed\n")

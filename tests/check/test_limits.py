@@ -91,6 +91,6 @@ def test_a_run_without_designs_is_refused(tmp_path):
 
 
 def test_names_say_no_markdown():
-    text = as_markdown("<b>suit</b> [x](y): 1 design\n  `slack`", holds=False)
+    text = as_markdown("<b>suit</b> [x](y): 1 design\n  `slack`", "negative result")
     assert "<b>" not in text
     assert "\\[x](y)" in text

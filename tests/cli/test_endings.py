@@ -2,14 +2,17 @@
 
 import json
 import resource
+import shutil
 import signal
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
 from tendon_cli import terminal
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.errors import is_memory_short
+from tests.cli import endings
 from tests.cli.conftest import set_options
 
 INTERRUPTED = """
@@ -61,6 +64,58 @@ def test_a_signal_while_modules_are_read_ends_quietly(outside, study, module, nu
     assert (ran.exit, ran.out) == (128 + number, "")
     assert "Traceback" not in ran.err
     assert not (study.parent / "results").exists()
+
+
+# --- Threads --------------------------------------------------------------------------------------
+
+COUNTED = """
+import os, sys
+from tendon_cli.startup import spare_time
+spare_time()  # else NumPy starts threads, too
+import pyarrow.compute, pyarrow.csv, pyarrow.parquet
+
+def threads():
+    return len(os.listdir("/proc/self/task"))
+
+before = threads()
+from tendon_cli.cli import main
+try:
+    main()
+finally:
+    print(threads() - before, file=sys.stderr)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux lists the threads of a process")
+@pytest.mark.parametrize("words", endings.WORDS, ids=lambda words: " ".join(words[:2]))
+def test_no_command_ends_while_threads_of_arrow_run(outside, workplace, words):
+    """They may need Python when it is gone, and then end the process by abort()."""
+    endings.write_inputs(workplace)
+    if words[0] in endings.READERS:
+        assert outside("sweep", "study.toml", "--no-figures", "--out", "run").exit == 0
+    ran = outside("-c", COUNTED, *words, python=True)
+    assert ran.exit in endings.EXITS, ran.err
+    assert ran.err.splitlines()[-1] == "0"
+
+
+@pytest.mark.torture
+@pytest.mark.parametrize("words", endings.WORDS, ids=lambda words: " ".join(words[:2]))
+def test_four_hundred_commands_end_on_a_busy_machine(outside, workplace, words):
+    endings.write_inputs(workplace)
+    if words[0] in endings.READERS:
+        assert outside("sweep", "study.toml", "--no-figures", "--out", "run").exit == 0
+
+    def run(number):
+        place = workplace / str(number)
+        shutil.copytree(workplace, place, ignore=lambda _, names: {*filter(str.isdigit, names)})
+        ran = outside("-m", "tendon_cli", *words, python=True, cwd=place)
+        shutil.rmtree(place)
+        return ran
+
+    with ThreadPoolExecutor(8) as pool:
+        ends = list(pool.map(run, range(endings.TIMES)))
+    assert {ran.exit for ran in ends} <= endings.EXITS
+    assert not any("terminate" in ran.err for ran in ends)
 
 
 # --- Memory ---------------------------------------------------------------------------------------

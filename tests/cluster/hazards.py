@@ -14,13 +14,13 @@ from pathlib import Path
 
 import pyarrow as pa
 
-from tendon_cli.answers import candidates
 from tendon_cli.answers import choices as choices_module
 from tendon_cli.answers.choices import Choices
 from tendon_cli.engine import plan as plan_module
 from tendon_cli.engine.cluster import worker
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.errors import OutputError, Stopped
+from tendon_cli.windows import candidates
 
 HAZARDS = Path(os.environ["TENDON_TEST_HAZARDS"])
 STATES_PER_PART = int(os.environ["TENDON_TEST_STATES_PER_PART"])

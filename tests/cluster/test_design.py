@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from tendon_cli.answers import candidates
 from tendon_cli.answers import choices as choices_module
 from tendon_cli.tables.read import open_table
+from tendon_cli.windows import candidates
 
 from .conftest import WINDOWS_PER_PART, in_background, leftovers, wait_for
 

@@ -1,10 +1,9 @@
-"""Design questions as text, and as a problem that is ready to be solved."""
+"""Design questions as text, and their solutions."""
 
-import numpy as np
-
-from tendon_cli.answers.problem import question_of
-from tendon_cli.answers.solve import solve
 from tendon_cli.studies.load import load_study
+from tendon_cli.windows.question import question_of
+from tendon_cli.windows.solutions import solve
+from tendon_cli.windows.solver import Solver
 
 LOADS = '[load]\nmass = ["0 kg", "3 kg", "5 kg", "10 kg"]\n'
 
@@ -19,14 +18,13 @@ RANGES = (
 )
 
 
-def problem_of(text, folder):
-    """Return the problem of a study given as text."""
+def question_from(text, folder):
+    """Return the question of a study given as text."""
     file = folder / "study.toml"
     file.write_text(text, encoding="utf-8")
     return question_of(load_study(file))
 
 
-def solved(problem):
-    """Solve every choice of a problem."""
-    rows = np.arange(len(problem.choices))
-    return solve(problem, problem.choices.numbers(rows), len(rows))
+def solved(question):
+    """Solve every choice of a question."""
+    return solve(Solver(question), question.all_points())

@@ -7,12 +7,13 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.answers import choices as choices_module
-from tendon_cli.answers.problem import question_of
-from tendon_cli.answers.question import goals_of
+from tendon_cli.answers.question_facts import notes_of
 from tendon_cli.answers.sensitivity import sensitivities
-from tendon_cli.answers.solve import solve_columns, solve_rows
+from tendon_cli.windows.question import goals_of, question_of
+from tendon_cli.windows.solutions import solve
+from tendon_cli.windows.solver import Solver
 
-from .studies import CATALOGUE, LOADS, RANGES, problem_of
+from .studies import CATALOGUE, LOADS, RANGES, question_from
 
 PAPER = {"load": {"mass": ["0 kg", "3 kg", "5 kg", "10 kg"]}}
 SPRINGS = {"spring": {"stiffness": {"from": "1 kN/m", "to": "6 kN/m", "num": 6}}}
@@ -30,16 +31,17 @@ def scored(rows, goals):
 
 def answered(text, folder):
     """Return the answer, its goals, and the scores of a grid of four times its density."""
-    fine = problem_of(text.replace("num = 8", "num = 29").replace("num = 6", "num = 21"), folder)
+    fine = question_from(text.replace("num = 8", "num = 29").replace("num = 6", "num = 21"), folder)
     goals = goals_of(fine.study)
-    answer = tendon.design(problem_of(text, folder).study)
-    rivals = solve_rows(fine, np.arange(len(fine.choices)))
+    answer = tendon.design(question_from(text, folder).study)
+    rivals = solve(Solver(fine), fine.all_points())
     return answer, goals, rivals.scores(goals)
 
 
 def solved_alone(content):
     """Solve the one choice of a study."""
-    return solve_columns(question_of(tendon.study(content)), {}, 1)
+    question = question_of(tendon.study(content))
+    return solve(Solver(question), question.all_points())
 
 
 def with_value(content, key, value):
@@ -83,13 +85,13 @@ def test_each_fix_opens_a_window_and_a_step_less_does_not(paper):
         key = fix["parameter"]
         step = fix["after"] - fix["before"]
         less = solved_alone(with_value(PAPER, key, fix["before"] + 0.999 * step))
-        assert not less["feasible"][0], key
+        assert not less.feasible[0], key
         fixed = solved_alone(with_value(PAPER, key, fix["before"] + step))
-        assert fixed["feasible"][0], key
-        low = fixed["pretension_from"][0]
-        high = fixed["pretension_to"][0]
+        assert fixed.feasible[0], key
+        low = fixed.pretension_from[0]
+        high = fixed.pretension_to[0]
         assert high - low <= 1e-9 * high
-        assert fixed["max_tension"][0] == pytest.approx(fix["max_tension"], rel=1e-9)
+        assert fixed.worst.max_tension[0] == pytest.approx(fix["max_tension"], rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -115,20 +117,21 @@ def test_every_fix_as_printed_opens_a_window_that_holds_the_printed_pretension(c
         assert f" to {fix['printed']}  " in answer.text
         printed_value = fix["printed"].replace(",", "")
         fixed = solved_alone(with_value(content, fix["parameter"], printed_value))
-        assert fixed["feasible"][0], fix
+        assert fixed.feasible[0], fix
         pretension = float(fix["printed_pretension"])
-        assert fixed["pretension_from"][0] <= pretension <= fixed["pretension_to"][0]
+        assert fixed.pretension_from[0] <= pretension <= fixed.pretension_to[0]
 
 
 def test_scanning_the_whole_range_finds_no_fix_that_the_answer_does_not(paper, tmp_path):
     idle = [fix for fix in paper.fixes if fix["after"] is None]
     assert {"spring.stiffness", "sheath.friction"} <= {fix["parameter"] for fix in idle}
-    problem = problem_of(LOADS, tmp_path)
+    question = question_from(LOADS, tmp_path)
     for fix in idle:
         low, high = fix["plausible"]
         key = fix["parameter"]
         values = np.geomspace(low, high, 1500)
-        windows = problem.windows({key: values}, len(values))
+        points = question.all_points().repeat(len(values)).with_numbers({key: values})
+        windows = Solver(question).windows(points)
         has_window = windows.low.max(axis=1) <= windows.high.min(axis=1)
         assert not has_window.any(), key
 
@@ -252,14 +255,14 @@ def test_sensitivities_are_the_slopes_of_the_ends(tmp_path):
         '[limits]\nmax_tension = "380 N"\n[spring]\nstiffness = "5 kN/m"\n[spool]\nratio = 0.6\n'
         '[load]\nmass = ["1 kg", "8 kg"]\n'
     )
-    problem = problem_of(text, tmp_path)
-    rows = sensitivities(problem, solve_columns(problem, {}, 1))
+    question = question_from(text, tmp_path)
+    rows = sensitivities(Solver(question), solve(Solver(question), question.all_points()))
     assert {row["end"] for row in rows} == {"from", "to"}
     assert len(rows) > 30
 
     def end_at(row, factor):
-        moved = problem.saying({row["key"]: np.full(2, row["value"] * factor)})
-        return solve_columns(moved, {}, 1)[f"pretension_{row['end']}"][0]
+        moved = question.with_numbers({row["key"]: np.full(2, row["value"] * factor)})
+        return solve(Solver(moved), moved.all_points()).pretension_at(row["end"])[0]
 
     step = 1e-4
     for row in rows:
@@ -277,7 +280,7 @@ def test_sensitivities_are_the_slopes_of_the_ends(tmp_path):
 
 @pytest.mark.parametrize("text", [CATALOGUE, LOADS])
 def test_a_screen_of_80_columns_holds_the_answer(text, tmp_path):
-    lines = tendon.design(problem_of(text, tmp_path).study).text.splitlines()
+    lines = tendon.design(question_from(text, tmp_path).study).text.splitlines()
     assert max(map(len, lines)) <= 80
     assert len(lines) <= 48
 
@@ -298,6 +301,6 @@ DRAWN = {"uncertainty": {"draws": 4}}
 )
 def test_uncertain_numbers_without_draws_and_draws_without_these_are_noted(content, noted):
     notes = " ".join(
-        question_of(tendon.study({"spring": {"stiffness": "5 kN/m"}, **content})).notes
+        notes_of(question_of(tendon.study({"spring": {"stiffness": "5 kN/m"}, **content})))
     )
     assert [text for text in ("taken at their middle", "draws nothing") if text in notes] == noted

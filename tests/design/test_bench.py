@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.answers.problem import question_of
 from tendon_cli.answers.setup import setting_columns, settings, study_arm
 from tendon_cli.model.setting import pretension_per_length
+from tendon_cli.windows.question import question_of
 
 SUIT = {
     "spring": {"stiffness": "5 kN/m"},
@@ -50,10 +50,10 @@ def test_the_tensions_to_set_are_those_of_the_state_in_which_it_is_set(answer):
     ("stiffness", "ratio", "per_mm"), [("5 kN/m", 0.6, 4.8), ("8 kN/m", 0.5, 7.5)]
 )
 def test_a_millimetre_of_both_tendons_adds_its_pretension(stiffness, ratio, per_mm):
-    problem = question_of(
+    question = question_of(
         tendon.study({"spring": {"stiffness": stiffness}, "spool": {"ratio": ratio}})
     )
-    design = study_arm(problem, {}, np.array([100.0]))
+    design = study_arm(question, question.all_points().at_pretension(np.array([100.0])))
     assert pretension_per_length(design) * 1e-3 == pytest.approx(per_mm, abs=0.05)
 
 
@@ -64,8 +64,9 @@ def test_the_tensions_to_set_are_those_of_the_study_arm(whom):
     content = {**SUIT, "sheath": {"friction": {"value": 0.07, "tolerance": "20 %"}}}
 
     def settings_of(content):
-        problem = question_of(tendon.study(content))
-        return settings(study_arm(problem, {}, np.array([140.0])), 1)
+        question = question_of(tendon.study(content))
+        points = question.all_points().at_pretension(np.array([140.0]))
+        return settings(study_arm(question, points), 1)
 
     of_many = settings_of({**content, **whom})
     for name, values in settings_of(content).items():
@@ -73,11 +74,12 @@ def test_the_tensions_to_set_are_those_of_the_study_arm(whom):
 
 
 def test_a_window_without_an_end_has_no_length():
-    problem = question_of(tendon.study(SUIT))
+    question = question_of(tendon.study(SUIT))
     low = np.array([100.0, 120.0, 100.0])
     high = np.array([np.inf, 110.0, 120.0])
     pretension = np.full(3, 110.0)
-    length = setting_columns(problem, {}, low, high, pretension)["tolerance_length"]
+    points = question.all_points().repeat(3)
+    length = setting_columns(question, points, low, high, pretension)["tolerance_length"]
     np.testing.assert_array_equal(np.isnan(length), [True, True, False])
 
 

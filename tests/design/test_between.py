@@ -9,10 +9,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 import tendon_cli as tendon
-from tendon_cli.answers import problem as problem_module
 from tendon_cli.answers.between_samples import estimate_error
-from tendon_cli.answers.problem import question_of
-from tendon_cli.answers.solve import solve
 from tendon_cli.model import proof
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds
@@ -20,6 +17,10 @@ from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.motor_window import Motor, narrow
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.model.window import Window, ends_of_states, window
+from tendon_cli.windows import solver as solver_module
+from tendon_cli.windows.question import question_of
+from tendon_cli.windows.solutions import solve
+from tendon_cli.windows.solver import Solver
 
 
 @dataclass(frozen=True)
@@ -155,7 +156,7 @@ def test_the_proof_catches_an_end_that_the_grid_misses(monkeypatch):
         nothing = np.zeros(ends.low.shape, bool)
         return nothing, nothing
 
-    monkeypatch.setattr(problem_module.Problem, "_may_bind", none_may_bind)
+    monkeypatch.setattr(solver_module.Solver, "_may_bind", none_may_bind)
     suit = SUITS["tension"]
     choice = answered(
         suit.content, load={"mass": [0.0, suit.load]}, limits=suit.limits, motion=suit.motion(5)
@@ -210,17 +211,28 @@ def higher_end(tension, capstan):
     return np.maximum(tension, tension / capstan)
 
 
-def under_both(problem, **numbers):
-    """Return the designs of a problem under its two conditions."""
-    return problem.paired(numbers, np.zeros(2, dtype=np.int64), np.arange(2))
+def under_both(question, **numbers):
+    """Return the designs of a question under its two conditions."""
+    points = question.all_points().with_numbers(numbers)
+    return question.paired_designs(points, np.zeros(2, dtype=np.int64), np.arange(2))
+
+
+def ends_of(question):
+    """Return the ends of the windows of all choices."""
+    return Solver(question).ends(question.all_points())
+
+
+def windows_of(question):
+    """Return the windows of all choices with the limits that bind."""
+    return Solver(question).windows(question.all_points())
 
 
 def evaluate_all(study, pretension):
     """Return the states at very many angles under both conditions, at a pretension."""
-    problem = question_of(study)
-    angles = np.linspace(problem.angles.min(), problem.angles.max(), 20001)
-    designs = under_both(problem, **{"tendon.pretension": np.array([pretension])})
-    return State.of(designs, angles[np.newaxis], problem.flexion)
+    question = question_of(study)
+    angles = np.linspace(question.angles.min(), question.angles.max(), 20001)
+    designs = under_both(question, **{"tendon.pretension": np.array([pretension])})
+    return State.of(designs, angles[np.newaxis], question.flexion)
 
 
 # --- Two nearly equal peaks -----------------------------------------------------------------------
@@ -236,8 +248,8 @@ def test_of_two_nearly_equal_peaks_the_higher_one_ends_the_window(apart):
     common = {**suit.content, "load": {"mass": suit.load}, "motion": suit.motion(5)}
 
     def beyond(torque):
-        problem = question_of(tendon.study({**common, "limits": {"peak_motor_torque": torque}}))
-        _, high = searched(problem)
+        question = question_of(tendon.study({**common, "limits": {"peak_motor_torque": torque}}))
+        _, high = searched(question)
         return high - suit.high - apart
 
     torque = brentq(beyond, 9.2, 10.0, xtol=1e-11)
@@ -307,7 +319,7 @@ def test_the_window_of_an_interval_of_postures_is_proved_and_that_of_very_many(w
     assert known["status"] == "proven"
     assert f"every upper arm angle from {low} to {high} deg" in known["scope"]
     postures = [f"{angle} deg" for angle in np.linspace(low, high, 301)]
-    many = question_of(tendon.study({**content, "arm": {"upper_arm_angle": postures}})).ends({}, 1)
+    many = ends_of(question_of(tendon.study({**content, "arm": {"upper_arm_angle": postures}})))
     assert answer.choices.pretension_from[0] == pytest.approx(many.low.max(), abs=2e-6)
     assert answer.choices.pretension_to[0] == pytest.approx(many.high.min(), abs=2e-6)
 
@@ -333,13 +345,13 @@ def test_the_worst_power_at_a_load_between_two_is_found():
     assert few.between_samples == "sampled"
     assert few.pretension_to == pytest.approx(many.pretension_to, rel=1e-4)
     heaviest = question_of(tendon.study({**content, "load": {"mass": 12.7}}))
-    assert few.pretension_to < heaviest.windows({}, 1).high[0, 0] - 1.0
+    assert few.pretension_to < ends_of(heaviest).high[0, 0] - 1.0
 
 
-def limited(rng, problem, name, low, high):
-    """Return the problem with a limit that the motion reaches at a pretension in the window."""
-    designs = under_both(problem)
-    motor = Motor(designs, problem.angles, problem.flexion, (2,), problem.bounds.speed)
+def limited(rng, question, name, low, high):
+    """Return the question with a limit that the motion reaches at a pretension in the window."""
+    designs = under_both(question)
+    motor = Motor(designs, question.angles, question.flexion, (2,), question.bounds.speed)
     pretension = np.full(2, low + rng.uniform(0.2, 0.8) * (high - low))
     limit = LIMITS[name]
     if limit.lines is None:
@@ -348,21 +360,22 @@ def limited(rng, problem, name, low, high):
     else:
         lines = limit.lines(motor)
         value = np.abs(lines.at(pretension)).max()
-    return problem.bounded(name, float(value))
+    return question.with_bound(name, float(value))
 
 
 def check_estimates(cases):
     """Check the estimates of cases by denser samples; return how many windows these narrow.
 
-    A case is a problem, its window, and a function that returns the window of denser samples.
+    A case is a question, its window, and a function that returns the window of denser samples.
     """
     narrower = 0
-    for problem, (low, high), dense_window in cases:
+    for question, (low, high), dense_window in cases:
         if not low <= high:
             continue
-        estimate = estimate_error(
-            problem, {}, solve(problem, {}, 1), problem.ends_over_angles({}, 1)
-        )
+        solver = Solver(question)
+        points = question.all_points()
+        ends = solver.ends_that_may_bind(points)
+        estimate = estimate_error(solver, solve(solver, points), ends)
         if estimate is None:
             continue
         dense_low, dense_high = dense_window()
@@ -375,7 +388,7 @@ MOTOR_LIMITS = ("peak_motor_power", "max_spool_travel", "max_backlash", "max_tor
 
 
 def within_limits_of_the_motor(seed, count):
-    """Yield random problems with a limit on the motor, as `check_estimates` has them."""
+    """Yield random questions with a limit on the motor, as `check_estimates` has them."""
     rng = np.random.default_rng(seed)
     for number in range(count):
         name = MOTOR_LIMITS[number % 4]
@@ -383,25 +396,25 @@ def within_limits_of_the_motor(seed, count):
         content = random_study(rng, number)
         content["limits"] = {name: "1e5 rad" if is_angle else 1e6}
         content["motion"]["speed"] = "60 deg/s"
-        problem = question_of(tendon.study(content))
-        of_states = replace(problem, bounds=Bounds()).windows({}, 1)
+        question = question_of(tendon.study(content))
+        of_states = windows_of(replace(question, bounds=Bounds()))
         highest = min(of_states.high.min(), 1e3)
-        problem = limited(rng, problem, name, of_states.low.max(), highest)
-        windows = problem.windows({}, 1)
+        question = limited(rng, question, name, of_states.low.max(), highest)
+        windows = windows_of(question)
         ends = (windows.low.max(), windows.high.min())
-        yield problem, ends, partial(ends_at_many_angles, problem, of_states)
+        yield question, ends, partial(ends_at_many_angles, question, of_states)
 
 
-def ends_at_many_angles(problem, of_states):
+def ends_at_many_angles(question, of_states):
     """Narrow the windows of the states by the motor's limits at eight thousand angles."""
-    angles = np.linspace(problem.angles.min(), problem.angles.max(), 8001)
+    angles = np.linspace(question.angles.min(), question.angles.max(), 8001)
     windows = narrow(
         Window(**{name: values[0] for name, values in vars(of_states).items()}),
-        under_both(problem),
+        under_both(question),
         angles[np.newaxis],
-        problem.flexion,
-        problem.bounds,
-        problem.loads,
+        question.flexion,
+        question.bounds,
+        question.loads,
     )
     return windows.low.max(), windows.high.min()
 
@@ -474,26 +487,26 @@ def refined_motion(trajectory, times):
     return Trajectory(time, angle, np.array(derivatives), trajectory.reversal)
 
 
-def ends_along(problem, trajectory):
+def ends_along(question, trajectory):
     """Return the ends of the window along a trajectory."""
-    designs = replace(under_both(problem), trajectory=trajectory)
+    designs = replace(under_both(question), trajectory=trajectory)
     angles = trajectory.angle[np.newaxis]
     flexion = trajectory.flexion[np.newaxis]
-    of_states = window(designs, angles, flexion, problem.bounds)
-    windows = narrow(of_states, designs, angles, flexion, problem.bounds, problem.loads)
+    of_states = window(designs, angles, flexion, question.bounds)
+    windows = narrow(of_states, designs, angles, flexion, question.bounds, question.loads)
     return windows.low.max(), min(windows.high.min(), 1e3)
 
 
-def ends_along_refined(problem, trajectory):
+def ends_along_refined(question, trajectory):
     """Return the ends of the window along a trajectory of fifty times the samples."""
-    return ends_along(problem, refined_motion(trajectory, 50))
+    return ends_along(question, refined_motion(trajectory, 50))
 
 
 CYCLE_LIMITS = ("peak_motor_power", "max_spool_travel", "max_motor_work_in", "max_friction_loss")
 
 
 def along_trajectories(seed, count):
-    """Yield random problems along trajectories, as `check_estimates` has them.
+    """Yield random questions along trajectories, as `check_estimates` has them.
 
     Every second one has a limit on the motor, the others have limits on states.
     """
@@ -507,13 +520,13 @@ def along_trajectories(seed, count):
             name = CYCLE_LIMITS[number // 2 % len(CYCLE_LIMITS)]
             limits = {name: "1e5 rad" if "travel" in name else 1e5}
         content["limits"] = {"min_elbow_stiffness": -200.0} | limits
-        problem = question_of(tendon.study(content))
-        trajectory = problem.study.trajectory
-        ends = ends_along(problem, trajectory)
+        question = question_of(tendon.study(content))
+        trajectory = question.study.trajectory
+        ends = ends_along(question, trajectory)
         if name is not None:
-            problem = limited(rng, problem, name, *ends)
-            ends = ends_along(problem, trajectory)
-        yield problem, ends, partial(ends_along_refined, problem, trajectory)
+            question = limited(rng, question, name, *ends)
+            ends = ends_along(question, trajectory)
+        yield question, ends, partial(ends_along_refined, question, trajectory)
 
 
 def test_the_samples_of_a_trajectory_do_not_miss_more_than_is_estimated():
@@ -556,22 +569,22 @@ def random_study(rng, number):
     }
 
 
-def searched(problem):
+def searched(question):
     """Return the window over all angles, by a search over very many and then closer ones."""
-    angles = np.linspace(problem.angles.min(), problem.angles.max(), 4001)
-    low = top_of(problem, 0, angles)
-    high = -top_of(problem, 1, angles)
+    angles = np.linspace(question.angles.min(), question.angles.max(), 4001)
+    low = top_of(question, 0, angles)
+    high = -top_of(question, 1, angles)
     return max(low, 0.0), high
 
 
-def top_of(problem, end, angles, *, closer=True):
+def top_of(question, end, angles, *, closer=True):
     """Return the highest lower end that limits ask for at the angles and between them, N.
 
     Between angles it is the top of the parabola through three neighbours. The upper end (`end`
     1) is sought with its sign changed. With `closer`, the highest top is searched once more.
     """
-    states = State.of(problem.design({}), angles[np.newaxis], problem.flexion)
-    values = ends_of_states(states, problem.bounds)[end]
+    states = State.of(question.designs(question.all_points()), angles[np.newaxis], question.flexion)
+    values = ends_of_states(states, question.bounds)[end]
     if end == 1:
         values = -values
     before = values[..., :-2]
@@ -584,7 +597,7 @@ def top_of(problem, end, angles, *, closer=True):
     if closer and np.isfinite(peaks).any():
         index = np.unravel_index(np.nanargmax(peaks), peaks.shape)[-1]
         closer_angles = np.linspace(angles[index], angles[index + 2], 101)
-        inside = top_of(problem, end, closer_angles, closer=False)
+        inside = top_of(question, end, closer_angles, closer=False)
         return max(inside, np.nanmax(values))
     return max(np.nanmax(peaks), np.max(values[..., [0, -1]]))
 

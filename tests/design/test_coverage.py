@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from tendon_cli.answers.candidates import compromise, front, losses
-from tendon_cli.answers.coverage import group_windows, share_at, share_served
-from tendon_cli.answers.question import Goal
+from tendon_cli.windows.candidates import compromise, front, losses
+from tendon_cli.windows.coverage import share_at, share_served
+from tendon_cli.windows.groups import Groups
+from tendon_cli.windows.question import Goal
 
 
 def sets_of_windows(seed, count=50):
@@ -45,7 +46,7 @@ def test_the_share_served_is_that_of_a_dense_scan(enough):
     touching = 0
     for low, high, weighting in sets_of_windows(seed=3, count=200):
         pretensions, share = scanned(low, high, weighting)
-        coverage = share_served(low[np.newaxis], high[np.newaxis], weighting, enough=enough)
+        coverage = share_served(low[np.newaxis], high[np.newaxis], weighting, serve=enough)
         assert coverage.served[0] == pytest.approx(share.max(), abs=1e-12)
         runs = runs_of(share >= enough - 1e-9)
         assert coverage.windows[0] == len(runs)
@@ -82,9 +83,9 @@ def test_many_choices_at_once_are_the_same_as_one_by_one():
     low = rng.uniform(0.0, 10.0, (40, 30))
     high = low + rng.uniform(-2.0, 8.0, low.shape)
     weighting = rng.uniform(0.5, 2.0, 30)
-    together = share_served(low, high, weighting, enough=0.6)
+    together = share_served(low, high, weighting, serve=0.6)
     for row in range(len(low)):
-        alone = share_served(low[row : row + 1], high[row : row + 1], weighting, enough=0.6)
+        alone = share_served(low[row : row + 1], high[row : row + 1], weighting, serve=0.6)
         for name in ("low", "high", "windows", "served", "best_low", "best_high"):
             np.testing.assert_array_equal(getattr(together, name)[row], getattr(alone, name)[0])
 
@@ -93,10 +94,11 @@ def test_a_person_counts_only_where_every_load_is_held():
     low = np.array([[1.0, 5.0, 2.0, np.nan, 0.0]])
     high = np.array([[9.0, 7.0, 1.0, np.nan, np.inf]])
     person = np.array([0, 0, 1, 2, 3])
-    person_low, person_high = group_windows(low, high, person)
+    groups = Groups(person, np.ones(4), {})
+    person_low, person_high = groups.windows(low, high)
     np.testing.assert_array_equal(person_low[0], [5.0, 2.0, np.nan, 0.0])
     np.testing.assert_array_equal(person_high[0], [7.0, 1.0, np.nan, np.inf])
-    coverage = share_served(person_low, person_high, np.ones(4))
+    coverage = groups.coverage(person_low, person_high)
     assert coverage.served[0] == 0.5
     assert (coverage.best_low[0], coverage.best_high[0]) == (5.0, 7.0)
 

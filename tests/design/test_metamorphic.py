@@ -5,9 +5,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tendon_cli.answers.problem import question_of
-from tendon_cli.answers.solve import solve
 from tendon_cli.studies.load import study_from
+from tendon_cli.windows.question import question_of
+from tendon_cli.windows.solutions import solve
+from tendon_cli.windows.solver import Solver
 
 COARSE = {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}
 LIMITS = {
@@ -28,15 +29,13 @@ def solved(**content):
         "motion": COARSE,
         "load": {"mass": [0.0, 5.0, 10.0]},
     }
-    problem = question_of(study_from({**base, **content}))
-    return solve(problem, problem.choices.numbers(np.arange(12)), 12)
+    question = question_of(study_from({**base, **content}))
+    return solve(Solver(question), question.all_points())
 
 
 def widths(solutions):
     """Return the width of each window, N; below 0 if there is none."""
-    return np.where(
-        solutions["feasible"], solutions["pretension_to"] - solutions["pretension_from"], -1.0
-    )
+    return np.where(solutions.feasible, solutions.pretension_to - solutions.pretension_from, -1.0)
 
 
 def check_never_widens(looser, tighter):
@@ -87,9 +86,9 @@ def test_a_lower_share_never_narrows_a_window_and_is_served_in_all_of_it(whom):
     solutions = [solved(**whom, design={"serve": share}) for share in shares]
     for more, less in pairwise(solutions):
         assert (widths(less) >= widths(more) - 1e-9).all()
-        np.testing.assert_allclose(less["served"], more["served"], atol=1e-12)
+        np.testing.assert_allclose(less.served, more.served, atol=1e-12)
     for share, solution in zip(shares, solutions, strict=True):
-        served_inside = solution["served_at"][solution["feasible"]]
+        served_inside = solution.served_at[solution.feasible]
         assert (served_inside >= share - 1e-9).all()
-        assert (solution["served_at"] <= solution["served"] + 1e-12).all()
-        assert (solution["feasible"] == (solution["served"] >= share - 1e-9)).all()
+        assert (solution.served_at <= solution.served + 1e-12).all()
+        assert (solution.feasible == (solution.served >= share - 1e-9)).all()

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from tendon_cli import design
-from tendon_cli.answers.problem import question_of
 from tendon_cli.answers.sensitivity import sensitivities
-from tendon_cli.answers.solve import solve, solve_columns
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.model.motor import cycle_columns
 from tendon_cli.studies.load import study_from
+from tendon_cli.windows.question import question_of
+from tendon_cli.windows.solutions import solve
+from tendon_cli.windows.solver import Solver
 
 SUIT = {
     "load": {"mass": ["0 kg", "3 kg"]},
@@ -23,9 +24,9 @@ SUIT = {
 
 
 def solved(**limits):
-    """Return the problem of the suit under limits, and its solutions."""
-    problem = question_of(study_from({**SUIT, "limits": limits}))
-    return problem, solve(problem, problem.choices.numbers(np.arange(2)), 2)
+    """Return the question of the suit under limits, and its solutions."""
+    question = question_of(study_from({**SUIT, "limits": limits}))
+    return question, solve(Solver(question), question.all_points())
 
 
 @pytest.mark.parametrize(
@@ -38,21 +39,21 @@ def solved(**limits):
     ],
 )
 def test_a_window_ends_where_the_cycle_reaches_the_limit(name, most, column, end):
-    problem, solutions = solved(**{name: most})
+    question, solutions = solved(**{name: most})
     _, unlimited = solved()
-    ends = solutions[f"pretension_{end}"]
-    conditions = solutions[f"{end}_condition"]
-    is_set_by_limit = [LIMIT_NAMES[code] == name for code in solutions[f"{end}_by"]]
+    ends = solutions.pretension_at(end)
+    conditions = solutions.binding(end).condition
+    is_set_by_limit = [LIMIT_NAMES[code] == name for code in solutions.binding(end).by]
     binds = is_set_by_limit & ~np.isnan(ends)
     assert binds.any()
     for row in np.flatnonzero(binds):
-        assert ends[row] != unlimited[f"pretension_{end}"][row]
-        numbers = problem.choices.numbers(np.array([row]))
-        suit = problem.design(numbers, pretension=ends[[row]])
-        values = cycle_columns(suit, problem.angles, problem.flexion, np.radians(60.0))[
+        assert ends[row] != unlimited.pretension_at(end)[row]
+        points = question.points(np.array([row]))
+        suit = question.designs(points.at_pretension(ends[[row]]))
+        values = cycle_columns(suit, question.angles, question.flexion, np.radians(60.0))[
             column
         ].ravel()
-        assert values[conditions[row]] == pytest.approx(problem.bounds[name], rel=1e-6)
+        assert values[conditions[row]] == pytest.approx(question.bounds[name], rel=1e-6)
 
 
 def test_limits_of_the_motor_are_in_words_as_others_are():
@@ -79,24 +80,26 @@ SET_BY_THE_MOTOR = [
 
 @pytest.mark.parametrize(("limit", "value", "end"), SET_BY_THE_MOTOR)
 def test_ends_that_a_limit_on_the_motor_sets_have_their_slopes(limit, value, end):
-    problem = question_of(study_from({**SUIT, "spool": {"ratio": 0.6}, "limits": {limit: value}}))
-    choice = solve_columns(problem, {}, 1)
-    assert LIMIT_NAMES[choice[f"{end}_by"][0]] == limit
-    rows = {row["key"]: row for row in sensitivities(problem, choice) if row["end"] == end}
+    question = question_of(study_from({**SUIT, "spool": {"ratio": 0.6}, "limits": {limit: value}}))
+    choice = solve(Solver(question), question.all_points())
+    assert LIMIT_NAMES[choice.binding(end).by[0]] == limit
+    rows = {row["key"]: row for row in sensitivities(Solver(question), choice) if row["end"] == end}
     assert {"motion.speed", f"limits.{limit}", "spring.stiffness", "load.mass"} <= set(rows)
-    masses = problem.condition_numbers["load.mass"]
-    binding = choice[f"{end}_condition"][0]
+    masses = question.condition_numbers["load.mass"]
+    binding = choice.binding(end).condition[0]
 
     def end_at(key, number):
         if key == "motion.speed":
-            changed = problem.bounded("speed", number)
+            changed = question.with_bound("speed", number)
         elif key.startswith("limits."):
-            changed = problem.bounded(limit, number)
+            changed = question.with_bound(limit, number)
         elif key == "load.mass":
-            changed = problem.saying({key: np.where(np.arange(2) == binding, number, masses)})
+            changed = question.with_numbers(
+                {key: np.where(np.arange(2) == binding, number, masses)}
+            )
         else:
-            changed = problem.saying({key: np.full(2, number)})
-        return solve_columns(changed, {}, 1)[f"pretension_{end}"][0]
+            changed = question.with_numbers({key: np.full(2, number)})
+        return solve(Solver(changed), changed.all_points()).pretension_at(end)[0]
 
     for key, row in rows.items():
         number = row["value"]

@@ -3,16 +3,21 @@
 The check values of the paper's arm, the limits that bind, and the share one pretension serves.
 """
 
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.answers import problem as problem_module
-from tendon_cli.answers import solve as solve_module
+from tendon_cli.answers.question_facts import notes_of
 from tendon_cli.model import actuator
 from tendon_cli.model.limits import LIMIT_NAMES
+from tendon_cli.windows import solutions as solutions_module
+from tendon_cli.windows import solver as solver_module
+from tendon_cli.windows.solutions import Solutions
+from tendon_cli.windows.solver import Solver
 
-from .studies import CATALOGUE, LOADS, RANGES, problem_of, solved
+from .studies import CATALOGUE, LOADS, RANGES, question_from, solved
 
 PAPER = 3  # row of CATALOGUE with the paper's spring and spool, 3 kN/m and 1
 LAST = 8  # row with 5 kN/m and 0.6
@@ -20,93 +25,136 @@ LAST = 8  # row with 5 kN/m and 0.6
 
 @pytest.fixture(scope="module")
 def catalogue(tmp_path_factory):
-    """Return the problem of the catalogue and its solutions."""
-    problem = problem_of(CATALOGUE, tmp_path_factory.mktemp("catalogue"))
-    return problem, solved(problem)
+    """Return the question of the catalogue and its solutions."""
+    question = question_from(CATALOGUE, tmp_path_factory.mktemp("catalogue"))
+    return question, solved(question)
 
 
 def test_the_windows_of_the_papers_arm_over_its_loads_and_the_limits_that_bind(catalogue):
-    problem, solutions = catalogue
-    columns = problem.choices.columns(np.arange(9)) | solutions.results
-    names = ("spring_stiffness", "spool_ratio", "pretension_from", "pretension_to")
-    windows = np.column_stack([columns[name] for name in names])[solutions["feasible"]].round(1)
+    _, solutions = catalogue
+    columns = [
+        *solutions.points.columns.values(),
+        solutions.pretension_from,
+        solutions.pretension_to,
+    ]
+    windows = np.column_stack(columns)[solutions.feasible].round(1)
     assert windows.tolist() == [
         [3e3, 0.6, 113.5, 116.9],
         [5e3, 0.7, 167.4, 176.5],
         [5e3, 0.6, 122.1, 173.9],
     ]
-    assert LIMIT_NAMES[solutions["from_by"][LAST]] == "extensor slack"
-    assert LIMIT_NAMES[solutions["to_by"][LAST]] == "min_elbow_stiffness"
-    assert solutions["from_condition"][LAST] == 3
-    assert solutions["to_condition"][LAST] == 0
+    assert LIMIT_NAMES[solutions.from_binding.by[LAST]] == "extensor slack"
+    assert LIMIT_NAMES[solutions.to_binding.by[LAST]] == "min_elbow_stiffness"
+    assert solutions.from_binding.condition[LAST] == 3
+    assert solutions.to_binding.condition[LAST] == 0
     tolerance = (173.934 - 122.121) / (173.934 + 122.121)
-    assert solutions["tolerance"][LAST] == pytest.approx(tolerance, abs=1e-5)
+    assert solutions.tolerance[LAST] == pytest.approx(tolerance, abs=1e-5)
     # The paper's window is empty: 96.8 to 122.8, 133.9 and more, 158.6 to 296.6, 220.3 and more.
-    assert solutions["pretension_from"][PAPER] == pytest.approx(220.32, abs=0.05)
-    assert solutions["pretension_to"][PAPER] == pytest.approx(122.8, abs=0.05)
-    assert np.isnan(solutions["tolerance"][PAPER])
-    assert solutions["served"][PAPER] == 0.75
+    assert solutions.pretension_from[PAPER] == pytest.approx(220.32, abs=0.05)
+    assert solutions.pretension_to[PAPER] == pytest.approx(122.8, abs=0.05)
+    assert np.isnan(solutions.tolerance[PAPER])
+    assert solutions.served[PAPER] == 0.75
 
 
-def state_at(problem, row, pretension):
+def state_at(question, row, pretension):
     """Return the states of a choice at a pretension, N."""
-    numbers = problem.choices.numbers(np.array([row]))
-    design = problem.design(numbers, pretension=np.array([pretension]))
-    return actuator.evaluate(design, problem.angles, problem.flexion)
+    points = question.points(np.array([row]))
+    design = question.designs(points.at_pretension(np.array([pretension])))
+    return actuator.evaluate(design, question.angles, question.flexion)
 
 
 def test_the_worst_values_at_a_pretension_are_those_of_the_states(catalogue):
-    problem, solutions = catalogue
-    state = state_at(problem, LAST, solutions["pretension"][LAST])
+    question, solutions = catalogue
+    state = state_at(question, LAST, solutions.pretension[LAST])
     tensions = (state.balance.flexor, state.balance.extensor)
     proximal = (state.flexor_tension_proximal, state.extensor_tension_proximal)
     torque = state.motor_torque.ravel()
-    assert solutions["max_tension"][LAST] == np.max([*tensions, *proximal])
-    assert solutions["min_elbow_stiffness"][LAST] == state.elbow_stiffness.min() > 0.0
-    assert solutions["peak_motor_torque"][LAST] == torque[np.argmax(np.abs(torque))]
-    assert solutions["max_spring_extension"][LAST] * 5e3 == pytest.approx(np.max(tensions))
-    assert np.isnan(solutions["max_contact_pressure"][LAST])
+    assert solutions.worst.max_tension[LAST] == np.max([*tensions, *proximal])
+    assert solutions.worst.min_elbow_stiffness[LAST] == state.elbow_stiffness.min() > 0.0
+    assert solutions.worst.peak_motor_torque[LAST] == torque[np.argmax(np.abs(torque))]
+    assert solutions.worst.max_spring_extension[LAST] * 5e3 == pytest.approx(np.max(tensions))
+    assert np.isnan(solutions.worst.max_contact_pressure[LAST])
 
 
 def test_at_the_least_pretension_the_binding_state_is_just_taut(tmp_path):
-    problem = problem_of('[design]\npretension = "least"\n' + CATALOGUE, tmp_path)
-    solutions = solved(problem)
-    assert solutions["pretension"][LAST] == solutions["pretension_from"][LAST]
-    state = state_at(problem, LAST, solutions["pretension"][LAST])
-    extensor = state.balance.extensor[0, solutions["from_condition"][LAST]].ravel()
-    assert np.argmin(extensor) == solutions["from_state"][LAST]
+    question = question_from('[design]\npretension = "least"\n' + CATALOGUE, tmp_path)
+    solutions = solved(question)
+    assert solutions.pretension[LAST] == solutions.pretension_from[LAST]
+    state = state_at(question, LAST, solutions.pretension[LAST])
+    extensor = state.balance.extensor[0, solutions.from_binding.condition[LAST]].ravel()
+    assert np.argmin(extensor) == solutions.from_binding.state[LAST]
     assert extensor.min() == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize(
     ("module", "name", "few"),
     [
-        (problem_module, "_STATES_AT_ONCE", 500),  # 2 conditions at once
-        (solve_module, "_WINDOWS_AT_ONCE", 30),  # 7 choices at once
+        (solver_module, "_STATES_AT_ONCE", 500),  # 2 conditions at once
+        (solutions_module, "_WINDOWS_AT_ONCE", 30),  # 7 choices at once
     ],
     ids=["states", "windows"],
 )
 def test_blocks_of_choices_and_conditions_do_not_matter(tmp_path, monkeypatch, module, name, few):
-    whole = solved(problem_of(RANGES, tmp_path))
+    whole = solved(question_from(RANGES, tmp_path))
     monkeypatch.setattr(module, name, few)
-    cut = solved(problem_of(RANGES, tmp_path))
-    for column, values in whole.results.items():
-        np.testing.assert_array_equal(cut[column], values, err_msg=column)
+    cut = solved(question_from(RANGES, tmp_path))
+    assert_same(asdict(cut), asdict(whole))
+
+
+def assert_same(values, others):
+    """Assert that arrays are equal, in dictionaries that may hold others."""
+    assert values.keys() == others.keys()
+    for name, value in values.items():
+        if isinstance(value, dict):
+            assert_same(value, others[name])
+        else:
+            np.testing.assert_array_equal(value, others[name], err_msg=name)
 
 
 def test_enough_may_be_less_than_all(tmp_path):
-    problem = problem_of("[design]\nserve = 0.75\n" + CATALOGUE, tmp_path)
-    solutions = solved(problem)
+    question = question_from("[design]\nserve = 0.75\n" + CATALOGUE, tmp_path)
+    solutions = solved(question)
     rows = np.arange(9)
-    windows = problem.windows(problem.choices.numbers(rows), 9)
-    pretension = solutions["pretension"][:, np.newaxis]
+    windows = Solver(question).windows(question.all_points())
+    pretension = solutions.pretension[:, np.newaxis]
     serves = (windows.low <= pretension) & (pretension <= windows.high)
-    assert solutions["feasible"].all()
+    assert solutions.feasible.all()
     assert (serves.mean(axis=1) >= 0.75).all()
-    binding_low = windows.low[rows, solutions["from_condition"]]
-    binding_high = windows.high[rows, solutions["to_condition"]]
-    np.testing.assert_array_equal(binding_low, solutions["pretension_from"])
-    np.testing.assert_array_equal(binding_high, solutions["pretension_to"])
+    binding_low = windows.low[rows, solutions.from_binding.condition]
+    binding_high = windows.high[rows, solutions.to_binding.condition]
+    np.testing.assert_array_equal(binding_low, solutions.pretension_from)
+    np.testing.assert_array_equal(binding_high, solutions.pretension_to)
+
+
+def test_solutions_selected_and_concatenated_again_are_the_same(catalogue):
+    _, solutions = catalogue
+    is_even = np.arange(9) % 2 == 0
+    parts = [solutions.select(is_even), solutions.select(~is_even)]
+    order = np.argsort(np.concatenate([part.row for part in parts]))
+    assert_same(asdict(Solutions.concatenate(parts).select(order)), asdict(solutions))
+
+
+def test_ends_that_may_bind_set_the_windows_that_all_ends_over_all_angles_set(tmp_path):
+    limits = '[limits]\nmax_tension = "380 N"\n'
+    coarse = '[motion]\nelbow_angle = { from = "0 deg", to = "120 deg", num = 5 }\n'
+    question = question_from(limits + coarse + RANGES, tmp_path)
+    solver = Solver(question)
+    points = question.all_points()
+    of_all = solver.ends_over_all_angles(points)
+    few = solver.ends_that_may_bind(points)
+    sampled = solver.ends_at_samples(points)
+    np.testing.assert_array_equal(few.low.max(axis=1), of_all.low.max(axis=1))
+    np.testing.assert_array_equal(few.high.min(axis=1), of_all.high.min(axis=1))
+    assert (sampled.low <= of_all.low).all()
+    assert (sampled.high >= of_all.high).all()
+    assert (sampled.high > few.high).any()
+    assert (few.high > of_all.high).any()
+
+
+def windows_of(text, folder):
+    """Return the windows of all choices of a study given as text."""
+    question = question_from(text, folder)
+    return Solver(question).windows(question.all_points())
 
 
 def test_cases_are_conditions_with_every_number_they_set(tmp_path):
@@ -115,13 +163,13 @@ def test_cases_are_conditions_with_every_number_they_set(tmp_path):
         '[[cases]]\nname = "rough"\nsheath = { extensor = { friction = 0.2 } }\n'
         '[[cases]]\nname = "initial"\nmodel = { reference = "initial" }\n'
     )
-    together = problem_of(LOADS + cases, tmp_path).windows({}, 1)
+    together = windows_of(LOADS + cases, tmp_path)
     changes = (
         '[arm]\nb1 = "140 mm"\n',
         "[sheath.extensor]\nfriction = 0.2\n",
         '[model]\nreference = "initial"\n',
     )
-    alone = [problem_of(change + LOADS, tmp_path).windows({}, 1) for change in changes]
+    alone = [windows_of(change + LOADS, tmp_path) for change in changes]
     for end in ("low", "high"):
         expected = np.hstack([getattr(windows, end) for windows in alone])
         np.testing.assert_array_equal(getattr(together, end), expected)
@@ -129,20 +177,22 @@ def test_cases_are_conditions_with_every_number_they_set(tmp_path):
 
 def test_the_pretension_of_a_study_is_left_out_with_a_note(tmp_path):
     pretensions = '[tendon]\npretension = ["90 N", "200 N"]\n[tendon.flexor]\npretension = "80 N"\n'
-    problem = problem_of(pretensions + LOADS, tmp_path)
-    assert len(problem.choices) == 1
-    assert len(problem.notes) == 2
-    without = solved(problem_of(LOADS, tmp_path))
-    np.testing.assert_array_equal(solved(problem)["pretension_to"], without["pretension_to"])
+    question = question_from(pretensions + LOADS, tmp_path)
+    assert len(question.choices) == 1
+    assert len(notes_of(question)) == 2
+    without = solved(question_from(LOADS, tmp_path))
+    np.testing.assert_array_equal(solved(question).pretension_to, without.pretension_to)
 
 
 def test_limits_that_no_pretension_keeps_are_the_reason(tmp_path):
-    solutions = solved(problem_of("[limits]\nmin_spool_to_tendon = 30\n" + CATALOGUE, tmp_path))
+    solutions = solved(question_from("[limits]\nmin_spool_to_tendon = 30\n" + CATALOGUE, tmp_path))
     thin = np.tile([False, True, True], 3)
-    np.testing.assert_array_equal(np.isnan(solutions["pretension_from"]), thin)
-    assert {LIMIT_NAMES[code] for code in solutions["from_by"][thin]} == {"min_spool_to_tendon"}
-    assert (solutions["served"][thin] == 0.0).all()
-    assert np.isnan(solutions["pretension"][thin]).all()
+    np.testing.assert_array_equal(np.isnan(solutions.pretension_from), thin)
+    assert {LIMIT_NAMES[code] for code in solutions.from_binding.by[thin]} == {
+        "min_spool_to_tendon"
+    }
+    assert (solutions.served[thin] == 0.0).all()
+    assert np.isnan(solutions.pretension[thin]).all()
     answer = tendon.design({"limits": {"min_spool_to_tendon": 60}})
     assert answer.conflicts[0]["limits"] == ["min_spool_to_tendon"]
     text = " ".join(answer.text.split())

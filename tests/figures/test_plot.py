@@ -244,4 +244,4 @@ def test_many_angles_are_thinned_and_it_says_so(tmp_path: Path) -> None:
     line = lines(panels(figure)[0])[0]
     assert len(line.get_xdata()) == 1000
     assert line.get_xdata()[-1] == pytest.approx(90.0)
-    assert "1000 of 5001 values of elbow angle drawn" in words(figure)
+    assert "1,000 of 5,001 values of elbow angle" in words(figure)

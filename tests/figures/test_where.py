@@ -13,7 +13,10 @@ from tests.figures.runs import LOADS, grid, states
 @pytest.fixture(scope="module")
 def cube(tmp_path_factory: pytest.TempPathFactory) -> Cube:
     content = {
-        "cases": [{"name": "child, 7"}, {"name": "adult"}],
+        "cases": [
+            {"name": "child, 7", "arm": {"b1": "88 mm"}, "spring": {"at": "motor"}},
+            {"name": "adult"},
+        ],
         "tendon": {"pretension": grid("0 N", "100 N", 4)},
         "load": {"mass": LOADS},
     }
@@ -40,6 +43,9 @@ def cube(tmp_path_factory: pytest.TempPathFactory) -> Cube:
         ("direction = flexion", "direction", [0]),
         ('case = "child, 7"', "case", [0]),
         ("case != adult", "case", [0]),
+        ("arm.b1 = 88 mm", "case", [0]),
+        ("arm_b1 > 88 mm", "case", [1]),
+        ("spring_at = motor", "case", [0]),
     ],
 )
 def test_what_is_left(cube: Cube, text: str, column: str, left: list[int]) -> None:

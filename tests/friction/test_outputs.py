@@ -14,7 +14,7 @@ import pytest
 
 from tendon_cli.errors import OutputError, UsageError
 from tendon_cli.figures.friction import draw
-from tendon_cli.friction import fit_friction, summary_text, write_fragment
+from tendon_cli.friction import fit_friction, write_fragment
 
 EXAMPLES = Path(__file__).parents[2] / "configs" / "friction"
 TABLE = EXAMPLES / "table_a1.csv"
@@ -97,7 +97,7 @@ def test_every_example_is_read_and_holds_its_truth(path: Path, truth: float) -> 
 
 
 def test_summary_is_short_and_says_what_was_set_aside() -> None:
-    text = summary_text(fit_friction(LOG, bend_angle="144 deg"))
+    text = fit_friction(LOG, bend_angle="144 deg").text
     assert len(text.splitlines()) < 20
     for words in (
         "μ = ",

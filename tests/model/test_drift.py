@@ -9,15 +9,16 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from tendon_cli.answers.problem import question_of
 from tendon_cli.model.actuator import evaluate
 from tendon_cli.model.reversal import drift
 from tendon_cli.studies.load import study_from
+from tendon_cli.windows.question import question_of
 
 
 def designed(content, pretension):
     """Return the design of a study's content at a pretension of both sides, N."""
-    design = question_of(study_from(content)).design({})
+    question = question_of(study_from(content))
+    design = question.designs(question.all_points())
     flexor = replace(design.flexor, pretension=pretension)
     extensor = replace(design.extensor, pretension=pretension)
     return replace(design, flexor=flexor, extensor=extensor)

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from tendon_cli.answers.people import GroupWindows, reasons_not_served
-from tendon_cli.answers.phrases import LESS, MORE, NEITHER
-from tendon_cli.answers.problem import question_of
+from tendon_cli.answers.text_people import LESS, MORE, NEITHER
 from tendon_cli.studies.load import study_from
+from tendon_cli.windows.question import question_of
+from tendon_cli.windows.solver import Solver
 
 STUDY = {
     "people": {"count": 200},
@@ -18,23 +19,23 @@ STUDY = {
 
 
 @pytest.fixture(scope="module")
-def problem():
-    """Return the problem of one suit for 200 persons."""
+def question():
+    """Return the question of one suit for 200 persons."""
     return question_of(study_from(STUDY))
 
 
 @pytest.fixture(scope="module")
-def windows(problem):
+def windows(question):
     """Return the window of every person."""
-    return GroupWindows.of(problem, {})
+    return GroupWindows.of(Solver(question), question.all_points())
 
 
 @pytest.fixture
-def by_need(problem, windows):
+def by_need(question, windows):
     """Return the reasons at 148 N, each with the indices of its persons, by what they need."""
-    persons = problem.study.people.population.persons
+    persons = question.study.people.population.persons
     reasons = {}
-    for reason in reasons_not_served(problem, windows, 148.0):
+    for reason in reasons_not_served(question, windows, 148.0):
         members = np.array([persons.index(name) for name in reason["first"]])
         assert len(members) == reason["count"]
         reasons[reason["needs"]] = (reason, members)
@@ -42,13 +43,13 @@ def by_need(problem, windows):
 
 
 @pytest.mark.parametrize("pretension", [100.0, 148.0, 260.0, np.nan])
-def test_everyone_is_served_or_left_out_once(problem, windows, pretension):
-    reasons = reasons_not_served(problem, windows, pretension)
+def test_everyone_is_served_or_left_out_once(question, windows, pretension):
+    reasons = reasons_not_served(question, windows, pretension)
     is_served = (windows.low <= pretension) & (pretension <= windows.high)
     assert sum(reason["count"] for reason in reasons) == (~is_served).sum()
     names = [name for reason in reasons for name in reason["first"]]
     assert len(set(names)) == len(names)
-    persons = problem.study.people.population.persons
+    persons = question.study.people.population.persons
     served = {persons[index] for index in np.flatnonzero(is_served)}
     assert not set(names) & served
     shares = [reason["share"] for reason in reasons]
@@ -56,7 +57,7 @@ def test_everyone_is_served_or_left_out_once(problem, windows, pretension):
     assert shares == sorted(shares, reverse=True)
 
 
-def test_a_reason_says_which_pretension_is_needed_and_where_it_binds(problem, windows, by_need):
+def test_a_reason_says_which_pretension_is_needed_and_where_it_binds(question, windows, by_need):
     more, low = by_need[MORE]
     less, high = by_need[LESS]
     neither, empty = by_need[NEITHER]
@@ -67,13 +68,13 @@ def test_a_reason_says_which_pretension_is_needed_and_where_it_binds(problem, wi
     assert more["limits"] == ["extensor slack"]
     assert less["limits"] == ["min_elbow_stiffness"]
     assert neither["limits"] == ["extensor slack", "min_elbow_stiffness"]
-    masses = problem.condition_numbers["load.mass"]
+    masses = question.condition_numbers["load.mass"]
     assert masses[more["conditions"][0]] == 10.0
     assert masses[less["conditions"][0]] == 0.0
 
 
-def test_bodies_left_out_differ_as_their_means_say(problem, by_need):
-    body = problem.study.people.population.body
+def test_bodies_left_out_differ_as_their_means_say(question, by_need):
+    body = question.study.people.population.body
     for reason, members in by_need.values():
         bodies = reason["bodies"]
         dimension = next(iter(bodies))

@@ -9,9 +9,10 @@ import tendon_cli as tendon
 from tendon_cli import say
 from tendon_cli.answers import fixes, sensitivity
 from tendon_cli.answers import people as people_module
-from tendon_cli.answers.problem import question_of
-from tendon_cli.answers.solve import solve
 from tendon_cli.studies.load import study_from
+from tendon_cli.windows.question import question_of
+from tendon_cli.windows.solutions import solve
+from tendon_cli.windows.solver import Solver
 
 COARSE = {"motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}}
 SUITS = {
@@ -69,8 +70,8 @@ NOBODY_ENOUGH = PEOPLE | {"spring": {"stiffness": 3e3}, "spool": {"ratio": [1.0,
 
 def is_feasible(content):
     """Return true if the first choice of a study is feasible."""
-    problem = question_of(tendon.study(content))
-    return bool(solve(problem, problem.choices.numbers(np.arange(1)), 1)["feasible"][0])
+    question = question_of(tendon.study(content))
+    return bool(solve(Solver(question), question.all_points()).feasible[0])
 
 
 def test_if_no_choice_serves_enough_the_answer_has_the_most_universal_and_its_fixes():
@@ -96,8 +97,8 @@ def test_if_no_choice_serves_enough_the_answer_has_the_most_universal_and_its_fi
 
 def test_for_very_many_persons_fixes_are_worked_out_for_some_and_a_note_says_so(monkeypatch):
     study = tendon.study(NOBODY_ENOUGH)
-    problem = question_of(study)
-    states_of_20 = 20 * len(problem.conditions) * problem.states_per_design // 100
+    question = question_of(study)
+    states_of_20 = 20 * len(question.conditions) * question.states_per_design // 100
     monkeypatch.setattr(fixes, "_MOST", states_of_20)
     answer = tendon.design(study)
     note = (

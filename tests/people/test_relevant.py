@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.answers import candidates as candidates_module
 from tendon_cli.answers import choices as choices_module
-from tendon_cli.answers.solve import WORST
+from tendon_cli.windows import candidates as candidates_module
+from tendon_cli.windows.worst import WORST
 
 SUITS = {
     "arm": {"contact_width": 0.04},

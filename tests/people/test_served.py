@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 
 from tendon_cli.answers.people import person_of
-from tendon_cli.answers.problem import question_of
-from tendon_cli.answers.solve import solve
 from tendon_cli.errors import StudyError
 from tendon_cli.model import limits, window
 from tendon_cli.space.axis import scale_of
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.people.person import person_study
 from tendon_cli.studies.spaces import named_axes
+from tendon_cli.windows.question import question_of
+from tendon_cli.windows.solutions import solve
+from tendon_cli.windows.solver import Solver
 from tests.model import designs
 
 MASSES = (0.0, 3.0, 5.0, 10.0)
@@ -20,11 +21,10 @@ FILE = {"people": {"file": "people.csv"}}
 
 
 def solved(*contents, folder=None):
-    """Return the problem of a study in several parts, and its solutions."""
+    """Return the question of a study in several parts, and its solutions."""
     content = {key: value for part in contents for key, value in part.items()}
-    problem = question_of(study_from(content, folder=folder))
-    count = len(problem.choices)
-    return problem, solve(problem, problem.choices.numbers(np.arange(count)), count)
+    question = question_of(study_from(content, folder=folder))
+    return question, solve(Solver(question), question.all_points())
 
 
 def suit(stiffness, ratio):
@@ -48,7 +48,7 @@ def test_the_share_that_one_pretension_serves_of_men_and_women_for_0_to_10_kg(
 ):
     _, solutions = solved({"people": {"count": 1000}}, LOADS, suit(stiffness, ratio))
     error = np.sqrt(max(share, 0.002) * (1.0 - share) / 1000)
-    assert solutions["served"][0] == pytest.approx(share, abs=3.5 * error + 0.005)
+    assert solutions.served[0] == pytest.approx(share, abs=3.5 * error + 0.005)
 
 
 def test_the_served_share_is_that_of_windows_counted_one_by_one(tmp_path):
@@ -58,12 +58,12 @@ def test_the_served_share_is_that_of_windows_counted_one_by_one(tmp_path):
     ]
     (tmp_path / "people.csv").write_text("\n".join(rows), encoding="utf-8")
     ratios = (0.6, 0.65)
-    problem, solutions = solved(
+    question, solutions = solved(
         FILE, {"design": {"serve": 0.9}}, LOADS, suit(5e3, list(ratios)), folder=tmp_path
     )
-    weighting = problem.study.people.population.weighting
-    (axis,) = named_axes(problem.study)
-    arms = {key.removeprefix("arm."): axis.numbers[key] for key in problem.study.body_numbers}
+    weighting = question.study.people.population.weighting
+    (axis,) = named_axes(question.study)
+    arms = {key.removeprefix("arm."): axis.numbers[key] for key in question.study.body_numbers}
     for name in ("a1", "b1", "a2", "b2"):
         arms[name] = designs.BASELINE[name] * axis.numbers[scale_of(f"arm.{name}")]
     arms["elbow_radius"] = 0.045 * axis.numbers[scale_of("arm.elbow_radius")]
@@ -76,7 +76,7 @@ def test_the_served_share_is_that_of_windows_counted_one_by_one(tmp_path):
                 design = designs.design(
                     designs.baseline(**arm, load_mass=mass, ratio=ratio, spring_stiffness=5e3)
                 )
-                ends = window.window(design, problem.angles, problem.flexion, problem.bounds)
+                ends = window.window(design, question.angles, question.flexion, question.bounds)
                 low[person, load] = ends.low
                 high[person, load] = ends.high
         lows = low.max(axis=1)
@@ -86,7 +86,7 @@ def test_the_served_share_is_that_of_windows_counted_one_by_one(tmp_path):
             for pretension in [*lows, *highs]
         ]
         share = max(served) / weighting.sum()
-        assert solutions["served"][choice] == pytest.approx(share, abs=1e-12)
+        assert solutions.served[choice] == pytest.approx(share, abs=1e-12)
 
 
 def test_a_person_without_equilibrium_is_not_served_and_not_dropped(tmp_path):
@@ -94,11 +94,11 @@ def test_a_person_without_equilibrium_is_not_served_and_not_dropped(tmp_path):
     (tmp_path / "people.csv").write_text(text, encoding="utf-8")
     # Far in front of a short arm, the flexor passes the joint's centre before 90 degrees.
     far_in_front = {"arm": {"a1": 0.08}}
-    problem, solutions = solved(FILE, far_in_front, suit(5e3, 0.6), folder=tmp_path)
-    ends = problem.windows(problem.choices.numbers(np.arange(1)), 1)
+    question, solutions = solved(FILE, far_in_front, suit(5e3, 0.6), folder=tmp_path)
+    ends = Solver(question).windows(question.all_points())
     assert np.isnan(ends.low[0]).tolist() == [False, True]
     assert limits.LIMIT_NAMES[ends.low_by[0, 1]] == "no equilibrium"
-    assert solutions["served"][0] == 0.5
+    assert solutions.served[0] == 0.5
 
 
 ROUGH = {
@@ -108,12 +108,12 @@ ROUGH = {
 }
 
 
-def share_of_pairs(problem, conditions, weighting):
+def share_of_pairs(question, conditions, weighting):
     """Return the largest share of pairs of person and draw that one pretension serves.
 
     Each pair has so many conditions; the weighting is that of the persons and sums to 1.
     """
-    ends = problem.windows(problem.choices.numbers(np.arange(1)), 1)
+    ends = Solver(question).windows(question.all_points())
     low = ends.low.reshape(-1, conditions).max(axis=1)
     high = ends.high.reshape(-1, conditions).min(axis=1)
     shares = []
@@ -128,12 +128,12 @@ def test_few_persons_meet_every_draw_and_a_share_is_of_the_pairs(tmp_path):
     (tmp_path / "people.csv").write_text(
         "name,weight (kg),weighting\nAda,58,3\nBo,84,1\nCy,110,0\n"
     )
-    problem, solutions = solved(ROUGH, FILE, suit(5e3, 0.6), folder=tmp_path)
-    assert problem.counted == "pairs"
-    assert problem.counts == {"person": 3, "draw": 64}
-    share = share_of_pairs(problem, 2, [0.75, 0.25, 0.0])
-    assert 0.0 < solutions["served"][0] == pytest.approx(share, abs=1e-12)
-    np.testing.assert_array_equal(person_of(problem, np.arange(192)), np.repeat(np.arange(3), 64))
+    question, solutions = solved(ROUGH, FILE, suit(5e3, 0.6), folder=tmp_path)
+    assert question.groups.noun == "pairs"
+    assert question.groups.counts == {"person": 3, "draw": 64}
+    share = share_of_pairs(question, 2, [0.75, 0.25, 0.0])
+    assert 0.0 < solutions.served[0] == pytest.approx(share, abs=1e-12)
+    np.testing.assert_array_equal(person_of(question, np.arange(192)), np.repeat(np.arange(3), 64))
 
 
 def test_one_person_with_draws_is_as_their_arm_typed_in_with_draws(tmp_path):
@@ -145,10 +145,10 @@ def test_one_person_with_draws_is_as_their_arm_typed_in_with_draws(tmp_path):
             arm[key.removeprefix("arm.")] = float(values.array[0])
     of_person, person = solved(ROUGH, FILE, suit(5e3, 0.6), folder=tmp_path)
     of_arm, typed = solved(ROUGH, {"arm": arm}, suit(5e3, 0.6))
-    assert of_person.counted == "pairs"
-    assert of_arm.counted == "draws"
-    assert person["served"] == pytest.approx(typed["served"], abs=1e-12)
-    assert person["pretension"] == pytest.approx(typed["pretension"], rel=1e-9)
+    assert of_person.groups.noun == "pairs"
+    assert of_arm.groups.noun == "draws"
+    assert person.served == pytest.approx(typed.served, abs=1e-12)
+    assert person.pretension == pytest.approx(typed.pretension, rel=1e-9)
 
 
 def test_only_ratios_of_weightings_count(tmp_path):
@@ -161,7 +161,7 @@ def test_only_ratios_of_weightings_count(tmp_path):
         ]
         (tmp_path / "people.csv").write_text("\n".join(["name,weight (kg),weighting", *rows]))
         _, solutions = solved(LOADS, limited, FILE, suit(5e3, 0.6), folder=tmp_path)
-        shares.append(float(solutions["served"][0]))
+        shares.append(float(solutions.served[0]))
     assert 0.0 < shares[0] < 1.0
     np.testing.assert_allclose(shares, shares[0], rtol=1e-12)
 
@@ -169,14 +169,14 @@ def test_only_ratios_of_weightings_count(tmp_path):
 def test_bodies_drawn_of_a_person_are_pairs_of_the_person_and_a_draw(tmp_path):
     (tmp_path / "people.csv").write_text("name,sex,weight (kg),weighting\nAda,f,62,1\nBo,m,84,3\n")
     people = {"people": {"file": "people.csv", "completions": 32, "seed": 5}}
-    problem, solutions = solved(
+    question, solutions = solved(
         LOADS, people, {"design": {"by": "sex"}}, suit(5e3, 0.6), folder=tmp_path
     )
-    assert problem.counted == "pairs"
-    assert problem.counts == {"person": 2, "draw": 32}
-    share = share_of_pairs(problem, 4, [0.25, 0.75])
-    assert solutions["served"][0] == pytest.approx(share, abs=1e-12)
-    assert study_from(problem.study.document()).hash == problem.study.hash
+    assert question.groups.noun == "pairs"
+    assert question.groups.counts == {"person": 2, "draw": 32}
+    share = share_of_pairs(question, 4, [0.25, 0.75])
+    assert solutions.served[0] == pytest.approx(share, abs=1e-12)
+    assert study_from(question.study.document()).hash == question.study.hash
     with pytest.raises(StudyError, match=r"design\.by: gives shares of people"):
         study_from({"design": {"by": "sex"}})
     with pytest.raises(StudyError, match=r"people\.completions: .*names no file"):

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from tendon_cli.answers import sensitivity
-from tendon_cli.answers.problem import question_of
 from tendon_cli.answers.sensitivity import BODY, indices, sobol
 from tendon_cli.studies.load import study_from
+from tendon_cli.windows.question import question_of
+from tendon_cli.windows.solver import Solver
 
 
 def indices_in(record, order):
@@ -104,8 +105,7 @@ def saltelli(values_a, values_b, mixed):
 def test_indices_of_windows_are_those_of_a_plain_estimate_of_ten_times_the_size(
     people, monkeypatch
 ):
-    problem = question_of(study_from(UNCERTAIN | people))
-    numbers = problem.choices.numbers(np.arange(1))
+    question = question_of(study_from(UNCERTAIN | people))
     calls = []
 
     def recorded(ends, inputs, names, count, seed):
@@ -114,9 +114,9 @@ def test_indices_of_windows_are_those_of_a_plain_estimate_of_ten_times_the_size(
 
     monkeypatch.setattr(sensitivity, "sobol", recorded)
     monkeypatch.setattr(
-        sensitivity, "_STATES", 1024 * 5 * len(problem.conditions) * problem.states_per_design
+        sensitivity, "_STATES", 1024 * 5 * len(question.conditions) * question.states_per_design
     )
-    records = indices(problem, numbers)
+    records = indices(Solver(question), question.all_points())
     ends, inputs = calls[-1]
     expected_inputs = ["sheath.friction", "spring.stiffness"]
     if people:

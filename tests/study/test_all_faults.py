@@ -114,3 +114,16 @@ def test_a_fault_of_the_command_line_is_not_sought_in_the_file(tmp_path):
     with pytest.raises(StudyError) as caught:
         load_study(path, ("arm.b1=1 kg",))
     assert [(fault.key, fault.line) for fault in caught.value.faults] == [("arm.b1", None)]
+
+
+def test_a_hint_lists_the_columns_of_keys_at_fault_in_one_order(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text(
+        'design.minimise = ["xyzzy"]\nspring.stiffness = "1 kg"\nspool.ratio = "1 kg"\n'
+        'sheath.friction = "1 kg"\narm.contact_width = "1 kg"\n'
+    )
+    with pytest.raises(StudyError) as caught:
+        load_study(path)
+    (fault,) = [fault for fault in caught.value.faults if fault.key == "design.minimise"]
+    columns = ("contact_width", "friction", "spool_ratio", "spring_stiffness")
+    assert fault.hint.endswith(", ".join(columns))

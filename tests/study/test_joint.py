@@ -223,7 +223,7 @@ def test_moment_arms_of_opensim_are_integrated_into_the_same_joint():
     text = "\n".join(lines)
 
     excursion = from_opensim(text, "knee", "flex", "ext").encode()
-    curve = read_curve(excursion, "excursion.csv", EXCURSION)
+    curve, _ = read_curve(excursion, "excursion.csv", EXCURSION)
     angles = np.radians(np.linspace(0.0, 90.0, 31))
     flexor_slope = curve.spline("flexor")(angles, 1)
     extensor_slope = curve.spline("extensor")(angles, 1)
@@ -231,6 +231,18 @@ def test_moment_arms_of_opensim_are_integrated_into_the_same_joint():
     np.testing.assert_allclose(extensor_slope, extensor_arm(angles), atol=1e-6)
     with pytest.raises(ValueError, match="no column shin"):
         from_opensim(text, "knee", "shin", "ext")
+    with pytest.raises(ValueError, match="name the flexor first"):
+        from_opensim(text, "knee", "ext", "flex")
+
+
+@pytest.mark.parametrize("length", [0.2, 0.37])
+def test_lengths_of_muscles_are_not_taken_for_their_moment_arms(length):
+    from verification.excursions import from_opensim
+
+    lines = ["Length", "endheader", "ankle soleus tibialis"]
+    lines += [f"{angle} {length - 0.04 * angle} {length + 0.03 * angle}" for angle in (0, 0.5, 1)]
+    with pytest.raises(ValueError, match="is this the file of lengths"):
+        from_opensim("\n".join(lines), "ankle", "soleus", "tibialis")
 
 
 def test_a_page_is_written_of_a_joint_without_anchors_and_its_travels_are_drawn(write, tmp_path):

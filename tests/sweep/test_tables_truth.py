@@ -89,6 +89,8 @@ TESTED_WITH_WINDOWS = {
 """Columns that test_windows.py tests."""
 TESTED_BY_BISECTION = {"required_pretension", "margin"}
 SIDES = ("flexor", "extensor")
+OF_CASES_ALONE = ("arm.b1", "arm.forearm_mass", "arm.upper_arm_angle", "spool.flexor_radius")
+"""Numbers that nothing but the cases of the study varies."""
 GEOMETRY = ["flexor_moment_arm", "flexor_travel", "extensor_travel"]
 RESULTS = [name for name in STATE_COLUMNS[3:] if name not in GEOMETRY]
 TENSIONS_OF_FLEXOR = ["flexor_tension_proximal", "flexor_tension_distal"]
@@ -182,10 +184,9 @@ def test_every_row_says_which_design_it_is(request, run, numbers, table):
     frame = request.getfixturevalue(run).table(table).read().to_pandas()
     rows = frame.drop_duplicates("design")
     designs = list(numbers())
-    common = {"spool_ratio": "spool.ratio", "load_mass": "load.mass", "arm_b1": "arm.b1"}
-    for column, key in common.items():
-        if column in rows:
-            assert rows[column].tolist() == [design[key] for design in designs]
+    for key in ("spool.ratio", "load.mass", *OF_CASES_ALONE):
+        column = key.replace(".", "_")
+        assert rows[column].tolist() == [design[key] for design in designs]
     sided = {
         "friction": "sheath.friction",
         "spring_stiffness": "spring.stiffness",
@@ -198,6 +199,10 @@ def test_every_row_says_which_design_it_is(request, run, numbers, table):
         assert rows[column].isna().all()
     cases = np.repeat(list(CASES), len(designs) // len(CASES))
     assert rows["case"].tolist() == cases.tolist()
+    slack = ["unilateral" if design["unilateral"] else "bilateral" for design in designs]
+    reference = ["initial" if design["from_initial"] else "published" for design in designs]
+    assert rows["model_slack"].tolist() == slack
+    assert rows["model_reference"].tolist() == reference
 
 
 # --- Reductions -----------------------------------------------------------------------------------
@@ -428,7 +433,8 @@ def test_other_axes_and_sides_follow_the_six_columns_that_are_always_there(per_s
     columns = list(per_side.designs)
     leading = columns[: columns.index("min_flexor_tension")]
     assert [name for name in leading if name in LEADING] == LEADING
-    further = {"tendon_diameter", "tendon_length", "case"}
+    further = {"tendon_diameter", "tendon_length", "case", "model_slack", "model_reference"}
+    further |= {"arm_b1", "arm_forearm_mass", "arm_upper_arm_angle", "spool_flexor_radius"}
     for name in ("tendon_length", "pretension", "friction", "spring_stiffness"):
         further |= {f"{name}_flexor", f"{name}_extensor"}
     assert set(leading) - set(LEADING) == further
@@ -463,7 +469,7 @@ def test_fields_have_their_types_and_with_pandas_attributes_the_units(full, tabl
         long_name = field.metadata[b"long_name"].decode()
         quantity = QUANTITIES.get(field.metadata[b"quantity"].decode())
         assert unit == units[field.name]
-        if field.name in ("case", "direction", "status"):
+        if field.name in ("case", "direction", "status", "model_slack", "model_reference"):
             assert isinstance(frame[field.name].dtype, pd.CategoricalDtype)
         else:
             assert field.type == types.get(field.name, pa.float64())

@@ -73,6 +73,24 @@ def is_refused_or_unchanged(file, original):
         return str(file) in str(error.where)
 
 
+@pytest.mark.parametrize("fact", ["study_hash", "results_version", "table", "part"])
+def test_a_table_that_does_not_say_what_it_is_is_refused(small, tmp_path, fact):
+    layout = Sweep(small.plan).layout("designs", 0)
+    metadata = {
+        key: text
+        for key, text in layout.schema.metadata.items()
+        if key != b"tendon." + fact.encode()
+    }
+    shutil.copy(small.folder / "run.json", tmp_path)
+    with table_file(
+        tmp_path / "designs.parquet", replace(layout, schema=layout.schema.with_metadata(metadata))
+    ) as file:
+        Sweep(small.plan).fill({"designs": file}, 0)
+        file.close()
+        file.flush()
+    assert "does not say what table it is" in refusal(tmp_path / "designs.parquet").message
+
+
 # --- Damage ---------------------------------------------------------------------------------------
 
 

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from tendon_cli import say
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.friction.reading.header import (
     Heading,
@@ -292,7 +293,7 @@ def _check_kind(first: Readings, part: Readings) -> None:
     if not differing and part.motor != first.motor:
         differing = {"motor"}
     if differing:
-        name = min(map(str, differing)).replace("_", " ")
+        name = say.spaced(min(map(str, differing)))
         problem = f"only one of {first.source} and {part.source} gives the {name}"
         raise InputError(problem, where=part.source, hint="fit files of one kind together")
 

@@ -13,6 +13,7 @@ from typing import Any, NoReturn
 import numpy as np
 import pandas as pd
 
+from tendon_cli import say
 from tendon_cli.cells import SEPARATORS, cells_of, is_comment, lines_of, texts_of
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import read_file
@@ -63,7 +64,7 @@ class Table:
         matches = [column for column in self.columns if column.role == role]
         if len(matches) > 1:
             where = self.source if self.header is None else f"{self.source}, line {self.header}"
-            raise InputError(f"two columns give the {role.replace('_', ' ')}", where=where)
+            raise InputError(f"two columns give the {say.spaced(role)}", where=where)
         return matches[0] if matches else None
 
     def names(self, column: Heading) -> Any:

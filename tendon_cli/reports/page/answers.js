@@ -58,10 +58,10 @@ async function drawWindows() {
       hovertemplate: "to %{y:.5g} N: %{customdata[1]}<extra></extra>",
     },
   ];
-  const up = { title: { text: `${page.design.pretension} [N]` }, rangemode: "tozero" };
+  const up = { title: { text: `${page.design.pretension} (N)` }, rangemode: "tozero" };
   const title = "Window of pretension";
   await drawFigure("windows", drawWindows, traces, title, plotlyAxis(axis), up);
-  const heads = [titleOf(axis), "from [N]", "bound by", "to [N]", "bound by"];
+  const heads = [titleOf(axis), "from (N)", "bound by", "to (N)", "bound by"];
   const row = (_, i) => [
     valueText(axis, i),
     boundText(low[i]),
@@ -237,11 +237,11 @@ async function drawBetween() {
     line: { width: 0 },
     layer: "below",
   };
-  const across = `${page.angle} [deg]`;
-  const up = { title: { text: `${page.design.pretension} [N]` }, range: [0, top] };
+  const across = `${page.angle} (deg)`;
+  const up = { title: { text: `${page.design.pretension} (N)` }, range: [0, top] };
   const title = "The window over the angle";
   await drawFigure("between", drawBetween, traces, title, across, up, { shapes: [band] });
-  const heads = [across, ...lines.map(({ label, end }) => `${label}, ${end} [N]`)];
+  const heads = [across, ...lines.map(({ label, end }) => `${label}, ${end} (N)`)];
   const tableRow = (angle, at) => [
     formatNumber(angle),
     ...lines.map(({ values }) => boundText(values[at])),

@@ -83,7 +83,7 @@ function classLabel(classes, value) {
 
 // Returns the label of an axis or a quantity, with its unit.
 function titleOf(column) {
-  return column.unit ? `${column.label} [${column.unit}]` : column.label;
+  return column.unit ? `${column.label} (${column.unit})` : column.label;
 }
 
 // --- Axes and cells ---

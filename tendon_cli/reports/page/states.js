@@ -77,12 +77,12 @@ async function drawStates() {
     y1: 1,
     line: { color: colour("mark"), dash: "dot" },
   };
-  const across = `${page.angle} [deg]`;
+  const across = `${page.angle} (deg)`;
   const label = isNarrow() ? "" : group.label.split(",")[0];
   const up = titleOf({ label, unit: group.unit });
   const more = { shapes: [angleLine] };
   await drawFigure("states", drawStates, traces, titleOf(group), across, up, more);
-  const heads = [across, ...traces.map((trace) => `${trace.name} [${group.unit}]`)];
+  const heads = [across, ...traces.map((trace) => `${trace.name} (${group.unit})`)];
   const row = (angle, at) => [angle, ...traces.map((trace) => trace.y[at])].map(formatNumber);
   fillTable("states", heads, () => page.states.angles.map(row));
 }

@@ -30,7 +30,6 @@ _SEX_WORDS = {
 _MISSING = ("", "na", "n/a", "nan", "null", "-")
 _OTHERS = ("name", "sex", "weighting")
 _KNOWN = (*DIMENSIONS, *_OTHERS)
-_IGNORED_SHOWN = 5  # columns that are not read, in a note
 _GERMAN = {
     **dict.fromkeys(("gewicht", "korpergewicht", "masse", "korpermasse"), "weight"),
     **dict.fromkeys(("grosse", "korpergrosse", "korperhohe"), "stature"),
@@ -85,51 +84,53 @@ def read_persons(content: bytes, where: str) -> PersonRows:
     values = np.full((len(sheet.kept), len(DIMENSIONS)), np.nan)
     weighting = np.ones(len(sheet.kept))
     for name, (place, unit) in headers.items():
-        if name in DIMENSIONS:
-            values[:, DIMENSIONS.index(name)] = _dimension(sheet, place, name, unit)
-        elif name == "weighting":
-            weighting = _weighting(sheet, place)
+        with sheet.collected():
+            if name in DIMENSIONS:
+                values[:, DIMENSIONS.index(name)] = _dimension(sheet, place, name, unit)
+            elif name == "weighting":
+                weighting = _weighting(sheet, place)
+    sheet.raise_faults()
     is_empty = np.isnan(values).all(axis=1)
     if is_empty.any():
         row = int(np.argmax(is_empty))
         raise InputError("a person without any dimension", where=sheet.place(row))
-    sexes = _sexes(sheet, headers["sex"].place) if "sex" in headers else None
+    sexes = None
     names = tuple(f"person {row + 1}" for row in range(len(values)))
-    if "name" in headers:
-        names = _names(sheet, headers["name"].place)
+    with sheet.collected():
+        if "sex" in headers:
+            sexes = _sexes(sheet, headers["sex"].place)
+    with sheet.collected():
+        if "name" in headers:
+            names = _names(sheet, headers["name"].place)
+    sheet.raise_faults()
     return PersonRows(tuple(headers), names, sexes, values, weighting, ignored)
 
 
 def _headers(sheet: Sheet) -> tuple[dict[str, _Header], list[str]]:
     """Return the columns that are read by name, and a note on those that are not."""
     headers: dict[str, _Header] = {}
-    ignored = []
     for place, text in enumerate(sheet.header):
         known = name_and_unit(text, DIMENSIONS)
         if text.casefold() in _OTHERS:
             known = text.casefold(), ""
-        if known is None:
-            _refuse_near_misses(text, sheet.where)
-            ignored.append(shorten(text, 30))
-            continue
-        name, unit = known
-        if name in headers:
-            first = shorten(sheet.header[headers[name].place], 30)
-            second = shorten(text, 30)
-            problem = f'{name} is given by two columns, "{first}" and "{second}"'
-            raise InputError(problem, where=sheet.where, hint="leave one of them out")
-        headers[name] = _Header(place, unit)
+        with sheet.collected():
+            if known is None:
+                _refuse_near_misses(text, sheet.where)
+                continue
+            name, unit = known
+            if name in headers:
+                first = shorten(sheet.header[headers[name].place], 30)
+                second = shorten(text, 30)
+                problem = f'{name} is given by two columns, "{first}" and "{second}"'
+                raise InputError(problem, where=sheet.where, hint="leave one of them out")
+            headers[name] = _Header(place, unit)
+    sheet.raise_faults()
     if not set(headers).intersection(DIMENSIONS):
         found = shorten(", ".join(sheet.header))
         problem = f"no column is a dimension of a body, the headers read: {found}"
         hint = f"such as weight (kg), stature (cm); dimensions: {', '.join(DIMENSIONS)}"
         raise InputError(problem, where=sheet.where, hint=hint)
-    if not ignored:
-        return headers, []
-    names = ", ".join(ignored[:_IGNORED_SHOWN])
-    others = len(ignored) - _IGNORED_SHOWN
-    more = f" and {others} more" if others > 0 else ""
-    return headers, [f"{sheet.where}: columns not read: {names}{more}"]
+    return headers, sheet.ignored({header.place for header in headers.values()})
 
 
 def _refuse_near_misses(text: str, where: str) -> None:

@@ -26,7 +26,7 @@ def try_fit(file):
 
     fit = friction.fit_friction(file, bend_angle=angle_of(file))
     json.dumps(fit.record)
-    friction.summary_text(fit)
+    _ = fit.text
     with contextlib.suppress(TendonError):
         json.dumps(friction.fit_friction(file, motor="2").record)
 

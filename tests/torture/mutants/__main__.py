@@ -30,6 +30,7 @@ ROOMS = {
     "quantities.py": ("study", "figures"),
     "tables": ("tables", "sweep"),
     "files.py": ("tables",),
+    "windows": ("design", "people"),
     "answers": ("design",),
     "space": ("sweep", "people"),
     "engine": ("sweep", "cluster"),

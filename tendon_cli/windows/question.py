@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import threading
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Self
+from typing import Literal, Self
 
 import numpy as np
-import numpy.typing as npt
 
-from tendon_cli.errors import Stopped
+from tendon_cli.engine.plan import bounds_of
+from tendon_cli.errors import UsageError
 from tendon_cli.model import whole_motion
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import F0, READINGS, Design
-from tendon_cli.model.kinematics import Array, Flags
+from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.space.axis import (
     DRAW_AXIS,
     PERSON_AXIS,
@@ -22,15 +21,16 @@ from tendon_cli.space.axis import (
     READ,
     Axis,
     Numbers,
-    Rows,
     overlay,
     split_side,
 )
 from tendon_cli.space.space import Space
+from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import Study
-
-ColumnArrays = dict[str, npt.NDArray[Any]]
-"""Arrays of one length by the names of a table's columns."""
+from tendon_cli.studies.values import StudyNumber
+from tendon_cli.units import shorten
+from tendon_cli.windows.groups import Groups
+from tendon_cli.windows.points import Points
 
 LOADS = ("load.mass", "load.scale")
 """A list of one of these means all values between, too; any other number needs an interval."""
@@ -81,6 +81,25 @@ def goals_of(study: Study) -> tuple[Goal, ...]:
     return (*smallest, *largest)
 
 
+@dataclass(frozen=True)
+class Placement:
+    """Pretension at which choices are set: a point of each one's window, or given for all."""
+
+    point: Literal["least", "middle"] = "middle"
+    """Point of the window: its lower end, or its middle."""
+    given: float | None = None
+    """Pretension of every choice, N, if the question gives one; windows are solved nevertheless."""
+
+    def within(self, low: Array, high: Array) -> Array:
+        """Return the pretension of this point of windows, N.
+
+        Twice the lower end is taken for the middle if nothing bounds a window above.
+        """
+        if self.point == "least":
+            return low
+        return np.where(np.isinf(high), 2.0 * low, 0.5 * (low + high))
+
+
 @dataclass(frozen=True, eq=False)
 class Question:
     """A design question: its choices, the conditions that they must cope with, and its limits."""
@@ -89,29 +108,17 @@ class Question:
     choices: Space
     conditions: Space
     bounds: Bounds
-    enough: float = 1.0
+    goals: tuple[Goal, ...] = ()
+    """Goals of the study in their order; none if it leaves them open."""
+    serve: float = 1.0
     """Share of persons, draws or conditions that a window must serve."""
-    middle: bool = True
-    """True if a choice is set in the middle of its window, else at its least pretension."""
-    given: float | None = None
-    """Pretension of every choice, N, if the question gives one; windows are solved nevertheless."""
-    near: float = 0.01
-    """Relative distance from the end of a choice's window within which an end under one condition
-    is sought between the angles, because it may set the end of the choice.
-
-    An end over the grid of angles is off by a thousandth. No end is sought if this is 0 or less,
-    and every end if it is infinite.
-    """
-    notes: tuple[str, ...] = ()
-    """Sentences on what was left out of the question, and why."""
-    stop: threading.Event = field(default_factory=threading.Event)
-    """Event that cancels the run."""
+    placement: Placement = Placement()
 
     @property
-    def goals(self) -> tuple[Goal, ...]:
+    def ranking(self) -> tuple[Goal, ...]:
         """Goals of the study, or if it leaves them open the usual ones."""
         usual = USUAL if self.conditions.groups is None else (SERVED, *USUAL)
-        return goals_of(self.study) or usual
+        return self.goals or usual
 
     @cached_property
     def angles(self) -> Array:
@@ -133,6 +140,11 @@ class Question:
         """Number of directions times number of elbow angles."""
         return self.angles.size * len(self.flexion)
 
+    @property
+    def states(self) -> int:
+        """Number of states of all choices under all conditions."""
+        return len(self.choices) * len(self.conditions) * self.states_per_design
+
     @cached_property
     def axes(self) -> dict[str, Axis]:
         """Axes of the conditions by their keys."""
@@ -144,53 +156,13 @@ class Question:
         return self.conditions.numbers(np.arange(len(self.conditions)))
 
     @cached_property
-    def groups(self) -> Rows:
-        """Group of each condition, (conditions,); it counts if all its conditions are served."""
-        groups = self.conditions.groups
-        return np.arange(len(self.conditions)) if groups is None else groups
-
-    @cached_property
-    def weighting(self) -> Array:
-        """Weight of each group, (groups,), the largest from 0.5 to 1 so that sums stay finite."""
-        weights = self.conditions.weighting
-        if weights is None:
-            return np.ones(self.groups[-1] + 1)
-        first_conditions = np.flatnonzero(np.diff(self.groups, prepend=-1))
-        of_groups = weights[first_conditions]
-        _, exponent = np.frexp(np.max(of_groups))
-        return np.asarray(np.ldexp(of_groups, -int(exponent)))
-
-    def under(self, conditions: Rows) -> Self:
-        """Return this question for some of its conditions, each of which then counts by itself."""
-        numbers = select_numbers(self.condition_numbers, conditions)
-        points = Axis.of_points(numbers, len(conditions))
-        return replace(self, conditions=Space((points,)))
-
-    def select_groups(self, groups: Rows) -> Self:
-        """Return this question for some of its groups, which are given in ascending order."""
-        rows = np.flatnonzero(np.isin(self.groups, groups))
-        selected = replace(
-            self.under(rows).conditions,
-            weighting=self.weighting[self.groups[rows]],
-            groups=np.searchsorted(groups, self.groups[rows]),
-        )
-        return replace(self, conditions=selected)
-
-    def saying(self, numbers: Numbers) -> Self:
-        """Return this question with other or further numbers set by its conditions."""
-        points = Axis.of_points({**self.condition_numbers, **numbers}, len(self.conditions))
-        return replace(self, conditions=replace(self.conditions, axes=(points,)))
-
-    def bounded(self, name: str, value: float) -> Self:
-        """Return this question with another value of one limit, or of the speed."""
-        return replace(self, bounds=self.bounds.changed(name, value))
+    def groups(self) -> Groups:
+        """Groups of the conditions, such as persons."""
+        return Groups.of_conditions(self.conditions, self._counts)
 
     @property
-    def counts(self) -> dict[str, int]:
-        """Numbers of persons and of draws by the keys of their axes.
-
-        If there are both, a share is of their pairs. Bodies drawn for a person count as draws.
-        """
+    def _counts(self) -> dict[str, int]:
+        """Numbers of persons and of draws by the keys of their axes."""
         counts = {key: len(self.axes[key]) for key in (PERSON_AXIS, DRAW_AXIS) if key in self.axes}
         people = self.study.people
         bodies = people.population.completions if people is not None else 1
@@ -202,63 +174,81 @@ class Question:
         return counts
 
     @property
-    def counted(self) -> str:
-        """Noun for what a share counts: "persons", "pairs", "draws" or "conditions"."""
-        kinds = tuple(self.counts)
-        if len(kinds) == 2:
-            return "pairs"
-        return f"{kinds[0]}s" if kinds else "conditions"
-
-    @property
     def group_axis(self) -> Axis | None:
         """Axis of persons or, without persons, of draws; None if there are neither."""
         return self.axes.get(PERSON_AXIS) or self.axes.get(DRAW_AXIS)
 
-    def numbers_of(self, columns: ColumnArrays) -> Numbers:
-        """Return the numbers that choices, given by their columns, set."""
-        numbers: dict[str, Array] = {}
-        for axis in self.choices.axes:
-            values = columns[axis.column]
-            if axis.names:
-                numbers |= {key: of_names[values] for key, of_names in axis.numbers.items()}
-            else:
-                numbers[axis.key] = values
-        return numbers
+    # --- Other questions --------------------------------------------------------------------------
 
-    def design(
-        self, numbers: Numbers, conditions: Numbers | None = None, pretension: Array | None = None
-    ) -> Design:
+    def for_conditions(self, conditions: Rows) -> Self:
+        """Return this question for some of its conditions, each of which then counts by itself."""
+        numbers = select_numbers(self.condition_numbers, conditions)
+        points = Axis.of_points(numbers, len(conditions))
+        return replace(self, conditions=Space((points,)))
+
+    def for_groups(self, groups: Rows) -> Self:
+        """Return this question for some of its groups, which are given in ascending order."""
+        rows = np.flatnonzero(np.isin(self.groups.of, groups))
+        selected = self.groups.select(groups)
+        conditions = replace(
+            self.for_conditions(rows).conditions,
+            weighting=selected.weighting[selected.of],
+            groups=selected.of,
+        )
+        return replace(self, conditions=conditions)
+
+    def with_numbers(self, numbers: Numbers) -> Self:
+        """Return this question with other or further numbers set by its conditions."""
+        points = Axis.of_points({**self.condition_numbers, **numbers}, len(self.conditions))
+        return replace(self, conditions=replace(self.conditions, axes=(points,)))
+
+    def with_bound(self, name: str, value: float) -> Self:
+        """Return this question with another value of one limit, or of the speed."""
+        return replace(self, bounds=self.bounds.changed(name, value))
+
+    # --- Designs ----------------------------------------------------------------------------------
+
+    def points(self, rows: Rows) -> Points:
+        """Return the choices in some rows of the grid."""
+        return Points.of_rows(self.choices, rows)
+
+    def all_points(self) -> Points:
+        """Return all choices of the grid."""
+        return self.points(np.arange(len(self.choices)))
+
+    def designs(self, points: Points, conditions: Numbers | None = None) -> Design:
         """Return the designs of some choices under conditions, as they vary.
 
         A number of a condition takes precedence over that of a choice.
 
         Args:
-            numbers: Numbers of the choices, (choices,) each.
+            points: The choices.
             conditions: Numbers of the conditions, (conditions,) each; all conditions by default.
-            pretension: Pretensions of the choices, (choices,), N.
 
         Returns:
             Designs that broadcast to (choices, conditions, 1, 1).
         """
-        of_choices = numbers if pretension is None else {**numbers, PRETENSION: pretension}
         under = self.condition_numbers if conditions is None else conditions
-        return self.choices.at(of_choices, under).design()
+        return self.choices.at(points.numbers, under).design()
 
-    def paired(
-        self, numbers: Numbers, rows: Rows, condition: Rows, above: Numbers | None = None
+    def paired_designs(
+        self, points: Points, rows: Rows, conditions: Rows, above: Numbers | None = None
     ) -> Design:
         """Return the designs of choices, each under one condition, (pairs, 1, 1).
 
         Args:
-            numbers: Numbers of the choices.
-            rows: Choice of each pair, as a place in `numbers`.
-            condition: Condition of each pair.
+            points: The choices.
+            rows: Choice of each pair, as a place in `points`.
+            conditions: Condition of each pair.
             above: Numbers of the pairs that take precedence over those of both.
         """
-        of_conditions = select_numbers(self.condition_numbers, condition)
-        of_pairs = overlay(select_numbers(numbers, rows), {**of_conditions, **(above or {})})
-        points = Axis.of_points(of_pairs, len(rows))
-        return Space((points,), self.choices.single).design()
+        of_conditions = select_numbers(self.condition_numbers, conditions)
+        of_choices = select_numbers(points.numbers, rows)
+        of_pairs = overlay(of_choices, {**of_conditions, **(above or {})})
+        pairs = Axis.of_points(of_pairs, len(rows))
+        return Space((pairs,), self.choices.single).design()
+
+    # --- Intervals --------------------------------------------------------------------------------
 
     @cached_property
     def box(self) -> tuple[Axis, ...]:
@@ -308,12 +298,43 @@ class Question:
         """True if pretensions are those of the model, F0, and not readings of a gauge."""
         return READINGS[int(self.choices.single.get(READ, 0.0))] == F0
 
-    def check_stopped(self) -> None:
-        """Raise Stopped if the run was cancelled."""
-        if self.stop.is_set():
-            raise Stopped
-
 
 def select_numbers(numbers: Numbers, rows: Rows | slice) -> dict[str, Array]:
     """Select some rows of every number, such as some choices or conditions."""
     return {key: values[rows] for key, values in numbers.items()}
+
+
+def question_of(study: Study) -> Question:
+    """Return the question that a study asks of `tendon design`."""
+    space = space_of(study).without_pretension()
+    pretension = study.design.pretension
+    placement = Placement("least" if pretension == "least" else "middle")
+    if isinstance(pretension, StudyNumber):
+        placement = Placement("least", pretension.single)
+    return Question(
+        study=study,
+        choices=space.choices,
+        conditions=space.conditions,
+        bounds=bounds_of(study),
+        goals=goals_of(study),
+        serve=study.serve,
+        placement=placement,
+    )
+
+
+def rows_to_prove(question: Question) -> Rows:
+    """Return the choices that the study names in `[design] prove`, ascending.
+
+    Raises:
+        UsageError: The study names something that is no row of the choices.
+    """
+    count = len(question.choices)
+    texts = question.study.design.prove
+    for text in texts:
+        if not text.isdecimal() or int(text) >= count:
+            raise UsageError(
+                f'"{shorten(text)}" is not a row of choices.parquet',
+                where="--prove",
+                hint=f"0 to {count - 1}",
+            )
+    return np.unique(np.array([int(text) for text in texts], dtype=np.int64))

@@ -7,21 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.question import SERVED, USUAL, ColumnArrays, Goal, goals_of, select_numbers
-from tendon_cli.answers.solve import (
-    WORST,
-    Solutions,
-    severest_conditions,
-    solve_columns,
-    solve_rows,
-    solve_windows,
-    worst,
-)
 from tendon_cli.engine.task import Note
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
-from tendon_cli.space.axis import Axis, Numbers, Rows
+from tendon_cli.space.axis import Axis
+from tendon_cli.windows.by_choice import ColumnArrays
+from tendon_cli.windows.points import Points
+from tendon_cli.windows.question import SERVED, USUAL, Goal, Question
+from tendon_cli.windows.solutions import Solutions, solve, solve_windows
+from tendon_cli.windows.solver import Solver
+from tendon_cli.windows.worst import WORST, Worst
 
 LimitPair = tuple[str, ...]
 """The limit that asks for more pretension and the one that asks for less, by name.
@@ -58,16 +53,16 @@ _BEST_BOUNDS = {
 
 def conflicts_of(solutions: Solutions) -> dict[LimitPair, Rows]:
     """Return the limits that leave choices without a window, and the places of these choices."""
-    low = solutions["pretension_from"]
-    high = solutions["pretension_to"]
-    pretension = solutions["pretension"]
+    low = solutions.pretension_from
+    high = solutions.pretension_to
+    pretension = solutions.pretension
     # A given pretension may miss a window at one of its ends.
     is_below = solutions.has_window & (pretension < low)
     is_above = solutions.has_window & (pretension > high)
-    first = np.where(is_above, solutions["to_by"], solutions["from_by"])
+    first = np.where(is_above, solutions.to_binding.by, solutions.from_binding.by)
     is_alone = np.isnan(low) | is_below | is_above
-    second = np.where(is_alone, NOTHING, solutions["to_by"])
-    rows = np.flatnonzero(~solutions["feasible"])
+    second = np.where(is_alone, NOTHING, solutions.to_binding.by)
+    rows = np.flatnonzero(~solutions.feasible)
     codes, kind = np.unique(np.column_stack([first, second])[rows], axis=0, return_inverse=True)
     conflicts: dict[LimitPair, Rows] = {}
     for place, pair_codes in enumerate(codes.tolist()):
@@ -81,14 +76,14 @@ def conflicts_of(solutions: Solutions) -> dict[LimitPair, Rows]:
 def nearest(solutions: Solutions) -> Solutions:
     """Return the choice nearest to a window: it serves most, and of these misses by least."""
     gap = _relative_gap(solutions)
-    order = np.lexsort((solutions.row, np.where(np.isnan(gap), np.inf, gap), -solutions["served"]))
+    order = np.lexsort((solutions.row, np.where(np.isnan(gap), np.inf, gap), -solutions.served))
     return solutions.select(order[:1])
 
 
 def _relative_gap(solutions: Solutions) -> Array:
     """Return the relative gap (from - to)/(|from| + |to|); NaN if an end is infinite."""
-    low = solutions["pretension_from"]
-    high = solutions["pretension_to"]
+    low = solutions.pretension_from
+    high = solutions.pretension_to
     with np.errstate(invalid="ignore"):
         return np.asarray((low - high) / (np.abs(low) + np.abs(high)))
 
@@ -108,9 +103,9 @@ def relevant(solutions: Solutions, goals: tuple[Goal, ...]) -> Rows:
     They are the best by each goal, the front, the one that serves most, and for each conflict the
     one that is nearest to a window.
     """
-    places = [np.array([np.argmax(solutions["served"])])]
-    if solutions["feasible"].any():
-        feasible = np.flatnonzero(solutions["feasible"])
+    places = [np.array([np.argmax(solutions.served)])]
+    if solutions.feasible.any():
+        feasible = np.flatnonzero(solutions.feasible)
         selected = solutions.select(feasible)
         scores = selected.scores(goals or (SERVED, *USUAL))
         places += [feasible[[best_of(selected, of_goal)]] for of_goal in scores.T]
@@ -122,17 +117,17 @@ def relevant(solutions: Solutions, goals: tuple[Goal, ...]) -> Rows:
     return np.unique(np.concatenate(places))
 
 
-def leaves_out(problem: Problem) -> bool:
+def leaves_out(question: Question) -> bool:
     """Return True if choices that are not relevant are left without worst values to save time."""
-    goals = {goal.column: goal.maximise for goal in goals_of(problem.study)}
+    goals = {goal.column: goal.maximise for goal in question.goals}
     has_bounds = all(
         goals[name] == (name == "min_elbow_stiffness") for name in WORST if name in goals
     )
-    states = len(problem.choices) * len(problem.conditions) * problem.states_per_design
-    return problem.conditions.groups is not None and has_bounds and states > STATES_FOR_ALL
+    has_groups = question.conditions.groups is not None
+    return has_groups and has_bounds and question.states > STATES_FOR_ALL
 
 
-def solve_part(problem: Problem, rows: Rows) -> Solutions:
+def solve_part(solver: Solver, rows: Rows) -> Solutions:
     """Solve choices by their rows, with the worst values at the pretension of each.
 
     If `leaves_out`, only relevant choices have worst values. The worst over a few conditions bounds
@@ -140,36 +135,50 @@ def solve_part(problem: Problem, rows: Rows) -> Solutions:
     again, until the worst values of all of them are known: no other choice is better than its
     bound, so the selection is right.
     """
-    if not leaves_out(problem):
-        return solve_rows(problem, rows)
-    goals = goals_of(problem.study)
-    numbers = problem.choices.numbers(rows)
-    solved, served = solve_windows(problem, numbers, len(rows))
-    solved = Solutions(solved.results, rows, problem.choices.columns(rows))
+    question = solver.question
+    points = question.points(rows)
+    if not leaves_out(question):
+        return solve(solver, points)
+    solved, served = solve_windows(solver, points)
 
-    def at_pretension(places: Rows) -> tuple[Numbers, Array]:
-        """Return the numbers and the pretensions of some choices."""
-        return select_numbers(numbers, places), solved["pretension"][places]
+    def worst_of(places: Rows) -> Worst:
+        """Return the worst values of some choices over all conditions that they serve."""
+        return solver.worst(points.select(places), solved.pretension[places], served[places])
 
-    first = np.array([np.argmax(solved["served"])])
-    few = severest_conditions(problem, *at_pretension(first), served[first], _SEVEREST)
-    bounds = worst(problem.under(few), *at_pretension(np.arange(len(rows))), served[:, few])
-    known = worst(problem, *at_pretension(first), served[first])
-    for name, values in bounds.items():
-        # A quantity that has no value, such as pressure without a strap, has no bound.
-        if not np.isnan(known[name][0]):
-            bounds[name] = np.where(np.isnan(values), _BEST_BOUNDS[name], values)
-    solved = solved.with_worst(slice(None), bounds, has_worst=False)
+    first = np.array([np.argmax(solved.served)])
+    severest = solver.severest_conditions(
+        points.select(first), solved.pretension[first], served[first], _SEVEREST
+    )
+    of_severest = solver.for_question(question.for_conditions(severest))
+    bounds = of_severest.worst(points, solved.pretension, served[:, severest])
+    known = worst_of(first)
+    solved = solved.with_worst(slice(None), _as_bounds(bounds, known), has_worst=False)
     solved = solved.with_worst(first, known)
     while True:
-        places = relevant(solved, goals)
-        missing = places[~solved["has_worst"][places]]
+        places = relevant(solved, question.goals)
+        missing = places[~solved.has_worst[places]]
         if not len(missing):
             break
-        values_of_missing = worst(problem, *at_pretension(missing), served[missing])
-        solved = solved.with_worst(missing, values_of_missing)
-    left = np.flatnonzero(~solved["has_worst"])
-    return solved.with_worst(left, dict.fromkeys(WORST, np.asarray(np.nan)), has_worst=False)
+        solved = solved.with_worst(missing, worst_of(missing))
+    left = np.flatnonzero(~solved.has_worst)
+    return solved.with_worst(left, Worst.unknown(len(left)), has_worst=False)
+
+
+def _as_bounds(bounds: Worst, known: Worst) -> Worst:
+    """Return bounds with those that no value can beat where a choice serves none of the conditions.
+
+    Args:
+        bounds: Worst values over a few conditions.
+        known: Worst values of one choice over all conditions.
+    """
+    columns = {}
+    for name, best_bound in _BEST_BOUNDS.items():
+        values = getattr(bounds, name)
+        # A quantity that has no value, such as pressure without a strap, has no bound.
+        if not np.isnan(getattr(known, name)[0]):
+            values = np.where(np.isnan(values), best_bound, values)
+        columns[name] = values
+    return Worst(**columns)
 
 
 def summarise(choices: Solutions, goals: tuple[Goal, ...]) -> Note:
@@ -177,7 +186,7 @@ def summarise(choices: Solutions, goals: tuple[Goal, ...]) -> Note:
     conflicts = conflicts_of(choices)
     return {
         "choices": len(choices),
-        "feasible": int(choices["feasible"].sum()),
+        "feasible": int(choices.feasible.sum()),
         "conflicts": [[list(pair), len(rows)] for pair, rows in conflicts.items()],
         "rows": choices.row[relevant(choices, goals)].tolist(),
     }
@@ -219,31 +228,31 @@ def compromise(scores: Array) -> int:
 # --- Between the points of the grid ---------------------------------------------------------------
 
 
-def may_refine(problem: Problem) -> bool:
+def may_refine(question: Question) -> bool:
     """Return True if a search between the points of the grid is possible, and not too long."""
-    return bool(_ranges(problem)) and _generations(problem) >= _FEWEST_GENERATIONS
+    return bool(_ranges(question)) and _generations(question) >= _FEWEST_GENERATIONS
 
 
-def _ranges(problem: Problem) -> list[Axis]:
+def _ranges(question: Question) -> list[Axis]:
     """Return the axes between whose points a choice can lie."""
-    return [axis for axis in problem.choices.axes if axis.is_range]
+    return [axis for axis in question.choices.axes if axis.is_range]
 
 
-def _generations(problem: Problem) -> int:
+def _generations(question: Question) -> int:
     """Return the number of generations of a search."""
-    points = _AT_ONCE_PER_RANGE * len(_ranges(problem))
-    at_once = points * len(problem.conditions) * problem.states_per_design
+    points = _AT_ONCE_PER_RANGE * len(_ranges(question))
+    at_once = points * len(question.conditions) * question.states_per_design
     return min(_GENERATIONS, int(_STATES / max(at_once, 1)))
 
 
-def refine_choice(problem: Problem, goals: tuple[Goal, ...], start: Solutions) -> Solutions | None:
+def refine_choice(solver: Solver, goals: tuple[Goal, ...], start: Solutions) -> Solutions | None:
     """Search for a better choice between the points of the grid.
 
     With one goal it is the best; with several it is as good in all of them, and better in their
     sum.
 
     Args:
-        problem: The question.
+        solver: Solver of the question.
         goals: Goals by which it is better.
         start: A choice of the grid with a window.
 
@@ -251,34 +260,37 @@ def refine_choice(problem: Problem, goals: tuple[Goal, ...], start: Solutions) -
         The choice; None if the search finds nothing better, if there is no range to search, or if
         there are too many conditions.
     """
-    if not may_refine(problem):
+    question = solver.question
+    if not may_refine(question):
         return None
-    axes = _ranges(problem)
-    generations = _generations(problem)
+    axes = _ranges(question)
+    generations = _generations(question)
     before = start.scores(goals)[0]
     scale = np.maximum(np.abs(before), 1e-300)
     with_worst = any(goal.column in WORST for goal in goals)
 
-    def columns(points: Array) -> ColumnArrays:
-        """Return whole choices at points, (points, ranges), 0 to 1; the rest is as in `start`."""
-        whole = {name: np.repeat(values[:1], len(points)) for name, values in start.columns.items()}
-        for axis, places in zip(axes, points.T, strict=True):
-            whole[axis.column] = _value(axis, places)
-        return whole
+    def choices_at(places: Array) -> Points:
+        """Return choices at places, (choices, ranges), 0 to 1; the rest is as in `start`."""
+        columns: ColumnArrays = {
+            name: np.repeat(values, len(places)) for name, values in start.points.columns.items()
+        }
+        for axis, along in zip(axes, places.T, strict=True):
+            columns[axis.column] = _value(axis, along)
+        return Points.of_columns(question.choices, columns, len(places))
 
-    def cost(points: Array) -> Array:
-        """Return the cost of points, (ranges, points), the less the better."""
-        tried = solve_columns(problem, columns(points.T), points.shape[1], with_worst=with_worst)
-        gain = (tried.scores(goals) - before) / scale  # (points, goals)
+    def cost(places: Array) -> Array:
+        """Return the cost of choices at places, (ranges, choices), the less the better."""
+        tried = solve(solver, choices_at(places.T), with_worst=with_worst)
+        gain = (tried.scores(goals) - before) / scale  # (choices, goals)
         lost = np.sum(np.maximum(0.0, -gain), axis=1) if len(goals) > 1 else 0.0
         of_feasible = -np.sum(gain, axis=1) + _PENALTY * lost
-        costs = np.where(tried["feasible"], of_feasible, _cost_without_window(problem, tried))
+        costs = np.where(tried.feasible, of_feasible, _cost_without_window(question, tried))
         return np.asarray(np.where(np.isfinite(costs), costs, 4.0 * _PENALTY))
 
-    place = np.array([_place(axis, start.scalar(axis.column)) for axis in axes])
+    place = np.array([_place(axis, float(start.points.columns[axis.column][0])) for axis in axes])
     steps = np.array([1.0 / (len(axis) - 1) for axis in axes])
     point = _evolve(cost, place, steps, generations)
-    best = solve_columns(problem, columns(point[np.newaxis]), 1)
+    best = solve(solver, choices_at(point[np.newaxis]))
     after = best.scores(goals)[0]
     is_better = np.all(after >= before) and np.any(after > before + 1e-9 * scale)
     return best if is_better else None
@@ -300,11 +312,11 @@ def _place(axis: Axis, value: float) -> float:
     return float(np.clip((middle - first) / (last - first), 0.0, 1.0))
 
 
-def _cost_without_window(problem: Problem, solutions: Solutions) -> Array:
+def _cost_without_window(question: Question, solutions: Solutions) -> Array:
     """Return the cost of choices without a window: the less, the nearer they are to one."""
-    if problem.enough >= 1.0:
+    if question.serve >= 1.0:
         return 2.0 * _PENALTY + _relative_gap(solutions)
-    return np.asarray(2.0 * _PENALTY + (problem.enough - solutions["served"]))
+    return np.asarray(2.0 * _PENALTY + (question.serve - solutions.served))
 
 
 def _evolve(cost: Callable[[Array], Array], start: Array, steps: Array, generations: int) -> Array:

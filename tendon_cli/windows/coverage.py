@@ -41,7 +41,7 @@ class Coverage:
     """Upper end, N."""
 
 
-def share_served(low: Array, high: Array, weighting: Array, *, enough: float = 1.0) -> Coverage:
+def share_served(low: Array, high: Array, weighting: Array, *, serve: float = 1.0) -> Coverage:
     """Return the windows and shares of groups that one pretension can serve.
 
     Args:
@@ -49,7 +49,7 @@ def share_served(low: Array, high: Array, weighting: Array, *, enough: float = 1
             where an end is NaN.
         high: Upper ends.
         weighting: Weights of the groups, (groups,).
-        enough: Share of the weighting that one pretension must serve.
+        serve: Share of the weighting that one pretension must serve.
     """
     is_open = low <= high
     weight = np.where(is_open, normalise(weighting), 0.0)
@@ -67,7 +67,7 @@ def share_served(low: Array, high: Array, weighting: Array, *, enough: float = 1
     served = np.where(is_open.any(axis=1), served, 0.0)
     is_most = share >= np.maximum(served, ROUNDING)[:, np.newaxis] - ROUNDING / 2
     best_low, best_high, _ = _widest(sorted_ends, is_most)
-    is_enough = share >= max(enough, ROUNDING) - ROUNDING / 2
+    is_enough = share >= max(serve, ROUNDING) - ROUNDING / 2
     widest_low, widest_high, windows = _widest(sorted_ends, is_enough)
     return Coverage(widest_low, widest_high, windows, served, best_low, best_high)
 
@@ -97,21 +97,6 @@ def _widest(ends: Array, is_enough: Flags) -> tuple[Array, Array, npt.NDArray[np
     high = np.take_along_axis(ends, widest, axis=1)[:, 0]
     has_run = stops.any(axis=1)
     return np.where(has_run, low, np.nan), np.where(has_run, high, np.nan), np.sum(stops, axis=1)
-
-
-def group_windows(low: Array, high: Array, groups: npt.NDArray[np.int64]) -> tuple[Array, Array]:
-    """Return the ends of windows that serve every condition of a group, (choices, groups), N.
-
-    Args:
-        low: Lower ends of the windows of conditions, (choices, conditions), N.
-        high: Upper ends.
-        groups: Group of each condition, from 0 and ascending.
-
-    Returns:
-        Lower and upper ends; NaN if no pretension could do in one of the conditions.
-    """
-    firsts = np.flatnonzero(np.diff(groups, prepend=-1))
-    return np.maximum.reduceat(low, firsts, axis=1), np.minimum.reduceat(high, firsts, axis=1)
 
 
 def serves(low: Array, high: Array, pretension: Array | float) -> Flags:

@@ -1,0 +1,591 @@
+"""The record of an answer, as `design.json` holds it: types for whoever writes or reads one.
+
+Values are SI. A number that is missing or not finite is null, so that JSON can hold it; a rigid
+spring is "rigid". Whatever is said about an answer follows from its record alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, TypeAlias, TypedDict, cast
+
+Value: TypeAlias = float | str
+"""Value on an axis: a number, SI, "rigid", or a name."""
+Values: TypeAlias = dict[str, Value]
+"""Values by the columns of their axes."""
+Interval: TypeAlias = Sequence[float]
+"""Lower and upper end of a 95 % interval of a share."""
+
+
+# --- The question ---------------------------------------------------------------------------------
+
+
+class GoalRecord(TypedDict):
+    """A goal by which choices are compared."""
+
+    column: str
+    """Column of `choices.parquet`."""
+    maximise: bool
+    """True if more of it is better."""
+
+
+class AxisRecord(TypedDict):
+    """An axis of choices or of conditions."""
+
+    key: str
+    """Dotted key of the number, or "case", "person" or "draw"."""
+    column: str
+    """Column of `choices.parquet` or `conditions.parquet`."""
+    named: bool
+    """True if its values are names."""
+    range: list[float] | None
+    """Both ends of a range, between which a value is chosen, SI; null for a catalogue."""
+    sets: dict[str, dict[str, float]] | None
+    """Numbers that tell each row of a named axis from the others, SI, by the row's name and their
+    keys; null for another axis. Rows told by no number, or by many, are left out."""
+
+
+class QuestionRecord(TypedDict):
+    """The question that is answered, as far as words about the answer need it."""
+
+    joint: str
+    """Name of the joint: "elbow"."""
+    read: str
+    """Gauge by which a pretension is read: "F0", "flexor at joint"."""
+    pretension: float | None
+    """Pretension of every choice, N, if the question gives one."""
+    limits: dict[str, float]
+    """Limits of the study, SI."""
+    choices: list[AxisRecord]
+    """Axes of the choices."""
+    conditions: list[AxisRecord]
+    """Axes of the conditions, in the order of `conditions.parquet`."""
+    counted: str
+    """Noun for what a share counts: "persons", "pairs", "draws" or "conditions"."""
+    groups: int
+    """Number of what a share counts."""
+    counts: dict[str, int]
+    """Numbers of persons ("person") and draws ("draw")."""
+    ranked_by: list[GoalRecord]
+    """Goals by which the best are named: those of the study, or the usual ones."""
+
+
+# --- Choices --------------------------------------------------------------------------------------
+
+
+class ChoiceRecord(TypedDict):
+    """A row of `choices.parquet`, with its place; it has a value for the column of each axis, too.
+
+    `value_of` reads these and any other column by its name.
+    """
+
+    choice: int
+    """Row in `choices.parquet`."""
+    refined: bool
+    """True for a point between those of the grid."""
+    pretension_from: float | None
+    """Lower end of the window, N; null if no pretension could do."""
+    pretension_to: float | None
+    """Upper end of the window, N; null if nothing bounds it."""
+    windows: int
+    """Number of intervals of pretension that serve enough."""
+    tolerance: float | None
+    """Share by which the pretension may be off to either side."""
+    from_by: str | None
+    """Limit that binds below, or what no pretension could keep."""
+    to_by: str | None
+    """Limit that binds above."""
+    from_condition: int
+    """Row of `conditions.parquet` that binds below."""
+    to_condition: int
+    """Row of `conditions.parquet` that binds above."""
+    from_under: Values
+    """Values of the condition that binds below."""
+    to_under: Values
+    """Values of the condition that binds above."""
+    from_direction: str | None
+    """Direction of the state that binds below; null where the limit belongs to no state."""
+    to_direction: str | None
+    """Direction of the state that binds above."""
+    from_elbow_angle: float | None
+    """Elbow angle that binds below, rad."""
+    to_elbow_angle: float | None
+    """Elbow angle that binds above, rad."""
+    served: float
+    """Largest share that one pretension serves."""
+    served_at: float
+    """Share that `pretension` serves."""
+    pretension: float | None
+    """Pretension to which the choice is set, N."""
+    max_tension: float | None
+    """Largest tension of either tendon, N."""
+    max_spring_extension: float | None
+    """Largest extension of either spring, m."""
+    peak_motor_torque: float | None
+    """Motor torque of the largest magnitude, N m."""
+    min_elbow_stiffness: float | None
+    """Smallest stiffness of the elbow, N m/rad."""
+    max_contact_pressure: float | None
+    """Largest pressure of the strap, Pa."""
+    set_flexor_tension: float | None
+    """Tension to set in the flexor at the joint, N."""
+    set_extensor_tension: float | None
+    """Tension to set in the extensor at the joint, N."""
+    set_flexor_tension_motor: float | None
+    """Tension to set in the flexor at the motor, N."""
+    set_extensor_tension_motor: float | None
+    """Tension to set in the extensor at the motor, N."""
+    tolerance_length: float | None
+    """Half the window as a length of both tendons, m; null if nothing bounds it."""
+    between_samples: str
+    """Status of the window between the samples: one of `say.STATUSES`."""
+    feasible: bool
+    """True if it has a window; if the pretension is given, one that serves enough."""
+    on_front: bool
+    """True if no other choice is as good in every goal and better in one."""
+
+
+def value_of(row: Mapping[str, Any], column: str) -> Any:
+    """Return the value of a record in a column that is known by its name alone, such as an axis."""
+    return row[column]
+
+
+# --- Windows between the samples ------------------------------------------------------------------
+
+
+class CertificateRecord(TypedDict):
+    """Result of the proof of one window between the samples."""
+
+    status: str
+    """One of `say.STATUSES`."""
+    cells: int
+    """Number of cells that were tried."""
+    margin: float
+    """Distance from both ends within which the window is not proved, N."""
+    estimate: float | None
+    """Estimated error of the ends that are not proved, N."""
+
+
+class ChoiceCertificate(CertificateRecord):
+    """Result of the proof of the window of a choice."""
+
+    choice: int
+    """Row of the choice in `choices.parquet`."""
+
+
+class CurvesRecord(TypedDict):
+    """Pretensions that each limit allows the choice named first, over the elbow angle."""
+
+    elbow_angle: list[float]
+    """Angles, rad."""
+    samples: list[float]
+    """Angles of the study, rad."""
+    all_conditions: bool
+    """True if the curves are over all conditions, not over those alone that are served."""
+    lower: dict[str, list[float | None]]
+    """Least pretension by limit, N; null where the limit asks for nothing."""
+    upper: dict[str, list[float | None]]
+    """Largest pretension by limit, N."""
+
+
+class BetweenSamples(CertificateRecord):
+    """Proof of the window of the choice named first, and of all that are named."""
+
+    choices: list[ChoiceCertificate]
+    """Proofs of all choices that the answer names."""
+    method: str
+    """Method of the proof, in words."""
+    scope: str
+    """Range in which the window is proved, in words."""
+    curves: CurvesRecord
+
+
+# --- The suit on the bench ------------------------------------------------------------------------
+
+
+class SettingRecord(TypedDict):
+    """Posture in which the pretension is set."""
+
+    angle: float
+    """Elbow angle, rad."""
+    upper_arm_angle: float
+    """Inclination of the upper arm, rad."""
+    load: float
+    """Load in the hand, kg."""
+    after: str
+    """Direction of the last motion."""
+    read: str
+    """Gauge by which a pretension is read."""
+    newtons_per_metre: float
+    """Pretension that a metre taken from both tendons adds, N/m."""
+
+
+class DriftRecord(TypedDict):
+    """Motion of the joint that is let go at 10 % beyond the upper end of the window."""
+
+    pretension: float
+    """Pretension, N."""
+    start: float
+    """Angle at which it is let go, rad."""
+    end: float
+    """Angle at which it rests, or the end of the motion, rad."""
+    torque: float
+    """Largest torque that drives it, N m."""
+    balanced: bool
+    """True if it rests at the end."""
+
+
+class RemarkRecord(TypedDict):
+    """A load that no limit of the study forbids, but nobody would want."""
+
+    about: Literal["strap", "rope", "spring"]
+    text: str
+    source: str
+    """Source of the value that it is compared with."""
+
+
+class SensitivityRecord(TypedDict):
+    """Motion of one end of the window by a number."""
+
+    end: Literal["from", "to"]
+    key: str
+    """Dotted key of the number, or "limits." and the name of a limit."""
+    value: float
+    """Value of the number, SI."""
+    slope: float
+    """Derivative of the end by the number, N per SI unit."""
+    steady: bool
+    """True if the same limit binds in the same state when the number is 1 % off."""
+    per_percent: float
+    """Motion of the end when the number grows by 1 %, N."""
+
+
+# --- No window ------------------------------------------------------------------------------------
+
+
+class ConflictRecord(TypedDict):
+    """Limits that leave some choices without a window."""
+
+    limits: list[str]
+    """The limit that asks for more pretension and the one that asks for less; or one alone."""
+    choices: int
+    """Number of these choices."""
+    gap: float | None
+    """Distance between the pretensions asked for in the choice nearest to a window, N."""
+    nearest: ChoiceRecord
+    """The choice nearest to a window."""
+
+
+class FixRecord(TypedDict):
+    """The least change of one number that gives the choice nearest to a window one."""
+
+    parameter: str
+    """Dotted key of the number."""
+    before: float
+    """Value of the choice, SI."""
+    after: float | None
+    """Value that gives a window, SI; null if no plausible one does."""
+    plausible: Interval
+    """Range of the values that are tried, SI."""
+    pretension: float | None
+    """Pretension in that window, N."""
+    max_tension: float | None
+    """Largest tension at it, N."""
+    max_spring_extension: float | None
+    """Largest spring extension, m."""
+    peak_motor_torque: float | None
+    """Motor torque of the largest magnitude, N m."""
+    min_elbow_stiffness: float | None
+    """Smallest stiffness of the elbow, N m/rad."""
+    max_contact_pressure: float | None
+    """Largest pressure of the strap, Pa."""
+    printed: str
+    """The value with its unit, rounded so that it gives a window when it is typed in."""
+    printed_pretension: str
+    """A pretension in the window of the printed value, N."""
+
+
+class RelaxationRecord(TypedDict):
+    """The least change of one demand that gives some choice a window."""
+
+    key: str
+    """Dotted key of the demand."""
+    before: float
+    """Value in the study, SI; of several the largest magnitude."""
+    farthest: float
+    """Farthest value that is tried, SI."""
+    after: float | None
+    """Value that gives a window, SI; null if even the farthest gives none."""
+    printed: str
+    """The value with its unit, rounded so that it gives a window."""
+    choice: int | None
+    """Row of the choice that then serves most."""
+    values: Values
+    """Its values; empty without one."""
+    pretension: float | None
+    """Its pretension, N."""
+    served: float
+    """Share that it serves; without one the largest share at the farthest value."""
+
+
+# --- Persons and draws ----------------------------------------------------------------------------
+
+
+class SexRecord(TypedDict):
+    """Share served among men or among women."""
+
+    sex: Literal["male", "female"]
+    persons: int
+    """Number of persons."""
+    served: float
+    """Share that the pretension serves."""
+    interval_95: Interval
+
+
+class ShareCurve(TypedDict):
+    """Share served over pretension."""
+
+    pretension: list[float]
+    """Ends of windows, ascending, each twice, N."""
+    share: list[float]
+    """Share at that end, then between it and the next."""
+    low: list[float]
+    """Lower ends of the 95 % intervals."""
+    high: list[float]
+    """Upper ends."""
+
+
+class BodyRecord(TypedDict):
+    """Difference of a dimension of the body between those not served and everyone."""
+
+    theirs: float
+    """Mean of those not served, SI."""
+    of_all: float
+    """Mean of all, SI."""
+    deviations: float
+    """Difference of the means in standard deviations."""
+
+
+class ReasonRecord(TypedDict):
+    """A reason why the pretension does not serve some."""
+
+    text: str
+    """The reason in words."""
+    needs: str
+    """Need of those not served: "more", "less" or "another suit"."""
+    limits: list[str]
+    """The limit that is not kept, or both that conflict."""
+    conditions: list[int]
+    """For each limit the row of the condition under which it binds for most of them."""
+    under: list[Values]
+    """Values of these conditions."""
+    count: int
+    """Number of persons, draws or pairs."""
+    share: float
+    """Share of all."""
+    interval_95: Interval
+    first: list[str]
+    """Names of the persons, the farthest from being served first."""
+    bodies: dict[str, BodyRecord]
+    """Dimensions by name, the largest difference first."""
+
+
+class SuitRecord(TypedDict):
+    """One suit of several sizes."""
+
+    value: Value
+    """Value on the axis of the sizes."""
+    pretension: float
+    """Its pretension, N."""
+
+
+class SizeRecord(TypedDict):
+    """The best few suits along an axis of choices."""
+
+    choices: list[SuitRecord]
+    served: float
+    """Share of the persons whom at least one of these suits serves."""
+    interval_95: Interval
+    persons: int
+    """Number of persons for whom the suits are chosen."""
+    values_tried: int
+    """Number of values of the axis that are tried."""
+    all_values: bool
+    """True if these are all values."""
+
+
+class IndexRecord(TypedDict):
+    """Sobol indices of one uncertain input."""
+
+    name: str
+    """Name of the input in words."""
+    first: float
+    """First-order index: share of the variance that it explains alone."""
+    first_standard_error: float
+    total: float
+    """Total index: share of the variance in which it has a part."""
+    total_standard_error: float
+
+
+class SobolRecord(TypedDict):
+    """Sobol indices of one end of the window."""
+
+    end: str
+    """Column of the end: "pretension_from" or "pretension_to"."""
+    standard_deviation: float
+    """Standard deviation of the end, N."""
+    inputs: dict[str, IndexRecord]
+    """Indices by the key of the input."""
+
+
+class PopulationRecord(TypedDict):
+    """The choice named first for persons or draws: whom it serves, and why not the others."""
+
+    choice: int
+    """Row of the choice."""
+    values: Values
+    """Its values."""
+    kind: str
+    """Noun for what a share counts, in the plural."""
+    count: int
+    """Number of persons, draws or pairs."""
+    effective_count: float
+    """Effective size of the sample, (Σw)²/Σw²."""
+    counts: dict[str, int]
+    """Numbers of persons ("person") and draws ("draw")."""
+    window: Sequence[float | None]
+    """Window of the choice, N."""
+    pretension: float | None
+    """Its pretension, N."""
+    served: float
+    """Share that the pretension serves."""
+    interval_95: Interval
+    largest_share: float
+    """Largest share that one pretension serves."""
+    largest_share_at: float | None
+    """Pretension that serves this share, N; null if none serves anybody."""
+    set: dict[str, list[float]]
+    """Range over persons of each tension to set, N; empty without people."""
+    by: list[SexRecord]
+    """Shares among men and women, if the study asks for them."""
+    curve: ShareCurve
+    not_served: list[ReasonRecord]
+    """Reasons, the most frequent first."""
+    sizes: dict[str, list[SizeRecord]]
+    """For each axis of choices the best suit, the best two, the best three."""
+    sobol: list[SobolRecord]
+    """Indices of both ends; empty if nothing is drawn."""
+    title: str
+    """The choice, its pretension and the share that it serves, in words."""
+
+
+# --- The answer -----------------------------------------------------------------------------------
+
+
+class BestRecord(TypedDict):
+    """The best choices, and the first of them on the bench."""
+
+    goals: list[GoalRecord]
+    """Goals of the study; empty if it leaves them open."""
+    best: ChoiceRecord | None
+    """The best choice; with several goals the best compromise; null if none has a window."""
+    best_by: dict[str, ChoiceRecord]
+    """Best choice by each usual goal's column, if the study names no goals."""
+    given_up: float | None
+    """Largest share of the range of any goal that the best compromise gives up."""
+    window_for_all: Sequence[float | None] | None
+    """Window that serves all, N, if fewer are enough and there is one."""
+    gains: dict[str, float]
+    """Share by which a refined choice beats the best of the grid, by goal's column."""
+    front: list[ChoiceRecord]
+    """Choices that no other beats in every goal, in the order of the first goal."""
+    setting: SettingRecord | None
+    """Posture in which the best choice is set; null without one."""
+    drift: DriftRecord | None
+    """Drift beyond the upper end; null if stability does not set it."""
+    remarks: list[RemarkRecord]
+    sensitivities: list[SensitivityRecord]
+    """Motion of the ends of the best choice's window, the largest per 1 % first."""
+
+
+class AnswerResults(BestRecord):
+    """Answer without the facts of the run."""
+
+    question: QuestionRecord
+    choices: int
+    """Number of choices."""
+    conditions: int
+    """Number of conditions."""
+    feasible: int
+    """Number of choices that have a window."""
+    serve: float
+    """Share that a window must serve."""
+    between_samples: BetweenSamples | None
+    """Proof of the windows; null if no choice has one."""
+    proved: list[ChoiceRecord]
+    """Choices that the study names to be proved."""
+    conflicts: list[ConflictRecord]
+    """Reasons why choices have no window, the most frequent first."""
+    fixes: list[FixRecord]
+    """Changes that would give a window if no choice has one, the least change first."""
+    would_take: list[RelaxationRecord]
+    """Relaxations that would give a window if no choice has one."""
+    notes: list[str]
+    """Sentences on what is left out, and why."""
+    population: PopulationRecord | None
+    """The choice named first for persons or draws; null without them."""
+
+
+class FileRecord(TypedDict):
+    """A file of a table."""
+
+    path: str
+    rows: int
+    size: int
+    """Size, bytes."""
+    sha256: str
+
+
+class AnswerRecord(AnswerResults):
+    """The whole record in `design.json`."""
+
+    name: str
+    title: str
+    verb: str
+    study: dict[str, Any]
+    """Content of the study."""
+    axes: list[str]
+    """Keys of the axes of the study, slowest first."""
+    sources: dict[str, Any]
+    """Files that the study names."""
+    study_hash: str
+    results_version: int
+    versions: dict[str, str]
+    parts: int
+    resumed_parts: int
+    seconds: float
+    figures: list[str]
+    figure_seconds: float
+    warnings: list[str]
+    files: list[FileRecord]
+    checksum: str
+    blocks: list[dict[str, Any]]
+    """The answer in words, as headings, sentences, items, tables and notes."""
+    text: str
+    """The same in 80 columns."""
+
+
+def population_of(record: AnswerResults) -> PopulationRecord:
+    """Return the part of a record on persons or draws.
+
+    Raises:
+        ValueError: The answer has neither.
+    """
+    if record["population"] is None:
+        raise ValueError("an answer without persons and draws has no record of them")
+    return record["population"]
+
+
+def as_answer(record: Mapping[str, Any]) -> AnswerRecord:
+    """Return the record of an answer, as read from `design.json`, with its type."""
+    return cast("AnswerRecord", record)

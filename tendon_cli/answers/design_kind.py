@@ -1,0 +1,32 @@
+"""Kind of the task that answers a design question: record, tables, who runs and draws it."""
+
+from tendon_cli.registry import SettingOption, TableKind, TaskKind
+
+DESIGN = TaskKind(
+    verb="design",
+    help="Find the window of pretension and the best choice, what limits them and what would fix "
+    "it.",
+    noun="an answer",
+    record="design.json",
+    counts=("choices", "conditions", "feasible"),
+    tables=(
+        TableKind("choices", axes="tendon_cli.cube.axes.choice_axes", beyond="refined"),
+        TableKind("conditions"),
+        TableKind("named"),
+        TableKind("persons"),
+        TableKind("draws"),
+    ),
+    task="tendon_cli.answers.choices.Choices",
+    result="tendon_cli.answers.answer.Answer",
+    suffix="-design",
+    size="tendon_cli.answers.size.size_of_question",
+    draw="tendon_cli.figures.answer_figures.draw_answer",
+    check="tendon_cli.checks.check.check_answer",
+    page="tendon_cli.reports.design_page.design_page",
+    setting=SettingOption(
+        flag="--prove",
+        metavar="CHOICE",
+        help="prove the window of this choice, too: its row in choices.parquet; repeatable",
+        key="design.prove",
+    ),
+)

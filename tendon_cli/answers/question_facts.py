@@ -1,0 +1,89 @@
+"""Facts of a question in the record of its answer: axes, limits, and what a share counts."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import cast
+
+import numpy as np
+
+from tendon_cli.answer_record import AxisRecord, GoalRecord, QuestionRecord, Value, Values
+from tendon_cli.answers.text_notes import question_notes
+from tendon_cli.space.axis import Axis, NamedAxis
+from tendon_cli.studies.values import RIGID
+from tendon_cli.windows.question import Goal, Question
+
+
+def question_record(question: Question) -> QuestionRecord:
+    """Return the record of a question."""
+    study = question.study
+    groups = question.groups
+    return {
+        "joint": str(study.joint.name),
+        "read": study.setting.read,
+        "pretension": question.placement.given,
+        "limits": dict(study.limits.items()),
+        "choices": [_axis_record(axis) for axis in question.choices.axes],
+        "conditions": [_axis_record(axis) for axis in question.conditions.axes],
+        "counted": groups.noun,
+        "groups": len(groups),
+        "counts": dict(groups.counts),
+        "ranked_by": [goal_record(goal) for goal in question.ranking],
+    }
+
+
+def notes_of(question: Question) -> list[str]:
+    """Return notes on what a question leaves out, and why."""
+    study = question.study
+    notes = question_notes(study, question.sampled_intervals, question.whole_intervals)
+    return [*study.warnings, *notes]
+
+
+def goal_record(goal: Goal) -> GoalRecord:
+    """Return the record of a goal."""
+    return cast("GoalRecord", asdict(goal))
+
+
+def _axis_record(axis: Axis) -> AxisRecord:
+    """Return the record of an axis."""
+    both_ends = None
+    if axis.is_range:
+        both_ends = [float(axis.values.min()), float(axis.values.max())]
+    return {
+        "key": axis.key,
+        "column": axis.column,
+        "named": axis.is_text,
+        "range": both_ends,
+        "sets": _told(axis) if isinstance(axis, NamedAxis) else None,
+    }
+
+
+def _told(axis: NamedAxis) -> dict[str, dict[str, float]]:
+    """Return the numbers that tell each row of a named axis from the others, SI, by its name."""
+    told = {name: axis.told_by(row) for row, name in enumerate(axis.names)}
+    return {name: numbers for name, numbers in told.items() if numbers}
+
+
+def value_at(axis: Axis, place: int) -> Value:
+    """Return the value of an axis at a place, as recorded."""
+    return recorded_value(axis.names[place] if axis.names else axis.values[place])
+
+
+def recorded_value(value: Value) -> Value:
+    """Return a value of an axis as recorded: "rigid" for infinity."""
+    if isinstance(value, str):
+        return value
+    return RIGID if value == np.inf else float(value)
+
+
+def condition_values(question: Question, condition: int) -> Values:
+    """Return the values of a condition by the columns of `conditions.parquet`.
+
+    Args:
+        question: The question.
+        condition: Row of the condition.
+    """
+    places = question.conditions.places(np.array([condition]))
+    return {
+        axis.column: value_at(axis, int(places[axis.key][0])) for axis in question.conditions.axes
+    }

@@ -1,0 +1,178 @@
+"""The suit on the bench and on the arm in words: posture, tensions to set, drift, and remarks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from tendon_cli import say
+from tendon_cli.answer_record import (
+    AnswerResults,
+    BestRecord,
+    ChoiceRecord,
+    DriftRecord,
+    QuestionRecord,
+    RemarkRecord,
+    SettingRecord,
+    value_of,
+)
+from tendon_cli.space.axis import PERSON_AXIS
+
+SET_AT_JOINT = ("set_flexor_tension", "set_extensor_tension")
+"""Columns of the tensions to set at the joint, N."""
+SET_AT_MOTOR = ("set_flexor_tension_motor", "set_extensor_tension_motor")
+"""Columns of the tensions to set at the motor, N."""
+
+FEW_PERSONS = 20
+"""Number of persons below which a range holds all of them, not nine in ten."""
+_SOURCE_OF_CUFFS = "cuffs at the knee, Ergonomics 63(5):618, 2020; nothing is known of elbows"
+_SOURCE_OF_ROPES = "makers' tables for stainless 7x7 rope"
+_SOURCE_OF_SPRINGS = "extension springs made for 300 N: 73 mm at 5 kN/m, 84 mm at 3 kN/m"
+
+
+# --- What to set ----------------------------------------------------------------------------------
+
+
+def bench_heading(question: QuestionRecord, setting: SettingRecord) -> str:
+    """Say on whom, and in which posture, the recorded tensions are set.
+
+    A study about people has the mean man's arm as its own.
+    """
+    whom = " on the mean man" if PERSON_AXIS in question["counts"] else ""
+    return f"To set it{whom}: {_posture(question['joint'], setting)}"
+
+
+def _posture(joint: str, setting: SettingRecord) -> str:
+    """Say the posture in which a pretension is set."""
+    angle = setting["angle"]
+    tilt = setting["upper_arm_angle"]
+    load = setting["load"]
+    if joint != "elbow":
+        limb = f"{joint} at {say.quantity('elbow_angle', angle)}"
+        hand = "without a load"
+    elif angle or tilt:
+        tilted = f", upper arm at {say.quantity('upper_arm_angle', tilt)}" if tilt else ""
+        limb = f"elbow at {say.quantity('elbow_angle', angle)}{tilted}"
+        hand = "hand empty"
+    else:
+        limb = "arm hanging straight"
+        hand = "hand empty"
+    held = hand if load == 0.0 else f"a load of {say.quantity('load_mass', load)}"
+    return f"{limb}, {held}, after {setting['after']}"
+
+
+def to_set(record: AnswerResults, best: ChoiceRecord, setting: SettingRecord) -> Iterator[str]:
+    """Say the tensions to set at the joint and at the motor, and the effect of shorter tendons."""
+    counts = record["question"]["counts"]
+    flexor, extensor = (say.quantity(name, value_of(best, name), 4) for name in SET_AT_JOINT)
+    yield f"{flexor} in the flexor and {extensor} in the extensor at the joint"
+    flexor, extensor = (say.quantity(name, value_of(best, name), 4) for name in SET_AT_MOTOR)
+    yield f"{flexor} and {extensor} at the motor"
+    population = record["population"]
+    if population is not None and PERSON_AXIS in counts:
+        flexor, extensor = (_spread(name, population["set"][name]) for name in SET_AT_JOINT)
+        whom = _persons(counts[PERSON_AXIS])
+        yield f"on {whom} {flexor} in the flexor and {extensor} in the extensor at the joint"
+    length = best["tolerance_length"]
+    window = ""
+    if length is not None:
+        window = f", so the window is ± {say.quantity('tolerance_length', length, 2)}"
+    per_mm = say.number(1e-3 * setting["newtons_per_metre"], 2)
+    yield f"1 mm taken from both tendons adds {per_mm} N{window}"
+
+
+def _persons(count: int) -> str:
+    """Say for whom a range of tensions holds."""
+    if count >= FEW_PERSONS:
+        return "nine persons of ten"
+    return "these persons" if count > 1 else "this person"
+
+
+def _spread(name: str, ends: Sequence[float]) -> str:
+    """Say a range of a quantity: "120 to 140 N"."""
+    low, high = (say.quantity(name, end, 3) for end in ends)
+    return low if low == high else f"{low.partition(' ')[0]} to {high}"
+
+
+def drift_words(drift: DriftRecord | None) -> str:
+    """Say how far the elbow drifts beyond the upper end of its window, if stability ends it."""
+    if drift is None:
+        return ""
+    start = say.quantity("elbow_angle", drift["start"])
+    end = say.quantity("elbow_angle", drift["end"])
+    if start == end:
+        return ": at 10 % more it still stays in place"
+    path = f"goes on from {start} beyond {end}"
+    if drift["balanced"]:
+        path = f"drifts from {start} to {end}"
+    torque = say.quantity("elbow_torque", drift["torque"], 2)
+    return f": at 10 % more it {path}, driven by at most {torque}"
+
+
+# --- Remarks --------------------------------------------------------------------------------------
+
+
+def remarks_words(record: BestRecord) -> Iterator[str]:
+    """Say the remarks with their sources."""
+    for remark in record["remarks"]:
+        yield f"{remark['text']} ({remark['source']})"
+
+
+def strap_remark(
+    pressure: float, begins_at: float, *, pains: bool, width: float | None
+) -> RemarkRecord:
+    """Remark that a strap presses too hard.
+
+    Args:
+        pressure: Largest pressure of the strap, Pa.
+        begins_at: Pressure at which discomfort or pain begins, Pa.
+        pains: True for pain, False for discomfort.
+        width: Width of the strap if the study gives none, m.
+    """
+    most = say.quantity("max_contact_pressure", pressure)
+    if_wide = "" if width is None else f" if it is {1e3 * width:.0f} mm wide"
+    harm = "pain" if pains else "discomfort"
+    return {
+        "about": "strap",
+        "text": (
+            f"the strap presses the elbow with up to {most}{if_wide};"
+            f" {harm} begins at {1e-3 * begins_at:.1f} kPa"
+        ),
+        "source": _SOURCE_OF_CUFFS,
+    }
+
+
+def rope_remark(diameter: float, breaking: float, tension: float, customary: float) -> RemarkRecord:
+    """Remark that a rope is less safe than is customary.
+
+    Args:
+        diameter: Diameter of the rope, m.
+        breaking: Tension at which it breaks, N.
+        tension: Largest tension of the suit, N.
+        customary: Customary ratio of both.
+    """
+    return {
+        "about": "rope",
+        "text": (
+            f"a rope of {say.number(1e3 * diameter, 3)} mm breaks at about"
+            f" {say.number(breaking, 2)} N, {say.number(breaking / tension, 2)} times the"
+            f" largest tension, where {customary:.0f} is customary"
+        ),
+        "source": _SOURCE_OF_ROPES,
+    }
+
+
+def spring_remark(stretch: float, room: float) -> RemarkRecord:
+    """Remark that a stretched spring hardly fits between its anchors.
+
+    Args:
+        stretch: Extension of the spring, m.
+        room: Distance of the anchors less the extension, m.
+    """
+    distance = say.quantity("max_spring_extension", room + stretch)
+    text = (
+        f"the flexor's spring is stretched by {say.quantity('max_spring_extension', stretch)}"
+        f" between anchors {distance} apart"
+    )
+    if room > 0.0:
+        text += f": {say.quantity('max_spring_extension', room)} are left for the spring itself"
+    return {"about": "spring", "text": text, "source": _SOURCE_OF_SPRINGS}

@@ -1,0 +1,111 @@
+"""Words on what a question leaves out, and on what a proof holds for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from tendon_cli import say
+from tendon_cli.model.kinematics import Array
+from tendon_cli.space.axis import PRETENSION, Axis, split_side
+from tendon_cli.studies.contents import case_numbers
+from tendon_cli.studies.study import Study, keys
+
+PROOF_METHOD = (
+    "interval arithmetic with outward rounding on Taylor forms of second order over cells of the"
+    " angle and of numbers in a box, in both directions, at both ends of the window and of the"
+    " loads"
+)
+_SEVERAL = {"peak_motor_power", "max_motor_work_in", "max_friction_loss", "min_efficiency"}
+"""Limits that several intervals of pretension may keep."""
+
+
+def question_notes(
+    study: Study, sampled_intervals: Sequence[str], whole_intervals: Sequence[str]
+) -> Iterator[str]:
+    """Yield notes on numbers left out, on intervals, on people and on numbers not drawn.
+
+    Args:
+        study: The study that asks the question.
+        sampled_intervals: Keys of the intervals that are solved at their ends alone.
+        whole_intervals: Keys of those whose inside may be worse than both ends, but is proved.
+    """
+    pretensions = [key for key in study.numbers if split_side(key)[0] == PRETENSION]
+    of_cases = [split_side(key)[0] for case in study.cases for key in case_numbers(case)]
+    if any(split_side(key)[1] for key in pretensions):
+        yield (
+            "the study's pretensions per side are left out: one pretension for both sides is solved"
+            " for"
+        )
+    if any(study.numbers[key].is_axis for key in pretensions):
+        yield (
+            "the study's values of pretension are left out: the window is solved exactly,"
+            " without them"
+        )
+    if PRETENSION in of_cases:
+        yield (
+            "the pretensions of the study's cases are left out: one pretension for all is solved"
+            " for"
+        )
+    if sampled_intervals:
+        names = ", ".join(sampled_intervals)
+        yield (
+            f"{names}: {say.proved_word(say.SAMPLED)} at both ends of the interval; "
+            f"what lies between is {say.proved_word(say.OPEN)}"
+        )
+    if whole_intervals:
+        names = ", ".join(whole_intervals)
+        yield (
+            f"{names}: the window holds for the whole interval; the worst values are those at its"
+            " ends"
+        )
+    several = [name for name in study.limits if name in _SEVERAL]
+    if several:
+        yield (
+            f"{', '.join(several)}: if several intervals of pretension keep this limit,"
+            " the widest is used"
+        )
+    if study.people is not None and study.people.content is None:
+        yield from study.people.population.notes
+    if study.uncertain and study.uncertainty is None:
+        yield "uncertain numbers are taken at their middle; [uncertainty] draws them"
+    if study.uncertainty is not None and not study.uncertain:
+        yield "nothing in this study is uncertain, so that [uncertainty] draws nothing"
+
+
+def note_on_worst_values(choices: int) -> str:
+    """Note that most of so many choices have no worst values."""
+    return (
+        f"windows are worked out for all {choices:,} choices, the worst values at their pretension"
+        " only for those that may matter; they are null in the others"
+    )
+
+
+def note_on_remedies(tried: int, groups: int, counted: str) -> str:
+    """Note that what would help is worked out for some of all persons, draws or pairs alone."""
+    return (
+        f"what would help is worked out for {tried:,} of the {groups:,} {counted}: those that bind,"
+        " and others at random"
+    )
+
+
+def scope_words(angles: Array, intervals: Sequence[Axis]) -> str:
+    """Say what a proof holds for: "every angle from 0 to 90 deg and every load from 0 to 10 kg".
+
+    Args:
+        angles: Elbow angles, rad.
+        intervals: Axes of conditions between whose values it holds.
+    """
+    words = [_every("angle", "elbow_angle", angles)]
+    for axis in intervals:
+        name = keys()[axis.key].number.quantity.name
+        noun = "load" if axis.key == "load.mass" else say.spaced(name)
+        words.append(_every(noun, name, axis.values))
+    return say.join_words(words)
+
+
+def _every(noun: str, quantity: str, values: Array) -> str:
+    """Say the range of values: "every load from 0 to 10 kg"."""
+    low = say.quantity(quantity, float(values.min()))
+    high = say.quantity(quantity, float(values.max()))
+    unit = high.partition(" ")[2]
+    return f"every {noun} from {low.removesuffix(' ' + unit)} to {high}"

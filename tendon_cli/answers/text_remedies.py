@@ -1,0 +1,67 @@
+"""Remedies in words: fixes of a number, and relaxations of a demand."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from tendon_cli import say
+from tendon_cli.answer_record import FixRecord, QuestionRecord, RelaxationRecord
+from tendon_cli.answers.phrases import COSTS, costs, value_words
+from tendon_cli.quantities import QUANTITIES, Quantity
+from tendon_cli.studies.axis_words import parameter
+from tendon_cli.studies.study import keys
+
+_DEMANDS = {
+    "load.mass": "loads of at most {} instead of {}",
+    "arm.upper_arm_angle": "an upper arm tilted by at most {} instead of {}",
+    "arm.contact_width": "a strap of {} instead of {}",
+    "anchor.stiffness": "tissue and cuffs of {} behind each anchor instead of {}",
+}
+
+
+def fixes_table(fixes: Sequence[FixRecord]) -> Iterator[say.Block]:
+    """Yield the table of the value that each parameter alone would have to take."""
+    lines = [["", "N", *COSTS.values()]]
+    idle = []
+    for fix in fixes:
+        if fix["after"] is None:
+            idle.append(keys()[fix["parameter"]].number.quantity.symbol)
+            continue
+        before = parameter(fix["parameter"], fix["before"])
+        lines.append([f"{before} to {fix['printed']}", fix["printed_pretension"], *costs(fix)])
+    yield say.heading("What would help, all else equal")
+    if len(lines) > 1:
+        yield say.table(lines)
+    if idle:
+        yield from say.items([f"no plausible value of these helps: {', '.join(idle)}"])
+
+
+def quantity_of_demand(key: str) -> Quantity:
+    """Return the quantity of a number, or of a limit, by its key."""
+    limit = key.removeprefix("limits.")
+    if limit == key:
+        return keys()[key].number.quantity
+    return QUANTITIES.get(limit, QUANTITIES["pretension"])
+
+
+def relaxations_words(
+    question: QuestionRecord, relaxations: Sequence[RelaxationRecord]
+) -> Iterator[str]:
+    """Say the value that each demand would have to take, and the suit that then serves."""
+    not_enough = []
+    for record in relaxations:
+        key = record["key"]
+        quantity = quantity_of_demand(key)
+        text = _DEMANDS.get(key, f"{key.removeprefix('limits.')} = {{}} instead of {{}}")
+        if record["after"] is None or record["pretension"] is None:
+            farthest = say.quantity(quantity, record["farthest"])
+            not_enough.append(text.partition(" instead of")[0].format(farthest))
+            continue
+        changed = text.format(record["printed"], say.quantity(quantity, record["before"]))
+        others = [axis for axis in question["choices"] if axis["key"] != key]
+        suit = [value_words(axis, record["values"][axis["column"]]) for axis in others]
+        suit.append(f"{say.number(record['pretension'])} N")
+        share = "all" if record["served"] >= 1.0 else f"{say.percent(record['served'])} of the"
+        yield f"{changed}: {', '.join(suit)} serves {share} {question['counted']}"
+    if not_enough:
+        yield f"not enough alone: {', '.join(not_enough)}"

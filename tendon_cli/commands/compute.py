@@ -1,0 +1,139 @@
+"""Commands that compute a folder of results, one for each verb: `tendon sweep`, `tendon design`."""
+
+import contextlib
+import inspect
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+import tendon_cli as tendon
+from tendon_cli.commands import options
+from tendon_cli.errors import EXIT_NEGATIVE
+from tendon_cli.registry import TaskKind
+from tendon_cli.startup import keep_freed_memory, stopped_by_signals
+from tendon_cli.terminal import print_note, print_result, progress
+
+
+def command_of(kind: TaskKind) -> Callable[..., None]:
+    """Return the command of a verb, with the options of all verbs and with its own.
+
+    Typer reads the arguments of a command from its signature, so the command is given that of
+    `_compute`, in which the options that only some verbs have are described as this verb has them,
+    or left out.
+    """
+
+    def command(**given: Any) -> None:
+        _compute(kind, **given)
+
+    own: dict[str, Any] = {"texts": None, "allow_negative": None}
+    if kind.setting is not None:
+        setting = kind.setting
+        option = options.option(setting.metavar, setting.help, setting.flag)
+        own["texts"] = Annotated[list[str] | None, option]
+    if kind.allow_negative is not None:
+        allow = kind.allow_negative
+        own["allow_negative"] = Annotated[bool, typer.Option(allow.flag, help=allow.help)]
+    parameters = []
+    for name, parameter in inspect.signature(_compute).parameters.items():
+        if name == "kind":
+            continue
+        if name not in own:
+            parameters.append(parameter)
+        elif own[name] is not None:
+            parameters.append(parameter.replace(annotation=own[name]))
+    command.__name__ = kind.verb
+    command.__doc__ = kind.help
+    command.__annotations__ = {each.name: each.annotation for each in parameters}
+    command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    return command
+
+
+def _compute(
+    kind: TaskKind,
+    study: options.StudyArgument,
+    out: options.OutFolderOption = None,
+    jobs: options.JobsOption = None,
+    settings: options.SettingsOption = None,
+    texts: list[str] | None = None,
+    dry_run: options.DryRunOption = False,
+    resume: options.ResumeOption = False,
+    overwrite: options.OverwriteOption = False,
+    as_json: options.JsonOption = False,
+    quiet: options.QuietOption = False,
+    no_figures: options.NoFiguresOption = False,
+    allow_negative: bool = False,
+    no_lock: options.NoLockOption = False,
+    scheduler: options.SchedulerOption = None,
+) -> None:
+    """Run the task of a verb into a folder, and print its result.
+
+    Args:
+        kind: Kind of the task.
+        study: The study file.
+        out: Folder of the results.
+        jobs: See `tendon.sweep`.
+        settings: Settings KEY=VALUE that override the file.
+        texts: Texts of the verb's own setting.
+        dry_run: True to print the size instead.
+        resume: See `tendon.sweep`.
+        overwrite: See `tendon.sweep`.
+        as_json: True to print JSON.
+        quiet: True to print nothing but errors.
+        no_figures: True to draw nothing.
+        allow_negative: True to exit with 0 although the result is negative.
+        no_lock: True not to lock the folder.
+        scheduler: See `tendon.sweep`.
+    """
+    from tendon_cli import face
+
+    options.refuse_both("--resume", resume, "--overwrite", overwrite)
+    keep_freed_memory()
+    with stopped_by_signals(str(out or "results")) as stop:
+        all_settings = list(settings or ())
+        if kind.setting is not None and texts:
+            all_settings.append(f"{kind.setting.key}={json.dumps(texts)}")
+        loaded = tendon.load_study(study, all_settings)
+        folder = out or Path("results", f"{loaded.name}{kind.suffix}")
+        if dry_run:
+            record, text = face.size(kind.verb, loaded, folder, jobs, not no_figures)
+            print_result(record if as_json else text, unless=quiet and not as_json)
+            return
+        with progress(loaded.name, quiet=quiet or as_json) as show:
+            result = face.compute(
+                kind.verb,
+                loaded,
+                folder,
+                jobs,
+                not no_figures,
+                resume=resume,
+                overwrite=overwrite,
+                lock=not no_lock,
+                scheduler=scheduler,
+                progress=show,
+                stop=stop,
+            )
+    printed = result.record if as_json else result.printed
+    print_result(printed, unless=quiet and not as_json)
+    if not quiet:
+        _note_stale_page(folder, result.record)
+    if result.is_negative and not allow_negative:
+        raise typer.Exit(EXIT_NEGATIVE)
+
+
+def _note_stale_page(folder: Path, record: dict[str, Any]) -> None:
+    """Print a note if the page in a folder shows other results than its record."""
+    from tendon_cli.files import read_file
+    from tendon_cli.reports.html import MARK
+
+    with contextlib.suppress(OSError):
+        page = read_file(folder / "report.html", 10**7).decode(errors="replace")
+        sums = [record["study_hash"], *(entry["sha256"] for entry in record["files"])]
+        is_current = all(checksum in page for checksum in sums)
+        if MARK in page[:4096] and not is_current:
+            print_note(
+                f"{folder}/report.html is of earlier results; "
+                f"`tendon report {folder}` writes a new one"
+            )

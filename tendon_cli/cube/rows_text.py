@@ -1,0 +1,71 @@
+"""Rows of a table as text for a terminal."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pyarrow as pa
+
+from tendon_cli import say
+from tendon_cli.cube.rows import TableRows
+
+
+def rows_text(rows: TableRows, shown: pa.Table, total: int, width: int) -> str:
+    """Return rows as a table in the units that people read; columns that do not fit come below.
+
+    Args:
+        rows: Rows with their columns and units.
+        shown: Rows that are shown.
+        total: Number of all rows.
+        width: Characters in a line.
+    """
+    columns = [_column_text(rows, name, shown[name].to_pylist()) for name in rows.names]
+    lines: list[str] = []
+    while columns:
+        fitting = _fitting_columns(columns, width)
+        if lines:
+            lines.append("")
+        lines += ["  ".join(row).rstrip() for row in zip(*columns[:fitting], strict=True)]
+        columns = columns[fitting:]
+    return "\n".join([*lines, "", f"{shown.num_rows:,} of {say.counted(total, 'row')}"])
+
+
+def _fitting_columns(columns: list[list[str]], width: int) -> int:
+    """Return the number of first columns that fit beside each other, at least one."""
+    used = len(columns[0][0])
+    for count, column in enumerate(columns[1:], start=1):
+        used += 2 + len(column[0])
+        if used > width:
+            return count
+    return len(columns)
+
+
+def _column_text(rows: TableRows, name: str, values: list[Any]) -> list[str]:
+    """Return name, unit and cells of a column, all of one width."""
+    quantity = rows.table_columns.quantities[name]
+    unit = "1"
+    factor = 1.0
+    if quantity is not None:
+        unit = quantity.shown_in
+        factor = say.factor_of(quantity)
+    texts = [name, "" if unit == "1" else unit, *(_cell_text(value, factor) for value in values)]
+    width = max(map(len, texts))
+    if quantity is None:
+        return [text.ljust(width) for text in texts]
+    return [text.rjust(width) for text in texts]
+
+
+def _cell_text(value: Any, factor: float) -> str:
+    """Return a value as text, a number divided by `factor`."""
+    if value is None:
+        return "-"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if not isinstance(value, float):
+        return str(value)
+    if math.isnan(value):
+        return "-"
+    if math.isinf(value):
+        return "rigid"
+    return f"{value / factor:.6g}"

@@ -1,0 +1,66 @@
+"""Choices anywhere in the space of choices: rows of its grid, or points between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from tendon_cli.model.kinematics import Array, Rows
+from tendon_cli.space.axis import PRETENSION, Numbers
+from tendon_cli.space.space import Space
+from tendon_cli.windows.by_choice import ByChoice, ColumnArrays
+
+
+@dataclass(frozen=True, eq=False)
+class Points(ByChoice):
+    """Choices by the numbers that they set, with their places in the grid of choices.
+
+    A point with other or further numbers than its axes set keeps row and columns of the choice that
+    it varies.
+    """
+
+    numbers: Numbers
+    """Numbers that the choices set, (choices,) each, by dotted key, SI."""
+    columns: ColumnArrays
+    """Values of each axis, SI, or the positions of named values among their names."""
+    row: Rows
+    """Rows of the grid, which are those of `choices.parquet`; -1 for a choice that has no row."""
+
+    def __len__(self) -> int:
+        return len(self.row)
+
+    @classmethod
+    def of(cls, numbers: Numbers, count: int) -> Self:
+        """Return `count` choices that set some numbers, without rows and columns."""
+        return cls(numbers, {}, np.full(count, -1))
+
+    @classmethod
+    def of_rows(cls, choices: Space, rows: Rows) -> Self:
+        """Return the choices in some rows of the grid."""
+        return cls(choices.numbers(rows), choices.columns(rows), rows)
+
+    @classmethod
+    def of_columns(cls, choices: Space, columns: ColumnArrays, count: int) -> Self:
+        """Return `count` choices by the values of their axes, without rows."""
+        numbers: dict[str, Array] = {}
+        for axis in choices.axes:
+            values = columns[axis.column]
+            if axis.names:
+                numbers |= {key: of_names[values] for key, of_names in axis.numbers.items()}
+            else:
+                numbers[axis.key] = values
+        return cls(numbers, columns, np.full(count, -1))
+
+    def with_numbers(self, numbers: Numbers) -> Self:
+        """Return the choices with other or further numbers, (choices,) each."""
+        return replace(self, numbers={**self.numbers, **numbers})
+
+    def at_pretension(self, pretension: Array) -> Self:
+        """Return the choices at their pretensions, (choices,), N."""
+        return self.with_numbers({PRETENSION: pretension})
+
+    def repeat(self, count: int) -> Self:
+        """Return the first choice `count` times."""
+        return self.select(np.zeros(count, dtype=np.int64))

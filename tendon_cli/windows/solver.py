@@ -1,0 +1,323 @@
+"""Ends, windows and worst values of choices under conditions, in portions that fit into memory."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any, Self, cast
+
+import numpy as np
+
+from tendon_cli import kernel
+from tendon_cli.errors import Stopped
+from tendon_cli.model import extremes, whole_motion, window
+from tendon_cli.model.actuator import State
+from tendon_cli.model.design import Design
+from tendon_cli.model.kinematics import Array, Flags, Rows
+from tendon_cli.model.limits import contact_pressure
+from tendon_cli.model.motor_window import narrow
+from tendon_cli.model.window import Ends, Window
+from tendon_cli.windows.points import Points
+from tendon_cli.windows.question import Question, select_numbers
+from tendon_cli.windows.worst import Worst
+
+_STATES_AT_ONCE = 2**21
+"""States in one portion, so that each array of the model stays within a few megabytes."""
+_MOTOR_IN_NUMPY = 8
+"""Factor by which a portion is smaller with limits on the motor, whose arrays hold all states."""
+_REFINED_AT_ONCE = 2**12
+"""Ends that are sought between the angles together."""
+_NEAR = 0.01
+"""Relative distance from the end of a choice's window within which an end under one condition may
+set the end of the choice: an end over the grid of angles is off by a thousandth."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solver:
+    """Solver of a question: ends and windows of its choices, and the worst at a pretension.
+
+    Limits on states set the ends of a window, as F0, in states at the elbow angles of the question
+    and, over all angles, between these. Limits on the whole motion narrow them, and then they are
+    turned into readings of the gauge that the study names.
+    """
+
+    question: Question
+    stop: threading.Event = field(default_factory=threading.Event)
+    """Event that cancels the run."""
+
+    def for_question(self, question: Question) -> Self:
+        """Return the solver of another question in the same run."""
+        return replace(self, question=question)
+
+    # --- Ends and windows -------------------------------------------------------------------------
+
+    def windows(self, points: Points) -> Window:
+        """Return windows with the limits that bind, (choices, conditions)."""
+        ends = self._all_limits(self.ends_that_may_bind(points), points, named=True)
+        return cast("Window", ends)
+
+    def ends(self, points: Points) -> Ends:
+        """Return the ends of windows, (choices, conditions), in half the time of `windows`.
+
+        They are a `Window` if the limits that bind follow without more work.
+        """
+        return self.all_limits(self.ends_that_may_bind(points), points)
+
+    def all_limits(self, ends: Ends, points: Points) -> Ends:
+        """Turn ends that limits on states set, as F0, into ends of all limits, as they are read.
+
+        Args:
+            ends: Ends of windows, (choices, conditions), at samples or over all angles.
+            points: The choices.
+        """
+        return self._all_limits(ends, points, named=False)
+
+    def _all_limits(self, ends: Ends, points: Points, *, named: bool) -> Ends:
+        """Turn ends as F0 into ends of all limits, as a `Window` if `named` or at no cost."""
+        question = self.question
+        of_motion = bool(question.bounds.of_motion)
+        named = named or of_motion or kernel.kind() is None
+        if not named and question.is_f0:
+            return ends
+        finished: dict[str, Any] = {}
+        for rows, conditions, design in self.portions(points):
+            part = Ends(**{name: values[rows, conditions] for name, values in vars(ends).items()})
+            if named:
+                part = window.with_binding_limits(
+                    part, design, question.angles, question.flexion, question.bounds
+                )
+            if of_motion:
+                part = narrow(
+                    cast("Window", part),
+                    design,
+                    question.angles,
+                    question.flexion,
+                    question.bounds,
+                    question.loads,
+                )
+            for name, values in vars(window.as_read(part, design)).items():
+                if name not in finished:
+                    finished[name] = np.empty(ends.low.shape, dtype=values.dtype)
+                finished[name][rows, conditions] = values
+        return Window(**finished) if named else Ends(**finished)
+
+    def ends_at_samples(self, points: Points) -> Ends:
+        """Return the ends that limits on states set at the angles of the question, as F0."""
+        ends, _, _ = self._sampled_ends(points)
+        return ends
+
+    def ends_that_may_bind(self, points: Points) -> Ends:
+        """Return the ends that limits on states set, (choices, conditions), as F0.
+
+        Ends that may set the window of their choice hold over all angles, others at samples alone.
+        """
+        ends, low_between, high_between = self._sampled_ends(points)
+        low_may_bind, high_may_bind = self._may_bind(ends)
+        self._seek(ends, points, low_between & low_may_bind, high_between & high_may_bind)
+        return ends
+
+    def ends_over_all_angles(self, points: Points) -> Ends:
+        """Return the ends that limits on states set, (choices, conditions), over all angles."""
+        ends, low_between, high_between = self._sampled_ends(points)
+        self._seek(ends, points, low_between, high_between)
+        return ends
+
+    def _sampled_ends(self, points: Points) -> tuple[Ends, Flags, Flags]:
+        """Return the ends at samples, (choices, conditions), as F0.
+
+        Returns:
+            The ends; and True for lower and for upper ends that may lie between the samples.
+        """
+        question = self.question
+        is_continuous = question.study.trajectory is None and question.angles.size >= 3
+        if not is_continuous:
+            ends = self._fold_states(points, question.angles)
+            nowhere = np.zeros(ends.low.shape, dtype=np.bool_)
+            return ends, nowhere, nowhere
+        ends = self._fold_states(points, whole_motion.with_edges(question.angles))
+        has_end = np.isfinite(ends.low)
+        low_is_inner = whole_motion.without_edges(ends.low_state, question.angles)
+        high_is_inner = whole_motion.without_edges(ends.high_state, question.angles)
+        low_between = low_is_inner & (ends.low_state >= 0) & has_end
+        high_between = high_is_inner & (ends.high_state >= 0) & has_end
+        return ends, low_between, high_between
+
+    def _fold_states(self, points: Points, angles: Array) -> Ends:
+        """Fold the states at `angles`, (1, K) rad, into ends, (choices, conditions), as F0."""
+        question = self.question
+        folded: dict[str, Any] = {}
+        for rows, conditions, design in self.portions(points):
+            shape = (rows.stop - rows.start, conditions.stop - conditions.start)
+            state = State.of(design, angles, question.flexion)
+            tightest = window.begin(shape)
+            kernel.fold_window(
+                tightest, state, question.bounds, (*shape, len(question.flexion), angles.size)
+            )
+            part = window.finish(tightest, design, question.bounds)
+            for name, values in vars(part).items():
+                if name not in folded:
+                    whole = (len(points), len(question.conditions))
+                    folded[name] = np.empty(whole, dtype=values.dtype)
+                folded[name][rows, conditions] = values
+        return Ends(**folded)
+
+    def _seek(self, ends: Ends, points: Points, low_sought: Flags, high_sought: Flags) -> None:
+        """Replace ends by those over all angles, in place.
+
+        Args:
+            ends: Ends at samples.
+            points: The choices.
+            low_sought: True for lower ends that are sought, (choices, conditions).
+            high_sought: True for upper ends.
+        """
+        question = self.question
+        sides = (
+            (False, low_sought, ends.low, ends.low_state, ends.low_angle),
+            (True, high_sought, ends.high, ends.high_state, ends.high_angle),
+        )
+        for upper, is_sought, value, state, angle in sides:
+            rows, conditions = np.nonzero(is_sought)
+            for part in self.cut(len(rows), _REFINED_AT_ONCE):
+                pairs = (rows[part], conditions[part])
+                value[pairs], state[pairs], angle[pairs] = whole_motion.refine_ends(
+                    question.paired_designs(points, *pairs),
+                    state[pairs],
+                    value[pairs],
+                    question.angles.ravel(),
+                    question.flexion,
+                    question.bounds,
+                    upper=upper,
+                )
+
+    def _may_bind(self, ends: Ends) -> tuple[Flags, Flags]:
+        """Return True for lower and upper ends that may set the window of their choice.
+
+        They may do so once they are sought between the angles; both are (choices, conditions).
+        """
+        question = self.question
+        if not question.is_f0:
+            # Ends as they are read may have another order than as F0: then all are sought.
+            everywhere = np.ones(ends.low.shape, dtype=np.bool_)
+            return everywhere, everywhere
+        low = [ends.low.max(axis=1)]
+        high = [ends.high.min(axis=1)]
+        if question.serve < 1.0:
+            of_groups = question.groups.windows(ends.low, ends.high)
+            covered = question.groups.coverage(*of_groups, serve=question.serve)
+            low += [covered.low, covered.best_low]
+            high += [covered.high, covered.best_high]
+        return _near_any(ends.low, low), _near_any(ends.high, high)
+
+    # --- The worst at a pretension ----------------------------------------------------------------
+
+    def worst(self, points: Points, pretension: Array, served: Flags) -> Worst:
+        """Return the worst values of choices over the conditions that they serve.
+
+        Args:
+            points: The choices.
+            pretension: Pretensions of the choices, (choices,), N.
+            served: Conditions that count, (choices, conditions).
+
+        Returns:
+            Worst values; NaN for a choice that serves no condition.
+        """
+        largest = np.full((6, len(points)), np.nan)
+        for rows, conditions, values in self._quantities(points, pretension):
+            of_served = np.where(served[rows, conditions], values, np.nan)
+            largest[:, rows] = np.fmax(largest[:, rows], np.fmax.reduce(of_served, axis=2))
+        return Worst.of_quantities(largest)
+
+    def quantities_under_each(self, points: Points, pretension: Array, served: Flags) -> Array:
+        """Return the six quantities of one choice under each condition, (6, conditions).
+
+        They are -infinity under a condition that is not served.
+        """
+        largest = np.full((6, len(self.question.conditions)), -np.inf)
+        for rows, conditions, values in self._quantities(points, pretension):
+            counts = served[rows, conditions] & ~np.isnan(values)
+            largest[:, conditions] = np.where(counts, values, -np.inf)[:, 0]
+        return largest
+
+    def severest_conditions(
+        self, points: Points, pretension: Array, served: Flags, most: int
+    ) -> Rows:
+        """Return the conditions that are the worst for one choice, `most` for each quantity."""
+        largest = self.quantities_under_each(points, pretension, served)
+        return np.unique(np.argsort(-largest, axis=1, kind="stable")[:, :most])
+
+    def _quantities(
+        self, points: Points, pretension: Array
+    ) -> Iterator[tuple[slice, slice, Array]]:
+        """Yield choices, conditions and their six quantities, the larger the worse.
+
+        The quantities, (6, choices, conditions), are the largest over all states of tension, spring
+        extension, motor torque forward and backward, softness of the elbow, and strap pressure.
+        """
+        angles = self.question.angles
+        flexion = self.question.flexion
+        for rows, conditions, design in self.portions(points.at_pretension(pretension)):
+            shape = (rows.stop - rows.start, conditions.stop - conditions.start)
+            values = extremes.begin(shape)
+            state = State.of(design, angles, flexion)
+            kernel.fold_extremes(values, state, angles.ravel(), (*shape, len(flexion), angles.size))
+            tension = values["max_extensor_distal"][..., np.newaxis, np.newaxis]
+            pressure = contact_pressure(design, tension)[..., 0, 0]
+            quantities = (
+                values["max_tension"],
+                values["max_spring_extension"],
+                values["highest_motor_torque"],
+                -values["lowest_motor_torque"],
+                -values["min_elbow_stiffness"],
+                np.broadcast_to(pressure, shape),
+            )
+            yield rows, conditions, np.stack(quantities)
+
+    # --- Portions ---------------------------------------------------------------------------------
+
+    def portions(self, points: Points) -> Iterator[tuple[slice, slice, Design]]:
+        """Yield portions: choices and conditions that are worked out together, and their designs.
+
+        A portion has several of both, so that what depends on one of them alone is worked out once.
+
+        Raises:
+            Stopped: The run was cancelled.
+        """
+        question = self.question
+        count = len(points)
+        most = _STATES_AT_ONCE // question.states_per_design
+        if question.bounds.of_motion:
+            most //= _MOTOR_IN_NUMPY
+        most = max(1, most)
+        width = min(len(question.conditions), max(1, most // min(count, 2 * math.isqrt(most))))
+        step = max(1, most // width)
+        for conditions in self.cut(len(question.conditions), width):
+            for rows in self.cut(count, step):
+                of_conditions = select_numbers(question.condition_numbers, conditions)
+                yield rows, conditions, question.designs(points.select(rows), of_conditions)
+
+    def cut(self, count: int, most: int) -> Iterator[slice]:
+        """Yield slices of at most `most` of `count` items.
+
+        Raises:
+            Stopped: The run was cancelled.
+        """
+        for start in range(0, count, most):
+            self.check_stopped()
+            yield slice(start, min(start + most, count))
+
+    def check_stopped(self) -> None:
+        """Raise Stopped if the run was cancelled."""
+        if self.stop.is_set():
+            raise Stopped
+
+
+def _near_any(ends: Array, references: list[Array]) -> Flags:
+    """Return True where ends, (choices, conditions), lie near any reference, (choices,)."""
+    is_near = np.zeros(ends.shape, dtype=np.bool_)
+    with np.errstate(invalid="ignore"):
+        for reference in references:
+            distance = np.abs(ends - reference[:, np.newaxis])
+            is_near |= distance <= _NEAR * (1.0 + np.abs(reference))[:, np.newaxis]
+    return is_near

@@ -1,0 +1,212 @@
+"""The text of an answer follows from `design.json` alone, and the record is as it is declared."""
+
+import builtins
+import json
+import re
+import types
+import typing
+from collections import abc
+from pathlib import Path
+from typing import get_args, get_origin, get_type_hints, is_typeddict
+
+import pytest
+
+import tendon_cli as tendon
+from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, as_answer
+from tendon_cli.answers.phrases import condition_of_group, condition_words
+from tendon_cli.answers.text import answer_blocks, answer_text
+from tendon_cli.cube.choice_grid import served_words
+from tendon_cli.studies.load import load_study
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+STUDIES = sorted(
+    [
+        CONFIGS / "quickstart.toml",
+        *CONFIGS.glob("design/*.toml"),
+        *CONFIGS.glob("pipelines/*.toml"),
+    ]
+)
+
+COARSE = {"motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}}
+SUITS = {
+    **COARSE,
+    "spring": {"stiffness": [3e3, 5e3, 8e3]},
+    "spool": {"ratio": [0.6, 0.5]},
+    "load": {"mass": [0.0, 10.0]},
+}
+RANGES = {
+    **COARSE,
+    "spring": {"stiffness": {"from": "1 kN/m", "to": "8 kN/m", "num": 4}},
+    "spool": {"ratio": {"from": 0.5, "to": 1.0, "num": 4}},
+    "load": {"mass": [0.0, 10.0]},
+}
+ONE_SUIT = {**SUITS, "spring": {"stiffness": 5e3}, "spool": {"ratio": 0.6}}
+RUBBING = {"sheath": {"friction": {"mean": 0.08, "std": 0.01}}}
+PAIRS = {
+    **ONE_SUIT,
+    **RUBBING,
+    "people": {"count": 4},
+    "uncertainty": {"draws": 16, "cross": True},
+    "limits": {"max_tension": "480 N"},
+}
+GOALS = {"minimise": ["max_tension"], "maximise": ["tolerance"]}
+KINDS = {
+    "front": {**RANGES, "design": GOALS},
+    "prove": {**SUITS, "design": {"maximise": ["tolerance"], "prove": ["0", "3"]}},
+    "prove one of a front": {**SUITS, "design": {**GOALS, "prove": ["0", "3"]}},
+    "given": {**SUITS, "design": {"pretension": "150 N"}},
+    "given too small": {**ONE_SUIT, "design": {"pretension": "90 N"}},
+    "no window": {**ONE_SUIT, "limits": {"max_tension": "100 N"}},
+    "pairs": PAIRS,
+    "draws": {**ONE_SUIT, **RUBBING, "uncertainty": {"draws": 32}},
+    "ankle": {**SUITS, "joint": {"name": "ankle"}},
+    "tension": {**ONE_SUIT, "setting": {"read": "flexor at joint"}},
+    "postures": {**SUITS, "arm": {"upper_arm_angle": ["0 deg", "45 deg"]}},
+}
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def record(request, tmp_path_factory):
+    """Return the record of an answer as it is read from its file."""
+    folder = tmp_path_factory.mktemp("answers") / "answer"
+    tendon.design(tendon.study(KINDS[request.param]), folder)
+    return json.loads((folder / "design.json").read_text(encoding="utf-8"))
+
+
+# --- Words follow from the record -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.stem)
+def test_the_text_of_a_shipped_study_follows_from_its_record(study, tmp_path):
+    tendon.design(load_study(study), tmp_path / "answer")
+    record = json.loads((tmp_path / "answer" / "design.json").read_text(encoding="utf-8"))
+    assert answer_text(record) == record["text"]
+
+
+def test_the_text_of_any_answer_follows_from_its_record(record):
+    assert answer_text(record) == record["text"]
+    assert [*answer_blocks(record)] == record["blocks"]
+
+
+# --- The record is as declared --------------------------------------------------------------------
+
+
+def has_type(value, kind):
+    """Return True if a value of JSON has a type, which may be a TypedDict."""
+    inner = get_args(kind)
+    if is_typeddict(kind):
+        return isinstance(value, dict) and wrong_keys(value, kind) == []
+    match get_origin(kind):
+        case typing.Union | types.UnionType:
+            return any(has_type(value, option) for option in inner)
+        case typing.Literal:
+            return value in inner
+        case builtins.dict:
+            is_table = isinstance(value, dict)
+            return is_table and all(has_type(item, inner[1]) for item in value.values())
+        case builtins.list | abc.Sequence:
+            return isinstance(value, list) and all(has_type(item, inner[0]) for item in value)
+    if kind is float:
+        return isinstance(value, (int, float))
+    return kind is typing.Any or isinstance(value, kind)
+
+
+def wrong_keys(value, kind):
+    """Return the keys that a TypedDict does not have, and those of another type."""
+    declared = get_type_hints(kind)
+    may_be_more = kind is ChoiceRecord  # columns of axes
+    unknown = [] if may_be_more else sorted(value.keys() - declared.keys())
+    missing = sorted(declared.keys() - value.keys())
+    present = declared.keys() - missing
+    return [*unknown, *missing, *(k for k in present if not has_type(value[k], declared[k]))]
+
+
+def test_the_record_has_the_declared_keys_and_types(record):
+    assert wrong_keys(record, AnswerRecord) == []
+
+
+# --- Rules of the words ---------------------------------------------------------------------------
+
+
+def named_choices(record):
+    """Return all rows of choices that a record names."""
+    best = [record["best"]] if record["best"] else []
+    nearest = [conflict["nearest"] for conflict in record["conflicts"]]
+    return [*best, *record["best_by"].values(), *record["front"], *record["proved"], *nearest]
+
+
+def test_a_choice_is_on_the_front_only_if_the_answer_has_it_there(record):
+    on_front = {row["choice"] for row in record["front"]}
+    if len(record["goals"]) == 1:
+        on_front = {record["best"]["choice"]}
+    for row in named_choices(record):
+        assert row["on_front"] == (row["choice"] in on_front)
+
+
+def test_no_text_has_a_pretension_below_zero_or_an_exponent(record):
+    text = " ".join(record["text"].split())
+    assert not re.search(r"(below|above|from|to) -\d", text)
+    assert not re.search(r"\de-\d", text)
+
+
+def test_a_limit_that_no_pretension_keeps_is_said_so():
+    answer = tendon.design(tendon.study(KINDS["no window"]))
+    text = " ".join(answer.text.split())
+    assert answer.conflicts[0]["nearest"]["pretension_to"] < 0.0
+    assert "at any pretension, even 0 N, a tendon carries more than 100 N (10 kg load" in text
+    assert "apart" not in text
+
+
+def test_reasons_are_said_without_the_person_and_the_draw():
+    record = as_answer(tendon.design(tendon.study(PAIRS)).record)
+    reasons = record["population"]["not_served"]
+    question = record["question"]
+    assert [axis["key"] for axis in question["conditions"]] == ["person", "draw", "load.mass"]
+    assert reasons
+    for reason in reasons:
+        for condition in reason["under"]:
+            assert condition_words(question, condition).count(",") == 2
+            assert condition_of_group(question, condition) in ("0 kg load", "10 kg load")
+        assert "draw " not in reason["text"]
+
+
+def test_one_choice_on_the_front_gives_nothing_up():
+    goals = {"minimise": ["max_spring_extension"], "maximise": ["tolerance"]}
+    answer = tendon.design(tendon.study({**SUITS, "design": goals}))
+    text = " ".join(answer.text.split())
+    assert len(answer.front) == 1
+    assert "It is the best in every goal." in text
+    assert "gives up" not in text
+
+
+def test_sobol_indices_are_a_table_for_each_end_the_largest_first():
+    record = as_answer(tendon.design(tendon.study(PAIRS)).record)
+    tables = [block["table"] for block in record["blocks"] if "table" in block]
+    of_ends = [rows for rows in tables if rows[0][1:] == ["first order", "total"]]
+    assert len(of_ends) == len(record["population"]["sobol"]) == 2
+    for rows, end in zip(of_ends, record["population"]["sobol"], strict=True):
+        indices = sorted(end["inputs"].values(), key=lambda index: -index["total"])
+        assert [row[0].strip() for row in rows[1:]] == [index["name"] for index in indices]
+
+
+def test_an_index_below_a_hundredth_of_a_percent_is_not_printed():
+    record = as_answer(tendon.design(tendon.study(PAIRS)).record)
+    for end in record["population"]["sobol"]:
+        end["inputs"]["sheath.friction"] |= {"total": 5.6e-8, "total_standard_error": 1e-9}
+        end["inputs"]["body"] |= {"total": 0.5, "total_standard_error": 1e-9}
+    text = answer_text(record)
+    assert text.count("  below 0.01 %\n") == 2
+    assert text.count("  50 %\n") == 2
+
+
+def test_numbers_that_hardly_move_the_window_are_left_out(record):
+    moves = re.findall(r" ([+-][\d.]+(?:e[+-]\d+)?) N", record["text"])
+    assert all(abs(float(move)) >= 1e-3 for move in moves)
+
+
+def test_a_figure_says_whom_a_window_suits(record):
+    if record["serve"] < 1.0:
+        expected = f"at least 95 % of the {record['question']['counted']}"
+        assert served_words(record) == expected
+    else:
+        assert served_words(record) == "all conditions"

@@ -1,0 +1,169 @@
+"""Every limit of a study is in its slack map, or the figure says that it leaves nothing."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tendon_cli.cube.cube import cube_of
+from tendon_cli.figures.draw import draw_run
+from tendon_cli.model.limits import LIMITS
+from tendon_cli.quantities import QUANTITIES
+from tendon_cli.tables.read import TableFiles
+from tests.figures.runs import by_gid, designs, figure_of, grid, panels, study_of, sweep, words
+
+STUDY: dict[str, Any] = {
+    "arm": {"contact_width": "40 mm"},
+    "motion": {"elbow_angle": grid("0 deg", "90 deg", 7), "speed": "60 deg/s"},
+    "load": {"mass": ["2 kg"]},
+    "spring": {"free_length": "73 mm"},
+    "tendon": {"pretension": grid("150 N", "270 N", 6)},
+    "spool": {"flexor_radius": grid("20 mm", "60 mm", 5)},
+}
+"""A study in which every limit differs between the designs."""
+
+
+def with_limit(study: Mapping[str, Any], name: str, bound: float) -> dict[str, Any]:
+    """Return a study with one limit, SI."""
+    text = f"{float(bound)!r} {QUANTITIES[LIMITS[name].column].unit}"
+    is_number = QUANTITIES[LIMITS[name].column].unit == "1"
+    return {**study, "limits": {name: float(bound) if is_number else text}}
+
+
+def values_of(run: TableFiles, name: str) -> np.ndarray:
+    """Return what a limit bounds in each design, SI, as a limit sees it."""
+    values = np.array(run.read([LIMITS[name].column])[LIMITS[name].column], dtype=float)
+    return np.abs(values) if LIMITS[name].in_magnitude else values
+
+
+def bounds(run: TableFiles, name: str) -> tuple[float, float, float]:
+    """Return a bound that some designs keep, one that none keeps, and one that all keep."""
+    values = np.sort(values_of(run, name))
+    span = np.ptp(values)
+    assert span > 0.0, name
+    below = float(values[0] - 0.1 * min(span, values[0]) if values[0] > 0.0 else values[0] - span)
+    middle = float((values[len(values) // 2] + values[len(values) // 2 - 1]) / 2.0)
+    if middle in values:
+        middle = float((values[0] + values[-1]) / 2.0)
+    above = float(values[-1] + 0.1 * span)
+    if name == "min_efficiency":
+        above = min(above, 1.0)
+    return (middle, above, below) if LIMITS[name].from_below else (middle, below, above)
+
+
+@pytest.fixture(scope="module")
+def free(tmp_path_factory: pytest.TempPathFactory) -> TableFiles:
+    """Return the designs of the study without a limit."""
+    return designs(tmp_path_factory.mktemp("limits") / "run", STUDY)
+
+
+def said(figure: Any) -> str:
+    """Return every text of a figure on one line."""
+    return " ".join(words(figure).split())
+
+
+def keys(figure: Any) -> list[str]:
+    """Return the texts of the key of a figure."""
+    return [text.get_text().replace("\n", " ") for text in figure.legends[0].get_texts()]
+
+
+@pytest.mark.parametrize("name", LIMITS)
+def test_every_limit_is_drawn_or_said_to_leave_nothing(
+    name: str, free: TableFiles, tmp_path: Path
+) -> None:
+    some, none, every = bounds(free, name)
+    mark = "unstable" if name == "min_elbow_stiffness" else name
+    sign = "≥" if LIMITS[name].from_below else "≤"
+
+    figure = figure_of(designs(tmp_path / "some", with_limit(STUDY, name, some)))
+    (axes,) = panels(figure)
+    assert by_gid(axes, mark)
+    text = "stiffness below" if name == "min_elbow_stiffness" else sign
+    assert any(text in label for label in keys(figure))
+    assert "design keeps" not in said(figure)
+
+    figure = figure_of(designs(tmp_path / "none", with_limit(STUDY, name, none)))
+    assert re.search(rf"No design keeps [^.]*{sign}", said(figure))
+
+    figure = figure_of(designs(tmp_path / "every", with_limit(STUDY, name, every)))
+    assert re.search(rf"Every design keeps [^.]*{sign}", said(figure))
+    assert not by_gid(panels(figure)[0], mark)
+
+
+def test_room_is_negative_just_where_a_limit_makes_a_design_infeasible(
+    free: TableFiles, tmp_path: Path
+) -> None:
+    for name in LIMITS:
+        run = designs(tmp_path / name, with_limit(STUDY, name, bounds(free, name)[0]))
+        cube = cube_of(run)
+        rows = np.arange(run.rows)
+        truths = cube.gather(rows, ["taut", "stable", "feasible"])
+        within = np.ones(run.rows, dtype=np.bool_)
+        for limit in cube.limits:
+            within &= ~(cube.room(limit, rows) < 0.0)
+        assert 0 < (cube.room(name, rows) < 0.0).sum() < run.rows
+        np.testing.assert_array_equal(truths["feasible"] == 1.0, (truths["taut"] == 1.0) & within)
+
+
+def test_limits_are_marked_on_lines_of_the_margin(free: TableFiles, tmp_path: Path) -> None:
+    one_spool = {**STUDY, "spool": {"flexor_radius": "30 mm"}}
+    content = {
+        **one_spool,
+        "limits": {"max_tension": "300 N", "max_spool_travel": "10 deg", "max_pretension": "1 kN"},
+    }
+    run = designs(tmp_path / "run", content)
+    figure = figure_of(run)
+    (axes,) = panels(figure)
+    is_broken = np.array(run.read(["max_tension"])["max_tension"], dtype=float) > 300.0
+    assert 0 < is_broken.sum() < run.rows
+    (marks,) = by_gid(axes, "max tension ≤ 300 N")
+    marked = marks.get_xdata()[np.isfinite(marks.get_ydata())]
+    pretensions = np.linspace(150.0, 270.0, 6)
+    assert set(pretensions[is_broken]) == {*pretensions} & {*marked.tolist()}
+    assert "breaks max tension ≤ 300 N" in keys(figure)
+    assert "No design keeps spool travel ≤ 10 deg." in said(figure)
+    assert "Every design keeps pretension ≤ 1,000 N." in said(figure)
+
+
+def test_a_run_whose_only_limit_leaves_nothing_says_so(tmp_path: Path) -> None:
+    """Nothing of a limit on spool travel was in the map: no line, no shade, no key."""
+    content = with_limit(STUDY, "max_spool_travel", 0.2)
+    folder = sweep(tmp_path / "run", {**content, "output": {"tables": ["designs"]}})
+    figure = figure_of(designs(tmp_path / "again", content))
+    assert "No design keeps spool travel ≤" in said(figure)
+    assert draw_run(study_of(content), folder)[0] == ["slack_map.png"]
+
+
+def test_what_leaves_nothing_at_one_load_or_in_one_case_is_named(tmp_path: Path) -> None:
+    loads = {**STUDY, "load": {"mass": ["1 kg", "10 kg"]}, "limits": {"peak_motor_torque": "4 N m"}}
+    figure = figure_of(designs(tmp_path / "loads", loads))
+    assert "At 10 kg load, no design keeps peak motor torque ≤ 4 N m" in said(figure)
+    cases = {
+        "cases": [
+            {"name": "thick", "tendon": {"diameter": "3 mm"}},
+            {"name": "thin", "tendon": {"diameter": "1 mm"}},
+        ],
+        "tendon": STUDY["tendon"],
+        "limits": {"min_spool_to_tendon": 50.0},
+    }
+    figure = figure_of(designs(tmp_path / "cases", cases))
+    assert "At thick, no design keeps min spool to tendon ≥ 50; every other" in said(figure)
+
+
+def test_a_limit_on_pretension_holds_for_the_larger_of_two(tmp_path: Path) -> None:
+    tendon = {
+        "flexor": {"pretension": grid("100 N", "200 N", 5)},
+        "extensor": {"pretension": grid("120 N", "240 N", 4)},
+    }
+    content = {"tendon": tendon, "limits": {"max_pretension": "170 N"}}
+    run = designs(tmp_path / "run", content)
+    cube = cube_of(run)
+    larger = np.maximum.outer(np.linspace(100.0, 200.0, 5), np.linspace(120.0, 240.0, 4)).ravel()
+    room = cube.room("max_pretension", np.arange(run.rows))
+    np.testing.assert_allclose(room, 170.0 - larger, rtol=1e-12)
+    assert by_gid(panels(figure_of(run))[0], "max_pretension")

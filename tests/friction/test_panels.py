@@ -1,0 +1,63 @@
+"""Each panel of the figure of a fit accuses the effect that it names, and no other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tendon_cli.figures.friction import fit_page
+
+from .cases import VARYING, fits_of
+
+SEEDS = 3
+
+
+def slope_seen(fit: Any, title: str) -> tuple[float, float]:
+    """Return the slope of the points of a panel over one standard deviation of x, and of misfits.
+
+    Misfits are those before any effect, over the same x.
+    """
+    (axes,) = (
+        axes for axes in fit_page(fit).figure.axes if axes.get_title("left").startswith(title)
+    )
+    drawn = [line for line in axes.lines if line.get_alpha() == 0.6]
+    x = np.concatenate([line.get_xdata() for line in drawn])
+    y = np.concatenate([line.get_ydata() for line in drawn])
+    misfit = np.concatenate([fit.points["misfit"][fit.points["way"] == sign] for sign in (1, -1)])
+
+    def slope(values: np.ndarray) -> float:
+        return abs(float(np.polyfit((x - x.mean()) / x.std(), values, 1)[0]))
+
+    return slope(y), slope(misfit)
+
+
+@pytest.mark.parametrize("offsets", [(3.0, 0.0), (0.0, -3.0)])
+def test_a_zero_error_makes_no_cell_late(offsets: tuple[float, float]) -> None:
+    for fit in fits_of(replace(VARYING, offsets=offsets), SEEDS):
+        late, before = slope_seen(fit, "A late cell?")
+        assert late < 0.1 * before
+        assert late < 0.1 * slope_seen(fit, "Zero error")[0]
+
+
+def test_a_late_cell_is_seen_to_be_late_alone() -> None:
+    fits = fits_of(replace(VARYING, delay=6.0, sinusoidal=True), SEEDS)
+    found = [{check.name for check in fit.checks if check.found} for fit in fits]
+    late_alone = [
+        fit
+        for fit, names in zip(fits, found, strict=True)
+        if "delay" in names and not names & {"offset_motor", "offset_load"}
+    ]
+    assert late_alone
+    for fit in late_alone:
+        late, before = slope_seen(fit, "A late cell?")
+        assert late > 0.9 * before > 0.005
+        assert slope_seen(fit, "Zero error")[0] < 0.1 * late
+
+
+def test_a_clean_rig_is_accused_of_nothing() -> None:
+    for fit in fits_of(VARYING, SEEDS):
+        assert slope_seen(fit, "A late cell?")[0] < 0.002
+        assert slope_seen(fit, "Zero error")[0] < 0.002

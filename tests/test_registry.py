@@ -1,0 +1,140 @@
+"""A task says what it is, and a registry dispatches: a third verb touches its own room alone."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import tendon_cli
+from tendon_cli import registry
+from tendon_cli.engine.results import Result
+from tendon_cli.engine.task import Task
+from tendon_cli.registry import TaskKind, kinds, load, table_kinds
+from tests.weigh import G
+
+ROOT = Path(__file__).parents[1]
+WEIGHING = (
+    "from tendon_cli import registry\n"
+    "registry.KINDS = (*registry.KINDS, 'tests.weigh.WEIGH')\n"
+    "from tendon_cli.cli import main\n"
+    "main()"
+)
+STUDY = 'name = "sack"\nload.mass = ["1 kg", "2 kg", "4 kg"]\n'
+
+
+@pytest.fixture
+def weighing(outside, workplace):
+    """Return a function that runs a command of a tendon that can weigh."""
+    (workplace / "study.toml").write_text(STUDY)
+
+    def call(*words, **variables):
+        env = {**os.environ, "PYTHONPATH": str(ROOT), **variables}
+        return outside("-c", WEIGHING, *words, python=True, env=env)
+
+    return call
+
+
+@pytest.fixture
+def weighed(weighing):
+    """Return the same function after a run into the folder `run`."""
+    assert weighing("weigh", "study.toml", "--out", "run").exit == 0
+    return weighing
+
+
+def test_a_third_verb_has_a_command_with_the_options_of_all(weighing):
+    assert "Weigh every load of a study." in weighing("--help").out
+    options = weighing("weigh", "--help").out
+    assert all(option in options for option in ("--resume", "--dry-run", "--set", "--scheduler"))
+    assert "--prove" not in options
+    assert weighing("weigh", "study.toml", "--dry-run", "--json").json["rows"] == {"weights": 3}
+
+
+def test_a_third_verb_runs_into_a_folder_and_is_up_to_date_there(weighing, workplace):
+    done = weighing("weigh", "study.toml")
+    folder = workplace / "results/sack-weights"
+    assert done.out.startswith("3 loads, the heaviest weighs 39.2 N\n")
+    assert "weights.parquet, weigh.json, weights.png" in done.out
+    assert json.loads((folder / "weigh.json").read_text())["verb"] == "weigh"
+    assert (folder / "weights.png").exists()
+    assert "up to date" in weighing("weigh", "study.toml").out
+
+
+def test_a_third_verb_is_resumed_and_no_other_takes_its_folder(weighing):
+    words = ("weigh", "study.toml", "--out", "run", "--no-figures")
+    broken = weighing(*words, BROKEN_SCALES="1")
+    assert (broken.exit, "the scales are broken" in broken.err) == (6, True)
+    unfinished = weighing("show", "run", "--table", "weights")
+    assert unfinished.exit == 3
+    assert weighing(*words).exit == 7
+    assert weighing(*words, "--resume", "--json").json["resumed_parts"] == 2
+    sweep = weighing("sweep", "study.toml", "--out", "run")
+    assert "`tendon weigh` wrote it, not `tendon sweep`" in sweep.err
+
+
+def test_tables_of_a_third_verb_are_shown_exported_checked_and_reported(weighed, workplace):
+    rows = weighed("show", "run", "--json").json["data"]
+    assert [row["load_weight"] for row in rows] == [G, 2 * G, 4 * G]
+    assert weighed("show", "run", "--where", "load_weight > 20 N", "--json").json["rows"] == 1
+    assert weighed("export", "run", "weights.csv").exit == 0
+    assert weighed("check", "run").out == "sack: every file is as it was written\n"
+    assert weighed("report", "run").exit == 0
+    assert "the heaviest weighs" in (workplace / "run/report.html").read_text()
+    part = workplace / "run/weights.parquet/part-00001.parquet"
+    part.write_bytes(part.read_bytes()[:-9])
+    assert weighed("check", "run").exit == 3
+
+
+def test_words_of_a_third_verb_are_completed(weighed):
+    assert "igh" in weighed("completion", "bash", "--line", "tendon we").out.split()
+    line = "tendon show run --table "
+    assert weighed("completion", "bash", "--line", line).out.split() == ["weights"]
+    line = "tendon show run --columns load_w"
+    assert weighed("completion", "bash", "--line", line).out.split() == ["eight"]
+
+
+def test_a_result_of_a_third_verb_is_opened_and_drawn(weighed, workplace, monkeypatch):
+    monkeypatch.setattr(registry, "KINDS", (*registry.KINDS, "tests.weigh.WEIGH"))
+    result = tendon_cli.open("run")
+    assert result.text == "3 loads, the heaviest weighs 39.2 N"
+    result.plot(out="own.png")
+    assert (workplace / "own.png").read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(tendon_cli.InputError, match="holds a weighing"):
+        tendon_cli.open_run("run")
+
+
+# --- The kinds that there are ---------------------------------------------------------------------
+
+NAMED = ("task", "result", "size", "draw", "check_figures", "check", "page")
+
+
+@pytest.mark.parametrize("kind", kinds().values(), ids=lambda kind: kind.verb)
+def test_what_a_kind_names_exists(kind):
+    named = [getattr(kind, name) for name in NAMED]
+    named += [table.axes for table in kind.tables]
+    assert all(callable(load(name)) for name in named if name)
+    assert set(NAMED) <= {*TaskKind._fields}
+    assert issubclass(load(kind.task), Task)
+    assert load(kind.task).kind is kind
+    assert issubclass(load(kind.result), Result)
+
+
+def test_no_two_kinds_share_a_record_or_a_table():
+    records = [kind.record for kind in kinds().values()]
+    assert len({*records}) == len(records)
+    assert len(table_kinds()) == sum(len(kind.tables) for kind in kinds().values())
+
+
+def test_knowing_every_kind_imports_no_room():
+    script = (
+        "import sys\nfrom tendon_cli.registry import kinds\nkinds()\n"
+        "print(*[name for name in sys.modules if name.startswith('tendon_cli.')])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=60
+    )
+    rooms = {name.split(".")[1] for name in done.stdout.split()}
+    assert rooms == {"answers", "engine", "registry", "version"}
+    assert len(done.stdout.split()) == 6  # both rooms, and in each the module of its kind
