@@ -23,8 +23,8 @@ quantity = "max_tension"
 x = "load_mass"
 """
 RECORDS = ("run.json", "design.json")
-MOST_LOOKS_OF_A_RUN = 4
-"""Looks of a command that computes: before and behind the lock, to overwrite, at what stands."""
+MOST_LOOKS_OF_A_RUN = 2
+"""Looks of a command that computes: before it locks the folder, and behind the lock."""
 
 
 @pytest.fixture
