@@ -49,8 +49,8 @@ _STRAP_WIDTH = "arm.contact_width"
 """Number of these tables that a designer does decide."""
 
 
-class Study(Displayed, Part):
-    """Parameter study: every combination of its axes, in the document's order, is one design."""
+class StudyTables(Part):
+    """The tables of a study, as its file states them."""
 
     name: parts.Name = field_default(
         _UNNAMED, description="name of the run folder; without it, the stem of the file's name"
@@ -82,6 +82,10 @@ class Study(Displayed, Part):
         exclude=True,
         description="figures of the run; they change neither its tables nor its hash",
     )
+
+
+class Study(Displayed, StudyTables):
+    """Parameter study: every combination of its axes, in the document's order, is one design."""
 
     _axes: tuple[str, ...] | None = PrivateAttr(None)
     """Keys of the design axes in the order in which they vary; None for the order of the schema."""
