@@ -1,0 +1,32 @@
+"""Scope of a proof: the values of angles, loads and intervals for which a window is proved."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Self
+
+from tendon_cli.windows.question import LOADS, Question
+
+Range = tuple[float, float]
+"""Least and largest value, SI."""
+
+
+@dataclass(frozen=True)
+class Scope:
+    """Values between which a window is proved, the ends included."""
+
+    angles: Range
+    """First and last elbow angle, rad."""
+    ranges: Mapping[str, Range]
+    """Ranges of loads and of intervals by their dotted keys."""
+
+    @classmethod
+    def of(cls, question: Question) -> Self:
+        """Return the scope of a proof of a question's windows."""
+        ranges = {
+            axis.key: (float(axis.values.min()), float(axis.values.max()))
+            for axis in question.conditions.axes
+            if (axis.key in LOADS or axis.is_interval) and len(axis) > 1
+        }
+        return cls((float(question.angles.min()), float(question.angles.max())), ranges)
