@@ -274,6 +274,7 @@ def _between_samples(
     solver: Solver, chosen: Solutions, of_chosen: Certificate, certificates: Certificates
 ) -> BetweenSamples:
     """Return the record of all proofs, with the scope and curves of the choice named first."""
+    scope = of_chosen.scope
     of_each: list[ChoiceCertificate] = [
         {"choice": certificate.solution.row.item(), **_certificate_record(certificate)}
         for certificate in certificates.values()
@@ -282,7 +283,7 @@ def _between_samples(
         **_certificate_record(of_chosen),
         "choices": of_each,
         "method": PROOF_METHOD,
-        "scope": scope_words(of_chosen.scope.angles, of_chosen.scope.ranges),
+        "scope": scope_words(scope.angles, scope.ranges, scope.served),
         "curves": curves_of(solver, chosen, of_chosen.ends),
     }
 

@@ -87,19 +87,25 @@ def note_on_remedies(tried: int, groups: int, counted: str) -> str:
     )
 
 
-def scope_words(angles: tuple[float, float], ranges: Mapping[str, tuple[float, float]]) -> str:
+def scope_words(
+    angles: tuple[float, float],
+    ranges: Mapping[str, tuple[float, float]],
+    served: str | None = None,
+) -> str:
     """Say what a proof holds for: "every angle from 0 to 90 deg and every load from 0 to 10 kg".
 
     Args:
         angles: First and last elbow angle, rad.
         ranges: Least and largest value of numbers, by their keys, SI.
+        served: Noun for those of whom only some must be served; None if all must be.
     """
     words = [_every("angle", "elbow_angle", angles)]
     for key, values in ranges.items():
         name = keys()[key].number.quantity.name
         noun = "load" if key == "load.mass" else name.replace("_", " ")
         words.append(_every(noun, name, values))
-    return say.join_words(words)
+    scope = say.join_words(words)
+    return scope if served is None else f"{scope}, for all {served} that are served"
 
 
 def _every(noun: str, quantity: str, values: tuple[float, float]) -> str:

@@ -43,12 +43,13 @@ class ConditionArcs:
         """Return the conditions that imply all others.
 
         They are those with the smallest or the largest load and, in an interval of postures, its
-        two ends and the arcs between them.
+        two ends and the arcs between them. If a share of single conditions is enough, no condition
+        implies another: those with other loads may be served without it.
         """
         is_needed = np.ones(len(question.conditions), dtype=np.bool_)
         places = question.conditions.places(np.arange(len(is_needed)))
         for axis in question.conditions.axes:
-            if axis.key in LOADS:
+            if axis.key in LOADS and not question.counts_conditions:
                 extremes = (axis.values.min(), axis.values.max())
                 is_needed &= np.isin(axis.values[places[axis.key]], extremes)
         for axis in question.box:

@@ -100,6 +100,8 @@ def certify(solver: Solver, solution: Solutions) -> Certificate:
         halves = np.zeros(len(arcs), dtype=np.bool_)
         halves[failing[can_halve]] = True
         arcs = arcs.halve(halves)
+    all_ends = solver.all_limits(ends, points)
+    low, high = _served_windows(question, all_ends, solution)
     is_open = status == say.OPEN
     estimate = None
     if not is_open and solution.has_window.item():
@@ -109,8 +111,8 @@ def certify(solver: Solver, solution: Solutions) -> Certificate:
         cells=cells,
         margin=0.0 if is_open else margin,
         estimate=estimate,
-        scope=Scope.of(question),
-        ends=solver.all_limits(ends, points),
+        scope=Scope.of(question, low, high),
+        ends=all_ends,
         solution=replace(solution, between_samples=np.array([say.STATUSES.index(status)])),
     )
 
