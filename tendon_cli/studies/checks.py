@@ -102,7 +102,7 @@ def without_intervals(study: Study) -> Study:
 def check_intervals_are_served(study: Study) -> None:
     """Check that no share of single conditions is asked for where a number is an interval.
 
-    Of an interval a share is nothing that can be counted. Of persons or draws it can: the window
+    A share of an interval cannot be counted, one of persons or draws can: then the window
     holds over the whole interval for each one that is served.
 
     Raises:

@@ -1,4 +1,4 @@
-"""What a certificate says it holds for, against dense loads."""
+"""Scopes of certificates against dense loads."""
 
 import numpy as np
 import pytest
