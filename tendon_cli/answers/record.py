@@ -20,9 +20,8 @@ from tendon_cli.answer_record import (
     FixRecord,
     RelaxationRecord,
 )
-from tendon_cli.answers.between_samples import curves_of
 from tendon_cli.answers.fixes import fixes, sampled
-from tendon_cli.answers.proofs import Certificate, Proofs, ProvedChoice
+from tendon_cli.answers.limit_curves import curves_of
 from tendon_cli.answers.question_facts import (
     condition_values,
     goal_record,
@@ -42,16 +41,20 @@ from tendon_cli.answers.text_notes import (
 from tendon_cli.engine.task import Note
 from tendon_cli.model.kinematics import Rows
 from tendon_cli.model.window import Ends
+from tendon_cli.proof.certify import Certificate, certify
 from tendon_cli.space.axis import evenly_spaced
 from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows import candidates
 from tendon_cli.windows.candidates import LimitPair
-from tendon_cli.windows.question import LOADS, Question, rows_to_prove
+from tendon_cli.windows.question import Question, rows_to_prove
 from tendon_cli.windows.solutions import Solutions, solve
 from tendon_cli.windows.solver import Solver
 
 _REFINED_ON_FRONT = 24
 """Most choices of a front that are refined between the points of the grid."""
+
+Certificates = dict[tuple[float, ...], Certificate]
+"""Certificates by the values that their choices have of each axis, in the order of the proofs."""
 
 
 @dataclass(eq=False)
@@ -106,11 +109,12 @@ class NamedChoices:
             rows[place] = len(self.question.choices) + after_grid
         return choices.with_row(rows)
 
-    def prove(self, proofs: Proofs) -> None:
+    def certify(self, solver: Solver, certificates: Certificates) -> None:
         """Prove the windows of all choices, beginning with the one that is named first."""
-        self.best = {column: proofs.prove(choice) for column, choice in self.best.items()}
+        for column, choice in self.best.items():
+            self.best[column] = certify_all(solver, choice, certificates)
         if self.front is not None:
-            self.front = proofs.prove(self.front)
+            self.front = certify_all(solver, self.front, certificates)
 
     @property
     def rows_on_front(self) -> Rows:
@@ -169,6 +173,24 @@ def _front(solver: Solver, feasible: Solutions, bests: list[Solutions]) -> Solut
     return front_of(Solutions.concatenate(choices + bests))
 
 
+def certify_all(solver: Solver, choices: Solutions, certificates: Certificates) -> Solutions:
+    """Return choices with their windows proved, or tightened.
+
+    Args:
+        solver: Solver of the question.
+        choices: The choices.
+        certificates: Certificates so far, to which those of the other choices are added.
+    """
+    proved = []
+    for place in range(len(choices)):
+        choice = choices.select([place])
+        values = tuple(float(column[0]) for column in choice.points.columns.values())
+        if values not in certificates:
+            certificates[values] = certify(solver, choice)
+        proved.append(certificates[values].solution)
+    return Solutions.concatenate(proved)
+
+
 def make_record(
     solver: Solver, notes: Sequence[Note]
 ) -> tuple[AnswerResults, Solutions, ChoiceRecord]:
@@ -196,12 +218,13 @@ def make_record(
         conflicts.update({tuple(names): count for names, count in note["conflicts"]})
     while True:
         named = NamedChoices.of(solver, relevant)
-        proofs = Proofs(solver)
-        named.prove(proofs)
+        certificates: Certificates = {}
+        named.certify(solver, certificates)
         proved = None
         if len(to_prove):
-            proved = proofs.prove(relevant.select(np.isin(relevant.row, to_prove)))
-        lost = _lost_windows(relevant, proofs)
+            asked_for = relevant.select(np.isin(relevant.row, to_prove))
+            proved = certify_all(solver, asked_for, certificates)
+        lost = _lost_windows(relevant, certificates)
         if not lost:
             break
         is_unchanged = ~np.isin(relevant.row, [choice.row.item() for choice in lost])
@@ -211,8 +234,8 @@ def make_record(
     between = None
     ends = None
     if chosen is not None:
-        of_chosen = next(iter(proofs.done.values()))
-        between = _between_samples(solver, chosen, of_chosen, proofs)
+        of_chosen = next(iter(certificates.values()))
+        between = _between_samples(solver, chosen, of_chosen, certificates)
         ends = of_chosen.ends
     named_first = chosen
     if named_first is None:
@@ -236,10 +259,10 @@ def make_record(
     return record, named_first, named.records(named_first)[0]
 
 
-def _lost_windows(relevant: Solutions, proofs: Proofs) -> list[Solutions]:
+def _lost_windows(relevant: Solutions, certificates: Certificates) -> list[Solutions]:
     """Return proved choices that have no window, although they seemed to have one before."""
     seemed_feasible = relevant.row[relevant.feasible]
-    choices = [proved.choice for proved in proofs.done.values()]
+    choices = [certificate.solution for certificate in certificates.values()]
     return [
         choice
         for choice in choices
@@ -248,23 +271,19 @@ def _lost_windows(relevant: Solutions, proofs: Proofs) -> list[Solutions]:
 
 
 def _between_samples(
-    solver: Solver, chosen: Solutions, of_chosen: ProvedChoice, proofs: Proofs
+    solver: Solver, chosen: Solutions, of_chosen: Certificate, certificates: Certificates
 ) -> BetweenSamples:
     """Return the record of all proofs, with the scope and curves of the choice named first."""
+    scope = of_chosen.scope
     of_each: list[ChoiceCertificate] = [
-        {"choice": proved.choice.row.item(), **_certificate_record(proved.certificate)}
-        for proved in proofs.done.values()
-    ]
-    intervals = [
-        axis
-        for axis in solver.question.conditions.axes
-        if (axis.key in LOADS or axis.is_interval) and len(axis) > 1
+        {"choice": certificate.solution.row.item(), **_certificate_record(certificate)}
+        for certificate in certificates.values()
     ]
     return {
-        **_certificate_record(of_chosen.certificate),
+        **_certificate_record(of_chosen),
         "choices": of_each,
         "method": PROOF_METHOD,
-        "scope": scope_words(solver.question.angles, intervals),
+        "scope": scope_words(scope.angles, scope.ranges, scope.served),
         "curves": curves_of(solver, chosen, of_chosen.ends),
     }
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from tendon_cli import say
-from tendon_cli.model.kinematics import Array
-from tendon_cli.space.axis import PRETENSION, Axis, split_side
+from tendon_cli.space.axis import PRETENSION, split_side
 from tendon_cli.studies.contents import case_numbers
 from tendon_cli.studies.study import Study, keys
 
@@ -88,24 +87,29 @@ def note_on_remedies(tried: int, groups: int, counted: str) -> str:
     )
 
 
-def scope_words(angles: Array, intervals: Sequence[Axis]) -> str:
+def scope_words(
+    angles: tuple[float, float],
+    ranges: Mapping[str, tuple[float, float]],
+    served: str | None = None,
+) -> str:
     """Say what a proof holds for: "every angle from 0 to 90 deg and every load from 0 to 10 kg".
 
     Args:
-        angles: Elbow angles, rad.
-        intervals: Axes of conditions between whose values it holds.
+        angles: First and last elbow angle, rad.
+        ranges: Least and largest value of numbers, by their keys, SI.
+        served: Noun for those of whom only some must be served; None if all must be.
     """
     words = [_every("angle", "elbow_angle", angles)]
-    for axis in intervals:
-        name = keys()[axis.key].number.quantity.name
-        noun = "load" if axis.key == "load.mass" else say.spaced(name)
-        words.append(_every(noun, name, axis.values))
-    return say.join_words(words)
+    for key, values in ranges.items():
+        name = keys()[key].number.quantity.name
+        noun = "load" if key == "load.mass" else say.spaced(name)
+        words.append(_every(noun, name, values))
+    scope = say.join_words(words)
+    return scope if served is None else f"{scope}, for all {served} that are served"
 
 
-def _every(noun: str, quantity: str, values: Array) -> str:
-    """Say the range of values: "every load from 0 to 10 kg"."""
-    low = say.quantity(quantity, float(values.min()))
-    high = say.quantity(quantity, float(values.max()))
+def _every(noun: str, quantity: str, values: tuple[float, float]) -> str:
+    """Say a range of values: "every load from 0 to 10 kg"."""
+    low, high = (say.quantity(quantity, value) for value in values)
     unit = high.partition(" ")[2]
     return f"every {noun} from {low.removesuffix(' ' + unit)} to {high}"

@@ -11,7 +11,14 @@ from tendon_cli.model.design import F0
 from tendon_cli.model.forms import Need
 from tendon_cli.model.limits import LIMITS, SPEED
 from tendon_cli.quantities import SIDES
-from tendon_cli.space.axis import NAMED_AXES, PRETENSION, of_side, split_side
+from tendon_cli.space.axis import (
+    DRAW_AXIS,
+    NAMED_AXES,
+    PERSON_AXIS,
+    PRETENSION,
+    of_side,
+    split_side,
+)
 from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies.angle_curves import CurveTable, bends_of, not_covered
 from tendon_cli.studies.contents import case_numbers
@@ -90,6 +97,27 @@ def without_intervals(study: Study) -> Study:
     if faults:
         raise StudyError(faults)
     return study
+
+
+def check_intervals_are_served(study: Study) -> None:
+    """Check that no share of single conditions is asked for where a number is an interval.
+
+    A share of an interval cannot be counted, one of persons or draws can: then the window
+    holds over the whole interval for each one that is served.
+
+    Raises:
+        StudyError: The study has intervals, and `serve` below 1 counts conditions.
+    """
+    if study.serve >= 1.0 or {PERSON_AXIS, DRAW_AXIS} & set(study.axes):
+        return
+    problem = (
+        f"is an interval, of which no share can be counted: design.serve = {study.serve:g} asks for"
+        " a share of the conditions"
+    )
+    hint = "leave out design.serve, or list single values"
+    faults = [Fault(key, problem, hint) for key in study.intervals]
+    if faults:
+        raise StudyError(faults)
 
 
 # --- Keys that exclude or need each other --------------------------------------------------------

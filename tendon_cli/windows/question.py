@@ -25,6 +25,7 @@ from tendon_cli.space.axis import (
     split_side,
 )
 from tendon_cli.space.space import Space
+from tendon_cli.studies.checks import check_intervals_are_served
 from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import StudyNumber
@@ -159,6 +160,11 @@ class Question:
     def groups(self) -> Groups:
         """Groups of the conditions, such as persons."""
         return Groups.of_conditions(self.conditions, self._counts)
+
+    @property
+    def counts_conditions(self) -> bool:
+        """True if it is enough to serve a share of the conditions, each counted by itself."""
+        return self.serve < 1.0 and self.conditions.groups is None
 
     @property
     def _counts(self) -> dict[str, int]:
@@ -305,7 +311,12 @@ def select_numbers(numbers: Numbers, rows: Rows | slice) -> dict[str, Array]:
 
 
 def question_of(study: Study) -> Question:
-    """Return the question that a study asks of `tendon design`."""
+    """Return the question that a study asks of `tendon design`.
+
+    Raises:
+        StudyError: It has intervals, but asks to serve a share of single conditions.
+    """
+    check_intervals_are_served(study)
     space = space_of(study).without_pretension()
     pretension = study.design.pretension
     placement = Placement("least" if pretension == "least" else "middle")

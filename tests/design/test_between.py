@@ -9,16 +9,16 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 import tendon_cli as tendon
-from tendon_cli.answers.between_samples import estimate_error
-from tendon_cli.model import proof
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.motor_window import Motor, narrow
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.model.window import Window, ends_of_states, window
+from tendon_cli.proof import subdivision
 from tendon_cli.windows import solver as solver_module
 from tendon_cli.windows.question import question_of
+from tendon_cli.windows.sampling_error import estimate_error
 from tendon_cli.windows.solutions import solve
 from tendon_cli.windows.solver import Solver
 
@@ -143,7 +143,7 @@ def test_the_choices_that_an_answer_names_are_proved_and_it_says_so():
 
 
 def test_a_window_for_which_the_cells_do_not_suffice_is_open(monkeypatch):
-    monkeypatch.setattr(proof, "MOST_CELLS", 33)
+    monkeypatch.setattr(subdivision, "MOST_CELLS", 33)
     answer = tendon.design(tendon.study({"spring": {"stiffness": 5e3}, "spool": {"ratio": 0.6}}))
     assert answer.record["best"]["between_samples"] == "open"
     assert "Not proved for every angle from 0 to 90 deg" in answer.text

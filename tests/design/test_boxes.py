@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.answers import proofs
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds
-from tendon_cli.model.enclosure import Series
 from tendon_cli.model.window import ends_of_states
+from tendon_cli.proof import tightening
+from tendon_cli.proof.series import Series
 from tests.model import rationals
 from tests.model.designs import baseline, design
 
@@ -257,7 +257,7 @@ def test_points_refute_a_proof_that_looks_at_the_middle_of_a_box_alone(monkeypat
         return series([(middle, 0.0), None, None, None, None])
 
     monkeypatch.setattr(Series, "number", classmethod(middle_alone))
-    monkeypatch.setattr(proofs, "_CLIMBS", 0)
+    monkeypatch.setattr(tightening, "_CLIMBS", 0)
     box = box_of_radii(RADII * 0.95)  # so that the middle is not the worst
     best = tendon.design(box.study()).record["best"]
     points = tightest_points(np.random.default_rng(1), box, 300)
@@ -274,7 +274,7 @@ def test_a_number_without_a_proof_over_its_interval_is_named():
 
 
 def test_a_box_whose_cells_do_not_suffice_is_open(monkeypatch):
-    monkeypatch.setattr("tendon_cli.model.proof.MOST_CELLS", 8 * 70)
+    monkeypatch.setattr("tendon_cli.proof.subdivision.MOST_CELLS", 8 * 70)
     answer = tendon.design(box_of_radii(RADII).study())
     assert answer.record["between_samples"]["status"] == "open"
 

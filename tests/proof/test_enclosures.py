@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_cli.model import proof
 from tendon_cli.model.actuator import evaluate
-from tendon_cli.model.enclosure import COMPUTED, Series
 from tendon_cli.model.kinematics import Spline
-
-from . import rationals
-from .designs import SIDES, baseline, design
+from tendon_cli.model.motor import select_points
+from tendon_cli.proof import enclosed_states
+from tendon_cli.proof.series import COMPUTED, Series
+from tests.model import rationals
+from tests.model.designs import SIDES, baseline, design
 
 RNG = np.random.default_rng(3)
 FUNCTIONS = {
@@ -97,7 +97,7 @@ def test_states_over_cells_hold_the_models_own(kind):
     made = design(random_numbers(rng, count))
     if kind == "bending":
         made = bending(made, rng)
-    flat = proof.select_points(made, (count, 1, 1), (np.arange(count), 0, 0))
+    flat = select_points(made, (count, 1, 1), (np.arange(count), 0, 0))
     middle = rng.uniform(0.1, 2.0, count)
     half = 10.0 ** rng.uniform(-4.0, -1.5, count)
     flexion = rng.random(count) < 0.5
@@ -106,7 +106,7 @@ def test_states_over_cells_hold_the_models_own(kind):
         middle = 0.25 + 0.5 * np.floor(middle / 0.5)
     sides = {side: replace(getattr(flat, side), pretension=pretension) for side in SIDES}
     taut = replace(flat, unilateral=False, **sides)
-    over_cells = proof.enclose_states(flat, middle, half, flexion, pretension, 4)
+    over_cells = enclosed_states.enclose_states(flat, middle, half, flexion, pretension, 4)
     for share in (-1.0, 0.0, 0.6, 1.0):
         state = evaluate(taut, middle + share * half, flexion)
         for series, expected in (
@@ -140,7 +140,7 @@ def random_states(seed, count):
 def enclosed_at(p, angle, flexion, pretension):
     """Return value and radius of x, y, stiffness and the motor's torque at one angle."""
     made = design({name: np.array([value]) for name, value in p.items()})
-    state = proof.enclose_states(
+    state = enclosed_states.enclose_states(
         made, np.array([angle]), np.zeros(()), np.array([flexion]), np.array([pretension]), 3
     )
     flexor_arm, extensor_arm = (Series.of(arm, COMPUTED) for arm in state.motor_arms)
@@ -207,5 +207,5 @@ def softer_sheaths(real):
     ],
 )
 def test_a_fault_of_a_billionth_is_noticed(monkeypatch, name, change):
-    monkeypatch.setattr(proof, name, change(getattr(proof, name)))
+    monkeypatch.setattr(enclosed_states, name, change(getattr(enclosed_states, name)))
     assert count_missed(random_states(3, 6)) > 0

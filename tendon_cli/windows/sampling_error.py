@@ -1,4 +1,4 @@
-"""One choice between the samples: its worst values, the error of its ends, and its curves."""
+"""Error of the ends of a window that are only sampled."""
 
 from __future__ import annotations
 
@@ -7,22 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from tendon_cli.answer_record import CurvesRecord
-from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array, Flags, Rows
-from tendon_cli.model.limits import contact_pressure
+from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.model.motor_window import narrow
 from tendon_cli.model.trajectory import Trajectory
-from tendon_cli.model.whole_motion import end_curves
 from tendon_cli.model.window import Ends, Window, as_read, window, with_binding_limits
 from tendon_cli.studies.measured_motion import at_times
-from tendon_cli.tables.schema import finite_or_none
-from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import Solutions
 from tendon_cli.windows.solver import Solver
-from tendon_cli.windows.worst import Worst
 
 _DENSER = 16
 """Factor by which samples are made denser to estimate the error of an end."""
@@ -38,95 +31,6 @@ _MISSED = 0.05
 """Share of the largest error that is added for the error that dense samples miss."""
 _ROUNDING = 1e-6
 """Error that is added for rounding, N."""
-_BESIDE = 0.01
-"""Distance from the worst within which a condition may be the worst at other angles.
-
-It is a share of the magnitude of the worst value plus its distance from the least severe one.
-"""
-_AT_ONCE = 2**8
-"""Conditions that are worked out together."""
-_STEPS = 16
-"""Dense steps between two angles of the grid."""
-
-
-def worst_between(solver: Solver, points: Points, pretension: Array, served: Flags) -> Worst:
-    """Return the worst of one choice at all angles over the conditions that it serves.
-
-    Between two angles a quantity may exceed its values at both by an eighth of its second
-    difference. Wherever twice that would make it the worst, it is worked out at denser angles and
-    at the tops of the parabolas through these.
-
-    Args:
-        solver: Solver of the question.
-        points: The choice.
-        pretension: Its pretension, (1,), N.
-        served: Conditions that it serves, (1, conditions).
-
-    Returns:
-        Its worst values; NaN if it serves no condition.
-    """
-    question = solver.question
-    values = solver.quantities_under_each(points, pretension, served)  # (6, conditions)
-    is_known = np.isfinite(values)
-    most = values.max(axis=1)
-    least = np.where(is_known, values, np.inf).min(axis=1)
-    with np.errstate(invalid="ignore"):
-        near = most - _BESIDE * (np.abs(most) + most - least)
-    rows = np.flatnonzero((is_known & (values >= near[:, np.newaxis])).any(axis=0))
-    angles = question.angles.ravel()
-    dense = np.linspace(angles[0], angles[-1], _STEPS * (len(angles) - 1) + 1)[np.newaxis]
-    at_pretension = points.at_pretension(pretension)
-    count = len(rows) if len(angles) > 2 else 0
-    for part in solver.cut(count, _AT_ONCE):
-        conditions = rows[part]
-        design = question.paired_designs(at_pretension, np.zeros_like(conditions), conditions)
-        values = _quantities_at(design, question.angles, question.flexion)
-        with np.errstate(invalid="ignore"):
-            rise = np.abs(np.diff(values, 2)).max(axis=-1, keepdims=True) / 4.0
-        largest = np.maximum(values[..., 1:], values[..., :-1]) + rise
-        may_exceed = largest >= most[:, np.newaxis, np.newaxis, np.newaxis]
-        for place in np.flatnonzero(may_exceed.any(axis=(0, 1, 2))):
-            nearby = slice(max(0, place * _STEPS - 1), (place + 1) * _STEPS + 2)
-            finer = _quantities_at(design, dense[:, nearby], question.flexion)
-            most = np.fmax(most, _with_tops(finer).max(axis=(1, 2, 3)))
-    return Worst.of_quantities(np.where(np.isfinite(most), most, np.nan)[:, np.newaxis])
-
-
-def _quantities_at(design: Design, angles: Array, flexion: Flags) -> Array:
-    """Return the six quantities of `Worst.of_quantities` in states, the larger the worse.
-
-    They are (6, designs, directions, angles), and -infinity where there is no value.
-    """
-    state = State.of(design, angles, flexion)
-    flexor = state.balance.flexor
-    extensor = state.balance.extensor
-    tension = np.maximum(
-        np.maximum(flexor, state.flexor_tension_proximal),
-        np.maximum(extensor, state.extensor_tension_proximal),
-    )
-    extension = np.maximum(flexor * state.flexor.spring, extensor * state.extensor.spring)
-    torque = state.motor_torque
-    quantities = (
-        tension,
-        extension,
-        torque,
-        -torque,
-        -state.elbow_stiffness,
-        contact_pressure(design, extensor),
-    )
-    values: Array = np.stack(np.broadcast_arrays(*quantities))
-    return np.where(np.isnan(values), -np.inf, values)
-
-
-def _with_tops(values: Array) -> Array:
-    """Append the top of the parabola through each peak and its neighbours along the last axis."""
-    before = values[..., :-2]
-    middle = values[..., 1:-1]
-    after = values[..., 2:]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        top = middle - (after - before) ** 2 / (8.0 * (before - 2.0 * middle + after))
-    is_peak = (middle >= before) & (middle >= after) & (top > middle)
-    return np.concatenate([values, np.where(is_peak, top, middle)], axis=-1)
 
 
 def estimate_error(solver: Solver, choice: Solutions, ends: Ends) -> float | None:
@@ -263,43 +167,3 @@ def _common_ends(windows: Window) -> Array:
     """Return the lower and the negated upper end of the common window, N; infinite if NaN."""
     ends = np.array([windows.low.max(), -windows.high.min()])
     return np.where(np.isnan(ends), np.inf, ends)
-
-
-def curves_of(solver: Solver, choice: Solutions, ends: Ends) -> CurvesRecord:
-    """Return the pretensions that each limit allows one choice over the elbow angle, as recorded.
-
-    Limits on the whole motion have no curve.
-
-    Args:
-        solver: Solver of the question.
-        choice: The choice.
-        ends: Ends of its windows as they are read, (1, conditions). If its pretension does not
-            serve all conditions, only those that it serves count (`all_conditions`).
-
-    Returns:
-        `elbow_angle`, rad; by limit in `lower` the least and in `upper` the largest pretension
-        over both directions and all conditions, N, null where the limit asks for nothing;
-        `samples`, the angles of the study, rad.
-    """
-    lower: dict[str, Array] = {}
-    upper: dict[str, Array] = {}
-    question = solver.question
-    pretension = choice.pretension[:1]
-    is_served = (ends.low <= pretension) & (pretension <= ends.high)
-    counts = is_served if is_served.any() else ~is_served
-    for _, conditions, design in solver.portions(choice.points):
-        part_counts = counts[:, conditions, np.newaxis, np.newaxis]
-        part_lower, part_upper = end_curves(
-            design, question.angles, question.flexion, question.bounds, part_counts
-        )
-        for name, values in part_lower.items():
-            lower[name] = np.maximum(values, lower.get(name, values))
-        for name, values in part_upper.items():
-            upper[name] = np.minimum(values, upper.get(name, values))
-    return {
-        "elbow_angle": question.angles.ravel().tolist(),
-        "samples": np.unique(question.study.angles).tolist(),
-        "all_conditions": bool(counts.all()),
-        "lower": {name: [*map(finite_or_none, values.tolist())] for name, values in lower.items()},
-        "upper": {name: [*map(finite_or_none, values.tolist())] for name, values in upper.items()},
-    }
