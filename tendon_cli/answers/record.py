@@ -22,7 +22,6 @@ from tendon_cli.answer_record import (
     RelaxationRecord,
 )
 from tendon_cli.answers.between_samples import curves_of
-from tendon_cli.answers.fixes import fixes, sampled
 from tendon_cli.answers.proofs import Certificate, Proofs, ProvedChoice
 from tendon_cli.answers.question_facts import (
     condition_values,
@@ -30,7 +29,7 @@ from tendon_cli.answers.question_facts import (
     notes_of,
     question_record,
 )
-from tendon_cli.answers.relax import relaxations
+from tendon_cli.answers.remedies import fixes, relaxations, sampled
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.answers.setup import drift_record, remarks, setting_record
 from tendon_cli.answers.tables import as_records, choice_columns, choice_rows
