@@ -193,7 +193,8 @@ def _remarks_on_spring(question: Question, design: Design) -> Iterator[RemarkRec
     path = state.motion.flexor_path
     if path is None:
         return
-    room = np.broadcast_to(path, extension.shape) - extension
+    # A spring at the motor lies before the sheath, and not between the anchors.
+    room = np.where(design.flexor.spring_at_motor, np.nan, path - extension)
     if not np.isfinite(room).any():
         return
     tightest = np.unravel_index(int(np.nanargmin(room)), room.shape)
