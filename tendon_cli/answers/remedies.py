@@ -22,6 +22,7 @@ from tendon_cli.answers.least_change import (
     printed_value,
 )
 from tendon_cli.answers.question_facts import recorded_value
+from tendon_cli.model.kinematics import Spline
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.space.axis import Rows
 from tendon_cli.windows.points import Points
@@ -107,12 +108,16 @@ def sampled(question: Question, choice: Solutions) -> Question:
 
 
 def _current_value(question: Question, points: Points, key: str) -> float:
-    """Return a parameter's value in a choice; NaN if it differs between conditions or sides."""
+    """Return a parameter's value in a choice.
+
+    It is NaN if the value differs between conditions or sides, or follows the joint.
+    """
     space = question.choices.at(points.numbers, question.condition_numbers)
     if key in question.condition_numbers or key in space.keys_of_sides:
         return np.nan
     unscaled = replace(space.number(key), scales=())
-    return float(np.asarray(unscaled.within(space.whole)).item())
+    value = unscaled.within(space.whole)
+    return np.nan if isinstance(value, Spline) else float(np.asarray(value).item())
 
 
 def _fix(solver: Solver, points: Points, key: str, before: float) -> FixRecord:
