@@ -17,7 +17,7 @@ import typer
 
 import tendon_cli
 from tendon_cli import cli, errors, say
-from tendon_cli.answers.fixes import PARAMETERS
+from tendon_cli.answers.remedies import PARAMETERS
 from tendon_cli.model.limits import ADDED, LIMITS
 from tendon_cli.quantities import (
     OF_CYCLES,

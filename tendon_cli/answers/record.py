@@ -20,7 +20,6 @@ from tendon_cli.answer_record import (
     FixRecord,
     RelaxationRecord,
 )
-from tendon_cli.answers.fixes import fixes, sampled
 from tendon_cli.answers.limit_curves import curves_of
 from tendon_cli.answers.question_facts import (
     condition_values,
@@ -28,7 +27,7 @@ from tendon_cli.answers.question_facts import (
     notes_of,
     question_record,
 )
-from tendon_cli.answers.relax import relaxations
+from tendon_cli.answers.remedies import fixes, relaxations, sampled
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.answers.setup import drift_record, remarks, setting_record
 from tendon_cli.answers.tables import as_records, choice_columns, choice_rows

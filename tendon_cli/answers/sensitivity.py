@@ -6,6 +6,7 @@ dimensions of a body as one group, make a window uncertain.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
@@ -47,10 +48,11 @@ def sensitivities(solver: Solver, choice: Solutions) -> list[SensitivityRecord]:
     `key` is the dotted key of a number, or `limits.` and the name of a limit, and `slope` is N per
     its SI unit; `steady` is true if the same limit binds in the same state when the number is 1 %
     larger or smaller. An end has no records if the limit that sets it is one on neither states nor
-    the motion, or if it is infinite.
+    the motion, if it has no slope, or if it is infinite.
     """
     records = [*_of_end(solver, choice, "from"), *_of_end(solver, choice, "to")]
-    return sorted(records, key=lambda record: -abs(record["per_percent"]))
+    known = [record for record in records if np.isfinite(record["slope"])]
+    return sorted(known, key=lambda record: -abs(record["per_percent"]))
 
 
 def _of_end(solver: Solver, choice: Solutions, end: End) -> Iterator[SensitivityRecord]:
@@ -143,7 +145,8 @@ def _slope_of_motor_end(alone: Question, choice: Solutions, end: End, design: De
     def slope(changed: Design, bounds: Bounds) -> float:
         by_number = excess_of(changed, bounds, pretension).imag
         by_pretension = excess_of(design, alone.bounds, pretension + _STEP * 1j).imag
-        return -by_number / by_pretension
+        # A motor that does no work has no efficiency, and its excess no slope.
+        return -by_number / by_pretension if by_pretension else math.nan
 
     return slope
 

@@ -194,7 +194,8 @@ def _remarks_on_spring(question: Question, design: Design) -> Iterator[RemarkRec
     path = state.motion.flexor_path
     if path is None:
         return
-    room = np.broadcast_to(path, extension.shape) - extension
+    # A spring at the motor lies before the sheath, and not between the anchors.
+    room = np.where(design.flexor.spring_at_motor, np.nan, path - extension)
     if not np.isfinite(room).any():
         return
     tightest = np.unravel_index(int(np.nanargmin(room)), room.shape)
@@ -207,7 +208,7 @@ def drift_of(question: Question, choice: Solutions) -> tuple[float, Drift] | Non
     """Return the pretension 10 % beyond the upper end, N, and the arm's drift there.
 
     The drift is under the condition that binds. Return None if the upper end is not set by
-    stability.
+    stability, or if the motion has a single angle.
     """
     high = float(choice.pretension_to[0])
     state = int(choice.to_binding.state[0])
@@ -220,4 +221,6 @@ def drift_of(question: Question, choice: Solutions) -> tuple[float, Drift] | Non
     start = float(question.angles[0, state % question.angles.size])
     ends = (float(question.angles.min()), float(question.angles.max()))
     drifts = [drift(design, start, end) for end in ends if end != start]
+    if not drifts:
+        return None
     return pretension, max(drifts, key=lambda drifted: abs(drifted.end - drifted.start))

@@ -130,7 +130,9 @@ def _check_designs(cube: Cube, worst: int) -> dict[str, Any]:
         breaches_here = list(_breaches(columns, limits))
         designs += part.num_rows
         feasible += int(columns["feasible"].sum())
-        broken.update(breach["limit"] for breach in breaches_here)
+        # A design that breaks a limit on both sides counts once.
+        broken_here = [(breach["limit"], breach["design"]) for breach in breaches_here]
+        broken.update(limit for limit, _ in dict.fromkeys(broken_here))
         breaches += breaches_here
         breaches.sort(key=lambda breach: (-breach["excess"], breach["design"]))
         breaches = breaches[:worst]

@@ -10,6 +10,7 @@ is used; its ends are found by bisection between samples. Arguments broadcast as
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -206,11 +207,9 @@ class Motor:
 
     def _flat(self, values: Array) -> Array:
         """Return values of states as (designs, states)."""
-        directions = len(self.flexion)
-        angles = values.shape[-1]
-        return np.broadcast_to(values, (*self.shape, directions, angles)).reshape(
-            -1, directions * angles
-        )
+        shape = (*self.shape, len(self.flexion), values.shape[-1])
+        flat = (math.prod(self.shape), math.prod(shape[-2:]))  # there may be no angles
+        return np.broadcast_to(values, shape).reshape(flat)
 
     def between(self, lines: Lines) -> Lines | None:
         """Return flexion less extension at each angle; None if there is a single direction."""

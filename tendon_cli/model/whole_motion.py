@@ -126,7 +126,7 @@ def refine_ends(
         design: Designs, (N, 1, 1).
         state: Indices of the binding states over directions and grid angles, (N,).
         value: Ends of the windows in these states, (N,), N.
-        angles: Angles of `angle_grid`, (K,), rad.
+        angles: Angles of `angle_grid`, (K,), rad; a single one is where the ends are taken.
         flexion: Directions of motion, (D, 1).
         bounds: Limits of the designs.
         upper: True for upper ends of windows.
@@ -138,7 +138,7 @@ def refine_ends(
         angle is NaN where the end over the grid angles stays the tightest.
     """
     sign = -1.0 if upper else 1.0
-    step = (angles[-1] - angles[0]) / (len(angles) - 1)
+    step = (angles[-1] - angles[0]) / max(len(angles) - 1, 1)
     direction, place = np.divmod(state, len(angles))
     rows = np.arange(len(state))
 
@@ -172,7 +172,9 @@ def refine_ends(
         centre = middle + width * offset[rows, best]
 
     found = tightness(centre[:, np.newaxis], flexion_of_each())[:, 0, 0]
-    nearest = direction * len(angles) + np.rint((centre - angles[0]) / step).astype(np.int64)
+    nearest = direction * len(angles)
+    if step > 0.0:
+        nearest = nearest + np.rint((centre - angles[0]) / step).astype(np.int64)
     is_tighter = found > sign * value
     return (
         np.where(is_tighter, sign * found, value),

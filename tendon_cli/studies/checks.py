@@ -43,6 +43,8 @@ _PART_OF = (
     ("motion", ("cutoff", "reversal", "inertia"), "trajectory", "a trajectory"),
 )
 """Tables and their keys that need another key of the table, with a phrase for the whole."""
+_OF_BOTH_DIRECTIONS = ("max_backlash", "max_torque_band")
+"""Limits on the difference between flexion and extension at an elbow angle."""
 _FILES_OF_SHEATH = (("friction", "friction_from"), ("bend_angle", "path"))
 """Numbers of a sheath, each with the key of a file that also gives it."""
 
@@ -61,7 +63,7 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
         *_output_faults(study, at_fault),
         *_rest_angle_faults(study, at_fault),
         *_reading_faults(study),
-        *_trajectory_limit_faults(study),
+        *_null_limit_faults(study, at_fault),
         *_case_faults(study),
         *_limit_faults(study, at_fault),
         *curve_faults(study),
@@ -206,13 +208,26 @@ def _reading_faults(study: Study) -> Iterator[Fault]:
         yield Fault(key, problem, "leave it out")
 
 
-def _trajectory_limit_faults(study: Study) -> Iterator[Fault]:
-    """Yield a fault for each limit that compares directions, if there is a motion in time."""
-    if study.motion.trajectory is None:
-        return
-    problem = "compares flexion and extension at one angle, which a trajectory does not have"
-    for name in sorted({"max_backlash", "max_torque_band"} & study.limits.keys()):
-        yield Fault(f"limits.{name}", problem, "leave it out")
+def _null_limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
+    """Yield a fault for each limit on a quantity that is null in every design of the motion."""
+    compares = "compares flexion and extension at one angle"
+    directions = set(study.motion.direction)
+    problems: dict[str, tuple[str, str]] = {}
+    if study.motion.trajectory is not None:
+        problem = f"{compares}, which a trajectory does not have"
+        problems |= dict.fromkeys(_OF_BOTH_DIRECTIONS, (problem, "leave it out"))
+    elif "motion.direction" not in at_fault and len(directions) == 1:
+        problem = f"{compares}, but the study moves in {directions.pop()} alone"
+        hint = 'leave it out, or direction = ["flexion", "extension"]'
+        problems |= dict.fromkeys(_OF_BOTH_DIRECTIONS, (problem, hint))
+    if study.motion.trajectory is None and "motion.elbow_angle" not in at_fault:
+        least, largest = study.motion.elbow_angle.extremes
+        if least == largest:
+            problem = "needs work over a motion, but the study has a single elbow angle"
+            problems["min_efficiency"] = (problem, "leave it out, or give a range of angles")
+    for name in sorted(problems.keys() & study.limits.keys()):
+        problem, hint = problems[name]
+        yield Fault(f"limits.{name}", problem, hint)
 
 
 # --- Curves and limits ---------------------------------------------------------------------------

@@ -46,11 +46,13 @@ def estimate_error(solver: Solver, choice: Solutions, ends: Ends) -> float | Non
         ends: Ends of its windows over all angles, (1, conditions), as F0.
 
     Returns:
-        The estimate; None if no end is sampled, or if it is infinite: the window may be empty.
+        The estimate; None if no end is sampled, if there is a single angle, or if it is
+            infinite: the window may be empty.
     """
     question = solver.question
     trajectory = question.study.trajectory
-    if not question.bounds.of_motion and trajectory is None:
+    is_still = trajectory is None and question.angles.size == 1
+    if is_still or (not question.bounds.of_motion and trajectory is None):
         return None
     within = solver.all_limits(ends, choice.points)
     most = _MOST_NEAR

@@ -94,3 +94,12 @@ def test_names_say_no_markdown():
     text = as_markdown("<b>suit</b> [x](y): 1 design\n  `slack`", "negative result")
     assert "<b>" not in text
     assert "\\[x](y)" in text
+
+
+def test_a_design_that_breaks_a_limit_on_both_sides_counts_once(tmp_path):
+    folder = swept(tmp_path / "both", limits={"max_tension": "1 N"})
+    record = check(folder, worst=10).record
+    sides = [breach for breach in record["breaches"] if breach["limit"] == "max_tension"]
+    assert sides
+    assert record["broken"]["max_tension"] == 1
+    assert max(record["broken"].values()) <= record["designs"]

@@ -136,6 +136,18 @@ def test_scanning_the_whole_range_finds_no_fix_that_the_answer_does_not(paper, t
         assert not has_window.any(), key
 
 
+def test_a_bend_that_follows_the_joint_has_no_fix():
+    content = {
+        "load": {"mass": ["0 kg", "3 kg", "5 kg", "10 kg"]},
+        "sheath": {"bend_angle": {"angle": ["0 deg", "90 deg"], "bend": ["180 deg", "220 deg"]}},
+    }
+    answer = tendon.design(content)
+    assert not answer.feasible
+    parameters = {fix["parameter"] for fix in answer.fixes}
+    assert "sheath.friction" in parameters
+    assert "sheath.bend_angle" not in parameters
+
+
 RELAXED = {
     "spring": {"stiffness": ["3 kN/m", "5 kN/m"]},
     "spool": {"ratio": [0.7, 0.6]},

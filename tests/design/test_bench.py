@@ -124,3 +124,14 @@ def test_a_remark_with_its_source_is_made_on_values_beyond_the_known_that_have_n
     assert ("Before you build it" in answer.text) == bool(about)
     if not content:
         assert "111 kPa if it is 40 mm wide; pain begins at 52.9 kPa" in remarks["strap"]["text"]
+
+
+@pytest.mark.parametrize(("place", "is_between"), [("joint", True), ("motor", False)])
+def test_only_a_spring_between_the_anchors_is_said_to_lack_room_there(place, is_between):
+    content = {
+        "load": {"mass": ["0 kg", "3 kg"]},
+        "spring": {"stiffness": "1 kN/m", "at": place},
+        "spool": {"ratio": 0.5},
+    }
+    about = {remark["about"] for remark in tendon.design(content).record["remarks"]}
+    assert ("spring" in about) is is_between

@@ -7,8 +7,8 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli import say
-from tendon_cli.answers import fixes, sensitivity
 from tendon_cli.answers import people as people_module
+from tendon_cli.answers import remedies, sensitivity
 from tendon_cli.studies.load import study_from
 from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solutions import solve
@@ -99,7 +99,7 @@ def test_for_very_many_persons_fixes_are_worked_out_for_some_and_a_note_says_so(
     study = tendon.study(NOBODY_ENOUGH)
     question = question_of(study)
     states_of_20 = 20 * len(question.conditions) * question.states_per_design // 100
-    monkeypatch.setattr(fixes, "_MOST", states_of_20)
+    monkeypatch.setattr(remedies, "_MOST_OF_ONE", states_of_20)
     answer = tendon.design(study)
     note = (
         "what would help is worked out for 20 of the 100 persons: "

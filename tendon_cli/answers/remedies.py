@@ -1,0 +1,258 @@
+"""Remedies if no choice has a window: fixes of a parameter, and relaxations of a demand.
+
+A fix changes a parameter of the choice that is nearest to a window. A relaxation changes a limit or
+a condition for all choices: the further it goes, the more of them have a window, so that bisection
+finds the least one; for postures and anchors that is not proved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from tendon_cli.answer_record import FixRecord, RelaxationRecord, Values
+from tendon_cli.answers.least_change import (
+    BISECTION,
+    SCAN,
+    Change,
+    Opening,
+    least_change,
+    printed_value,
+)
+from tendon_cli.answers.question_facts import recorded_value
+from tendon_cli.model.kinematics import Rows, Spline
+from tendon_cli.model.limits import LIMITS
+from tendon_cli.windows.points import Points
+from tendon_cli.windows.question import Question
+from tendon_cli.windows.solutions import Solutions
+from tendon_cli.windows.solver import Solver
+
+PARAMETERS = {
+    "spring.stiffness": (200.0, 5e4),
+    "spool.ratio": (0.3, 2.0),
+    "spool.flexor_radius": (0.01, 0.08),
+    "arm.elbow_radius": (0.02, 0.1),
+    "sheath.friction": (0.005, 0.3),
+    "sheath.bend_angle": (0.2, 12.0),
+    "arm.a1": (0.005, 0.1),
+    "arm.b1": (0.05, 0.3),
+    "arm.a2": (0.002, 0.08),
+    "arm.b2": (0.05, 0.25),
+    "tendon.length": (0.2, 5.0),
+    "tendon.diameter": (4e-4, 4e-3),
+}
+"""Parameters that a designer can change, and the plausible range of each, SI."""
+
+_MOST_OF_ONE = 250_000
+"""Most states of one choice under all conditions; beyond it, only some groups are tried."""
+_OF_MOTOR = 50
+"""Factor on the time of a state with limits on the motor."""
+_FEW = 8
+"""Fewest groups that are tried."""
+_MOST_OF_ALL = 2**28
+"""Most states of all choices under all conditions; beyond it, evenly spaced choices are tried."""
+_FARTHEST = 10.0
+"""Factor up to which an upper limit is raised."""
+_SOFTER = 40.0
+"""Most by which the required stiffness is lowered, N m/rad."""
+_WIDTH = "arm.contact_width"
+_WIDEST = 0.2
+"""Widest strap that is tried, m."""
+_ANCHOR = "anchor.stiffness"
+_FIRMEST = 1e5
+"""Firmest tissue and cuff that is tried, N/m."""
+
+
+# --- Fixes ----------------------------------------------------------------------------------------
+
+
+def fixes(solver: Solver, choice: Solutions) -> list[FixRecord]:
+    """Return the least change of each parameter alone that gives one choice a window, as recorded.
+
+    The parameter that changes by the smallest factor comes first. Values are SI. `after` is null if
+    no value within the plausible range gives a window. Otherwise `printed` is a value that a study
+    can have, rounded so that it gives one, too, and `printed_pretension` is a pretension in that
+    window, N.
+    """
+    all_fixes = []
+    for key in PARAMETERS:
+        before = _current_value(solver.question, choice.points, key)
+        if 0.0 < before < np.inf:
+            all_fixes.append(_fix(solver, choice.points, key, before))
+    return sorted(
+        all_fixes,
+        key=lambda fix: abs(np.log(fix["after"] / fix["before"])) if fix["after"] else np.inf,
+    )
+
+
+def sampled(question: Question, choice: Solutions) -> Question:
+    """Return the question for some of its groups if all are too many to try changes for.
+
+    They are the groups that bind the choice, and others at random.
+    """
+    groups = len(question.groups)
+    states = len(question.conditions) * question.states_per_design
+    if question.bounds.of_motion:
+        states *= _OF_MOTOR
+    most = max(_FEW, groups * _MOST_OF_ONE // states)
+    if most >= groups:
+        return question
+    ends = np.array([choice.from_binding.condition[0], choice.to_binding.condition[0]])
+    binding = np.unique(question.groups.of[np.minimum(ends, len(question.conditions) - 1)])
+    order = np.random.default_rng(1).permutation(groups)
+    chosen = np.concatenate([binding, order[~np.isin(order, binding)]])[:most]
+    return question.for_groups(np.sort(chosen))
+
+
+def _current_value(question: Question, points: Points, key: str) -> float:
+    """Return a parameter's value in a choice.
+
+    It is NaN if the value differs between conditions or sides, or follows the joint.
+    """
+    space = question.choices.at(points.numbers, question.condition_numbers)
+    if key in question.condition_numbers or key in space.keys_of_sides:
+        return np.nan
+    unscaled = replace(space.number(key), scales=())
+    value = unscaled.within(space.whole)
+    return np.nan if isinstance(value, Spline) else float(np.asarray(value).item())
+
+
+def _fix(solver: Solver, points: Points, key: str, before: float) -> FixRecord:
+    """Return the record of the least change of one parameter that gives a choice a window."""
+    low, high = PARAMETERS[key]
+    ends = []
+    if low < before:
+        ends.append(low)
+    if before < high:
+        ends.append(high)
+    openings: list[tuple[Change, Opening]] = []
+    for end in ends:
+        change = Change(key, before, end, points, SCAN, is_geometric=True)
+        opening = least_change(solver, change)
+        if opening is not None:
+            openings.append((change, opening))
+    if not openings:
+        return {
+            "parameter": key,
+            "before": before,
+            "after": None,
+            "plausible": (low, high),
+            "pretension": None,
+            "max_tension": None,
+            "max_spring_extension": None,
+            "peak_motor_torque": None,
+            "min_elbow_stiffness": None,
+            "max_contact_pressure": None,
+            "printed": "",
+            "printed_pretension": "",
+        }
+    change, opening = min(openings, key=lambda of: abs(np.log(of[1].value / before)))
+    solved = change.solve(solver, np.array([opening.value]), points, with_worst=True)
+    printed = printed_value(solver, change, opening)
+    return {
+        "parameter": key,
+        "before": before,
+        "after": opening.value,
+        "plausible": (low, high),
+        "pretension": finite_or_none(solved.pretension[0]),
+        "max_tension": finite_or_none(solved.worst.max_tension[0]),
+        "max_spring_extension": finite_or_none(solved.worst.max_spring_extension[0]),
+        "peak_motor_torque": finite_or_none(solved.worst.peak_motor_torque[0]),
+        "min_elbow_stiffness": finite_or_none(solved.worst.min_elbow_stiffness[0]),
+        "max_contact_pressure": finite_or_none(solved.worst.max_contact_pressure[0]),
+        "printed": printed.text,
+        "printed_pretension": printed.pretension,
+    }
+
+
+def relaxations(solver: Solver, limits: set[str]) -> list[RelaxationRecord]:
+    """Return the least change of each demand that gives some choice a window, as recorded.
+
+    Args:
+        solver: Solver of the question.
+        limits: Limits that leave choices without a window.
+
+    Returns:
+        Records, SI. `after` is null if even `farthest` gives no window; `served` is then the
+        largest share, else that of the choice that is named, at `pretension`, N.
+    """
+    question = solver.question
+    count = len(question.choices)
+    states = len(question.conditions) * question.states_per_design
+    most = max(1, _MOST_OF_ALL // states)
+    rows = evenly_spaced(count, most)
+    return [_relaxation(solver, change) for change in _demands(question, limits, rows)]
+
+
+def _demands(question: Question, limits: set[str], rows: Rows) -> Iterator[Change]:
+    """Yield the changes of the demands of a study that could be relaxed."""
+    points = question.points(rows)
+    for name in sorted(limits & set(question.bounds)):
+        value = float(question.bounds[name])
+        is_stiffness = name == "min_elbow_stiffness"
+        if is_stiffness:
+            farthest = value - _SOFTER
+        elif LIMITS[name].from_below:
+            farthest = 0.0
+        else:
+            farthest = _FARTHEST * value
+        if (value > 0.0 or is_stiffness) and np.isfinite(value):
+            yield Change(f"limits.{name}", value, farthest, points, BISECTION)
+
+    single = question.choices.single
+    of_choices = []
+    if "max_contact_pressure" in limits:
+        same_width = np.full(len(rows), single.get(_WIDTH, np.nan))
+        widths = np.asarray(points.numbers.get(_WIDTH, same_width))
+        widest = points.select(widths == widths.max())
+        of_choices.append(Change(_WIDTH, float(widths.max()), _WIDEST, widest, BISECTION))
+    stiffness = float(single.get(_ANCHOR, np.inf))
+    of_choices.append(Change(_ANCHOR, stiffness, _FIRMEST, points, BISECTION, is_geometric=True))
+    for change in of_choices:
+        is_plausible = 0.0 < change.before < change.farthest
+        if is_plausible and change.key not in question.condition_numbers:
+            yield change
+
+    for key in ("load.mass", "arm.upper_arm_angle"):
+        values = question.condition_numbers.get(key)
+        if values is not None and np.ptp(values) > 0.0:
+            yield Change(key, float(np.abs(values).max()), 0.0, points, BISECTION)
+
+
+def _relaxation(solver: Solver, change: Change) -> RelaxationRecord:
+    """Return the record of the least change of one demand."""
+    opening = least_change(solver, change)
+    if opening is None:
+        at_farthest = change.solve(solver, np.array([change.farthest]), change.points)
+        return {
+            "key": change.key,
+            "before": change.before,
+            "farthest": change.farthest,
+            "after": None,
+            "printed": "",
+            "choice": None,
+            "values": {},
+            "pretension": None,
+            "served": float(at_farthest.served.max()),
+        }
+    printed = printed_value(solver, change, opening)
+    solved = printed.solved
+    best = solved.select([int(np.lexsort((-solved.tolerance, -solved.served_at))[0])])
+    values: Values = {}
+    for axis in solver.question.choices.axes:
+        place_or_value = best.points.columns[axis.column][0]
+        value = axis.names[place_or_value] if axis.names else float(place_or_value)
+        values[axis.column] = recorded_value(value)
+    return {
+        "key": change.key,
+        "before": change.before,
+        "farthest": change.farthest,
+        "after": printed.value,
+        "printed": printed.text,
+        "choice": int(best.row[0]),
+        "values": values,
+        "pretension": float(best.pretension[0]),
+        "served": float(best.served_at[0]),
+    }

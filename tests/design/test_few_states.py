@@ -1,0 +1,84 @@
+"""Limits of studies with few states: one elbow angle, one direction, two angles."""
+
+import pytest
+
+import tendon_cli as tendon
+from tendon_cli.model.limits import LIMITS
+
+BOUNDS = {
+    "min_flexor_tension": "1 N",
+    "min_extensor_tension": "1 N",
+    "max_tension": "900 N",
+    "max_spring_extension": "300 mm",
+    "peak_motor_torque": "30 N m",
+    "max_contact_pressure": "500 kPa",
+    "min_spring_room": "0 mm",
+    "min_elbow_stiffness": "0 N m/rad",
+    "max_pretension": "900 N",
+    "min_spool_to_tendon": 1,
+    "max_spool_travel": "300 deg",
+    "max_backlash": "50 deg",
+    "max_torque_band": "30 N m",
+    "peak_motor_speed": "50 rad/s",
+    "peak_motor_power": "300 W",
+    "max_motor_work_in": "100 J",
+    "max_friction_loss": "100 J",
+    "min_efficiency": -3.0,
+}
+"""A bound for each limit that a suit keeps."""
+STILL = {"elbow_angle": "45 deg"}
+MOTIONS = {
+    "one angle": STILL,
+    "one angle in flexion": {**STILL, "direction": "flexion"},
+    "one angle in extension": {**STILL, "direction": "extension"},
+    "flexion": {"elbow_angle": ["0 deg", "90 deg"], "direction": "flexion"},
+    "extension": {"elbow_angle": ["0 deg", "90 deg"], "direction": "extension"},
+    "two angles": {"elbow_angle": ["0 deg", "90 deg"]},
+}
+
+
+def suit(limit, motion):
+    """Return a study of a suit with a window, under one limit."""
+    return {
+        "arm": {"contact_width": "40 mm"},
+        "spring": {"stiffness": "5 kN/m", "free_length": "1 mm"},
+        "spool": {"ratio": 0.6},
+        "load": {"mass": ["0 kg", "3 kg"]},
+        "motion": {"speed": "60 deg/s", **MOTIONS[motion]},
+        "limits": {limit: BOUNDS[limit]},
+    }
+
+
+def test_every_limit_has_a_bound():
+    assert BOUNDS.keys() == LIMITS.keys()
+
+
+def is_null(limit, motion):
+    """Return True if no design has the quantity that is limited."""
+    if limit in ("max_backlash", "max_torque_band"):
+        return "direction" in MOTIONS[motion]
+    return limit == "min_efficiency" and "one angle" in motion
+
+
+PAIRS = [(limit, motion) for limit in LIMITS for motion in MOTIONS]
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.parametrize(("limit", "motion"), [pair for pair in PAIRS if not is_null(*pair)])
+def test_every_limit_is_judged(limit, motion):
+    content = suit(limit, motion)
+    answer = tendon.design(content)
+    between = answer.record["between_samples"]
+    if "one angle" in motion and between is not None:
+        assert between["estimate"] is None
+    assert len(tendon.sweep(content).designs) == 2
+
+
+@pytest.mark.parametrize(("limit", "motion"), [pair for pair in PAIRS if is_null(*pair)])
+def test_a_limit_on_what_no_design_has_is_refused(limit, motion):
+    for compute in (tendon.design, tendon.sweep):
+        with pytest.raises(
+            tendon.StudyError, match=f"limits.{limit}: .*, but the study"
+        ) as refused:
+            compute(suit(limit, motion))
+        assert refused.value.exit == 2
