@@ -56,9 +56,19 @@ class PageAxis:
     positions: Ints
 
     def record(self) -> dict[str, Any]:
-        """Return the axis as JSON; values that are not all finite numbers are given as texts."""
+        """Return the axis as JSON; values that are not all finite numbers are given as texts.
+
+        Filters compare with `words`, or with `numbers`, which are exact; `stated` are values that
+        they may mean.
+        """
         about = _about(self.shown) | {"key": self.axis.key}
         values = self.axis.values[self.positions]
+        about |= {"words": None, "numbers": None, "stated": None}
+        if self.axis.is_text:
+            about["words"] = values.tolist()
+        else:
+            about["numbers"] = pack_exact(self.shown.scaled(values))
+            about["stated"] = pack_exact(self.shown.scaled(self._stated()))
         if self.axis.is_text:
             names = [name_words(self.axis, str(value)) for value in values]
             return {**about, "values": None, "names": names, "is_log": False}
@@ -67,6 +77,16 @@ class PageAxis:
             return {**about, "values": None, "names": names, "is_log": False}
         numbers = [float(f"{value:.10g}") for value in self.shown.scaled(values)]
         return {**about, "values": numbers, "names": None, "is_log": self.axis.is_log}
+
+    def _stated(self) -> npt.NDArray[np.float64]:
+        """Return the values on the page and their next smaller and larger neighbours, sorted.
+
+        A number means a value on the page by them if it means that value by the whole axis.
+        """
+        ascending = np.sort(self.axis.values)
+        places = np.searchsorted(ascending, self.axis.values[self.positions])
+        beside = places[:, np.newaxis] + np.array([-1, 0, 1])
+        return np.asarray(ascending[np.unique(beside.clip(0, len(ascending) - 1))])
 
 
 def page_axes(cube: Cube) -> list[PageAxis]:
@@ -140,6 +160,17 @@ def number_record(shown: ColumnLabel, values: ColumnArray) -> dict[str, Any]:
     }
 
 
+def exact_record(shown: ColumnLabel, values: ColumnArray, axis: int) -> dict[str, Any]:
+    """Return the numbers of a column along an axis (given in SI) as JSON, in the unit shown.
+
+    Args:
+        shown: The column.
+        values: Its values.
+        axis: Index of its axis on the page.
+    """
+    return {**_about(shown), "along": axis, "exact": pack_exact(shown.scaled(values))}
+
+
 def truths_record(columns: Mapping[str, ColumnArray]) -> list[dict[str, Any]]:
     """Return columns of true and false as JSON; the table hides them, and its filters read them."""
     return [
@@ -174,29 +205,31 @@ def _unit(shown: ColumnLabel) -> str:
 # --- Packing --------------------------------------------------------------------------------------
 
 
-MOST_EXACT = 50_000
-"""Largest number of values that keep seven digits; more are packed in steps of 16 bits."""
-_NO_VALUE = 65535
-"""Step that stands for no value, as in `unpack` of `page/base.js`."""
-
-
 def pack_numbers(values: npt.ArrayLike) -> dict[str, Any]:
-    """Pack numbers, flat, into a text that the page unpacks; infinite ones become no value.
+    """Pack numbers, flat, in single precision into a text that the page unpacks.
 
-    Up to MOST_EXACT numbers are packed as float32. More are packed as steps between the smallest
-    and the largest number, with an error of at most half a step.
+    Infinite numbers become no value.
     """
-    array = np.asarray(values, dtype=np.float64).ravel()
-    is_finite = np.isfinite(array)
-    if array.size <= MOST_EXACT or not is_finite.any():
-        singles = np.where(is_finite, array, np.nan).astype("<f4")
-        return {"type": "f4", "data": _encoded(singles)}
-    low = float(array[is_finite].min())
-    high = float(array[is_finite].max())
-    step = (high - low) / (_NO_VALUE - 1) or 1.0
-    filled = np.where(is_finite, array, low)
-    steps = np.where(is_finite, np.rint((filled - low) / step), _NO_VALUE)
-    return {"type": "u2", "low": low, "step": step, "data": _encoded(steps.astype("<u2"))}
+    with np.errstate(over="ignore", under="ignore"):
+        array = np.asarray(values, dtype=np.float64).ravel().astype("<f4")
+    return {"type": "f4", "data": _encoded_steps(np.where(np.isfinite(array), array, np.nan))}
+
+
+def pack_exact(values: npt.ArrayLike) -> dict[str, Any]:
+    """Pack numbers, flat, in double precision; infinite ones stay infinite."""
+    return {"type": "f8", "data": _encoded_steps(np.asarray(values, dtype="<f8").ravel())}
+
+
+def _encoded_steps(array: npt.NDArray[np.floating[Any]]) -> str:
+    """Encode numbers without loss as `unpack` of `page/base.js` reads them.
+
+    Their bits are read as whole numbers, of which the differences between neighbours are stored,
+    all first bytes before all second ones: results that change smoothly are small then.
+    """
+    size = array.dtype.itemsize
+    bits = array.view(f"<u{size}")
+    steps = np.diff(bits, prepend=bits.dtype.type(0))
+    return _encoded(np.ascontiguousarray(steps.view(np.uint8).reshape(-1, size).T))
 
 
 def pack_classes(values: npt.ArrayLike) -> dict[str, Any]:

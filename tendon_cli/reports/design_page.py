@@ -24,6 +24,7 @@ from tendon_cli.reports.data import (
     OF_TAUT,
     PageAxis,
     curves,
+    exact_record,
     number_record,
     pack_classes,
     pack_numbers,
@@ -196,18 +197,17 @@ def _table(
 ) -> dict[str, Any]:
     """Return the table of all choices of the page as JSON."""
     records: list[dict[str, Any]] = []
-    for axis in axes:
+    for place, axis in enumerate(axes):
         name = axis.axis.column
         if axis.axis.is_text:
-            about = {"name": name, "key": axis.axis.key, "label": axis.shown.name, "unit": ""}
+            about = {"name": name, "label": axis.shown.name, "unit": "", "along": place}
             records.append({**about, "texts": read[name].tolist()})
         else:
-            records.append(number_record(axis.shown, read[name]))
+            records.append(exact_record(axis.shown, read[name], place))
     for name, values in columns.items():
         records.append(number_record(labels[name], values))
     for name, label in zip(_WORDS, ("bound below by", "bound above by"), strict=True):
-        texts = [text or "none" for text in read[name].tolist()]
-        records.append({"name": name, "label": label, "unit": "", "texts": texts})
+        records.append({"name": name, "label": label, "unit": "", "texts": read[name].tolist()})
     records += truths_record({name: read[name] for name in _TRUTHS})
     return {"rows": len(read["feasible"]), "columns": records}
 
