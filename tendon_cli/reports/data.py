@@ -6,16 +6,18 @@ A page is kept small: it has only some values of long axes, and only the first o
 from __future__ import annotations
 
 import base64
+import json
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.cube.axes import Ints, thin_axes
+from tendon_cli.cube.axes import Ints, axis_values, thin_axes
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel
@@ -25,13 +27,15 @@ from tendon_cli.model.kinematics import Anchors, Array
 from tendon_cli.quantities import QUANTITIES, SIDES
 from tendon_cli.space.axis import Axis, evenly_spaced
 from tendon_cli.studies.axis_words import name_words
-from tendon_cli.studies.study import Study
+from tendon_cli.studies.study import Study, keys
 from tendon_cli.units import UNITS
 
 MOST_CELLS = 700_000
 """Largest number of cells of a map."""
 MOST_BYTES = 2_300_000
 """Largest size of all maps together, bytes: a page stays under 5 MB with its library and states."""
+MOST_BYTES_OF_GIVEN = 300_000
+"""Largest size of the columns together that only filters read, bytes."""
 
 
 def page_data(**given: Any) -> dict[str, Any]:
@@ -62,13 +66,13 @@ class PageAxis:
         they may mean.
         """
         about = _about(self.shown) | {"key": self.axis.key}
-        values = self.axis.values[self.positions]
         about |= {"words": None, "numbers": None, "stated": None}
+        values = self.axis.values[self.positions]
         if self.axis.is_text:
             about["words"] = values.tolist()
         else:
             about["numbers"] = pack_exact(self.shown.scaled(values))
-            about["stated"] = pack_exact(self.shown.scaled(self._stated()))
+            about["stated"] = pack_exact(self.shown.scaled(self.stated))
         if self.axis.is_text:
             names = [name_words(self.axis, str(value)) for value in values]
             return {**about, "values": None, "names": names, "is_log": False}
@@ -78,8 +82,9 @@ class PageAxis:
         numbers = [float(f"{value:.10g}") for value in self.shown.scaled(values)]
         return {**about, "values": numbers, "names": None, "is_log": self.axis.is_log}
 
-    def _stated(self) -> npt.NDArray[np.float64]:
-        """Return the values on the page and their next smaller and larger neighbours, sorted.
+    @property
+    def stated(self) -> npt.NDArray[np.float64]:
+        """Values on the page and their next smaller and larger neighbours, SI, sorted.
 
         A number means a value on the page by them if it means that value by the whole axis.
         """
@@ -160,15 +165,68 @@ def number_record(shown: ColumnLabel, values: ColumnArray) -> dict[str, Any]:
     }
 
 
-def exact_record(shown: ColumnLabel, values: ColumnArray, axis: int) -> dict[str, Any]:
-    """Return the numbers of a column along an axis (given in SI) as JSON, in the unit shown.
+def exact_record(shown: ColumnLabel, values: ColumnArray, stated: ColumnArray) -> dict[str, Any]:
+    """Return the numbers of a column that axes set as JSON, in the unit shown.
+
+    Args:
+        shown: The column.
+        values: Its values, SI.
+        stated: Values that a number of a filter may mean, SI.
+    """
+    return {
+        **_about(shown),
+        "exact": pack_exact(shown.scaled(values)),
+        "stated": pack_exact(shown.scaled(stated)),
+    }
+
+
+def given_records(
+    cube: Cube, axes: Sequence[PageAxis], columns: Mapping[str, ColumnArray]
+) -> list[dict[str, Any]]:
+    """Return columns that say what a row is as JSON; the table hides them, and filters read them.
+
+    Columns that find no room are left out.
+
+    Args:
+        cube: The table.
+        axes: The axes of the page, whose columns are left out.
+        columns: Values by the names of the columns, numbers in SI.
+    """
+    stated = axis_values(cube.axes, cube.study)
+    records = []
+    budget = MOST_BYTES_OF_GIVEN
+    for name in sorted(columns.keys() - {axis.axis.column for axis in axes}):
+        record = _given_record(cube.shown(name), columns[name], stated.get(name))
+        size = len(json.dumps(record))
+        if size <= budget:
+            budget -= size
+            records.append({**record, "hidden": True})
+    return records
+
+
+def _given_record(
+    shown: ColumnLabel, values: ColumnArray, stated: ColumnArray | None
+) -> dict[str, Any]:
+    """Return a column that says what a row is as JSON.
 
     Args:
         shown: The column.
         values: Its values.
-        axis: Index of its axis on the page.
+        stated: Values that axes give it; None if all rows share a number.
     """
-    return {**_about(shown), "along": axis, "exact": pack_exact(shown.scaled(values))}
+    if stated is None:
+        singles = shown.scaled(values).ravel().astype("<f4")
+        return {**_about(shown), "array": {"type": "f4", "data": _encoded_steps(singles)}}
+    if stated.dtype != object:
+        return exact_record(shown, values, np.unique(stated))
+    words = list(dict.fromkeys(stated.tolist()))
+    codes = pack_classes([words.index(word) for word in values.ravel().tolist()])
+    return {**_about(shown), "words": words, "codes": codes}
+
+
+def given_columns(cube: Cube) -> list[str]:
+    """Return the columns that follow from the axes of a table, the axes included."""
+    return [name for name in axis_values(cube.axes, cube.study) if name in cube.columns]
 
 
 def truths_record(columns: Mapping[str, ColumnArray]) -> list[dict[str, Any]]:
@@ -190,11 +248,18 @@ def _about(shown: ColumnLabel) -> dict[str, Any]:
     """Return the names of a column, and the unit, dimension and factor of its numbers."""
     return {
         "name": shown.column,
+        "key": _keys_by_column().get(shown.column),
         "label": shown.name,
         "unit": _unit(shown),
         "dimension": shown.quantity.dimension,
         "factor": shown.factor,
     }
+
+
+@cache
+def _keys_by_column() -> dict[str, str]:
+    """Return the dotted key of each number that may be an axis, by its column."""
+    return {field.column: key for key, field in keys().items()}
 
 
 def _unit(shown: ColumnLabel) -> str:

@@ -19,7 +19,10 @@ def compared(tmp_path_factory):
     """Return the folder of a run whose axes have close, huge, infinite and endless values."""
     folder = tmp_path_factory.mktemp("filters") / "run"
     study = {
-        "cases": [{"name": "child, 7", "arm": {"b1": "88 mm"}}, {"name": "b; adult"}],
+        "cases": [
+            {"name": "child, 7", "arm": {"b1": "88 mm"}, "spring": {"at": "motor"}},
+            {"name": "b; adult"},
+        ],
         "tendon": {"pretension": {"from": "0 N", "to": "100 N", "num": 4}},
         "spring": {"stiffness": ["3 kN/m", "4 kN/m", "5 kN/m", "1e12 N/m", "rigid"]},
         "load": {"mass": ["0 kg", "4.9996 kg", "5 kg", "5.004 kg", "10 kg"]},
@@ -72,6 +75,10 @@ TRUTHS = {
     "pretension <= 0.033333 kN": lambda t: t.pretension < 34.0,
     "pretension = 33 N": lambda t: t.pretension < 0.0,
     "pretension > 33 N": lambda t: t.pretension > 33.0,
+    "arm.b1 = 88 mm": lambda t: t.case == "child, 7",
+    "arm_b1 > 88 mm": lambda t: t.case == "b; adult",
+    "spring_at = motor": lambda t: t.case == "child, 7",
+    "friction = 0.07": lambda t: t.load_mass >= 0.0,
     'case = "child, 7"': lambda t: t.case == "child, 7",
     'case in "child, 7", "b; adult"': lambda t: t.case != "",
     'case != "child, 7"': lambda t: t.case == "b; adult",
@@ -95,6 +102,8 @@ REFUSED = [
     "feasible = constructor",
     "feasible > no",
     "case > b",
+    "spring_at = foot",
+    "spring_at < motor",
     "case = child",
     "max = 3",
     "constructor = 3",
@@ -219,6 +228,18 @@ def test_choices_between_the_points_of_the_grid_are_filtered_alike(opened, tmp_p
             assert page.locator("#filter-fault").inner_text() == "", text
             _, count = rows_in(tmp_path / "answer", where=[text]).head(0)
             assert page.evaluate("rowsOfTable().length") == count, text
+
+
+def test_numbers_that_all_rows_share_are_filtered_on_a_page_too(opened, tmp_path):
+    study = {"spring": {"stiffness": "rigid"}, "load": {"mass": ["0 kg", "5 kg"]}, "motion": MOTION}
+    tendon.sweep(study, tmp_path / "run")
+    counts = {"spring_stiffness = rigid": 2, "spring.stiffness < 5 kN/m": 0, "friction > 0.07": 0}
+    with opened(write_report(tmp_path / "run")) as page:
+        for text, count in counts.items():
+            page.locator("#filter").fill(text)
+            assert page.locator("#filter-fault").inner_text() == "", text
+            assert page.evaluate("rowsOfTable().length") == count, text
+            assert rows_in(tmp_path / "run", where=[text]).head(0)[1] == count
 
 
 def test_angles_close_to_each_other_are_told_apart(tmp_path):

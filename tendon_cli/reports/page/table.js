@@ -17,6 +17,8 @@ async function columnsOfTable() {
       columns.push(textColumn(column));
     } else if (column.exact) {
       columns.push(await exactColumn(column));
+    } else if (column.codes) {
+      columns.push(await codedColumn(column));
     } else {
       const source = column.array ? column : page.quantities[column.quantity];
       columns.push(await arrayColumn(source));
@@ -40,22 +42,26 @@ async function axisColumn(number) {
 
 // Returns a column of texts, of which an empty one is none.
 function textColumn(column) {
-  const stated = column.along === undefined ? null : page.axes[column.along].words;
   return {
     ...column,
-    stated,
     words: column.texts,
     value: (row) => column.texts[row] || "none",
     compared: (row) => column.texts[row],
   };
 }
 
-// Returns a column of exact numbers along an axis of the page.
+// Returns a column of a few words, packed as their indices.
+async function codedColumn(column) {
+  const codes = await unpack(column.codes);
+  const value = (row) => column.words[codes[row]];
+  return { ...column, stated: column.words, value, compared: value };
+}
+
+// Returns a column of exact numbers, which axes set.
 async function exactColumn(column) {
   const values = await unpack(column.exact);
-  const axis = page.axes[column.along];
   const value = (row) => values[row];
-  return { ...column, key: axis.key, stated: await unpack(axis.stated), value, compared: value };
+  return { ...column, stated: await unpack(column.stated), value, compared: value };
 }
 
 // Returns a column of packed numbers; classes are shown by their labels.
