@@ -24,6 +24,8 @@ from tendon_cli.answers.least_change import (
 from tendon_cli.answers.question_facts import recorded_value
 from tendon_cli.model.kinematics import Rows, Spline
 from tendon_cli.model.limits import LIMITS
+from tendon_cli.space.axis import evenly_spaced
+from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import Solutions

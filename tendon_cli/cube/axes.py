@@ -72,6 +72,20 @@ def columns_of_names(
     return columns
 
 
+def axis_values(axes: Sequence[Axis], study: Study) -> dict[str, npt.NDArray[Any]]:
+    """Return the values that axes give columns, by column, in SI or as words.
+
+    These are the columns of the axes, and those that follow from one named axis.
+
+    Args:
+        axes: Axes of a table.
+        study: Its study.
+    """
+    of_names = columns_of_names(axes, space_of(study).single)
+    values = {column: axis.values for column, (_, axis) in of_names.items()}
+    return values | {axis.column: axis.values for axis in axes}
+
+
 def choice_axes(study: Study) -> tuple[Axis, ...]:
     """Return the axes of a table of choices, slowest first."""
     return space_of(study).without_pretension().choices.axes

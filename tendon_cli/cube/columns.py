@@ -72,12 +72,24 @@ class TableColumns:
             raise UsageError(f"{column} holds words, expected a column of numbers", where=option)
         return column
 
-    def conditions(self, filters: Iterable[Filter | str]) -> list[Condition]:
-        """Return the conditions that filters set on the columns; raises UsageError."""
+    def conditions(
+        self, filters: Iterable[Filter | str], axis_values: Mapping[str, ColumnArray]
+    ) -> list[Condition]:
+        """Return the conditions that filters set on the columns; raises UsageError.
+
+        Args:
+            filters: The filters.
+            axis_values: Values that axes give columns, as `axis_values_of` returns them.
+        """
         read = [read_filter(item) if isinstance(item, str) else item for item in filters]
         columns = [self.find(item.name, "--where") for item in read]
         return [
-            item.condition_on(column, self.quantities[column], is_truth=column in self.truths)
+            item.condition_on(
+                column,
+                self.quantities[column],
+                axis_values.get(column),
+                is_truth=column in self.truths,
+            )
             for item, column in zip(read, columns, strict=True)
         ]
 

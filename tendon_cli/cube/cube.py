@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -13,7 +13,7 @@ import numpy.typing as npt
 import pyarrow as pa
 
 from tendon_cli import say
-from tendon_cli.cube.axes import ANGLE, Ints, columns_of_names
+from tendon_cli.cube.axes import ANGLE, Ints, axis_values, columns_of_names
 from tendon_cli.cube.columns import ColumnArray, TableColumns
 from tendon_cli.cube.labels import ColumnLabel, as_read
 from tendon_cli.cube.room import bounded_column, bounded_values, has_bounded_column, room_to
@@ -23,7 +23,7 @@ from tendon_cli.errors import InputError, TendonError, UsageError
 from tendon_cli.quantities import SIDES, Quantity
 from tendon_cli.registry import load, table_kinds
 from tendon_cli.space.axis import SLACK, Axis
-from tendon_cli.studies.filters import Condition
+from tendon_cli.studies.filters import Condition, Filter
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import Study
@@ -154,13 +154,17 @@ class Cube:
 
     # --- Rows -------------------------------------------------------------------------------------
 
+    def conditions(self, filters: Iterable[Filter | str]) -> list[Condition]:
+        """Return the conditions that filters set on the columns; raises UsageError."""
+        return self.table_columns.conditions(filters, axis_values(self.axes, self.study))
+
     def choose(self, asked: Sequence[Condition]) -> dict[str, Ints]:
         """Return the positions on each axis that conditions leave, by the axis's column.
 
         A condition on a number that a named axis sets selects among its names.
 
         Raises:
-            UsageError: A condition leaves nothing of its axis, or names a word that is not on it.
+            UsageError: A condition leaves nothing of its axis.
         """
         chosen = {axis.column: np.arange(axis.length, dtype=np.int64) for axis in self.axes}
         for condition in asked:
@@ -170,10 +174,8 @@ class Cube:
                 axis, values = self.columns_of_names[condition.column]
             if axis is None or values is None:
                 continue
-            if values.is_text:
-                _check_words(values, condition)
             positions = chosen[axis.column]
-            left = positions[condition.holds(values.values[positions], of_axis=True)]
+            left = positions[condition.holds(values.values[positions])]
             if not len(left):
                 hint = f"values: {', '.join(self._listed(values, positions))}"
                 raise UsageError(
@@ -270,17 +272,6 @@ class Cube:
         return {name: values.reshape(rows.shape) for name, values in read.items()}
 
 
-def _check_words(axis: Axis, condition: Condition) -> None:
-    """Raise UsageError if a condition has a word that the axis does not have."""
-    known = [str(value) for value in axis.values]
-    for word in condition.wanted:
-        if word not in known:
-            hint = f"values: {', '.join(known[:20])}"
-            raise UsageError(
-                f'{axis.column} is never "{shorten(str(word))}"', where="--where", hint=hint
-            )
-
-
 def _null_of(kind: pa.DataType) -> tuple[Any, Any]:
     """Return the value that stands for null in an array of a column, and the array's type."""
     return ("", object) if pa.types.is_dictionary(kind) else (np.nan, np.float64)
@@ -361,6 +352,22 @@ def study_of(table: AnyTable) -> Study:
         return recorded_study(table.facts["study"])
     except _UNREADABLE:
         raise foreign(table) from None
+
+
+def axis_values_of(table: AnyTable) -> dict[str, npt.NDArray[Any]]:
+    """Return the values that axes give the columns of a table, by column, in SI or as words.
+
+    A table that holds no study, such as a CSV of people, has none.
+    """
+    try:
+        study = study_of(table)
+        kind = table_kinds()[table.facts["table"]]
+    except (InputError, LookupError):
+        return {}
+    if kind.axes:
+        return axis_values(load(kind.axes)(study), study)
+    # Rows of other tables of an answer lie on axes of its choices and conditions.
+    return axis_values(space_of(study).without_pretension().axes, study)
 
 
 def _is_ours(schema: pa.Schema) -> bool:

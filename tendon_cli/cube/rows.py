@@ -14,6 +14,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from tendon_cli.cube.columns import DERIVED, ColumnArray, TableColumns
+from tendon_cli.cube.cube import axis_values_of
 from tendon_cli.cube.source import table_in
 from tendon_cli.errors import UsageError
 from tendon_cli.files import output_errors, whole_file
@@ -57,7 +58,9 @@ class TableRows:
     @cached_property
     def conditions(self) -> list[Condition]:
         """Conditions that the filters set."""
-        return self.table_columns.conditions(self.where)
+        if not self.where:
+            return []
+        return self.table_columns.conditions(self.where, axis_values_of(self.table))
 
     def unit(self, column: str) -> str:
         """Return the unit of a column; "1" for one without."""

@@ -230,7 +230,7 @@ def _plan(cube: Cube, spec: FigureSpec) -> tuple[MapPlan | CurvePlan, list[Condi
     Raises:
         UsageError: The figure does not fit the table.
     """
-    conditions = cube.table_columns.conditions(spec.filters)
+    conditions = cube.conditions(spec.filters)
     chosen = cube.choose(conditions)
     is_plain = not (spec.quantity or spec.x or spec.colour or spec.panels)
     on_axes = all(

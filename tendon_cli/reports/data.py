@@ -6,16 +6,18 @@ A page is kept small: it has only some values of long axes, and only the first o
 from __future__ import annotations
 
 import base64
+import json
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.cube.axes import Ints, thin_axes
+from tendon_cli.cube.axes import Ints, axis_values, thin_axes
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel
@@ -25,13 +27,15 @@ from tendon_cli.model.kinematics import Anchors, Array
 from tendon_cli.quantities import QUANTITIES, SIDES
 from tendon_cli.space.axis import Axis, evenly_spaced
 from tendon_cli.studies.axis_words import name_words
-from tendon_cli.studies.study import Study
+from tendon_cli.studies.study import Study, keys
 from tendon_cli.units import UNITS
 
 MOST_CELLS = 700_000
 """Largest number of cells of a map."""
 MOST_BYTES = 2_300_000
 """Largest size of all maps together, bytes: a page stays under 5 MB with its library and states."""
+MOST_BYTES_OF_GIVEN = 300_000
+"""Largest size of the columns together that only filters read, bytes."""
 
 
 def page_data(**given: Any) -> dict[str, Any]:
@@ -56,9 +60,19 @@ class PageAxis:
     positions: Ints
 
     def record(self) -> dict[str, Any]:
-        """Return the axis as JSON; values that are not all finite numbers are given as texts."""
+        """Return the axis as JSON; values that are not all finite numbers are given as texts.
+
+        Filters compare with `words`, or with `numbers`, which are exact; `stated` are values that
+        they may mean.
+        """
         about = _about(self.shown) | {"key": self.axis.key}
+        about |= {"words": None, "numbers": None, "stated": None}
         values = self.axis.values[self.positions]
+        if self.axis.is_text:
+            about["words"] = values.tolist()
+        else:
+            about["numbers"] = pack_exact(self.shown.scaled(values))
+            about["stated"] = pack_exact(self.shown.scaled(self.stated))
         if self.axis.is_text:
             names = [name_words(self.axis, str(value)) for value in values]
             return {**about, "values": None, "names": names, "is_log": False}
@@ -67,6 +81,17 @@ class PageAxis:
             return {**about, "values": None, "names": names, "is_log": False}
         numbers = [float(f"{value:.10g}") for value in self.shown.scaled(values)]
         return {**about, "values": numbers, "names": None, "is_log": self.axis.is_log}
+
+    @property
+    def stated(self) -> npt.NDArray[np.float64]:
+        """Values on the page and their next smaller and larger neighbours, SI, sorted.
+
+        A number means a value on the page by them if it means that value by the whole axis.
+        """
+        ascending = np.sort(self.axis.values)
+        places = np.searchsorted(ascending, self.axis.values[self.positions])
+        beside = places[:, np.newaxis] + np.array([-1, 0, 1])
+        return np.asarray(ascending[np.unique(beside.clip(0, len(ascending) - 1))])
 
 
 def page_axes(cube: Cube) -> list[PageAxis]:
@@ -140,6 +165,70 @@ def number_record(shown: ColumnLabel, values: ColumnArray) -> dict[str, Any]:
     }
 
 
+def exact_record(shown: ColumnLabel, values: ColumnArray, stated: ColumnArray) -> dict[str, Any]:
+    """Return the numbers of a column that axes set as JSON, in the unit shown.
+
+    Args:
+        shown: The column.
+        values: Its values, SI.
+        stated: Values that a number of a filter may mean, SI.
+    """
+    return {
+        **_about(shown),
+        "exact": pack_exact(shown.scaled(values)),
+        "stated": pack_exact(shown.scaled(stated)),
+    }
+
+
+def given_records(
+    cube: Cube, axes: Sequence[PageAxis], columns: Mapping[str, ColumnArray]
+) -> list[dict[str, Any]]:
+    """Return columns that say what a row is as JSON; the table hides them, and filters read them.
+
+    Columns that find no room are left out.
+
+    Args:
+        cube: The table.
+        axes: The axes of the page, whose columns are left out.
+        columns: Values by the names of the columns, numbers in SI.
+    """
+    stated = axis_values(cube.axes, cube.study)
+    records = []
+    budget = MOST_BYTES_OF_GIVEN
+    for name in sorted(columns.keys() - {axis.axis.column for axis in axes}):
+        record = _given_record(cube.shown(name), columns[name], stated.get(name))
+        size = len(json.dumps(record))
+        if size <= budget:
+            budget -= size
+            records.append({**record, "hidden": True})
+    return records
+
+
+def _given_record(
+    shown: ColumnLabel, values: ColumnArray, stated: ColumnArray | None
+) -> dict[str, Any]:
+    """Return a column that says what a row is as JSON.
+
+    Args:
+        shown: The column.
+        values: Its values.
+        stated: Values that axes give it; None if all rows share a number.
+    """
+    if stated is None:
+        singles = shown.scaled(values).ravel().astype("<f4")
+        return {**_about(shown), "array": {"type": "f4", "data": _encoded_steps(singles)}}
+    if stated.dtype != object:
+        return exact_record(shown, values, np.unique(stated))
+    words = list(dict.fromkeys(stated.tolist()))
+    codes = pack_classes([words.index(word) for word in values.ravel().tolist()])
+    return {**_about(shown), "words": words, "codes": codes}
+
+
+def given_columns(cube: Cube) -> list[str]:
+    """Return the columns that follow from the axes of a table, the axes included."""
+    return [name for name in axis_values(cube.axes, cube.study) if name in cube.columns]
+
+
 def truths_record(columns: Mapping[str, ColumnArray]) -> list[dict[str, Any]]:
     """Return columns of true and false as JSON; the table hides them, and its filters read them."""
     return [
@@ -159,11 +248,18 @@ def _about(shown: ColumnLabel) -> dict[str, Any]:
     """Return the names of a column, and the unit, dimension and factor of its numbers."""
     return {
         "name": shown.column,
+        "key": _keys_by_column().get(shown.column),
         "label": shown.name,
         "unit": _unit(shown),
         "dimension": shown.quantity.dimension,
         "factor": shown.factor,
     }
+
+
+@cache
+def _keys_by_column() -> dict[str, str]:
+    """Return the dotted key of each number that may be an axis, by its column."""
+    return {field.column: key for key, field in keys().items()}
 
 
 def _unit(shown: ColumnLabel) -> str:
@@ -174,29 +270,31 @@ def _unit(shown: ColumnLabel) -> str:
 # --- Packing --------------------------------------------------------------------------------------
 
 
-MOST_EXACT = 50_000
-"""Largest number of values that keep seven digits; more are packed in steps of 16 bits."""
-_NO_VALUE = 65535
-"""Step that stands for no value, as in `unpack` of `page/base.js`."""
-
-
 def pack_numbers(values: npt.ArrayLike) -> dict[str, Any]:
-    """Pack numbers, flat, into a text that the page unpacks; infinite ones become no value.
+    """Pack numbers, flat, in single precision into a text that the page unpacks.
 
-    Up to MOST_EXACT numbers are packed as float32. More are packed as steps between the smallest
-    and the largest number, with an error of at most half a step.
+    Infinite numbers become no value.
     """
-    array = np.asarray(values, dtype=np.float64).ravel()
-    is_finite = np.isfinite(array)
-    if array.size <= MOST_EXACT or not is_finite.any():
-        singles = np.where(is_finite, array, np.nan).astype("<f4")
-        return {"type": "f4", "data": _encoded(singles)}
-    low = float(array[is_finite].min())
-    high = float(array[is_finite].max())
-    step = (high - low) / (_NO_VALUE - 1) or 1.0
-    filled = np.where(is_finite, array, low)
-    steps = np.where(is_finite, np.rint((filled - low) / step), _NO_VALUE)
-    return {"type": "u2", "low": low, "step": step, "data": _encoded(steps.astype("<u2"))}
+    with np.errstate(over="ignore", under="ignore"):
+        array = np.asarray(values, dtype=np.float64).ravel().astype("<f4")
+    return {"type": "f4", "data": _encoded_steps(np.where(np.isfinite(array), array, np.nan))}
+
+
+def pack_exact(values: npt.ArrayLike) -> dict[str, Any]:
+    """Pack numbers, flat, in double precision; infinite ones stay infinite."""
+    return {"type": "f8", "data": _encoded_steps(np.asarray(values, dtype="<f8").ravel())}
+
+
+def _encoded_steps(array: npt.NDArray[np.floating[Any]]) -> str:
+    """Encode numbers without loss as `unpack` of `page/base.js` reads them.
+
+    Their bits are read as whole numbers, of which the differences between neighbours are stored,
+    all first bytes before all second ones: results that change smoothly are small then.
+    """
+    size = array.dtype.itemsize
+    bits = array.view(f"<u{size}")
+    steps = np.diff(bits, prepend=bits.dtype.type(0))
+    return _encoded(np.ascontiguousarray(steps.view(np.uint8).reshape(-1, size).T))
 
 
 def pack_classes(values: npt.ArrayLike) -> dict[str, Any]:

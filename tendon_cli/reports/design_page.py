@@ -24,6 +24,9 @@ from tendon_cli.reports.data import (
     OF_TAUT,
     PageAxis,
     curves,
+    exact_record,
+    given_columns,
+    given_records,
     number_record,
     pack_classes,
     pack_numbers,
@@ -105,7 +108,7 @@ def design_page(answer: Result) -> str:
         states=states,
         arms=arms,
         design=design,
-        table=_table(axes, read, columns, labels),
+        table=_table(cube, axes, read, columns),
         start=_start(record, axes),
         people=people,
         between=between,
@@ -139,7 +142,7 @@ def _read_choices(
 ) -> dict[str, ColumnArray]:
     """Read the choices on the grid of the page, then those between the points of the grid."""
     axis_columns = [axis.axis.column for axis in axes]
-    wanted = (*axis_columns, *RESULTS, *_TRUTHS, *_WORDS)
+    wanted = dict.fromkeys((*axis_columns, *given_columns(cube), *RESULTS, *_TRUTHS, *_WORDS))
     names = [name for name in wanted if name in cube.columns]
     return cube.gather(np.concatenate([grid, between_points]), names)
 
@@ -189,26 +192,27 @@ def _conflicts(cube: Cube, read: Mapping[str, ColumnArray]) -> dict[str, Any]:
 
 
 def _table(
+    cube: Cube,
     axes: Sequence[PageAxis],
     read: Mapping[str, ColumnArray],
     columns: Mapping[str, ColumnArray],
-    labels: Mapping[str, ColumnLabel],
 ) -> dict[str, Any]:
     """Return the table of all choices of the page as JSON."""
     records: list[dict[str, Any]] = []
     for axis in axes:
         name = axis.axis.column
         if axis.axis.is_text:
-            about = {"name": name, "key": axis.axis.key, "label": axis.shown.name, "unit": ""}
-            records.append({**about, "texts": read[name].tolist()})
+            about = {"name": name, "label": axis.shown.name, "unit": ""}
+            names = axis.axis.values.tolist()
+            records.append({**about, "texts": read[name].tolist(), "stated": names})
         else:
-            records.append(number_record(axis.shown, read[name]))
+            records.append(exact_record(axis.shown, read[name], axis.stated))
     for name, values in columns.items():
-        records.append(number_record(labels[name], values))
+        records.append(number_record(cube.shown(name), values))
     for name, label in zip(_WORDS, ("bound below by", "bound above by"), strict=True):
-        texts = [text or "none" for text in read[name].tolist()]
-        records.append({"name": name, "label": label, "unit": "", "texts": texts})
+        records.append({"name": name, "label": label, "unit": "", "texts": read[name].tolist()})
     records += truths_record({name: read[name] for name in _TRUTHS})
+    records += given_records(cube, axes, {name: read[name] for name in given_columns(cube)})
     return {"rows": len(read["feasible"]), "columns": records}
 
 

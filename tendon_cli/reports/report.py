@@ -17,6 +17,7 @@ from tendon_cli import say
 from tendon_cli.cube.columns import TRUTHS, ColumnArray
 from tendon_cli.cube.cube import Cube, cube_of
 from tendon_cli.engine.results import AnyResult, Result, Run, folder_of, open_result
+from tendon_cli.engine.sweep_kind import DEFINING
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import open_file, output_errors, read_file, result_path, write_whole
 from tendon_cli.registry import load
@@ -25,6 +26,8 @@ from tendon_cli.reports.data import (
     MOST_DESIGNS,
     PageAxis,
     curves,
+    given_columns,
+    given_records,
     number_record,
     pack_classes,
     page_axes,
@@ -191,7 +194,10 @@ def sweep_page(run: Run) -> str:
     positions = {axis.axis.column: axis.positions for axis in axes}
     rows = cube.rows(list(positions), positions)
     names = _results(cube)
-    columns = cube.gather(rows, [*names, *TRUTHS, "slack_fraction", "min_elbow_stiffness"])
+    given = [
+        name for name in dict.fromkeys((*DEFINING, *given_columns(cube))) if name in cube.columns
+    ]
+    columns = cube.gather(rows, [*names, *given, *TRUTHS, "slack_fraction", "min_elbow_stiffness"])
     no_equilibrium = np.isnan(columns["min_elbow_stiffness"]) & (columns["slack_fraction"] > 0)
     records = (number_record(cube.shown(name), columns[name]) for name in names)
     maps, left_out = within_size([_outcomes(columns, no_equilibrium), *records])
@@ -199,6 +205,7 @@ def sweep_page(run: Run) -> str:
     table_columns: list[dict[str, Any]] = [{"axis": index} for index in range(len(axes))]
     table_columns += [{"quantity": index} for index in range(len(maps))]
     table_columns += truths_record({name: columns[name] for name in TRUTHS})
+    table_columns += given_records(cube, axes, {name: columns[name] for name in given})
     data = page_data(
         axes=[axis.record() for axis in axes],
         quantities=maps,

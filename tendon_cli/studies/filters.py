@@ -1,6 +1,13 @@
 """Filters such as "load_mass = 5 kg", of one strict grammar, for files, command line and Python.
 
-A filter is never evaluated as code.
+A filter is never evaluated as code. Whether a row meets one follows from the row and from the axes
+of its study, never from the other rows that are read. Commands, figures and Python compare with
+`Condition`, and the page of a result by the same rule in `reports/page/table.js`:
+
+- A number typed for an axis means the value of the axis that a study would read from this text, to
+  nine digits, or else the only value of the axis that rounds to it, in four digits or in as many as
+  are typed: 33.33 N is 33.333... N. Every other number stands for itself. Comparisons are exact.
+- A result is compared in single precision, in the unit in which people read it.
 """
 
 from __future__ import annotations
@@ -8,8 +15,10 @@ from __future__ import annotations
 import math
 import operator
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -17,19 +26,30 @@ import numpy.typing as npt
 
 from tendon_cli.errors import UsageError
 from tendon_cli.quantities import Quantity
-from tendon_cli.units import EXAMPLES, UnitError, parse_measure, shorten
+from tendon_cli.units import EXAMPLES, UnitError, factor_of, parse_measure, shorten
 
 Truth = npt.NDArray[np.bool_]
 """Array of truth values."""
 
 _FILTER = re.compile(r"\s*([A-Za-z_][\w.]*)\s*(<=|>=|!=|==|=|<|>|\bin\b)\s*(.+?)\s*")
+_LISTED = re.compile(r"""\s*("[^"]*"|'[^']*'|[^,]*?)\s*(?:,|$)""")
+"""Pattern of one value of a list, which has commas within quotes alone."""
 _LONGEST = 500
 """Length of the longest filter, characters."""
-_ORDER: dict[str, Callable[[Any, Any], Any]] = {"<": operator.lt, ">": operator.gt}
-_AS_PRINTED = 1e-3
-"""Relative tolerance of "=", so that a value with the four digits that a figure prints is found."""
+_RELATIONS: dict[str, Callable[[Any, Any], Any]] = {
+    "=": operator.eq,
+    "in": operator.eq,
+    "!=": operator.eq,
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+}
+"""Comparison of each relation with one value; "!=" holds where it does not."""
+_PRINTED_DIGITS = 4
+"""Fewest significant digits to which a value is rounded to be recognised: those of figures."""
 _ROUNDING = 1e-9
-"""Tolerance of rounding, relative to the largest value of a column."""
+"""Relative difference of a value of an axis and of a text that states it."""
 _TRUTHS = {"true": 1.0, "yes": 1.0, "1": 1.0, "false": 0.0, "no": 0.0, "0": 0.0}
 
 
@@ -47,13 +67,20 @@ class Filter:
     """Values with their units, as they are written."""
 
     def condition_on(
-        self, column: str, quantity: Quantity | None, *, is_truth: bool = False
+        self,
+        column: str,
+        quantity: Quantity | None,
+        axis_values: npt.NDArray[Any] | None = None,
+        *,
+        is_truth: bool = False,
     ) -> Condition:
         """Return the condition of the filter on a column.
 
         Args:
             column: Name of the column.
             quantity: Quantity of the column; None for one of words.
+            axis_values: Values that the axes of the study give the column, in SI or as words; None
+                if it is a result.
             is_truth: True for a column of truth values.
 
         Raises:
@@ -62,14 +89,22 @@ class Filter:
         if self.relation[0] in "<>" and (is_truth or quantity is None):
             problem = f"{column} holds words, which have no order"
             raise UsageError(problem, where="--where", hint="=, != or in")
-        wanted: list[Any]
         if is_truth:
-            wanted = [self._truth(column, _unquoted(value)) for value in self.values]
-        elif quantity is not None:
-            wanted = [self._number(value, quantity) for value in self.values]
-        else:
-            wanted = [_unquoted(value) for value in self.values]
-        return Condition(self.text, column, self.relation, tuple(wanted))
+            truths = tuple(self._truth(column, _unquoted(value)) for value in self.values)
+            return Condition(self.text, column, self.relation, truths)
+        if quantity is None:
+            words = tuple(_unquoted(value) for value in self.values)
+            if axis_values is not None:
+                _check_words(column, words, axis_values)
+            return Condition(self.text, column, self.relation, words)
+        if axis_values is None:
+            numbers = tuple(self._number(value, quantity)[0] for value in self.values)
+            unit = factor_of(quantity.shown_in)
+            return Condition(self.text, column, self.relation, numbers, unit)
+        meant = tuple(
+            _value_meant(*self._number(value, quantity), axis_values) for value in self.values
+        )
+        return Condition(self.text, column, self.relation, meant)
 
     def _truth(self, column: str, text: str) -> float:
         """Return the number of a truth value, 0 or 1."""
@@ -80,12 +115,12 @@ class Filter:
             raise UsageError(problem, where="--where", hint=hint)
         return wanted
 
-    def _number(self, text: str, quantity: Quantity) -> float:
-        """Return a number of the filter in SI."""
+    def _number(self, text: str, quantity: Quantity) -> tuple[float, float]:
+        """Return a number of the filter, and by how much a value that rounds to it differs, SI."""
         if quantity.dimension == "stiffness" and _unquoted(text) == "rigid":
-            return math.inf
+            return math.inf, 0.0
         try:
-            return parse_measure(text, quantity.dimension).si
+            measure = parse_measure(text, quantity.dimension)
         except UnitError as error:
             problem = f'"{shorten(self.text)}": {error.problem}'
             hint = error.hint
@@ -93,6 +128,7 @@ class Filter:
                 example = EXAMPLES.get(quantity.dimension, quantity.unit)
                 hint = f"such as {example}".replace('"', "")
             raise UsageError(problem, where="--where", hint=hint) from None
+        return measure.si, _half_digit(measure.text) * float(measure.unit.factor)
 
 
 @dataclass(frozen=True)
@@ -107,28 +143,31 @@ class Condition:
     """=, !=, <, <=, >, >= or in."""
     wanted: tuple[float, ...] | tuple[str, ...]
     """Values to compare with; numbers are in SI."""
+    unit: float | None = None
+    """Unit, SI, in which results are compared in single precision.
 
-    def holds(self, values: npt.NDArray[Any], *, of_axis: bool = False) -> Truth:
+    None for values that are compared exactly: those of axes, words and truths.
+    """
+
+    def holds(self, values: npt.NDArray[Any]) -> Truth:
         """Return True where the condition holds; it never holds for null.
 
         Args:
             values: Values of the column, any shape; numbers in SI.
-            of_axis: True for the values of an axis: "=" then selects only the nearest of those
-                within the tolerance.
         """
-        if self.relation in ("=", "in", "!="):
-            met = np.zeros(values.shape, dtype=np.bool_)
-            for wanted in self.wanted:
-                met |= _equals(values, wanted, of_axis=of_axis)
-            return ~met & _is_known(values) if self.relation == "!=" else met
-        bound = float(self.wanted[0])
-        magnitude = abs(bound) if math.isfinite(bound) else 0.0
-        tolerance = _ROUNDING * max(magnitude, _largest(values))
-        is_beyond = _ORDER[self.relation[0]](values, bound)
-        is_close = np.abs(values - bound) <= tolerance
-        if self.relation.endswith("="):
-            return np.asarray(is_beyond | is_close)
-        return np.asarray(is_beyond & ~is_close)
+        compare = _RELATIONS[self.relation]
+        compared = self._compared(values)
+        is_met = np.zeros(values.shape, dtype=np.bool_)
+        for wanted in self._compared(np.array(self.wanted, dtype=values.dtype)):
+            is_met |= np.asarray(compare(compared, wanted), dtype=np.bool_)
+        return ~is_met & _is_known(values) if self.relation == "!=" else is_met
+
+    def _compared(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Return values as they are compared."""
+        if self.unit is None:
+            return values
+        with np.errstate(over="ignore", under="ignore"):
+            return np.asarray(values / self.unit, dtype=np.float32)
 
 
 def read_filter(text: str) -> Filter:
@@ -141,13 +180,16 @@ def read_filter(text: str) -> Filter:
     ('3 kg', '5 kg')
     """
     match = _FILTER.fullmatch(text) if len(text) <= _LONGEST else None
-    if match is None:
+    relation = ""
+    values: list[str] = []
+    if match is not None:
+        relation = "=" if match[2] == "==" else match[2]
+        values = [match[3]]
+        if relation == "in":
+            values = [value for value in _LISTED.findall(match[3].strip("[]")) if value]
+    if match is None or not values:
         hint = 'such as "load_mass = 5 kg", "elbow_angle <= 60 deg" or "load_mass in 3 kg, 5 kg"'
         raise UsageError(f'"{shorten(text)}" is not a filter', where="--where", hint=hint)
-    relation = "=" if match[2] == "==" else match[2]
-    values = [match[3]]
-    if relation == "in":
-        values = [value.strip() for value in match[3].strip("[]").split(",")]
     return Filter(text.strip(), match[1], relation, tuple(values))
 
 
@@ -157,21 +199,45 @@ def _unquoted(word: str) -> str:
     return word[1:-1] if is_quoted else word
 
 
-def _equals(values: npt.NDArray[Any], wanted: float | str, *, of_axis: bool) -> Truth:
-    """Return True where a value is the wanted one, up to rounding and to printed digits."""
-    if isinstance(wanted, str) or math.isinf(wanted):
-        return np.asarray(values == wanted, dtype=np.bool_)
-    distance = np.abs(values - wanted)
-    is_close = distance <= _AS_PRINTED * abs(wanted) + _ROUNDING * _largest(values)
-    if of_axis and is_close.any():
-        return np.asarray(is_close & (distance == np.nanmin(distance)))
-    return np.asarray(is_close)
+def _check_words(column: str, words: Sequence[str], axis_values: npt.NDArray[Any]) -> None:
+    """Raise UsageError if a word is not on the axis of its column."""
+    known = list(dict.fromkeys(str(value) for value in axis_values))
+    for word in words:
+        if word not in known:
+            hint = f"values: {', '.join(known[:20])}"
+            raise UsageError(f'{column} is never "{shorten(word)}"', where="--where", hint=hint)
 
 
-def _largest(values: npt.NDArray[Any]) -> float:
-    """Return the largest magnitude of finite values; 0 if there is none."""
-    finite = values[np.isfinite(values)]
-    return float(np.abs(finite).max()) if len(finite) else 0.0
+def _half_digit(number: str) -> float:
+    """Return half of the last significant digit of a number as it is written, 0.005 of "33.33".
+
+    It is that of the fourth digit if fewer are written, and 0 of zero.
+    """
+    _, digits, exponent = Decimal(number).as_tuple()
+    if not any(digits) or not isinstance(exponent, int):
+        return 0.0
+    leading = exponent + len(digits)
+    last = min(exponent, leading - _PRINTED_DIGITS)
+    return float(Fraction(1, 2) * Fraction(10) ** last)
+
+
+def _value_meant(number: float, rounding: float, axis_values: npt.NDArray[Any]) -> float:
+    """Return the value of an axis that a number means, or the number if it means none.
+
+    Args:
+        number: Number of a filter.
+        rounding: Largest difference of a value that rounds to the number as it is typed.
+        axis_values: Values of the axis.
+    """
+    finite = axis_values[np.isfinite(axis_values)]
+    if not (math.isfinite(number) and finite.size):
+        return number
+    distance = np.abs(finite - number)
+    nearest = int(np.argmin(distance))
+    if distance[nearest] <= _ROUNDING * abs(number):
+        return float(finite[nearest])
+    rounded = np.unique(finite[distance <= rounding])
+    return float(rounded[0]) if len(rounded) == 1 else number
 
 
 def _is_known(values: npt.NDArray[Any]) -> Truth:

@@ -49,7 +49,7 @@ def cube(tmp_path_factory: pytest.TempPathFactory) -> Cube:
     ],
 )
 def test_what_is_left(cube: Cube, text: str, column: str, left: list[int]) -> None:
-    chosen = cube.choose(cube.table_columns.conditions([text]))
+    chosen = cube.choose(cube.conditions([text]))
     assert list(chosen[column]) == left
     unfiltered = {name: positions for name, positions in chosen.items() if name != column}
     for name, positions in unfiltered.items():
@@ -74,14 +74,14 @@ def test_what_is_left(cube: Cube, text: str, column: str, left: list[int]) -> No
 )
 def test_what_is_refused(cube: Cube, text: str, problem: str, hint: str) -> None:
     with pytest.raises(UsageError) as refused:
-        cube.choose(cube.table_columns.conditions([text]))
+        cube.choose(cube.conditions([text]))
     assert problem in refused.value.message
     assert hint in (refused.value.hint or "")
     assert len(refused.value.message) < 200
 
 
 def test_filters_add_up_and_if_nothing_is_left_the_values_are_listed(cube: Cube) -> None:
-    filters = cube.table_columns.conditions(["load_mass > 0 kg", "load_mass < 10 kg"])
+    filters = cube.conditions(["load_mass > 0 kg", "load_mass < 10 kg"])
     assert list(cube.choose(filters)["load_mass"]) == [1, 2]
     hints = {
         "load_mass = 4 kg": "values: 0 kg, 3 kg, 5 kg, 10 kg",
@@ -89,13 +89,11 @@ def test_filters_add_up_and_if_nothing_is_left_the_values_are_listed(cube: Cube)
     }
     for text, hint in hints.items():
         with pytest.raises(UsageError) as refused:
-            cube.choose(cube.table_columns.conditions([text]))
+            cube.choose(cube.conditions([text]))
         assert refused.value.hint == hint
 
 
 def test_a_filter_on_a_result_holds_by_its_values(cube: Cube) -> None:
-    at_least, unequal = cube.table_columns.conditions(
-        ["motor_torque >= 2 N m", "motor_torque != 2 N m"]
-    )
+    at_least, unequal = cube.conditions(["motor_torque >= 2 N m", "motor_torque != 2 N m"])
     assert list(at_least.holds(np.array([1.0, 2.0, 3.0, np.nan]))) == [False, True, True, False]
     assert list(unequal.holds(np.array([1.0, 2.0, np.nan]))) == [True, False, False]

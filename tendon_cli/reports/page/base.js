@@ -6,31 +6,44 @@ const page = JSON.parse(document.getElementById("data").textContent);
 // The quantity on the map, the axes across and up, a position on every axis, and rows marked.
 const view = { quantity: 0, x: 0, y: 1, at: page.axes.map(() => 0), brushed: null };
 
-const NO_VALUE = 65535; // a step that stands for no value
 const NARROW = 640; // width of a window, in pixels, below which figures are laid out for a phone
 const MOST_ROWS = 500; // largest number of rows of the table under a figure
 
 // --- Packed numbers ---
 
-// Returns packed numbers as a Float32Array, and keeps them: base64 of deflated little-endian
-// numbers, of which "u1" are classes, "f4" the numbers themselves, and "u2" steps from `low`.
+const NUMBERS = { f4: [Uint32Array, Float32Array], f8: [BigUint64Array, Float64Array] };
+
+// Returns packed numbers as an array, and keeps them: base64 of deflated little-endian numbers, of
+// which "u1" are classes, "f4" and "f8" numbers as `_encoded_steps` of `data.py` writes them.
 async function unpack(packed) {
   if (packed.values) {
     return packed.values;
   }
   const bytes = Uint8Array.from(atob(packed.data), (sign) => sign.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  const buffer = await new Response(stream).arrayBuffer();
-  if (packed.type === "u1") {
-    packed.values = Float32Array.from(new Uint8Array(buffer));
-  } else if (packed.type === "f4") {
-    packed.values = new Float32Array(buffer);
-  } else {
-    const numberOf = (step) => (step === NO_VALUE ? NaN : packed.low + packed.step * step);
-    packed.values = Float32Array.from(new Uint16Array(buffer), numberOf);
-  }
+  const content = new Uint8Array(await new Response(stream).arrayBuffer());
+  const isClasses = packed.type === "u1";
+  packed.values = isClasses ? Float32Array.from(content) : joinSteps(content, packed.type);
   packed.data = null;
   return packed.values;
+}
+
+// Returns numbers from the differences of their bits, all first bytes of which come first.
+function joinSteps(content, type) {
+  const [Bits, Numbers] = NUMBERS[type];
+  const size = Bits.BYTES_PER_ELEMENT;
+  const count = content.length / size;
+  const ordered = new Uint8Array(content.length);
+  for (let byte = 0; byte < size; byte += 1) {
+    for (let at = 0; at < count; at += 1) {
+      ordered[at * size + byte] = content[byte * count + at];
+    }
+  }
+  const bits = new Bits(ordered.buffer);
+  for (let at = 1; at < count; at += 1) {
+    bits[at] += bits[at - 1]; // beyond the largest whole number it goes on from 0
+  }
+  return new Numbers(ordered.buffer);
 }
 
 // --- Elements of the page ---
