@@ -35,20 +35,27 @@ class Displayed:
         """True if a notebook draws the result without being asked."""
         return True
 
-    def plot(self, *what: str, out: str | PathLike[str] | None = None, **how: Any) -> Any:
+    def plot(
+        self,
+        *what: str,
+        out: str | PathLike[str] | None = None,
+        overwrite: bool = False,
+        **how: Any,
+    ) -> Any:
         """Return the picture of the result, a matplotlib figure.
 
         Args:
             what: What to draw; `tendon.plot` lists the choices.
             out: File to which the picture is written as well.
+            overwrite: True to replace a file that tendon did not write.
             how: Options of `tendon.plot`.
 
         Raises:
-            UsageError: This cannot be drawn.
+            UsageError: This cannot be drawn, or tendon did not write the file.
         """
         if not self.drawn_by:
             raise UsageError("this result has no picture")
-        return load(self.drawn_by)(self, what, how).shown(out)
+        return load(self.drawn_by)(self, what, how).shown(out, overwrite=overwrite)
 
     def __repr__(self) -> str:
         return shortened(self.text)

@@ -208,7 +208,13 @@ def open(path: FileName) -> Result:  # noqa: A001 - as netCDF4, zarr and xarray 
     return open_result(result_path(path))
 
 
-def plot(result: Any, *what: str, out: str | PathLike[str] | None = None, **how: Any) -> Figure:
+def plot(
+    result: Any,
+    *what: str,
+    out: str | PathLike[str] | None = None,
+    overwrite: bool = False,
+    **how: Any,
+) -> Figure:
     """Draw a study, a state, a run, an answer or a fit as a matplotlib figure.
 
     The same as `result.plot(...)`.
@@ -218,11 +224,12 @@ def plot(result: Any, *what: str, out: str | PathLike[str] | None = None, **how:
         what: Columns of a run to draw; for an answer "tolerance_map", "window", "front" or
             "between".
         out: File to which the picture is written as well.
+        overwrite: True to replace a file that tendon did not write.
         how: For a run the keys of `[[figure]]`, such as `x`, `colour`, `where`, `unit`, `size`; for
             a study its `angles` in rad and a `case`.
 
     Raises:
-        UsageError: This cannot be drawn.
+        UsageError: This cannot be drawn, or tendon did not write the file.
 
     >>> import tendon_cli as tendon
     >>> run = tendon.sweep({"load": {"mass": [0, 5]}})
@@ -233,7 +240,7 @@ def plot(result: Any, *what: str, out: str | PathLike[str] | None = None, **how:
     if not isinstance(result, Displayed):
         hint = "a study, a state, a run, an answer or a fit has a picture"
         raise UsageError(f"{described(result)} cannot be drawn", hint=hint)
-    figure: Figure = result.plot(*what, out=out, **how)
+    figure: Figure = result.plot(*what, out=out, overwrite=overwrite, **how)
     return figure
 
 

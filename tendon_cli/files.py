@@ -8,9 +8,9 @@ import fcntl
 import os
 import re
 import stat
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, TypeAlias
 
 from tendon_cli.errors import FolderError, OutputError, UsageError
 from tendon_cli.units import described, shorten
@@ -139,20 +139,69 @@ def write_whole(path: Path, content: bytes, *, of_a_run: bool = False) -> None:
         _write(temporary, content)
 
 
-def check_ours(path: Path, mark: str, option: str) -> None:
-    """Refuse to write over a file without the mark that tendon writes into its own files.
+Recogniser: TypeAlias = Callable[[BinaryIO], bool]
+"""Function that returns True if tendon wrote the open file."""
+
+
+def begins_with(mark: str) -> Recogniser:
+    """Return a function that recognises files of tendon by the text at their beginning."""
+    beginning = mark.encode()
+    return lambda file: file.read(len(beginning)) == beginning
+
+
+def check_output(path: Path, is_ours: Recogniser, *, overwrite: bool = False) -> None:
+    """Refuse to replace a file that a user names and that tendon did not write.
+
+    Every file whose name the user chooses is written by way of `output_file`, which calls this.
+    Commands call it themselves before they begin a long computation.
 
     Args:
         path: File to be written.
-        mark: Text that files of tendon hold.
-        option: Option that names the file, for the message.
+        is_ours: Function that recognises a file of this kind that tendon wrote.
+        overwrite: True to replace whatever file stands there.
 
     Raises:
         UsageError: The file exists and tendon did not write it.
+        OutputError: It cannot be read, or is a folder, a pipe or a device.
     """
-    if os.path.lexists(path) and not holds_mark(path, mark):
-        problem = f"{path.name!r} already exists, and tendon did not write it"
-        raise UsageError(problem, where=option, hint="choose another name, or move it away")
+    if not os.path.lexists(path):
+        return
+    with output_errors(path):
+        leads_nowhere = not path.exists()  # a link whose target is gone
+        if not leads_nowhere:
+            _check_regular(path.stat(), path)
+        may_replace = overwrite or (not leads_nowhere and _is_recognised(path, is_ours))
+    if not may_replace:
+        raise UsageError(
+            "exists already, and tendon did not write it",
+            where=shorten(str(path), 1000),
+            hint="choose another name; --overwrite (in Python overwrite=True) replaces it",
+        )
+
+
+def _is_recognised(path: Path, is_ours: Recogniser) -> bool:
+    """Return True if a function recognises a file."""
+    with open_file(path) as file:
+        return is_ours(file)
+
+
+@contextlib.contextmanager
+def output_file(path: Path, is_ours: Recogniser, *, overwrite: bool = False) -> Iterator[Path]:
+    """Yield a temporary name as `whole_file` does, for a file whose name the user chose.
+
+    Takes and raises what `check_output` does.
+    """
+    check_output(path, is_ours, overwrite=overwrite)
+    with whole_file(path) as temporary:
+        yield temporary
+
+
+def write_output(
+    path: Path, content: bytes, is_ours: Recogniser, *, overwrite: bool = False
+) -> None:
+    """Write a small file whose name the user chose, as `output_file` does."""
+    with output_file(path, is_ours, overwrite=overwrite) as temporary, output_errors(path):
+        _write(temporary, content)
 
 
 def holds_mark(path: Path, mark: str) -> bool:

@@ -76,10 +76,11 @@ def fit_friction(
     strokes: StrokesOption = None,
     plot: FitFigureOption = None,
     out: FragmentOption = None,
+    overwrite: options.OverwriteFileOption = False,
     as_json: options.JsonOption = False,
 ) -> None:
     """Fit the friction coefficient, with its uncertainty, to the readings of two load cells."""
-    _check_outputs((*csv, route), plot, out, strokes)
+    _check_outputs((*csv, route), plot, out, strokes, overwrite=overwrite)
     fit = tendon.fit_friction(
         csv,
         bend_angle,
@@ -96,39 +97,50 @@ def fit_friction(
     if plot is not None:
         from tendon_cli.figures.friction import draw
 
-        draw(fit, plot)
+        draw(fit, plot, overwrite=overwrite)
     from tendon_cli import friction
 
     if out is not None:
-        friction.write_fragment(fit, out)
+        friction.write_fragment(fit, out, overwrite=overwrite)
     if strokes is not None:
-        friction.write_strokes(fit, strokes)
+        friction.write_strokes(fit, strokes, overwrite=overwrite)
     print_result(fit.record if as_json else fit.text)
 
 
 def _check_outputs(
-    inputs: tuple[Path | None, ...], plot: Path | None, out: Path | None, strokes: Path | None
+    inputs: tuple[Path | None, ...],
+    plot: Path | None,
+    out: Path | None,
+    strokes: Path | None,
+    *,
+    overwrite: bool,
 ) -> None:
     """Raise UsageError if an output would overwrite an input or a file of somebody else.
 
     Args:
         inputs: Readings and route.
-        plot: Figure to write; like the other outputs, it may replace only one that tendon wrote.
+        plot: Figure to write.
         out: File of the coefficient to write.
         strokes: Table of strokes to write.
+        overwrite: True to replace files that tendon did not write.
     """
-    from tendon_cli.files import check_ours
+    from tendon_cli.figures.marks import is_figure
+    from tendon_cli.files import check_output
+    from tendon_cli.friction.fit_report import is_fragment, is_strokes
 
-    outputs = [("--plot", plot), ("--out", out), ("--strokes", strokes)]
-    given = [(option, file) for option, file in outputs if file]
-    for (first, file), (second, other_file) in itertools.combinations(given, 2):
+    outputs = [
+        ("--plot", plot, is_figure),
+        ("--out", out, is_fragment),
+        ("--strokes", strokes, is_strokes),
+    ]
+    given = [(option, file, is_ours) for option, file, is_ours in outputs if file]
+    for (first, file, _), (second, other_file, _) in itertools.combinations(given, 2):
         if file.absolute() == other_file.absolute():
             raise UsageError(f"{first} and {second} name the same file", where=f"{first}, {second}")
-    for option, file in given:
+    for option, file, is_ours in given:
         for source in filter(None, inputs):
             with contextlib.suppress(OSError, ValueError):
                 if file.samefile(source):
                     problem = f"{source.name} is an input, and would be overwritten"
                     raise UsageError(problem, where=option, hint="choose another name")
-        mark = "`tendon fit-friction`" if option == "--out" else "tendon fit-friction"
-        check_ours(file, mark, option)
+        check_output(file, is_ours, overwrite=overwrite)

@@ -121,6 +121,9 @@ ResumeOption = Annotated[bool, typer.Option("--resume", help="finish what was in
 OverwriteOption = Annotated[
     bool, typer.Option("--overwrite", help="replace the results in the folder")
 ]
+OverwriteFileOption = Annotated[
+    bool, typer.Option("--overwrite", help="replace a file, even one that tendon did not write")
+]
 NoFiguresOption = Annotated[bool, typer.Option("--no-figures", help="draw nothing")]
 NoLockOption = Annotated[
     bool, typer.Option("--no-lock", help="do not lock the folder, for file systems without locks")

@@ -79,10 +79,13 @@ PageOption = Annotated[
 
 
 def report(
-    run: options.RunArgument, out: PageOption = None, as_json: options.JsonOption = False
+    run: options.RunArgument,
+    out: PageOption = None,
+    overwrite: options.OverwriteFileOption = False,
+    as_json: options.JsonOption = False,
 ) -> None:
     """Write one HTML page with everything that a run or an answer holds."""
-    written = str(tendon.report(run, out))
+    written = str(tendon.report(run, out, overwrite=overwrite))
     print_result({"report": written} if as_json else written)
 
 
@@ -157,6 +160,7 @@ def plot(
     format_: FormatOption = "png",
     size: SizeOption = "page",
     out: options.OutFileOption = None,
+    overwrite: options.OverwriteFileOption = False,
     as_json: options.JsonOption = False,
 ) -> None:
     """Draw figures of a run, of any table, of an answer, or of the arm of a study."""
@@ -169,7 +173,7 @@ def plot(
         from tendon_cli.figures.geometry import draw_geometry
 
         angles = [_angle(text) for text in angle or ()]
-        drawn = draw_geometry(source, tuple(settings or ()), angles, out, case)
+        drawn = draw_geometry(source, tuple(settings or ()), angles, out, case, overwrite=overwrite)
     elif between:
         from tendon_cli.answers.answer import Answer
         from tendon_cli.cube.cube import choices_of
@@ -185,7 +189,7 @@ def plot(
                 hint=hint,
             )
         choices = choices_of(answer.kept("choices"), answer.study)
-        drawn = [draw_between_samples(choices, answer.record, out)]
+        drawn = [draw_between_samples(choices, answer.record, out, overwrite=overwrite)]
     else:
         from tendon_cli.figures.draw import plot as draw
         from tendon_cli.figures.draw import table_of
@@ -201,7 +205,7 @@ def plot(
         }
         given = {name: value for name, value in options_of_figure.items() if value is not None}
         spec = figure_spec(**given, format=format_, size=size)
-        drawn = draw(table_of(source, spec, table), spec, out)
+        drawn = draw(table_of(source, spec, table), spec, out, overwrite=overwrite)
     written = [str(file) for file in drawn]
     print_result({"figures": written} if as_json else "\n".join(written))
 
@@ -293,6 +297,7 @@ def export(
     columns: options.ColumnsOption = None,
     locale: LocaleOption = "en",
     units: UnitsOption = "si",
+    overwrite: options.OverwriteFileOption = False,
     as_json: options.JsonOption = False,
 ) -> None:
     """Write a table as CSV, in SI units, for tools that cannot read Parquet."""
@@ -306,7 +311,7 @@ def export(
             raise UsageError(
                 f"{file.name} is an input, and would be overwritten", hint="choose another name"
             )
-    count = write_rows(rows, file, form)
+    count = write_rows(rows, file, form, overwrite=overwrite)
     record = {"file": str(file), "rows": count, "columns": rows.names}
     text = f"{file} written: {count:,} rows, {len(rows.names)} columns"
     print_result(record if as_json else text)

@@ -102,11 +102,14 @@ def state(
     draw: DrawOption = None,
     reversal: ReversalOption = False,
     plot: PlotOption = None,
+    overwrite: options.OverwriteFileOption = False,
     as_json: options.JsonOption = False,
 ) -> None:
     """Work out one state line by line, with the numbers of every equation, to check by hand."""
     loaded = tendon.load_study(study, settings or ())
-    page = tendon.state(loaded, case, person, draw, reversal=reversal, plot=plot)
+    page = tendon.state(
+        loaded, case, person, draw, reversal=reversal, plot=plot, overwrite=overwrite
+    )
     print_result(page.record if as_json else page.text)
     if not page.has_equilibrium:
         raise typer.Exit(EXIT_NEGATIVE)
@@ -117,6 +120,7 @@ PaperFolderOption = Annotated[Path, options.output_option("folder to write to", 
 
 def paper(
     out: PaperFolderOption = Path("results/paper"),
+    overwrite: options.OverwriteFileOption = False,
     jobs: options.JobsOption = None,
     quiet: options.QuietOption = False,
     as_json: options.JsonOption = False,
@@ -125,7 +129,7 @@ def paper(
     with stopped_by_signals(str(out)) as stop, progress("paper", quiet=quiet or as_json) as show:
         from tendon_cli.paper.reproduce import reproduce
 
-        done = reproduce(out, jobs=jobs, progress=show, stop=stop)
+        done = reproduce(out, jobs=jobs, progress=show, stop=stop, overwrite=overwrite)
     print_result(done.record() if as_json else done.text(), unless=quiet and not as_json)
     if not done.holds:
         raise typer.Exit(EXIT_NEGATIVE)

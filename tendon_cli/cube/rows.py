@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
 from tendon_cli.cube.columns import DERIVED, ColumnArray, TableColumns
-from tendon_cli.cube.cube import axis_values_of
+from tendon_cli.cube.cube import axis_values_of, study_of
 from tendon_cli.cube.source import table_in
-from tendon_cli.errors import UsageError
-from tendon_cli.files import output_errors, whole_file
-from tendon_cli.quantities import Quantity
+from tendon_cli.errors import InputError, UsageError
+from tendon_cli.files import output_errors, output_file
+from tendon_cli.quantities import (
+    OF_CYCLES,
+    OF_DESIGNS,
+    OF_STATES,
+    OF_TRAJECTORIES,
+    QUANTITIES,
+    Quantity,
+)
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.filters import Condition, read_filter
 from tendon_cli.tables.read import AnyTable
@@ -190,6 +199,18 @@ class CsvForm:
         return pc.replace_substring(texts, ".", ",") if self._has_comma else texts
 
 
+@cache
+def _headers_of_results() -> frozenset[str]:
+    """Return every header under which an export has a result, in each unit and without one."""
+    names = (*OF_STATES, *OF_DESIGNS, *OF_CYCLES, *OF_TRAJECTORIES)
+    forms = [CsvForm(units=units) for units in _UNITS]
+    return frozenset(form.header(name, QUANTITIES[name]) for name in names for form in forms)
+
+
+_LONGEST_LINE = 10**6
+"""Length up to which the first line of a file is read, bytes."""
+
+
 def _check_known(value: str, known: Sequence[str], option: str) -> None:
     """Raise UsageError if a value of an option is none of the known ones."""
     if value not in known:
@@ -265,11 +286,7 @@ def write_csv(
         _is_rigid(rows.table, name, quantity)
         for name, quantity in zip(rows.names, quantities, strict=True)
     ]
-    headers = [
-        f'"{form.header(name, quantity)}"'
-        for name, quantity in zip(rows.names, quantities, strict=True)
-    ]
-    file.write((form.separator.join(headers) + "\n").encode())
+    file.write(_first_line(rows, form))
     options = csv.WriteOptions(
         include_header=False, quoting_style="needed", delimiter=form.separator
     )
@@ -286,18 +303,78 @@ def write_csv(
     return count
 
 
-def export(rows: TableRows, path: Path, form: CsvForm | None = None) -> int:
+def _first_line(rows: TableRows, form: CsvForm) -> bytes:
+    """Return the first line of the CSV of rows: each column with its unit, in quotes."""
+    headers = [f'"{form.header(name, rows.table_columns.quantities[name])}"' for name in rows.names]
+    return (form.separator.join(headers) + "\n").encode()
+
+
+def _is_export(line: bytes, first_line: bytes) -> bool:
+    """Return True if tendon wrote a CSV file that begins with this line.
+
+    An export has all its columns in quotes and, unless it begins with just the line that is to be
+    written, a result that tendon alone works out, with its unit.
+    """
+    text = line.decode(errors="replace")
+    if line == first_line:
+        return True
+    if not (text.startswith('"') and text.endswith('"\n')):
+        return False
+    headers = re.split('"[,;]"', text[1:-2])
+    has_strange_sign = any('"' in header for header in headers)
+    return not has_strange_sign and not _headers_of_results().isdisjoint(headers)
+
+
+def _sums_of_sources(rows: TableRows) -> set[str]:
+    """Return the checksums of the files that the study of rows read; none for a CSV of people."""
+    try:
+        sources = study_of(rows.table).sources
+    except InputError:
+        return set()
+    return {source["sha256"] for source in sources.values()}
+
+
+def _checksum(file: BinaryIO) -> str:
+    """Return the SHA-256 of what is left of a file."""
+    digest = hashlib.sha256()
+    while block := file.read(1 << 20):
+        digest.update(block)
+    return digest.hexdigest()
+
+
+def export(
+    rows: TableRows, path: Path, form: CsvForm | None = None, *, overwrite: bool = False
+) -> int:
     """Write rows to a CSV file, the whole file or none; return their number.
 
+    Args:
+        rows: The rows.
+        path: The file.
+        form: Form of the numbers; None for SI with decimal points.
+        overwrite: True to replace a file that tendon did not write, or that the study reads.
+
     Raises:
-        UsageError: The name does not end with .csv.
+        UsageError: The name does not end with .csv, or tendon did not write the file.
         OutputError: The file could not be written.
     """
     if path.suffix.lower() != ".csv":
         raise UsageError(
             f'"{shorten(path.name)}" is not the name of a CSV file', hint="end it with .csv"
         )
-    with whole_file(path) as temporary, output_errors(path), temporary.open("xb") as file:
+    first_line = _first_line(rows, form or CsvForm())
+    sums = _sums_of_sources(rows)
+
+    def is_ours(file: BinaryIO) -> bool:
+        if not _is_export(file.readline(_LONGEST_LINE), first_line):
+            return False
+        file.seek(0)
+        return not sums or _checksum(file) not in sums
+
+    with (
+        output_file(path, is_ours, overwrite=overwrite) as temporary,
+        output_errors(path),
+        temporary.open("xb") as file,
+    ):
         count = write_csv(rows, file, form=form)
         file.flush()
         os.fsync(file.fileno())

@@ -99,16 +99,19 @@ def answer_figure(name: str, cube: Cube, record: Mapping[str, Any]) -> Page | No
     return None if page is None else page.of_joint(record)
 
 
-def draw_between_samples(choices: Cube, record: Mapping[str, Any], out: Path | None) -> Path:
+def draw_between_samples(
+    choices: Cube, record: Mapping[str, Any], out: Path | None, *, overwrite: bool = False
+) -> Path:
     """Draw the window over the angle for an answer.
 
     Args:
         choices: Choices of the answer.
         record: Record of the answer.
         out: The file; by default a PNG in the working directory, named after the study.
+        overwrite: True to replace a file that tendon did not write.
 
     Raises:
-        UsageError: The answer has no window over the angle.
+        UsageError: The answer has no window over the angle, or tendon did not write the file.
     """
     page = answer_figure("between", choices, record)
     if page is None:
@@ -116,7 +119,7 @@ def draw_between_samples(choices: Cube, record: Mapping[str, Any], out: Path | N
         raise UsageError(
             "the answer has no limits over the angle to draw", where="--between", hint=hint
         )
-    return page.save(out or Path(f"{record['name']}-between.png"))
+    return page.save(out or Path(f"{record['name']}-between.png"), overwrite=overwrite)
 
 
 def named_first(record: AnswerRecord) -> ChoiceRecord | None:

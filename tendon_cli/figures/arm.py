@@ -12,7 +12,7 @@ from tendon_cli import say
 from tendon_cli.cube.labels import number
 from tendon_cli.figures.arm_shape import ArmShape, ArmSizes, Points, arm_sizes
 from tendon_cli.figures.backend import Arc, Axes, Circle, FancyArrowPatch, Line2D, Patch
-from tendon_cli.figures.frame import Page, framed
+from tendon_cli.figures.frame import Page, framed, source_of_study
 from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, house_style
 from tendon_cli.quantities import SIDES
@@ -79,7 +79,7 @@ def arm_page(study: Study, elbow_angles: Sequence[float] = (), case: str | None 
         Line2D([], [], label="load", **_LOAD),
     ]
     with house_style():
-        page = framed(title, 165.0, key, (_MEANING, *remarks), study=_source(study))
+        page = framed(title, 165.0, key, (_MEANING, *remarks), study=source_of_study(study))
         grid = page.figure.add_gridspec(2, 1, height_ratios=(1.75, 1.0))
         upper = grid[0].subgridspec(1, 2, width_ratios=(2.4, 1.0))
         lower = grid[1].subgridspec(1, len(angles))
@@ -93,11 +93,6 @@ def arm_page(study: Study, elbow_angles: Sequence[float] = (), case: str | None 
             # All postures are drawn to one scale.
             _set_limits(axes, *shapes, margin=1.3 * float(sizes.anchors.elbow_radius))
     return page
-
-
-def _source(study: Study) -> str:
-    """Return name and hash of a study for the metadata of a figure."""
-    return f"tendon study {study.name} {study.hash}"
 
 
 def _travels_page(study: Study, angles: Sequence[float]) -> Page:
@@ -121,7 +116,7 @@ def _travels_page(study: Study, angles: Sequence[float]) -> Page:
         Patch(facecolor=_MOTION, label="motion of the study"),
     ]
     with house_style():
-        page = framed(study.title or study.name, 76.0, key, notes, study=_source(study))
+        page = framed(study.title or study.name, 76.0, key, notes, study=source_of_study(study))
         travel, arm = page.figure.subplots(1, 2)
         degrees = np.degrees(span)
         for side, colour in colours.items():

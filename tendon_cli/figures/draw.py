@@ -30,7 +30,11 @@ Finish = Callable[[FigureSpec, "Figure"], None]
 
 
 def plot(
-    source: Path | AnyTable, spec: FigureSpec | None = None, out: Path | None = None
+    source: Path | AnyTable,
+    spec: FigureSpec | None = None,
+    out: Path | None = None,
+    *,
+    overwrite: bool = False,
 ) -> list[Path]:
     """Draw a figure of a table.
 
@@ -39,19 +43,20 @@ def plot(
             quantities of the figure.
         spec: The figure; by default the usual one of the table.
         out: A file, whose ending gives the format, or a folder; by default the working directory.
+        overwrite: True to replace files that tendon did not write.
 
     Returns:
         The files, page by page. Further pages have -2, -3 before the ending.
 
     Raises:
-        UsageError: The figure does not fit the table.
+        UsageError: The figure does not fit the table, or tendon did not write a file.
         InputError: The table is of another kind.
         OutputError: A file cannot be written.
     """
     spec = spec or FigureSpec()
     cube = cube_of(table_of(source, spec) if isinstance(source, Path) else source)
     targets = _targets(cube, spec, out)
-    return _save_pages(_pages(cube, spec), targets)
+    return _save_pages(_pages(cube, spec), targets, overwrite=overwrite)
 
 
 def pages_of(
@@ -175,6 +180,8 @@ def draw_declared(
     finish: Finish | None = None,
     study: Study | None = None,
     records: Mapping[str, Any] | None = None,
+    *,
+    overwrite: bool = False,
 ) -> list[Path]:
     """Draw a figure that a study declares from the tables of a run, in each of its formats.
 
@@ -186,18 +193,24 @@ def draw_declared(
         study: Study of the run, if the caller has it already.
         records: Records in the folder by the names of their files, if the caller has them already.
 
+        overwrite: True to replace files that tendon did not write.
+
     Returns:
         The files.
 
     Raises:
-        UsageError: The figure does not fit the tables.
+        UsageError: The figure does not fit the tables, or tendon did not write a file.
         InputError: A table is damaged or missing.
         OutputError: A file cannot be written.
     """
     table = table_of(run, spec, spec.table, study, records)
     pages = pages_of(table, spec, finish, study)
-    targets = [(out or run) / f"{spec.name}.{kind}" for kind in dict.fromkeys(spec.format)]
-    return _save_pages(pages, targets)
+    return _save_pages(pages, declared_files(spec, out or run), overwrite=overwrite)
+
+
+def declared_files(spec: FigureSpec, folder: Path) -> list[Path]:
+    """Return the files of the first page of a declared figure, one for each format."""
+    return [folder / f"{spec.name}.{kind}" for kind in dict.fromkeys(spec.format)]
 
 
 def table_of(
@@ -271,14 +284,16 @@ def _slack_maps(
     return _save_pages(_pages(cube, FigureSpec()), [folder / "slack_map.png"])
 
 
-def _save_pages(pages: list[Page], targets: list[Path]) -> list[Path]:
+def _save_pages(pages: list[Page], targets: list[Path], *, overwrite: bool = False) -> list[Path]:
     """Write pages to each target, with a number in the name from the second page on."""
+    from tendon_cli.figures.frame import save_pages
+
     files = []
     for number, page in enumerate(pages, 1):
         for target in targets:
             path = target if number == 1 else target.with_stem(f"{target.stem}-{number}")
-            files.append(page.save(path))
-    return files
+            files.append((page, path))
+    return save_pages(files, overwrite=overwrite)
 
 
 def _targets(cube: Cube, spec: FigureSpec, out: Path | None) -> list[Path]:

@@ -28,8 +28,10 @@ from tendon_cli.figures.backend import (
     Text,
     ticker,
 )
+from tendon_cli.figures.marks import is_figure
 from tendon_cli.figures.style import MM, PAGE_WIDTH, format_of, render
-from tendon_cli.files import result_path, write_whole
+from tendon_cli.files import check_output, result_path, write_output
+from tendon_cli.studies.study import Study
 
 _TITLE_LINE = 4.0
 """Height of a line of the title, mm."""
@@ -88,38 +90,61 @@ class Page:
                     text.set_text(say.name_joint(text.get_text(), word))
         return replace(self, says=say.name_joint(self.says, word))
 
-    def save(self, path: Path) -> Path:
+    def save(self, path: Path, *, overwrite: bool = False) -> Path:
         """Write the file whole or not at all, in the format of its ending.
+
+        Args:
+            path: The file.
+            overwrite: True to replace a file that tendon did not write.
 
         Raises:
             OutputError: The file cannot be written.
-            UsageError: The ending is not that of a figure.
+            UsageError: The ending is not that of a figure, or tendon did not write the file.
         """
+        kind = format_of(path, "--out")
+        check_output(path, is_figure, overwrite=overwrite)
         about = {"title": self.title, "says": self.says, "study": self.study}
-        write_whole(path, render(self.figure, format_of(path, "--out"), about))
+        content = render(self.figure, kind, about)
+        write_output(path, content, is_figure, overwrite=overwrite)
         return path
 
     def png(self) -> bytes:
         """Return the page as a PNG."""
         return render(self.figure, "png")
 
-    def shown(self, out: str | PathLike[str] | None = None) -> Figure:
+    def shown(self, out: str | PathLike[str] | None = None, *, overwrite: bool = False) -> Figure:
         """Return the figure, which a notebook shows as a PNG; write it to a file as well.
 
         Args:
             out: The file; None for none.
+            overwrite: True to replace a file that tendon did not write.
 
         Raises the errors of `save`.
         """
         if out is not None:
-            self.save(result_path(out))
+            self.save(result_path(out), overwrite=overwrite)
         self.figure._repr_png_ = self.png  # type: ignore[attr-defined]
         return self.figure
 
 
+def save_pages(pages: Sequence[tuple[Page, Path]], *, overwrite: bool = False) -> list[Path]:
+    """Write pages to their files, or none of them if a file is not tendon's.
+
+    Raises the errors of `Page.save`.
+    """
+    for _, path in pages:
+        check_output(path, is_figure, overwrite=overwrite)
+    return [page.save(path, overwrite=overwrite) for page, path in pages]
+
+
 def source_of(record: Mapping[str, Any]) -> str:
-    """Return name and hash of the study of a record, for a figure's file."""
+    """Return name and hash of the study of a record, by which `is_figure` knows a figure."""
     return f"tendon study {record['name']} {record['study_hash']}"
+
+
+def source_of_study(study: Study) -> str:
+    """Return name and hash of a study, for a figure's file."""
+    return f"tendon study {study.name} {study.hash}"
 
 
 def framed(

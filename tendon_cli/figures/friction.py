@@ -26,7 +26,7 @@ _LINE = "#1a1a1a"
 _HEIGHT = 205.0
 """Height of the panels, mm."""
 MARK = "tendon fit-friction"
-"""Mark in the metadata of a figure; a file without it is not overwritten."""
+"""Mark in the metadata of a figure, which `is_figure` of `marks.py` looks for."""
 _MOST_POINTS = 20_000
 """Readings of a log are thinned out to about this number."""
 _STROKE_POINTS = 60
@@ -37,17 +37,18 @@ _DIRECTIONS = ((1, _PULLED, "o", "toward motor"), (-1, _DRAGGED, "s", "toward lo
 """Sign, colour, marker and name of each direction of slip."""
 
 
-def draw(fit: Any, path: Path) -> None:
+def draw(fit: Any, path: Path, *, overwrite: bool = False) -> None:
     """Write the figure of a fit as PNG, SVG or PDF, by the file's ending.
 
-    The same fit (a `friction.Fit`) gives the same bytes.
+    The same fit (a `friction.Fit`) gives the same bytes. A file that tendon did not write is
+    replaced only if `overwrite` is true.
 
     Raises:
-        UsageError: The ending is not that of a figure.
+        UsageError: The ending is not that of a figure, or tendon did not write the file.
         OutputError: The file cannot be written.
     """
     format_of(path, "--plot")
-    fit_page(fit).save(path)
+    fit_page(fit).save(path, overwrite=overwrite)
 
 
 def fit_page(fit: Any) -> Page:

@@ -18,7 +18,7 @@ from tendon_cli.cube.labels import number
 from tendon_cli.errors import InputError
 from tendon_cli.figures.arm import arm_page
 from tendon_cli.figures.backend import Axes, mpl
-from tendon_cli.figures.frame import Page, framed
+from tendon_cli.figures.frame import Page, framed, save_pages, source_of_study
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, SEQUENTIAL, house_style
 from tendon_cli.quantities import SIDES
 from tendon_cli.studies.load import load_study
@@ -192,6 +192,8 @@ def draw_geometry(
     angles: Sequence[float] = (),
     out: Path | None = None,
     case: str | None = None,
+    *,
+    overwrite: bool = False,
 ) -> list[Path]:
     """Draw the arm of a study file, and the routes of its sheaths, each into a file.
 
@@ -204,6 +206,7 @@ def draw_geometry(
         angles: Elbow angles, rad; by default some of the study's.
         out: File of the arm; by default in the working directory.
         case: Name of one of the study's cases, whose arm and sheaths are drawn.
+        overwrite: True to replace files that tendon did not write.
 
     Returns:
         The files.
@@ -211,15 +214,16 @@ def draw_geometry(
     Raises:
         StudyError: The study has faults.
         InputError: A file is damaged or missing.
-        UsageError: The study does not have this case, or the ending is not that of a figure.
+        UsageError: The study does not have this case, the ending is not that of a figure, or
+            tendon did not write a file.
         OutputError: A file cannot be written.
     """
     study = load_study(file, settings)
     target = out or Path(f"{study.name}-arm.png")
-    drawn = [arm_page(study, angles, case).save(target)]
+    pages = [(arm_page(study, angles, case), target)]
     for name, page in _routes(study, file, settings, case):
-        drawn.append(page.save(target.with_stem(f"{target.stem}-{name}")))
-    return drawn
+        pages.append((page, target.with_stem(f"{target.stem}-{name}")))
+    return save_pages(pages, overwrite=overwrite)
 
 
 def _routes(
@@ -244,7 +248,7 @@ def _routes(
         notes = (total, *source.get("warnings", ()))
         sheath = f"{side} sheath" if side else "sheath"
         title = f"Route of the {sheath}: {source['file']}"
-        about = f"tendon study {study.name} {study.hash}"
+        about = source_of_study(study)
         page = route_page(points, smooth(points, noise), title, notes, about)
         yield f"route-{side}" if side else "route", page
 

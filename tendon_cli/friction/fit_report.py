@@ -6,18 +6,22 @@ import json
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.files import write_whole
+from tendon_cli.files import begins_with, write_output
 from tendon_cli.friction.fit_result import Fit
 from tendon_cli.version import __version__
 
 _STROKES_MARK = "# strokes of a log, by tendon fit-friction"
 _MARK = "# A friction coefficient fitted by `tendon fit-friction`."
-"""Beginning of a fragment; a file without it is never overwritten."""
+"""Beginning of a fragment."""
 _HEADER = f"""\
 {_MARK} To use it in a study:
 #     [sheath]
 #     friction_from = "friction.toml"
 """
+is_fragment = begins_with(_MARK)
+"""Function that recognises a fragment."""
+is_strokes = begins_with(_STROKES_MARK)
+"""Function that recognises a table of strokes."""
 _OF_THE_RIG = "# The bend angle is that of the rig, not of the study's sheath.\n"
 _OF_ONE_SHEATH = (
     '#     bend_angle = "..."      # not known here: give that of this sheath'
@@ -25,12 +29,14 @@ _OF_ONE_SHEATH = (
 )
 
 
-def write_fragment(fit: Fit, path: Path) -> None:
+def write_fragment(fit: Fit, path: Path, *, overwrite: bool = False) -> None:
     """Write the coefficient (or μφ) for a study, with its uncertainty and its source.
 
-    The file is written whole or not at all.
+    The file is written whole or not at all. One that tendon did not write is replaced only if
+    `overwrite` is true.
 
     Raises:
+        UsageError: if tendon did not write the file.
         OutputError: if it cannot be written.
     """
     values: dict[str, Any] = {}
@@ -54,7 +60,8 @@ def write_fragment(fit: Fit, path: Path) -> None:
     }
     lines = [f"{key} = {_toml(value)}" for key, value in values.items() if value not in {None, ""}]
     header = _HEADER + (_OF_ONE_SHEATH if fit.friction is None else _OF_THE_RIG)
-    write_whole(path, "\n".join([header, "[friction]", *lines, ""]).encode())
+    content = "\n".join([header, "[friction]", *lines, ""]).encode()
+    write_output(path, content, is_fragment, overwrite=overwrite)
 
 
 def _toml(value: Any) -> str:
@@ -70,10 +77,14 @@ def _toml(value: Any) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-def write_strokes(fit: Fit, path: Path) -> None:
+def write_strokes(fit: Fit, path: Path, *, overwrite: bool = False) -> None:
     """Write the table of strokes as CSV.
 
+    A file that tendon did not write is replaced only if `overwrite` is true.
+
     Raises:
+        UsageError: if tendon did not write the file.
         OutputError: if the file cannot be written.
     """
-    write_whole(path, f"{_STROKES_MARK}\n{fit.stroke_table.to_csv(index=False)}".encode())
+    content = f"{_STROKES_MARK}\n{fit.stroke_table.to_csv(index=False)}".encode()
+    write_output(path, content, is_strokes, overwrite=overwrite)

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import numpy.typing as npt
@@ -18,8 +18,13 @@ from tendon_cli.cube.columns import TRUTHS, ColumnArray
 from tendon_cli.cube.cube import Cube, cube_of
 from tendon_cli.engine.results import AnyResult, Result, Run, folder_of, open_result
 from tendon_cli.engine.sweep_kind import DEFINING
-from tendon_cli.errors import InputError, UsageError
-from tendon_cli.files import open_file, output_errors, read_file, result_path, write_whole
+from tendon_cli.errors import InputError
+from tendon_cli.files import (
+    check_output,
+    read_file,
+    result_path,
+    write_output,
+)
 from tendon_cli.registry import load
 from tendon_cli.reports import html
 from tendon_cli.reports.data import (
@@ -84,7 +89,9 @@ _SLOWLY = (
 )
 
 
-def write_report(result: AnyResult, out: str | PathLike[str] | None = None) -> Path:
+def write_report(
+    result: AnyResult, out: str | PathLike[str] | None = None, *, overwrite: bool = False
+) -> Path:
     """Write one HTML page with everything that a run, an answer or the reproduced paper holds.
 
     The page needs no network and no other file.
@@ -92,13 +99,14 @@ def write_report(result: AnyResult, out: str | PathLike[str] | None = None) -> P
     Args:
         result: A run, an answer, or the folder of one or of the paper.
         out: File to write; by default `report.html` in the folder of the result.
+        overwrite: True to replace a file that tendon did not write.
 
     Returns:
         Path of the page.
 
     Raises:
         InputError: The folder holds no such result, or a damaged one.
-        UsageError: The file to write is something other than a page of tendon.
+        UsageError: The file exists and is not a page that tendon wrote.
         OutputError: The page cannot be written.
 
     >>> import tendon_cli as tendon
@@ -107,12 +115,9 @@ def write_report(result: AnyResult, out: str | PathLike[str] | None = None) -> P
     """
     folder = folder_of(result)
     target = folder / NAME if out is None else result_path(out)
-    if not _may_write(target):
-        raise UsageError(
-            "is not a page of tendon, and is left as it is", where=str(target), hint="another --out"
-        )
+    check_output(target, _is_page, overwrite=overwrite)
     page = _page(folder)
-    write_whole(target, page.encode())
+    write_output(target, page.encode(), _is_page, overwrite=overwrite)
     return target
 
 
@@ -136,13 +141,9 @@ def _plain_page(result: Result) -> str:
     return html.result_page(record, result.kind.noun, section, {}, record["study"], page_data())
 
 
-def _may_write(target: Path) -> bool:
-    """Return True if there is no such file, or if it is a page that tendon wrote."""
-    with output_errors(target):
-        if not target.exists():
-            return True
-        with open_file(target) as file:
-            return MARK.encode() in file.read(4096)
+def _is_page(file: BinaryIO) -> bool:
+    """Return True if a file is a page that tendon wrote."""
+    return MARK.encode() in file.read(4096)
 
 
 def _paper_page(folder: Path) -> str:

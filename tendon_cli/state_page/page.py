@@ -88,6 +88,7 @@ def state_page(
     *,
     reversal: bool = False,
     plot: str | PathLike[str] | None = None,
+    overwrite: bool = False,
 ) -> StatePage:
     """Work out the first state of a study's first design, line by line.
 
@@ -102,9 +103,11 @@ def state_page(
             nominal.
         reversal: True to add what happens if the motion turns back at this state.
         plot: File of a figure of the motor, and of the turn if `reversal` is true.
+        overwrite: True to replace a file that tendon did not write.
 
     Raises:
-        UsageError: The study does not have this case, person or draw, or there is nothing to plot.
+        UsageError: The study does not have this case, person or draw, there is nothing to plot, or
+            tendon did not write the file.
 
     >>> import tendon_cli as tendon
     >>> page = tendon.state(tendon.study({"motion": {"elbow_angle": "75 deg"}}))
@@ -139,7 +142,7 @@ def state_page(
     if target is not None:
         from tendon_cli.state_page.plot import draw_motor  # imports matplotlib
 
-        draw_motor(target, state, plan, turns=reversal)
+        draw_motor(target, state, plan, turns=reversal, overwrite=overwrite)
     columns = {name: _null_if_nan(scalar(values)) for name, values in state.columns().items()}
     load = scalar(state.design.load_mass)
     where = f"{plan.directions[0]} at {np.degrees(angle):.6g} deg, load {load:.6g} kg"

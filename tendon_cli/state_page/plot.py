@@ -17,7 +17,7 @@ import numpy.typing as npt
 from tendon_cli.engine.plan import Plan
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import Axes, Line2D
-from tendon_cli.figures.frame import framed
+from tendon_cli.figures.frame import framed, source_of_study
 from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, format_of, house_style
 from tendon_cli.model.actuator import State, evaluate
@@ -51,7 +51,9 @@ class Stroke:
     motor_torque: Array
 
 
-def draw_motor(path: Path, state: State, plan: Plan, *, turns: bool) -> Path:
+def draw_motor(
+    path: Path, state: State, plan: Plan, *, turns: bool, overwrite: bool = False
+) -> Path:
     """Draw the motor of a state's design into a file.
 
     Args:
@@ -59,10 +61,12 @@ def draw_motor(path: Path, state: State, plan: Plan, *, turns: bool) -> Path:
         state: The state.
         plan: The plan of the study. Both strokes are drawn if the study has a speed.
         turns: True to draw the torque while the spool turns back at that state.
+        overwrite: True to replace a file that tendon did not write.
 
     Raises:
         OutputError: The file cannot be written.
-        UsageError: There is nothing to draw, or the ending is not that of a figure.
+        UsageError: There is nothing to draw, the ending is not that of a figure, or tendon did not
+            write the file.
     """
     speed = plan.study.motion.speed
     design = state.design
@@ -91,7 +95,8 @@ def draw_motor(path: Path, state: State, plan: Plan, *, turns: bool) -> Path:
             for direction, style in _DIRECTIONS.items()
             if direction in strokes
         ]
-        page = framed(title, 74.0, key, _notes(design, plan, turns=turns))
+        notes = _notes(design, plan, turns=turns)
+        page = framed(title, 74.0, key, notes, study=source_of_study(plan.study))
         count = 2 * bool(strokes) + turns
         panels = page.figure.subplots(1, count, squeeze=False)[0]
         if strokes:
@@ -105,7 +110,7 @@ def draw_motor(path: Path, state: State, plan: Plan, *, turns: bool) -> Path:
         for axes in panels:
             axes.yaxis.set_major_formatter(plain_numbers())
             axes.set_ylabel("motor torque $\\tau_m$ (N m)")
-    return page.of_joint(plan.study).save(path)
+    return page.of_joint(plan.study).save(path, overwrite=overwrite)
 
 
 def stroke_of(design: Design, plan: Plan, direction: str, speed: float) -> Stroke:

@@ -146,7 +146,7 @@ def test_what_is_no_run_or_a_damaged_one_is_refused(answered, tmp_path):
 def test_a_file_of_somebody_else_is_left_as_it_is(swept, tmp_path):
     strange = tmp_path / "page.html"
     strange.write_text("<html>mine</html>")
-    with pytest.raises(UsageError, match="not a page of tendon"):
+    with pytest.raises(UsageError, match="tendon did not write it"):
         write_report(swept, strange)
     assert strange.read_text() == "<html>mine</html>"
     assert write_report(swept, tmp_path / "new.html").stat().st_size > 0
