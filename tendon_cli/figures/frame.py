@@ -28,7 +28,7 @@ from tendon_cli.figures.backend import (
     Text,
     ticker,
 )
-from tendon_cli.figures.style import MM, PAGE_WIDTH, format_of, render
+from tendon_cli.figures.style import MM, PAGE_WIDTH, format_of, preview, render
 from tendon_cli.files import result_path, write_whole
 
 _TITLE_LINE = 4.0
@@ -100,8 +100,8 @@ class Page:
         return path
 
     def png(self) -> bytes:
-        """Return the page as a PNG."""
-        return render(self.figure, "png")
+        """Return the page as a small PNG, for a notebook."""
+        return preview(self.figure)
 
     def shown(self, out: str | PathLike[str] | None = None) -> Figure:
         """Return the figure, which a notebook shows as a PNG; write it to a file as well.
