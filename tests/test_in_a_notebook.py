@@ -148,6 +148,7 @@ def test_every_result_has_a_short_repr_a_text_a_record_and_a_picture(results, na
     encoded = re.search(r"data:image/png;base64,([^\"]+)", page)
     assert base64.b64decode(encoded[1])[:4] == b"\x89PNG"
     assert page.count("<pre ") == 1
+    assert len(page) < 70_000
 
 
 def test_a_run_and_an_answer_are_opened_and_drawn_from_their_folders(workplace):

@@ -164,11 +164,11 @@ def _draw_line(axes: Axes, data: CurveData, cell: Cell, colour: int, dash: int) 
     axes.plot(x, y, **style, gid="curve", label=label or "_line", rasterized=is_crowd)
     if unstable.any() and data.is_line:
         axes.plot(*_stretches(x, y, unstable), **_UNSTABLE, gid="unstable")
-    for limit, is_broken in enumerate(data.broken[:, *place[1:]]):
-        marked = is_broken[order]
+    for limit, name in enumerate(data.limits):
+        marked = data.broken[limit, *place[1:]][order]
         if marked.any():
             points = _stretches(x, y, marked) if data.is_line else (x[marked], y[marked])
-            axes.plot(*points, **_limit_style(data, limit), gid=data.limits[limit])
+            axes.plot(*points, **_limit_style(data, limit), gid=name)
     if data.has_kinks and data.is_line and data.x:
         # A kink is drawn half way between the last taut state and the first slack one.
         change = any_slack[:-1] != any_slack[1:]

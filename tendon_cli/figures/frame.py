@@ -29,7 +29,7 @@ from tendon_cli.figures.backend import (
     ticker,
 )
 from tendon_cli.figures.marks import is_figure
-from tendon_cli.figures.style import MM, PAGE_WIDTH, format_of, render
+from tendon_cli.figures.style import MM, PAGE_WIDTH, format_of, preview, render
 from tendon_cli.files import check_output, result_path, write_output
 from tendon_cli.studies.study import Study
 
@@ -109,8 +109,8 @@ class Page:
         return path
 
     def png(self) -> bytes:
-        """Return the page as a PNG."""
-        return render(self.figure, "png")
+        """Return the page as a small PNG, for a notebook."""
+        return preview(self.figure)
 
     def shown(self, out: str | PathLike[str] | None = None, *, overwrite: bool = False) -> Figure:
         """Return the figure, which a notebook shows as a PNG; write it to a file as well.

@@ -18,6 +18,8 @@ import numpy as np
 from tendon_cli.model.design import Side
 from tendon_cli.model.kinematics import Array, Flag, Real
 
+_LEAST_EXPONENT = 1e-100
+"""Magnitude of z below which (e^z - 1)/z is 1 + z/2: complex numbers so small cannot be divided."""
 _SERIES_BELOW = 0.3
 """Magnitude of the exponent below which the slope of the elongation is summed as a series."""
 _TERMS = 14
@@ -50,8 +52,10 @@ def relative_elongation(exponent: Any) -> Any:
     if hasattr(exponent, "elongation"):  # a series, in proofs
         return exponent.elongation()
     z = np.asarray(exponent)
+    is_limit = np.abs(z) < _LEAST_EXPONENT
     with np.errstate(invalid="ignore"):
-        return np.where(z == 0.0, 1.0, np.expm1(z) / z)
+        divisor = np.where(is_limit, 1.0, z)
+        return np.where(is_limit, 1.0 + z / 2.0, np.expm1(divisor) / divisor)
 
 
 def tendon_compliance(

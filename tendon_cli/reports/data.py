@@ -103,6 +103,26 @@ def page_axes(cube: Cube) -> list[PageAxis]:
     ]
 
 
+def middle_of(axes: Sequence[PageAxis], is_good: npt.NDArray[np.bool_]) -> list[int]:
+    """Return the page's position at which its map opens: the good row nearest the middle.
+
+    If no row is good, it is the middle.
+
+    Args:
+        axes: The axes of the page.
+        is_good: True for good rows, in the product of the axes.
+    """
+    if not axes:
+        return []
+    lengths = np.array([len(axis.positions) for axis in axes])
+    middle = (lengths - 1) // 2
+    places = np.argwhere(is_good.reshape(lengths))  # (good rows, axes)
+    if not len(places):
+        return [int(place) for place in middle]
+    distance = np.abs((places - middle) / lengths).sum(axis=1)
+    return [int(place) for place in places[np.argmin(distance)]]
+
+
 def thinning_text(axes: Iterable[PageAxis], left_out: Sequence[str]) -> list[str]:
     """Return a sentence on what the page leaves out of the results; empty if it has all of them.
 
@@ -147,18 +167,27 @@ def within_size(records: Iterable[dict[str, Any]]) -> tuple[list[dict[str, Any]]
     return selected, left_out
 
 
-def number_record(shown: ColumnLabel, values: ColumnArray) -> dict[str, Any]:
-    """Return a column of numbers (given in SI) as JSON, in the unit shown, with its range."""
+def number_record(
+    shown: ColumnLabel, values: ColumnArray, none: str = "no value"
+) -> dict[str, Any]:
+    """Return a column of numbers as JSON, in the unit shown, with its range.
+
+    Args:
+        shown: Name and unit of the column.
+        values: Its numbers, SI.
+        none: Words for a row without a value.
+    """
     scaled = shown.scaled(values)
     finite = scaled[np.isfinite(scaled)]
-    low = 0.0
-    high = 1.0
+    low = None
+    high = None
     if finite.size:
         low = float(finite.min())
         high = float(finite.max())
     return {
         **_about(shown),
         "classes": None,
+        "none": none,
         "low": low,
         "high": high,
         "array": pack_numbers(scaled),

@@ -20,6 +20,7 @@ from tendon_cli.engine.results import Result
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.reports import html
 from tendon_cli.reports.data import (
+    GROUPS,
     MOST_DESIGNS,
     OF_TAUT,
     PageAxis,
@@ -27,6 +28,7 @@ from tendon_cli.reports.data import (
     exact_record,
     given_columns,
     given_records,
+    middle_of,
     number_record,
     pack_classes,
     pack_numbers,
@@ -96,7 +98,9 @@ def design_page(answer: Result) -> str:
         name: read[name] for name in RESULTS if name in read and np.isfinite(read[name]).any()
     }
     labels = {name: cube.shown(name) for name in columns}
-    maps, left_out = within_size(number_record(labels[name], on_grid[name]) for name in columns)
+    maps, left_out = within_size(
+        number_record(labels[name], on_grid[name], _no_value(on_grid, name)) for name in columns
+    )
     maps.insert(min(1, len(maps)), _conflicts(cube, on_grid))
     states, arms = _states(cube, axes, on_grid["pretension"])
     people = people_record(record, _persons(answer))
@@ -109,7 +113,7 @@ def design_page(answer: Result) -> str:
         arms=arms,
         design=design,
         table=_table(cube, axes, read, columns),
-        start=_start(record, axes),
+        start=_start(record, axes, on_grid["feasible"]),
         people=people,
         between=between,
     )
@@ -216,11 +220,24 @@ def _table(
     return {"rows": len(read["feasible"]), "columns": records}
 
 
-def _start(record: AnswerRecord, axes: Sequence[PageAxis]) -> list[int] | None:
-    """Return the page's positions nearest to the best choice, at which the map opens; else None."""
+def _no_value(read: Mapping[str, ColumnArray], name: str) -> str:
+    """Say what it means that a choice has no value of a column."""
+    is_empty = np.isnan(read[name])
+    if not (is_empty & read["feasible"].astype(bool)).any():
+        return "no window"
+    if name == "pretension_to":
+        return "no window, or nothing bounds it above"
+    return "no value"
+
+
+def _start(record: AnswerRecord, axes: Sequence[PageAxis], is_feasible: ColumnArray) -> list[int]:
+    """Return the page's position at which the map opens: nearest to the best choice.
+
+    Without a best choice it is the middle.
+    """
     best = record["best"]
     if best is None:
-        return None
+        return middle_of(axes, is_feasible.astype(bool))
     start = []
     for axis in axes:
         place = int(position(axis.axis, value_of(best, axis.axis.column))[0])
@@ -251,12 +268,19 @@ def _states(cube: Cube, axes: Sequence[PageAxis], pretension: ColumnArray) -> tu
         lengths = [len(axis.positions) for axis in axes]
         cells = np.ravel_multi_index(np.meshgrid(*positions, indexing="ij"), lengths).ravel()
     numbers = {**space.choices.numbers(rows), PRETENSION: pretension[cells]}
+    # Without a pretension a choice has no states.
+    has_pretension = np.isfinite(pretension[cells]).reshape(-1, 1, 1)
     named_curves = []
     for index in selected:
         condition = np.array([index])
         design = space.at(numbers, space.conditions.numbers(condition)).design()
         name = _condition_name(space.conditions, condition)
-        named_curves.append((name, curves(study, design, (len(rows), 1), OF_TAUT)))
+        of_condition = curves(study, design, (len(rows), 1), OF_TAUT)
+        for label in OF_TAUT:
+            for column in GROUPS[label]:
+                if column in of_condition:
+                    of_condition[column] = np.where(has_pretension, of_condition[column], np.nan)
+        named_curves.append((name, of_condition))
     return states_record(study, positions, named_curves)
 
 

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from tendon_cli import say
 from tendon_cli.cube.columns import TRUTHS, ColumnArray
 from tendon_cli.cube.cube import Cube, cube_of
+from tendon_cli.cube.room import bounded_column, is_default
 from tendon_cli.engine.results import AnyResult, Result, Run, folder_of, open_result
 from tendon_cli.engine.sweep_kind import DEFINING
 from tendon_cli.errors import InputError
@@ -33,6 +34,7 @@ from tendon_cli.reports.data import (
     curves,
     given_columns,
     given_records,
+    middle_of,
     number_record,
     pack_classes,
     page_axes,
@@ -213,6 +215,7 @@ def sweep_page(run: Run) -> str:
         states=states,
         arms=arms,
         table={"rows": rows.size, "columns": table_columns},
+        start=middle_of(axes, columns["feasible"].astype(bool)),
     )
 
     warnings = [f"Warning: {warning}" for warning in run.record["warnings"]]
@@ -234,13 +237,18 @@ def sweep_page(run: Run) -> str:
 
 
 def _results(cube: Cube) -> list[str]:
-    """Return the columns of numbers that are results, the most useful first."""
+    """Return the columns of numbers that are results, the most useful first.
+
+    After the margin come those that the study limits: a page that has no room for all has these.
+    """
     numbers = [name for name, quantity in cube.columns.items() if quantity is not None]
     axis_columns = {axis.column for axis in cube.axes}
     results = numbers[numbers.index("min_flexor_tension") :]
-    first = [name for name in _FIRST if name in results]
-    others = [name for name in results if name not in _FIRST and name not in axis_columns]
-    return first + others
+    stated = [name for name, bound in cube.limits.items() if not is_default(name, bound)]
+    limited = [bounded_column(name) for name in stated]
+    most_useful = dict.fromkeys([_FIRST[0], *limited, *_FIRST[1:], *results])
+    wanted = {*results, *limited}.intersection(numbers)
+    return [name for name in most_useful if name in wanted and name not in axis_columns]
 
 
 def _outcomes(

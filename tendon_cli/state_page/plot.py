@@ -76,6 +76,12 @@ def draw_motor(
             where="--plot",
             hint="--set 'motion.elbow_angle=60 deg' chooses another state",
         )
+    if plan.study.trajectory is not None and not turns:
+        raise UsageError(
+            "the motor is drawn for a stroke at one speed, but this study has a motion in time",
+            where="--plot",
+            hint="--reversal draws the turn at this state; `tendon plot` draws the motion",
+        )
     if speed is None and not turns:
         raise UsageError(
             "the study has no speed, so the motor cannot be drawn",

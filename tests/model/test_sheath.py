@@ -73,7 +73,10 @@ def test_without_friction_or_bend_the_tension_is_the_same_everywhere(toward, any
 
 @pytest.mark.parametrize("exponent", [0.0, -0.0, 5e-324, -5e-324, 1e-300, 1e-17, -1e-17])
 def test_without_an_exponent_the_relative_elongation_is_exactly_1(exponent):
-    assert relative_elongation(exponent) == 1.0
+    # Derivatives are taken by a complex step, for which NumPy divides in another way.
+    with np.errstate(all="raise", under="ignore"):
+        assert relative_elongation(exponent) == 1.0
+        assert relative_elongation(complex(exponent)) == 1.0
 
 
 @given(st.floats(-8.0, 8.0))

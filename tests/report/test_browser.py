@@ -4,7 +4,7 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.reports.report import write_report
-from tests.report.conftest import TITLE, until
+from tests.report.conftest import MOTION, TITLE, until
 
 SIZES = [(390, "light"), (390, "dark"), (1280, "light"), (1280, "dark")]
 
@@ -40,14 +40,34 @@ def test_a_click_shows_the_states_of_that_design(opened, page_file):
 
 def test_keys_move_the_cursor_and_enter_shows_the_states(opened, page_file):
     with opened(page_file) as page:
+        start = page.evaluate("cursor.i")
+        right = page.evaluate("start => valueText(axisAcross(), start + 1)", start)
         page.locator("#map-frame").focus()
         for key in ("ArrowRight", "ArrowUp", "ArrowUp"):
             page.keyboard.press(key)
-        assert "82.5 N" in page.locator("#map-says").inner_text()
+        assert right in page.locator("#map-says").inner_text()
         page.keyboard.press("Enter")
-        until(page, "document.getElementById('design-says').textContent.includes('82.5 N')")
+        until(page, "text => byId('design-says').textContent.includes(text)", right)
         outline = page.evaluate("getComputedStyle(document.activeElement).outlineStyle")
         assert outline != "none"
+
+
+def test_a_quantity_without_a_value_is_mapped_and_named(opened, tmp_path):
+    study = {
+        "tendon": {"pretension": {"from": "60 N", "to": "240 N", "num": 5}},
+        "spring": {"stiffness": ["1 kN/m", "5 kN/m"]},
+        "motion": {**MOTION, "direction": ["flexion"]},
+    }
+    tendon.sweep(study, tmp_path / "run")
+    with opened(write_report(tmp_path / "run")) as page:
+        labels = page.evaluate("page.quantities.map((quantity) => quantity.label)")
+        empty = page.evaluate("page.quantities.map((quantity) => quantity.low === null)")
+        assert any(empty)
+        for number, (label, has_none) in enumerate(zip(labels, empty, strict=True)):
+            page.locator("#choosers select").first.select_option(str(number))
+            until(page, "text => byId('map-says').textContent.includes(text)", f": {label}: ")
+            assert ("no value" in page.locator("#map-key").inner_text()) >= has_none
+        assert page.locator("#fault").inner_text() == ""
 
 
 CELLS = """() => {

@@ -199,6 +199,50 @@ def test_the_states_of_a_choice_are_those_of_a_sweep_at_its_pretension(answered,
     assert shown[10] == pytest.approx(expected, rel=1e-6)
 
 
+def test_a_choice_without_a_pretension_has_no_states(tmp_path):
+    study = {
+        "spring": {"stiffness": "4 kN/m"},
+        "spool": {"ratio": [0.5, 0.6, 1]},
+        "load": {"mass": ["0 kg", "25 kg"]},
+        "limits": {"max_tension": "50 N"},
+        "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 19}},
+    }
+    tendon.design(study, tmp_path / "answer")
+    choices = pq.read_table(tmp_path / "answer" / "choices.parquet").to_pandas()
+    has_pretension = choices["pretension"].notna().to_numpy()
+    assert 0 < has_pretension.sum() < 3
+    for group in data_of(write_report(tmp_path / "answer"))["states"]["groups"]:
+        for line in group["lines"]:
+            shown = unpacked(line["array"]).reshape(3, -1)
+            assert (np.isfinite(shown).any(axis=1) == has_pretension).all()
+
+
+@pytest.mark.parametrize("name", ["max_spring_extension", "peak_motor_torque"])
+def test_a_column_that_is_limited_comes_before_those_that_find_no_room(tmp_path, name):
+    study = {
+        "tendon": {"pretension": ["90 N", "150 N"]},
+        "limits": {name: 1.0},
+        "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
+    }
+    tendon.sweep(tendon.study(study), tmp_path / "run")
+    names = [each["name"] for each in data_of(write_report(tmp_path / "run"))["quantities"]]
+    assert names[1:3] == ["margin", name]
+
+
+def test_a_map_opens_at_the_best_choice_or_at_a_feasible_design(
+    swept, page_file, answered, answer_page
+):
+    designs = tendon.open_run(swept).designs
+    start = np.ravel_multi_index(data_of(page_file)["start"], (9, 7, 2))
+    assert designs["feasible"][start]
+    record = json.loads((answered / "design.json").read_text(encoding="utf-8"))
+    data = data_of(answer_page)
+    for axis, place in zip(data["axes"], data["start"], strict=True):
+        best = record["best"][axis["name"]]
+        distance = np.abs(np.array(axis["values"]) * axis["factor"] - best)
+        assert place == np.argmin(distance)
+
+
 def test_the_persons_of_an_answer_are_served_as_it_says(answered_for_people):
     record = json.loads((answered_for_people / "design.json").read_text(encoding="utf-8"))
     people = data_of(write_report(answered_for_people))["people"]

@@ -76,6 +76,13 @@ function makeSelect(label, options, selected, change) {
   return make("label", {}, label, list);
 }
 
+// Says at the top that something could not be drawn.
+function showFault(fault) {
+  const hint = "Its tables are in the run's folder.";
+  byId("fault").textContent = `This page could not be drawn: ${fault.message}. ${hint}`;
+  console.error(fault);
+}
+
 // --- Numbers and names as texts ---
 
 // Returns a number with five digits.

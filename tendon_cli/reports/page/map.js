@@ -69,7 +69,28 @@ function cutMap() {
 
 // --- What is drawn ---
 
-// Returns the trace of the map: a colour for each cell.
+// Returns the trace under the map: one colour for all cells, seen where a quantity has no value. It
+// also gives the cells of a map without any value their edges.
+function emptyTrace() {
+  const x = axisAcross();
+  const y = axisUp();
+  const none = colour("none");
+  return {
+    type: "heatmap",
+    x: ticksOf(x),
+    y: ticksOf(y),
+    z: mapped.z.map((row) => Array.from(row, () => 0)),
+    colorscale: [
+      [0, none],
+      [1, none],
+    ],
+    showscale: false,
+    zsmooth: false,
+    hovertemplate: `${x.label} %{x}<br>${y.label} %{y}<br>${quantityOnMap().none}<extra></extra>`,
+  };
+}
+
+// Returns the trace of the map: a colour for each cell that has a value.
 function heatTrace() {
   const quantity = quantityOnMap();
   const x = axisAcross();
@@ -80,7 +101,7 @@ function heatTrace() {
     x: ticksOf(x),
     y: ticksOf(y),
     z: mapped.z,
-    hoverongaps: true,
+    hoverongaps: false,
     zsmooth: false,
     hovertemplate: `${places}${quantity.label} %{z:.5g} ${quantity.unit}<extra></extra>`,
   };
@@ -91,11 +112,13 @@ function heatTrace() {
   if (isNarrow()) {
     Object.assign(bar, { orientation: "h", y: -0.28, yanchor: "top", thickness: 12 });
   }
-  const isSingle = quantity.low === quantity.high; // one value needs no colour bar
+  const hasNone = quantity.low === null;
+  const isSingle = quantity.low === quantity.high; // one value, or none, needs no colour bar
   const beside = isSingle ? 1 : 0;
   return {
     ...trace,
     colorscale: "Cividis",
+    visible: !hasNone,
     zmin: quantity.low - beside,
     zmax: quantity.high + beside,
     showscale: !isSingle,
@@ -207,7 +230,7 @@ function lineTrace() {
 
 // Returns the shape of the cursor: a frame around its cell, or an upright line if the map is one.
 function cursorShape() {
-  const points = byId("map").calcdata[0];
+  const points = byId("map").calcdata[0]; // of the first trace, which every map has
   const line = { color: colour("mark"), width: 3 };
   if (isLine()) {
     const x = points[cursor.i].x;
@@ -235,14 +258,21 @@ function plotlyAxis(axis) {
   return { title: { text: titleOf(axis) }, type };
 }
 
-// Writes the key of the classes; a map of numbers has a colour bar instead.
+// Makes an item of the key: a colour with a sign, and what it stands for.
+function makeKeyItem({ colour: name, sign, label }) {
+  const swatch = make("span", { class: "swatch", style: `background: var(--${name})` }, sign);
+  return make("span", {}, swatch, ` ${label} `);
+}
+
+// Writes the key of the classes, and of cells without a value; a map of numbers has a colour bar.
 function drawKey() {
-  const classes = quantityOnMap().classes || [];
-  const items = classes.map((kind) => {
-    const style = `background: var(--${kind.colour})`;
-    const swatch = make("span", { class: "swatch", style }, kind.sign);
-    return make("span", {}, swatch, ` ${kind.label} `);
-  });
+  const quantity = quantityOnMap();
+  const items = (quantity.classes || []).map(makeKeyItem);
+  const isEmpty = (row) => row.some((value) => !Number.isFinite(value));
+  if (!quantity.classes && mapped.z.some(isEmpty)) {
+    const label = isLine() ? `gaps: ${quantity.none}` : quantity.none;
+    items.push(makeKeyItem({ colour: "none", sign: "–", label }));
+  }
   byId("map-key").replaceChildren(...items);
 }
 
@@ -270,7 +300,7 @@ async function drawMap() {
   if (isLine()) {
     traces = [lineTrace()];
   } else {
-    traces = [heatTrace(), ...signTraces(), ...brushTraces()];
+    traces = [emptyTrace(), heatTrace(), ...signTraces(), ...brushTraces()];
     y = { ...plotlyAxis(axisUp()), showgrid: false };
   }
   const more = {};
@@ -293,14 +323,23 @@ function redraw() {
   isWaiting = true;
   requestAnimationFrame(async () => {
     isWaiting = false;
-    await drawMap();
-    if (byId("windows")) {
-      drawWindows();
+    try {
+      await drawMap();
+      if (byId("windows")) {
+        await drawWindows();
+      }
+    } catch (fault) {
+      showFault(fault);
     }
   });
 }
 
 // --- The cursor ---
+
+// Returns a value of a quantity with its unit, or what it means that there is none.
+function numberOrNone(value, quantity) {
+  return Number.isFinite(value) ? formatWithUnit(value, quantity.unit) : quantity.none;
+}
 
 // Describes a cell below the map, by default that of the cursor.
 function describeCell(cell = cellOf(cursor.i, cursor.j)) {
@@ -310,14 +349,24 @@ function describeCell(cell = cellOf(cursor.i, cursor.j)) {
   const places = page.axes.map((axis, at) => `${axis.label} ${valueText(axis, position[at])}`);
   const text = quantity.classes
     ? classLabel(quantity.classes, value)
-    : formatWithUnit(value, quantity.unit);
-  byId("map-says").textContent = `${places.join(", ")}: ${quantity.label} ${text}`;
+    : numberOrNone(value, quantity);
+  byId("map-says").textContent = `${places.join(", ")}: ${quantity.label}: ${text}`;
+}
+
+// Puts the cursor where the position on all axes is.
+function placeCursor() {
+  cursor.i = view.at[view.x];
+  cursor.j = isLine() ? 0 : view.at[view.y];
 }
 
 // Moves the cursor to a cell, or to the nearest on the map.
 function moveCursor(i, j) {
   cursor.i = Math.min(Math.max(i, 0), lengthOf(axisAcross()) - 1);
   cursor.j = Math.min(Math.max(j, 0), rowsOfMap() - 1);
+  view.at[view.x] = cursor.i;
+  if (!isLine()) {
+    view.at[view.y] = cursor.j;
+  }
   Plotly.relayout(byId("map"), { shapes: [cursorShape()] });
   describeCell();
 }
@@ -386,8 +435,7 @@ function chooseAxis(which, axis) {
     view[other] = view[which];
   }
   view[which] = axis;
-  cursor.i = 0;
-  cursor.j = 0;
+  placeCursor();
   drawChoosers();
   drawSliders();
   redraw();
@@ -414,8 +462,7 @@ async function startMap() {
     return;
   }
   view.at = page.start || view.at;
-  cursor.i = view.at[view.x];
-  cursor.j = isLine() ? 0 : view.at[view.y];
+  placeCursor();
   drawChoosers();
   drawSliders();
   await drawMap();

@@ -17,8 +17,4 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
   }
 });
 
-start().catch((fault) => {
-  const hint = "Its tables are in the run's folder.";
-  byId("fault").textContent = `This page could not be drawn: ${fault.message}. ${hint}`;
-  console.error(fault);
-});
+start().catch(showFault);

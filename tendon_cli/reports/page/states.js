@@ -214,10 +214,11 @@ async function showDesign(cell) {
     (axis, at) => `${axis.label} ${valueText(axis, shown.position[at])}`,
   );
   const text = places.join(", ") || "the only design";
-  byId("design-says").textContent = isExact
-    ? text
-    : `${text} (the nearest whose states this page keeps)`;
+  const place = isExact ? text : `${text} (the nearest whose states this page keeps)`;
   await drawStates();
+  const hasStates = byId("states").data.some((trace) => trace.y.some(Number.isFinite));
+  const reason = page.design ? "it has no pretension" : "it has no equilibrium";
+  byId("design-says").textContent = hasStates ? place : `${place}: no states, since ${reason}`;
   drawAngle();
 }
 
