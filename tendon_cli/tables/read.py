@@ -185,7 +185,12 @@ def open_table(path: Path, records: Mapping[str, Any] | None = None) -> TableFil
         raise InputError("holds no parts of a table", where=str(path))
     table = TableFiles(tuple(files))
     try:
-        _check_whole(path, files, [_verified_facts(file) for file in files])
+        facts = [_verified_facts(file) for file in files]
+        _check_whole(path, files, facts)
+        with _damage_in(files[0]):
+            of_schema = table.facts
+        if any(facts[0].get(name) != value for name, value in of_schema.items()):
+            raise _damaged(files[0], "its schema and its footer do not say the same")
     except (KeyError, TypeError, AttributeError, ValueError):
         raise InputError(
             "does not say what table it is", where=str(path), hint="`tendon sweep` writes it anew"
