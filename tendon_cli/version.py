@@ -1,6 +1,6 @@
 """Version of tendon, and version of its numbers."""
 
-__version__ = "0.3.0"
+__version__ = "0.4.0"
 
 RESULTS_VERSION = 7
 """Version of the numbers, raised whenever the same study would give other tables.

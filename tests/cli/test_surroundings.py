@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import sys
 from importlib.metadata import packages_distributions
@@ -146,8 +147,10 @@ def checkout(workplace):
     package = workplace / "tendon_cli"
     ignored = shutil.ignore_patterns("__pycache__")
     shutil.copytree(INSTALLED / "tendon_cli", package, ignore=ignored)
-    version = '__version__ = "9"\nRESULTS_VERSION = 9\n'
-    (package / "version.py").write_text(version, encoding="utf-8")
+    source = (package / "version.py").read_text(encoding="utf-8")
+    source = re.sub("^__version__ = .*$", '__version__ = "9"', source, flags=re.MULTILINE)
+    source = re.sub("^RESULTS_VERSION = .*$", "RESULTS_VERSION = 9", source, flags=re.MULTILINE)
+    (package / "version.py").write_text(source, encoding="utf-8")
 
 
 @pytest.mark.usefixtures("checkout")
