@@ -12,13 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.checks.check_text import WORST, CheckResult, comparison_text, finite
-from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube, cube_of
 from tendon_cli.engine.records import differences
 from tendon_cli.engine.results import open_run
 from tendon_cli.engine.table_columns import JUDGEMENTS
 from tendon_cli.errors import UsageError
+from tendon_cli.model.kinematics import Rows
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.fields import hint_at_nearest
@@ -158,9 +158,9 @@ class TablePair:
     there: Cube
     axes: tuple[Axis, ...]
     """Axes that both have, slowest first."""
-    at_here: Mapping[str, Ints]
+    at_here: Mapping[str, Rows]
     """Common positions on each axis of this table, by its column."""
-    at_there: Mapping[str, Ints]
+    at_there: Mapping[str, Rows]
     """The same positions on each axis of the other table, in the same order."""
     left_out: Mapping[str, str] = field(default_factory=dict)
     """Values that only one of them has, in words, by the key of the axis."""
@@ -174,8 +174,8 @@ class TablePair:
         """
         others = {axis.key: axis for axis in there.axes}
         axes: list[Axis] = []
-        at_here: dict[str, Ints] = {}
-        at_there: dict[str, Ints] = {}
+        at_here: dict[str, Rows] = {}
+        at_there: dict[str, Rows] = {}
         left_out: dict[str, str] = {}
         for axis in here.axes:
             other = others.pop(axis.key, None)
@@ -319,7 +319,7 @@ def _only(key: str, here: int, there: int) -> str:
     return f"{key}: {', '.join(parts)}" if parts else ""
 
 
-def _common(axis: Axis, other: Axis) -> tuple[Ints, Ints]:
+def _common(axis: Axis, other: Axis) -> tuple[Rows, Rows]:
     """Find the positions of the common values on two axes, in the order of the first."""
     ours = np.array([_token(value) for value in axis.values])
     theirs = np.array([_token(value) for value in other.values])
@@ -333,7 +333,7 @@ def _common(axis: Axis, other: Axis) -> tuple[Ints, Ints]:
     return first[order], second[order]
 
 
-def _single(axis: Axis, other: Study) -> Ints:
+def _single(axis: Axis, other: Study) -> Rows:
     """Find the position on an axis of the single value that the other study has of it."""
     if axis.key in other.numbers:
         value = other.numbers[axis.key].single

@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.model.kinematics import Rows
 from tendon_cli.space.axis import Axis, evenly_spaced, split_side
 from tendon_cli.space.space import Space
 from tendon_cli.studies.contents import column_of
 from tendon_cli.studies.spaces import WORDS_OF, space_of
 from tendon_cli.studies.study import Study
-
-Ints = npt.NDArray[np.int64]
 
 LOAD = "load_mass"
 DIRECTION = "direction"
@@ -23,7 +22,7 @@ ANGLE = "elbow_angle"
 TIME = "time"
 
 
-def thin_axes(lengths: Sequence[int], most: int) -> list[Ints]:
+def thin_axes(lengths: Sequence[int], most: int) -> list[Rows]:
     """Choose positions on each axis evenly, so that few points are left; long axes lose most.
 
     Args:

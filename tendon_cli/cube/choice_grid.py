@@ -11,19 +11,18 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answer_record import AnswerRecord, ChoiceRecord
-from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import drawn_name, reading
 from tendon_cli.errors import InputError
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.values import RIGID
 from tendon_cli.units import shorten
 
 
-def position(axis: Axis, value: Any) -> Ints:
+def position(axis: Axis, value: Any) -> Rows:
     """Return the position of a value on an axis, or of the nearest value, as an array of one.
 
     Raises:

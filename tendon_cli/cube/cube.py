@@ -13,13 +13,14 @@ import numpy.typing as npt
 import pyarrow as pa
 
 from tendon_cli import say
-from tendon_cli.cube.axes import ANGLE, Ints, axis_values, columns_of_names
+from tendon_cli.cube.axes import ANGLE, axis_values, columns_of_names
 from tendon_cli.cube.columns import ColumnArray, TableColumns
 from tendon_cli.cube.labels import ColumnLabel, as_read
 from tendon_cli.cube.room import bounded_column, bounded_values, has_bounded_column, room_to
 from tendon_cli.engine.states import WorkedOut
 from tendon_cli.engine.sweep_kind import DEFINING, SWEEP
 from tendon_cli.errors import InputError, TendonError, UsageError
+from tendon_cli.model.kinematics import Rows
 from tendon_cli.quantities import SIDES, Quantity
 from tendon_cli.registry import load, table_kinds
 from tendon_cli.space.axis import SLACK, Axis
@@ -158,7 +159,7 @@ class Cube:
         """Return the conditions that filters set on the columns; raises UsageError."""
         return self.table_columns.conditions(filters, axis_values(self.axes, self.study))
 
-    def choose(self, asked: Sequence[Condition]) -> dict[str, Ints]:
+    def choose(self, asked: Sequence[Condition]) -> dict[str, Rows]:
         """Return the positions on each axis that conditions leave, by the axis's column.
 
         A condition on a number that a named axis sets selects among its names.
@@ -186,7 +187,7 @@ class Cube:
             chosen[axis.column] = left
         return chosen
 
-    def _listed(self, axis: Axis, positions: Ints) -> list[str]:
+    def _listed(self, axis: Axis, positions: Rows) -> list[str]:
         """Return values of an axis as a filter states them; if they are many, those at the ends."""
         are_few = len(positions) <= _MOST_LISTED
         values = axis.values[positions if are_few else positions[[0, 1, 2, -1]]]
@@ -197,7 +198,7 @@ class Cube:
             texts = [shown.text(value).replace("−", "-") for value in values]
         return texts if are_few else [*texts[:-1], "…", texts[-1]]
 
-    def rows(self, order: Sequence[str], positions: Mapping[str, Ints]) -> Ints:
+    def rows(self, order: Sequence[str], positions: Mapping[str, Rows]) -> Rows:
         """Return the row numbers of all combinations of positions on some axes.
 
         Args:
@@ -218,7 +219,7 @@ class Cube:
                 total = total + steps.reshape(())
         return total
 
-    def gather(self, rows: Ints, columns: Sequence[str]) -> dict[str, ColumnArray]:
+    def gather(self, rows: Rows, columns: Sequence[str]) -> dict[str, ColumnArray]:
         """Return columns at some rows, read part by part.
 
         Args:
@@ -233,7 +234,7 @@ class Cube:
             names, self._stored(rows, self.table_columns.stored(names))
         )
 
-    def room(self, limit: str, rows: Ints) -> npt.NDArray[np.float64]:
+    def room(self, limit: str, rows: Rows) -> npt.NDArray[np.float64]:
         """Return the room that a limit of the study leaves at some rows.
 
         It is positive where the limit is kept, negative where it is broken, and NaN where there is
@@ -247,7 +248,7 @@ class Cube:
             values = bounded_values(self.study, self.kind, limit, rows)
         return room_to(limit, values, self.limits[limit])
 
-    def _stored(self, rows: Ints, names: list[str]) -> dict[str, ColumnArray]:
+    def _stored(self, rows: Rows, names: list[str]) -> dict[str, ColumnArray]:
         """Read columns of the table at some rows, in the shape of `rows`."""
         if self.table is None:
             raise ValueError("this cube has columns but no rows")

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.cube.axes import Ints
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.forms import DesignLimit
+from tendon_cli.model.kinematics import Rows
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import Study
@@ -44,7 +44,7 @@ def room_to(name: str, values: Floats, bound: float) -> Floats:
     return LIMITS[name].room(values, bound)
 
 
-def bounded_values(study: Study, kind: str, name: str, rows: Ints) -> Floats:
+def bounded_values(study: Study, kind: str, name: str, rows: Rows) -> Floats:
     """Work out what a limit bounds at some rows of a table, as the model does.
 
     Args:
@@ -67,7 +67,7 @@ def bounded_values(study: Study, kind: str, name: str, rows: Ints) -> Floats:
     raise ValueError(f"a row of {kind} alone does not say what {name} leaves")
 
 
-def _of_designs(study: Study, kind: str, limit: DesignLimit, rows: Ints) -> Floats:
+def _of_designs(study: Study, kind: str, limit: DesignLimit, rows: Rows) -> Floats:
     """Return the number of whole designs that a limit bounds, in the shape of `rows`."""
     if limit.of_design is None:
         raise TypeError(f"{limit.name} is not a limit on whole designs")
@@ -78,7 +78,7 @@ def _of_designs(study: Study, kind: str, limit: DesignLimit, rows: Ints) -> Floa
     return np.asarray(values[(*np.unravel_index(designs, shape), 0, 0)])
 
 
-def _of_states(study: Study, limit: DesignLimit, rows: Ints) -> Floats:
+def _of_states(study: Study, limit: DesignLimit, rows: Rows) -> Floats:
     """Return the quantity of single states that a limit bounds, in the shape of `rows`."""
     per_design = _states_per_design(study)
     designs, inverse = np.unique(rows // per_design, return_inverse=True)
@@ -90,7 +90,7 @@ def _of_states(study: Study, limit: DesignLimit, rows: Ints) -> Floats:
     return np.asarray(values[inverse.reshape(rows.shape), rows % per_design])
 
 
-def _state_values(study: Study, limit: DesignLimit, designs: Ints) -> Floats:
+def _state_values(study: Study, limit: DesignLimit, designs: Rows) -> Floats:
     """Return the quantity that a limit bounds in all states of some designs, (designs, states)."""
     angles = study.angles.reshape(1, -1)
     state = State.of(_designs_at(study, designs), angles, study.flexion)
@@ -100,7 +100,7 @@ def _state_values(study: Study, limit: DesignLimit, designs: Ints) -> Floats:
     return np.broadcast_to(values, shape).reshape(len(designs), -1)
 
 
-def _designs_at(study: Study, designs: Ints) -> Design:
+def _designs_at(study: Study, designs: Rows) -> Design:
     """Return designs by number, along one axis before those of directions and angles."""
     from tendon_cli.model.motor import select_points  # only states pay for its import
 

@@ -11,10 +11,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from tendon_cli import say
-from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, TIME, Ints
+from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, TIME
 from tendon_cli.cube.columns import DERIVED
 from tendon_cli.cube.cube import Cube
 from tendon_cli.errors import UsageError
+from tendon_cli.model.kinematics import Rows
 from tendon_cli.space.axis import CASE_AXIS, Axis, evenly_spaced
 from tendon_cli.studies.figures import MOST_QUANTITIES, OF_STATES, FigureSpec
 from tendon_cli.studies.study import keys
@@ -56,7 +57,7 @@ class CurvePlan:
     dash: Axis | None
     """The direction of motion, unless it plays another part."""
     panels: Axis | None
-    positions: Mapping[str, Ints]
+    positions: Mapping[str, Rows]
     """Positions drawn of each axis, by its column."""
     notes: tuple[str, ...]
 
@@ -70,14 +71,14 @@ class CurvePlan:
         """Panels, colour, dashes, x: the order of the values' dimensions."""
         return self.panels, self.colour, self.dash, self.x
 
-    def rows(self, cube: Cube) -> Ints:
+    def rows(self, cube: Cube) -> Rows:
         """Return the rows of all lines (panels, colours, dashes, x)."""
         order = [axis.column for axis in self.parts if axis is not None]
         shape = [1 if axis is None else len(self.positions[axis.column]) for axis in self.parts]
         return cube.rows(order, self.positions).reshape(shape)
 
 
-def plan_curves(cube: Cube, chosen: Mapping[str, Ints], spec: FigureSpec) -> CurvePlan:
+def plan_curves(cube: Cube, chosen: Mapping[str, Rows], spec: FigureSpec) -> CurvePlan:
     """Give each axis its part in a figure of curves.
 
     Args:
@@ -185,8 +186,8 @@ def _usual_panels(free: list[Axis]) -> Axis | None:
 
 
 def _thin_out(
-    cube: Cube, chosen: Mapping[str, Ints], most: Mapping[Axis | None, int]
-) -> tuple[dict[str, Ints], tuple[str, ...]]:
+    cube: Cube, chosen: Mapping[str, Rows], most: Mapping[Axis | None, int]
+) -> tuple[dict[str, Rows], tuple[str, ...]]:
     """Select the positions drawn of each axis, evenly if there are more than `most`.
 
     An axis without an entry in `most` has no part in the figure and keeps one position.
@@ -216,11 +217,11 @@ class MapPlan:
     y: Axis
     titled: tuple[Axis, ...]
     """Axes that differ between the panels, the load first."""
-    positions: Mapping[str, Ints]
+    positions: Mapping[str, Rows]
     """Positions drawn of each axis, by its column."""
     notes: tuple[str, ...]
 
-    def rows(self, cube: Cube) -> Ints:
+    def rows(self, cube: Cube) -> Rows:
         """Return the rows of all panels (panels, y, x).
 
         The load varies fastest, so that its values are seen side by side.
@@ -230,12 +231,12 @@ class MapPlan:
         return rows.reshape(-1, *rows.shape[-2:])
 
 
-def long_axes(cube: Cube, chosen: Mapping[str, Ints]) -> list[Axis]:
+def long_axes(cube: Cube, chosen: Mapping[str, Rows]) -> list[Axis]:
     """Return the axes other than the load with more than one chosen value."""
     return [axis for axis in cube.axes if axis.column != LOAD and len(chosen[axis.column]) > 1]
 
 
-def plan_maps(cube: Cube, chosen: Mapping[str, Ints]) -> MapPlan:
+def plan_maps(cube: Cube, chosen: Mapping[str, Rows]) -> MapPlan:
     """Lay the designs out over panels.
 
     Args:

@@ -11,11 +11,11 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel, as_read, drawn_name, number, plain
 from tendon_cli.figures.backend import Axes, ticker
+from tendon_cli.model.kinematics import Rows
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.figures import FigureSpec
@@ -107,7 +107,7 @@ class Scale:
 
 
 def axis_scale(
-    cube: Cube, axis: Axis, at: Ints | slice, units: Mapping[str, str], *, is_log: bool = True
+    cube: Cube, axis: Axis, at: Rows | slice, units: Mapping[str, str], *, is_log: bool = True
 ) -> Scale:
     """Return the scale of some values of an axis.
 
@@ -259,7 +259,7 @@ def _defaults() -> dict[str, Any]:
     return Study().document()
 
 
-def value_texts(cube: Cube, axis: Axis, at: Ints, units: Mapping[str, str]) -> list[str]:
+def value_texts(cube: Cube, axis: Axis, at: Rows, units: Mapping[str, str]) -> list[str]:
     """Return the values at some positions of an axis, as a title or a key names them."""
     values = axis.values[at]
     if axis.is_text:

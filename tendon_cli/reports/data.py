@@ -17,13 +17,13 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.cube.axes import Ints, axis_values, thin_axes
+from tendon_cli.cube.axes import axis_values, thin_axes
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Anchors, Array
+from tendon_cli.model.kinematics import Anchors, Array, Rows
 from tendon_cli.quantities import QUANTITIES, SIDES
 from tendon_cli.space.axis import Axis, evenly_spaced
 from tendon_cli.studies.axis_words import name_words
@@ -57,7 +57,7 @@ class PageAxis:
 
     axis: Axis
     shown: ColumnLabel
-    positions: Ints
+    positions: Rows
 
     def record(self) -> dict[str, Any]:
         """Return the axis as JSON; values that are not all finite numbers are given as texts.
@@ -405,7 +405,7 @@ def curves(
     return result
 
 
-def rows_with_states(cube: Cube, axes: Sequence[PageAxis], most: int) -> tuple[list[Ints], Ints]:
+def rows_with_states(cube: Cube, axes: Sequence[PageAxis], most: int) -> tuple[list[Rows], Rows]:
     """Select rows whose states the page shows, evenly along its axes.
 
     Args:
@@ -424,7 +424,7 @@ def rows_with_states(cube: Cube, axes: Sequence[PageAxis], most: int) -> tuple[l
 
 
 def states_record(
-    study: Study, positions: Sequence[Ints], named_curves: Sequence[tuple[str, Curves]]
+    study: Study, positions: Sequence[Rows], named_curves: Sequence[tuple[str, Curves]]
 ) -> tuple[dict[str, Any], list[dict[str, list[float]]]]:
     """Return curves and arms as JSON.
 

@@ -11,12 +11,12 @@ import pyarrow as pa
 
 from tendon_cli import say
 from tendon_cli.answer_record import AnswerRecord, as_answer, value_of
-from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.choice_grid import conflicts_of, over_angle, position, pretension_name
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube, choices_of
 from tendon_cli.cube.labels import ColumnLabel
 from tendon_cli.engine.results import Result
+from tendon_cli.model.kinematics import Rows
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.reports import html
 from tendon_cli.reports.data import (
@@ -142,7 +142,7 @@ def design_page(answer: Result) -> str:
 
 
 def _read_choices(
-    cube: Cube, axes: Sequence[PageAxis], grid: Ints, between_points: Ints
+    cube: Cube, axes: Sequence[PageAxis], grid: Rows, between_points: Rows
 ) -> dict[str, ColumnArray]:
     """Read the choices on the grid of the page, then those between the points of the grid."""
     axis_columns = [axis.axis.column for axis in axes]
@@ -284,7 +284,7 @@ def _states(cube: Cube, axes: Sequence[PageAxis], pretension: ColumnArray) -> tu
     return states_record(study, positions, named_curves)
 
 
-def _condition_name(conditions: Space, condition: Ints) -> str:
+def _condition_name(conditions: Space, condition: Rows) -> str:
     """Return the values of a condition in words; `condition` is its row, in an array."""
     words = []
     for axis, places in zip(conditions.axes, conditions.places(condition).values(), strict=True):
