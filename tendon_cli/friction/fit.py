@@ -189,7 +189,7 @@ def _assembled(
         files=by_file(strokes, readings.files),
         points=_point_table(result),
         checks=(),
-        notes=(*stated.notes, *prepared.notes),
+        notes=(*stated.notes, *readings.notes, *prepared.notes),
         warnings=(*stated.warnings, *prepared.warnings),
         unit=readings.unit,
         source=readings.source,
