@@ -23,6 +23,9 @@ _GAIN_MOVES = 0.06
 which cancels between the directions."""
 _UNKNOWN = 0.20
 """Standard error of μ, as a share of it, from which a model is refused, for the same reason."""
+_LARGEST_ZERO = 0.25
+"""Zero error, as a share of the usual force, from which a model is refused: it explains by zero
+errors that nobody overlooks how the force bends the line for another reason."""
 _EXACT = 1e-3
 """Least scatter, as a share of the log ratio: no rig keeps to the formula more closely, so a
 smaller one is no evidence. A rig departs from the formula in the same way in every stroke, so the
@@ -276,16 +279,21 @@ def average_of(points: Log, priors: dict[str, float]) -> ModelAverage:
     largest = fit_model(points, max(sets, key=len), priors, 1.0)
     kappa = _independent(points, largest.residual)
     plain, *others = (fit_model(points, effects, priors, kappa) for effects in sets)
-    models = (plain, *(model for model in others if _is_plausible(model, plain)))
+    models = (plain, *(model for model in others if _is_plausible(model, plain, points)))
     evidence = np.array([model.evidence for model in models])
     weights = np.exp(evidence - evidence.max())
     return ModelAverage(models, weights / weights.sum())
 
 
-def _is_plausible(model: EffectModel, plain: EffectModel) -> bool:
-    """True if a model leaves μ known, and needs hardly more gain than the one without effects."""
+def _is_plausible(model: EffectModel, plain: EffectModel, points: Log) -> bool:
+    """True if a model leaves μ known, and needs no zero error and no gain that no rig has."""
     is_known = model.error < _UNKNOWN * model.friction
-    return is_known and abs(model.log_gain) <= abs(plain.log_gain) + _GAIN_MOVES
+    largest = _LARGEST_ZERO * float(np.median(np.minimum(points.motor, points.load)))
+    has_small_zeros = all(
+        abs(model.value(offset)[0]) <= largest for offset in OFFSETS if offset in model.effects
+    )
+    has_same_gain = abs(model.log_gain) <= abs(plain.log_gain) + _GAIN_MOVES
+    return is_known and has_small_zeros and has_same_gain
 
 
 def _independent(points: Log, residual: Floats) -> float:

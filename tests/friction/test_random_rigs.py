@@ -65,6 +65,13 @@ def test_one_large_zero_error_is_not_shared_out_between_the_cells() -> None:
     assert outcome.ratio <= 1.0
 
 
+@pytest.mark.parametrize("seed", [30, 183])
+def test_a_sound_log_is_not_explained_by_zero_errors_as_large_as_half_the_force(seed: int) -> None:
+    outcome = outcome_of(drawn_rig(seed))
+    assert abs(outcome.error) < 0.02
+    assert not outcome.warnings
+
+
 def counted(seeds: range) -> tuple[float, float]:
     """Return the share of logs that are silently wrong, and that by over two half-widths.
 
