@@ -12,7 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.friction.effects import OFFSETS, STRICT, EffectModel, columns_of, sets_of
+from tendon_cli.friction.effects import (
+    DELAY,
+    OFFSETS,
+    STRICT,
+    EffectModel,
+    columns_of,
+    sets_of,
+)
 from tendon_cli.friction.reading.readings import Floats
 from tendon_cli.friction.usable_rows import Log
 
@@ -34,6 +41,11 @@ _ENOUGH = 40
 """Strokes beyond which a log has no more evidence of an effect: the departure of a rig from the
 formula repeats itself in each of them. A log of 40 strokes and ten copies of it in a row find the
 same effects."""
+REFUTED = 7.0
+"""Log odds from which the readings refute an explanation, one in a thousand: they repeat their
+departure from the formula, and smaller odds come about by that."""
+_SIMPLER = math.log(2.0)
+"""Log odds of one number before two that explain the readings as well."""
 _ALIKE = 0.8
 """Largest correlation of successive points that is believed."""
 _STEPS = 8
@@ -280,9 +292,31 @@ def average_of(points: Log, priors: dict[str, float]) -> ModelAverage:
     kappa = _independent(points, largest.residual)
     plain, *others = (fit_model(points, effects, priors, kappa) for effects in sets)
     models = (plain, *(model for model in others if _is_plausible(model, plain, points)))
-    evidence = np.array([model.evidence for model in models])
+    evidence = _judged(models)
     weights = np.exp(evidence - evidence.max())
     return ModelAverage(models, weights / weights.sum())
+
+
+def _judged(models: tuple[EffectModel, ...]) -> Floats:
+    """Return the evidence of each model, by which a late cell goes before zero errors of both.
+
+    While the force changes steadily, zero errors of both cells that are alike add to the log ratio
+    what a delay of one adds: a constant over the force, with the sign of the motion. If they are
+    the likeliest and the readings do not refute the delay, it is as likely, and the likelier by
+    `_SIMPLER` as it is one number instead of two. μ then is a mean over both explanations.
+    """
+    evidence = np.array([model.evidence for model in models])
+    places = {model.effects: place for place, model in enumerate(models)}
+    both = places.get(OFFSETS)
+    late = places.get((DELAY,))
+    if both is None or late is None or np.argmax(evidence) != both:
+        return evidence
+    # Strictness says how rare a delay is, and not what the readings say of it.
+    delay_alone = evidence[late] + STRICT[DELAY]
+    others = np.delete(evidence, [both, late])
+    if delay_alone > max(evidence[both] - REFUTED, *others):
+        evidence[late] = evidence[both] + _SIMPLER
+    return evidence
 
 
 def _is_plausible(model: EffectModel, plain: EffectModel, points: Log) -> bool:

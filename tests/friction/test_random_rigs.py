@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import tendon_cli as tendon
+
 from .random_rigs import (
     RandomRig,
     drawn_rig,
@@ -70,6 +72,27 @@ def test_a_sound_log_is_not_explained_by_zero_errors_as_large_as_half_the_force(
     outcome = outcome_of(drawn_rig(seed))
     assert abs(outcome.error) < 0.02
     assert not outcome.warnings
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("is_sine", [False, True])
+def test_a_late_cell_is_not_explained_by_zero_errors_of_both(seed: int, is_sine: bool) -> None:
+    """While the force grows steadily, two alike zero errors look like one delay."""
+    rig = RandomRig(seed, spring=1.0, lag=0.12, is_sine=is_sine)
+    fit = tendon.fit_friction(readings_of(rig), rig.bend)
+    found = {check.name: check.value for check in fit.checks if check.found}
+    assert found["delay"] == pytest.approx(rig.lag, rel=0.1)
+    assert not {"offset_motor", "offset_load"} & set(found)
+    assert fit.friction == pytest.approx(rig.friction, rel=0.01)
+
+
+def test_zero_errors_of_both_cells_that_differ_are_not_explained_by_a_delay() -> None:
+    for seed in (1, 2, 3):
+        rig = RandomRig(seed, spring=1.0, zero=(1.5, -1.0))
+        fit = tendon.fit_friction(readings_of(rig), rig.bend)
+        found = {check.name for check in fit.checks if check.found}
+        assert {"offset_motor", "offset_load"} <= found
+        assert "delay" not in found
 
 
 def counted(seeds: range) -> tuple[float, float]:
