@@ -166,7 +166,7 @@ def _with_rates_of_slip(log: Log, used: Mask) -> Log:
     if log.rate is None:
         return log
     used_so_far = np.cumsum(used)
-    before = (used_so_far - used)[log.first[:-1]]
+    before: Integers = (used_so_far - used)[log.first[:-1]]
     slips = used_so_far > before[log.stroke]
     rate = log.rate.copy()
     rate[slips] = np.asarray(_with_rates(log.select(slips)).rate)
