@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.errors import InputError
+from tendon_cli.units import shorten
 
 SEPARATORS = {"\t": "tab", ";": "semicolon", ",": "comma"}
 """Separators in the order in which they are tried.
@@ -22,6 +23,8 @@ The comma comes last: in a file separated by semicolons or tabs it is the decima
 LONGEST_LINE = 64 * 2**10  # characters
 MOST_FAULTS = 10
 """Largest number of faults of a file that are listed."""
+_MOST_NAMES = 5
+"""Largest number of columns that a note lists."""
 _KINDS = {
     ".toml": "a study or a friction fragment in TOML",
     ".yaml": "a study in YAML",
@@ -55,6 +58,21 @@ def raise_all(errors: list[InputError], source: str) -> None:
         listed.append(f"  and {len(errors) - MOST_FAULTS:,} more")
     problem = "\n".join([f"the file has {len(errors):,} faults:", *listed])
     raise InputError(problem, where=source)
+
+
+def not_read(names: list[str], source: str) -> list[str]:
+    """Return a note that names the columns that are not read; no note if every column is.
+
+    Args:
+        names: Headers of the columns that are not read; columns without a header are not named.
+        source: Name of the file.
+    """
+    shown = [shorten(name, 30) for name in names if name]
+    if not shown:
+        return []
+    others = len(shown) - _MOST_NAMES
+    more = f" and {others} more" if others > 0 else ""
+    return [f"{source}: columns not read: {', '.join(shown[:_MOST_NAMES])}{more}"]
 
 
 def lines_of(content: bytes, source: str) -> list[str]:

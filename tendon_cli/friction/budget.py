@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_cli.friction.effects import OFFSETS
 from tendon_cli.friction.estimate import FrictionEstimate
 from tendon_cli.friction.reading.readings import Floats
 from tendon_cli.friction.usable_rows import Log, noise_of
@@ -20,9 +21,14 @@ FEW_SHARE = 0.03
 """Standard deviation from stroke to stroke, as a share of μ, that is usual and assumed then."""
 LEAST_SCATTER = 0.002
 """Least scatter of strokes, as a share of μ: no rig's strokes agree more closely."""
+USUAL_ZERO = 0.02
+"""Standard uncertainty of a cell's zero, as a share of the usual force, that is assumed where none
+is stated and the readings cannot show it: data sheets give a zero balance of 1 % of the rated
+force, and a cell is mostly loaded by half of that."""
 SCATTER = "scatter of the strokes"
 RESOLUTION = "resolution of the cells"
 EFFECTS = "effects that the readings leave open"
+DELAY_TAKEN_OUT = "delay that was taken out"
 FEW_STROKES = "few strokes, 3 % assumed"
 BEND = "bend angle"
 GAIN = "gain of the cells"
@@ -63,12 +69,42 @@ class FrictionUncertainty:
         return sum(part.contribution for part in self.parts if part.name == name)
 
 
+def zero_errors_of(
+    result: FrictionEstimate, stated: float | None, are_known: tuple[bool, bool]
+) -> tuple[float, float]:
+    """Return the standard uncertainty of the zero of the motor's and of the load's cell.
+
+    It is the stated one. Without one it is the usual zero error, where the readings cannot tell it
+    from friction: under a constant force. If the cells differ by more, all of that may be a zero
+    error of one of them: it is a rectangular distribution of this half-width (GUM 4.3.7).
+
+    Args:
+        result: Estimate of μ.
+        stated: Stated standard uncertainty, in the unit of the forces; None if it is not stated.
+        are_known: True for the motor's and the load's cell if its reading without load is given.
+    """
+    if stated is not None:
+        return stated, stated
+    average = result.average
+    is_fitted = any(set(OFFSETS).intersection(model.effects) for model in average.models)
+    if is_fitted or not result.points.both_ways:
+        return 0.0, 0.0
+    share = max(USUAL_ZERO, abs(average.log_gain) / math.sqrt(3.0))
+    cells = (result.points.motor, result.points.load)
+    motor, load = (
+        0.0 if is_known else share * float(np.median(cell))
+        for cell, is_known in zip(cells, are_known, strict=True)
+    )
+    return motor, load
+
+
 def uncertainty_of(
     result: FrictionEstimate,
     log: Log,
     unit: str,
     bend_share: float,
-    cell_uncertainty: tuple[float, float] | None,
+    zero_errors: tuple[float, float],
+    gain_error: float,
 ) -> FrictionUncertainty:
     """Add up the uncertainty of μ.
 
@@ -80,8 +116,9 @@ def uncertainty_of(
         log: Rows that it was estimated from.
         unit: Unit of the forces.
         bend_share: Standard uncertainty of the bend angle over the angle.
-        cell_uncertainty: Stated standard uncertainty of each cell's zero, in `unit`, and of its
-            gain, as a share; None if it is not stated.
+        zero_errors: Standard uncertainty of the zero of the motor's and of the load's cell, in
+            `unit`.
+        gain_error: Standard uncertainty of each cell's gain, as a share.
     """
     from scipy.special import stdtrit
 
@@ -111,18 +148,17 @@ def uncertainty_of(
     else:
         add(SCATTER, "A", scatter, free=float(max(average.best.free, 1)))
     add(EFFECTS, "A", average.spread)
+    add(DELAY_TAKEN_OUT, "A", result.delay_error)
     if points.strokes < FEW:
         add(FEW_STROKES, "B", FEW_SHARE, slope=friction / root)
     add(BEND, "B", bend_share * angle, "rad", -result.friction / angle)
-    if cell_uncertainty is not None:
-        zero_error, gain_error = cell_uncertainty
-        # A zero that is fitted has no part left, and gains cancel between the directions.
-        for cell, name in enumerate(ZEROS):
-            squares = [model.zero[cell] ** 2 for model in average.models]
-            slope = math.sqrt(float(average.weights @ squares))
-            add(name, "B", zero_error, unit, math.copysign(slope, average.best.zero[cell]))
-        gain = 0.0 if points.both_ways else gain_error
-        add(GAIN, "B", gain, slope=math.sqrt(2.0) / angle)
+    # A zero that is fitted has no part left, and gains cancel between the directions.
+    for cell, name in enumerate(ZEROS):
+        squares = [model.zero[cell] ** 2 for model in average.models]
+        slope = math.sqrt(float(average.weights @ squares))
+        add(name, "B", zero_errors[cell], unit, math.copysign(slope, average.best.zero[cell]))
+    gain = 0.0 if points.both_ways else gain_error
+    add(GAIN, "B", gain, slope=math.sqrt(2.0) / angle)
     total = math.sqrt(sum(part.contribution**2 for part in parts))
     share = sum(
         (part.contribution / max(total, 1e-300)) ** 4 / part.degrees_of_freedom for part in parts

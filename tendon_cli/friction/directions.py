@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 
+from tendon_cli.cells import raise_all
 from tendon_cli.errors import InputError
 from tendon_cli.friction.reading.readings import Floats, Integers, Mask, Readings
 from tendon_cli.friction.usable_rows import noise_of
@@ -52,8 +53,11 @@ def stated_motion(readings: Readings) -> tuple[Integers, Mask]:
     labels, code = readings.codes("direction")
     names = [_tidy(str(label)) for label in labels]
     if "" in names:
-        row = int(np.argmax(code == names.index("")))
-        raise InputError("the direction is missing", where=readings.place(row))
+        rows = np.flatnonzero(code == names.index("")).tolist()
+        raise_all(
+            [InputError("the direction is missing", where=readings.place(row)) for row in rows],
+            readings.source,
+        )
     # 0 with 1 and -1 is a motor at rest; 0 and 1 alone are two names.
     is_signed = len(set(names) - {"0"}) >= 2
     way_of_name = np.array([_way_of(name) for name in names], dtype=np.int64)

@@ -153,8 +153,17 @@ class EffectModel:
 
     def value(self, effect: str) -> tuple[float, float]:
         """Return an effect and its standard error."""
-        place = len(self.values) - len(self.effects) + self.effects.index(effect)
+        place = self._place(effect)
         return float(self.values[place]), math.sqrt(max(float(self.covariance[place, place]), 0.0))
+
+    def error_from(self, effect: str) -> float:
+        """Return the part of the standard error of μ that comes from an effect."""
+        error = self.value(effect)[1]
+        return abs(float(self.covariance[0, self._place(effect)])) / error if error else 0.0
+
+    def _place(self, effect: str) -> int:
+        """Return the place of an effect among the fitted numbers."""
+        return len(self.values) - len(self.effects) + self.effects.index(effect)
 
     def shape(self, rows: Log) -> Floats:
         """Return the part of the log ratio that the effects add in each row."""

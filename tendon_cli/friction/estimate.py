@@ -88,6 +88,8 @@ class FrictionEstimate:
     """Part of the log ratio that the best model's effects add in each row."""
     delay: float = 0.0
     """Delay of the load's cell, in the unit of the time, that was taken out before the last fit."""
+    delay_error: float = 0.0
+    """Standard error of μ from that of this delay."""
 
     @property
     def friction(self) -> float:
@@ -121,14 +123,14 @@ def estimate(log: Log, zero: float | None) -> FrictionEstimate | None:
     again = _settle(shifted, zero)
     if again is None:
         return first
-    return replace(again, delay=delay, shape=again.shape + log.log_ratio - shifted.log_ratio)
+    shape = again.shape + log.log_ratio - shifted.log_ratio
+    error = first.average.best.error_from(DELAY)
+    return replace(again, delay=delay, delay_error=error, shape=shape)
 
 
 def _settle(log: Log, zero: float | None) -> FrictionEstimate | None:
     """Select rows on a limit, fit, subtract the effects, and repeat until the selection settles."""
-    if log.time is not None:
-        width = max(1, int(np.median(np.diff(log.first))) // _RATE_WINDOW)
-        log = replace(log, rate=rates_of(log.time, np.log(log.load), log.stroke, width))
+    log = _with_rates(log)
     shape = np.zeros(len(log.way))
     used = np.ones(len(log.way), dtype=bool)
     reached = np.ones(log.strokes, dtype=bool)
@@ -141,11 +143,34 @@ def _settle(log: Log, zero: float | None) -> FrictionEstimate | None:
             return None
         if result is not None and np.array_equal(used, result.used):
             break
-        points = _points(log.select(used))
+        points = _points(_with_rates_of_slip(log, used).select(used))
         average = average_of(points, priors_of(points, log.duration, zero))
         shape = average.best.shape(log)
         result = FrictionEstimate(average, points, used, reached, shape)
     return result
+
+
+def _with_rates(log: Log) -> Log:
+    """Return the log with the rate of its load within each stroke, if it has a time."""
+    if log.time is None:
+        return log
+    width = max(1, int(np.median(np.diff(log.first))) // _RATE_WINDOW)
+    return replace(log, rate=rates_of(log.time, np.log(log.load), log.stroke, width))
+
+
+def _with_rates_of_slip(log: Log, used: Mask) -> Log:
+    """Return the log with rates that look back no further than the first used row of a stroke.
+
+    While the tendon sticks the load's cell rests, and a rate across both is of neither.
+    """
+    if log.rate is None:
+        return log
+    used_so_far = np.cumsum(used)
+    before: Integers = (used_so_far - used)[log.first[:-1]]
+    slips = used_so_far > before[log.stroke]
+    rate = log.rate.copy()
+    rate[slips] = np.asarray(_with_rates(log.select(slips)).rate)
+    return replace(log, rate=rate)
 
 
 def _points(log: Log) -> Log:

@@ -13,7 +13,7 @@ import pandas as pd
 
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import path_of
-from tendon_cli.friction.budget import FrictionUncertainty, uncertainty_of
+from tendon_cli.friction.budget import FrictionUncertainty, uncertainty_of, zero_errors_of
 from tendon_cli.friction.effects import DELAY
 from tendon_cli.friction.estimate import FrictionEstimate, estimate, why_no_limit
 from tendon_cli.friction.fit_result import DirectionFit, Fit, PlainAnswer
@@ -90,18 +90,25 @@ def fit_friction(
         force_of(zero_motor, "--zero-motor", readings.unit),
         force_of(zero_load, "--zero-load", readings.unit),
     )
-    zero_and_gain = cell_uncertainty_of(cell_uncertainty, readings.unit)
+    are_stated = (zero_motor is not None, zero_load is not None)
+    zero_error, gain_error = cell_uncertainty_of(cell_uncertainty, readings.unit)
     # Forces of 1e-320 are above zero, and their ratios overflow: the checks refuse them, and need
     # no other warning.
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         angles, angle_share, bend = bend_angles(readings, bend)
         prepared = prepare(readings, angles, motor, zeros)
-        result = _estimated(readings, prepared, zero_and_gain[0] if zero_and_gain else None)
-        force_unit = readings.unit or "unit of the file"
-        error = uncertainty_of(result, prepared.log, force_unit, angle_share, zero_and_gain)
+        result = _estimated(readings, prepared, zero_error)
+        error = uncertainty_of(
+            result,
+            prepared.log,
+            unit=readings.unit or "unit of the file",
+            bend_share=angle_share,
+            zero_errors=zero_errors_of(result, zero_error, are_stated),
+            gain_error=gain_error,
+        )
         rows = _rows(readings, prepared, result, angles)
         fit = _assembled(readings, prepared, result, error, bend, rows)
-        remarks = Remarks(fit, prepared.log, result, readings.time_unit, any(zeros))
+        remarks = Remarks(fit, prepared.log, result, readings.time_unit, any(are_stated))
         return replace(
             fit,
             checks=tuple(remarks.checks),
@@ -189,7 +196,7 @@ def _assembled(
         files=by_file(strokes, readings.files),
         points=_point_table(result),
         checks=(),
-        notes=(*stated.notes, *prepared.notes),
+        notes=(*stated.notes, *readings.notes, *prepared.notes),
         warnings=(*stated.warnings, *prepared.warnings),
         unit=readings.unit,
         source=readings.source,

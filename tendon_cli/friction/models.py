@@ -12,7 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.friction.effects import OFFSETS, STRICT, EffectModel, columns_of, sets_of
+from tendon_cli.friction.effects import (
+    DELAY,
+    OFFSETS,
+    STRICT,
+    EffectModel,
+    columns_of,
+    sets_of,
+)
 from tendon_cli.friction.reading.readings import Floats
 from tendon_cli.friction.usable_rows import Log
 
@@ -23,6 +30,9 @@ _GAIN_MOVES = 0.06
 which cancels between the directions."""
 _UNKNOWN = 0.20
 """Standard error of μ, as a share of it, from which a model is refused, for the same reason."""
+_LARGEST_ZERO = 0.25
+"""Zero error, as a share of the usual force, from which a model is refused: it explains by zero
+errors that nobody overlooks how the force bends the line for another reason."""
 _EXACT = 1e-3
 """Least scatter, as a share of the log ratio: no rig keeps to the formula more closely, so a
 smaller one is no evidence. A rig departs from the formula in the same way in every stroke, so the
@@ -31,6 +41,11 @@ _ENOUGH = 40
 """Strokes beyond which a log has no more evidence of an effect: the departure of a rig from the
 formula repeats itself in each of them. A log of 40 strokes and ten copies of it in a row find the
 same effects."""
+REFUTED = 7.0
+"""Log odds from which the readings refute an explanation, one in a thousand: they repeat their
+departure from the formula, and smaller odds come about by that."""
+_SIMPLER = math.log(2.0)
+"""Log odds of one number before two that explain the readings as well."""
 _ALIKE = 0.8
 """Largest correlation of successive points that is believed."""
 _STEPS = 8
@@ -276,16 +291,43 @@ def average_of(points: Log, priors: dict[str, float]) -> ModelAverage:
     largest = fit_model(points, max(sets, key=len), priors, 1.0)
     kappa = _independent(points, largest.residual)
     plain, *others = (fit_model(points, effects, priors, kappa) for effects in sets)
-    models = (plain, *(model for model in others if _is_plausible(model, plain)))
-    evidence = np.array([model.evidence for model in models])
+    models = (plain, *(model for model in others if _is_plausible(model, plain, points)))
+    evidence = _judged(models)
     weights = np.exp(evidence - evidence.max())
     return ModelAverage(models, weights / weights.sum())
 
 
-def _is_plausible(model: EffectModel, plain: EffectModel) -> bool:
-    """True if a model leaves μ known, and needs hardly more gain than the one without effects."""
+def _judged(models: tuple[EffectModel, ...]) -> Floats:
+    """Return the evidence of each model, by which a late cell goes before zero errors of both.
+
+    While the force changes steadily, zero errors of both cells that are alike add to the log ratio
+    what a delay of one adds: a constant over the force, with the sign of the motion. If they are
+    the likeliest and the readings do not refute the delay, it is as likely, and the likelier by
+    `_SIMPLER` as it is one number instead of two. μ then is a mean over both explanations.
+    """
+    evidence = np.array([model.evidence for model in models])
+    places = {model.effects: place for place, model in enumerate(models)}
+    both = places.get(OFFSETS)
+    late = places.get((DELAY,))
+    if both is None or late is None or np.argmax(evidence) != both:
+        return evidence
+    # Strictness says how rare a delay is, and not what the readings say of it.
+    delay_alone = evidence[late] + STRICT[DELAY]
+    others = np.delete(evidence, [both, late])
+    if delay_alone > max(evidence[both] - REFUTED, *others):
+        evidence[late] = evidence[both] + _SIMPLER
+    return evidence
+
+
+def _is_plausible(model: EffectModel, plain: EffectModel, points: Log) -> bool:
+    """True if a model leaves μ known, and needs no zero error and no gain that no rig has."""
     is_known = model.error < _UNKNOWN * model.friction
-    return is_known and abs(model.log_gain) <= abs(plain.log_gain) + _GAIN_MOVES
+    largest = _LARGEST_ZERO * float(np.median(np.minimum(points.motor, points.load)))
+    has_small_zeros = all(
+        abs(model.value(offset)[0]) <= largest for offset in OFFSETS if offset in model.effects
+    )
+    has_same_gain = abs(model.log_gain) <= abs(plain.log_gain) + _GAIN_MOVES
+    return is_known and has_small_zeros and has_same_gain
 
 
 def _independent(points: Log, residual: Floats) -> float:

@@ -7,10 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from tendon_cli.friction.budget import FEW, FEW_SHARE, RESOLUTION
+from tendon_cli.friction.budget import FEW, FEW_SHARE, RESOLUTION, ZEROS
 from tendon_cli.friction.effects import DELAY, ENTRY, FORCE, OFFSETS
 from tendon_cli.friction.estimate import FrictionEstimate, climbing
 from tendon_cli.friction.fit_result import Check, Fit
+from tendon_cli.friction.models import REFUTED
 from tendon_cli.friction.reading.header import force_factor
 from tendon_cli.friction.strokes import disagreement
 from tendon_cli.friction.usable_rows import NOT_POSITIVE, SATURATED, SPIKE, Log
@@ -20,9 +21,6 @@ _SHOWN = 0.5
 """Probability above which the readings show an effect."""
 _OPEN = 0.05
 """Probability below which an effect is absent; between the two it is open."""
-_REFUTED = 7.0
-"""Log odds from which the readings refute an explanation, one in a thousand: they repeat their
-departure from the formula, and smaller odds come about by that."""
 _MATTERS = 0.02
 """Share of μ from which something is a warning."""
 _NOTED = 0.005
@@ -148,7 +146,7 @@ class Remarks:
         average = self.result.average
         if not set(OFFSETS).intersection(average.best.effects):
             return
-        likely = average.best.evidence - _REFUTED
+        likely = average.best.evidence - REFUTED
         rivals = [
             model.friction
             for model in average.models
@@ -227,7 +225,13 @@ class Remarks:
                 " state the cells' zeros (--zero-motor, --zero-load)"
             )
         elif moved > _NOTED:
-            self.notes.append(f"{would}, and these forces do not show it")
+            parts = self.fit.uncertainty.parts
+            assumed = [part.standard_uncertainty for part in parts if part.name in ZEROS]
+            room = ""
+            if assumed:
+                force = f"{max(assumed):.2g} {unit}" if unit else f"{max(assumed):.2g}"
+                room = f"; the interval has room for {force} (--cell-uncertainty states yours)"
+            self.notes.append(f"{would}, and these forces do not show it{room}")
 
     def _check_gains(self) -> None:
         """Compare the gains of the cells."""

@@ -233,21 +233,21 @@ def force_of(given: str | float | None, option: str, unit: str | None) -> float:
     raise UsageError(problem, where=option, hint='write "0.4 N" or "0.4 kgf"')
 
 
-def cell_uncertainty_of(text: str | None, unit: str | None) -> tuple[float, float] | None:
+def cell_uncertainty_of(text: str | None, unit: str | None) -> tuple[float | None, float]:
     """Parse the standard uncertainty of a cell's zero and gain, such as "0.2 N, 0.5 %".
 
     Returns:
-        Standard uncertainty of the zero, in the unit of the file, and of the gain, as a share; None
-        if the text is not given.
+        Standard uncertainty of the zero, in the unit of the file, None if the text does not give
+        it, and of the gain, as a share.
 
     Raises:
         UsageError: if the text is not an uncertainty.
     """
     if text is None:
-        return None
+        return None, 0.0
     option = "--cell-uncertainty"
     hint = 'write "0.2 N, 0.5 %"'
-    zero = 0.0
+    zero = None
     gain = 0.0
     for part in map(str.strip, text.split(",")):
         if not part.endswith("%"):
@@ -257,7 +257,7 @@ def cell_uncertainty_of(text: str | None, unit: str | None) -> tuple[float, floa
             gain = parse_measure(part, "number").si
         except UnitError as error:
             raise UsageError(error.problem, where=option, hint=hint) from error
-    if zero < 0.0 or not 0.0 <= gain < 1.0:
+    if (zero or 0.0) < 0.0 or not 0.0 <= gain < 1.0:
         problem = f'"{shorten(text)}" is not an uncertainty, expected 0 or more'
         raise UsageError(problem, where=option, hint=hint)
     return zero, gain

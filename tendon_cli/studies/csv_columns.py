@@ -10,7 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.cells import SEPARATORS, cells_of, is_comment, lines_of, raise_all, texts_of
+from tendon_cli.cells import (
+    SEPARATORS,
+    cells_of,
+    is_comment,
+    lines_of,
+    not_read,
+    raise_all,
+    texts_of,
+)
 from tendon_cli.errors import InputError
 from tendon_cli.model.kinematics import Array
 from tendon_cli.units import UNITS, factor_of, known_units, shorten
@@ -19,8 +27,6 @@ _NUMBER = r"^[+-]?([0-9]{1,40}\.?[0-9]{0,40}|\.[0-9]{1,40})([eE][+-]?[0-9]{1,3})
 """Pattern of a number."""
 _LARGEST = 1e9
 """Largest magnitude of a number, in the unit of its column."""
-_IGNORED_SHOWN = 5
-"""Number of columns that are not read, in a note."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,16 +82,8 @@ class Sheet:
 
     def ignored(self, places: set[int]) -> list[str]:
         """Return a note that names the columns that are not at these places; empty if none is."""
-        names = [
-            shorten(text, 30)
-            for place, text in enumerate(self.header)
-            if place not in places and text
-        ]
-        if not names:
-            return []
-        others = len(names) - _IGNORED_SHOWN
-        more = f" and {others} more" if others > 0 else ""
-        return [f"{self.where}: columns not read: {', '.join(names[:_IGNORED_SHOWN])}{more}"]
+        names = [text for place, text in enumerate(self.header) if place not in places]
+        return not_read(names, self.where)
 
     @contextmanager
     def collected(self) -> Iterator[None]:

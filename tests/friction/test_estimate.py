@@ -90,7 +90,8 @@ def test_repeating_a_reading_does_not_beat_the_resolution(csv_file) -> None:
     forces = (1.236, 1.028, 0.858, 1.036)
     floor = math.sqrt(sum((0.001 / force) ** 2 for force in forces) / 12.0)
     for repeats in (3, 25):
-        fit = fit_friction(csv_file(header + rows * repeats), bend_angle="144 deg")
+        path = csv_file(header + rows * repeats)
+        fit = fit_friction(path, bend_angle="144 deg", cell_uncertainty="0")
         assert fit.uncertainty.standard_error == pytest.approx(floor / 2.0 / ANGLE, rel=1e-6)
 
 
@@ -120,7 +121,8 @@ def test_the_interval_of_settled_strokes_is_that_of_the_t_test_of_two_directions
     cases = np.where(direction > 0, 1, 2)
     lines = ["case,cell 1,cell 2"]
     lines += [f"{case},{value:.15g},1.000001" for case, value in zip(cases, ratio, strict=True)]
-    fit = fit_friction(csv_file("\n".join(lines) + "\n"), bend_angle="144 deg")
+    path = csv_file("\n".join(lines) + "\n")
+    fit = fit_friction(path, bend_angle="144 deg", cell_uncertainty="0")
     test = ttest_ind(np.log(ratio[direction > 0]), np.log(ratio[direction < 0]))
     low, high = test.confidence_interval(0.95)
     expected = (float(low) / (2.0 * ANGLE), float(high) / (2.0 * ANGLE))

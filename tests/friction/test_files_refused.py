@@ -10,7 +10,7 @@ import pytest
 from tendon_cli.errors import InputError, TendonError, UsageError
 from tendon_cli.friction import fit_friction
 
-from .tables import BARE_ROWS, GERMAN, NAMED, TABLE, called, changed
+from .tables import BARE_ROWS, GERMAN, NAMED, TABLE, added, called, changed
 
 FIFTH = "2,0.858,1.036\n2,0.858"
 """Text of the table's fifth line and its sixth that stands there once."""
@@ -158,6 +158,12 @@ COLUMNS = {
 """Columns of bend angles, each with its fault."""
 
 
+def told(error: InputError) -> list[str]:
+    """Return the place that an error names, and each of its faults; several have their own."""
+    heading, *listed = (error.message or "").splitlines()
+    return [error.where or "", *(listed or [heading])]
+
+
 @pytest.mark.parametrize(
     ("content", "where", "message", "angle"),
     [(*case, "144 deg") for case in REFUSED.values()]
@@ -169,11 +175,58 @@ def test_refused(
 ) -> None:
     with pytest.raises(InputError) as caught:
         fit_friction(csv_file(content), bend_angle=angle)
-    assert message in caught.value.message
-    assert "cells.csv" in caught.value.where
-    assert where in caught.value.where
-    assert len(caught.value.message) < 400
-    assert "\n" not in caught.value.message
+    place, *faults = told(caught.value)
+    assert "cells.csv" in place
+    first = faults[0]
+    assert message in first
+    assert where in f"{place}, {first}"
+    assert all(len(fault) < 400 for fault in faults)
+
+
+def test_every_bad_cell_is_told_with_its_line_ten_at_most(csv_file) -> None:
+    lines = ["motor (N),load (N)", *(f"{1.2 + 0.001 * row:.3f},1.000" for row in range(40))]
+    bad = {4: "oops", 6: "x", 9: "1e999"}
+    for line, cell in bad.items():
+        lines[line - 1] = f"1.2,{cell}"
+    with pytest.raises(InputError) as caught:
+        fit_friction(csv_file("\n".join(lines)), bend_angle="144 deg")
+    faults = told(caught.value)[1:]
+    assert len(faults) == len(bad)
+    for line, cell in bad.items():
+        named = [fault for fault in faults if f"line {line}, column 2" in fault]
+        assert len(named) == 1
+        assert f'"{cell}"' in named[0]
+
+
+def test_of_many_bad_cells_ten_are_told_and_the_others_counted(csv_file) -> None:
+    lines = ["motor (N),load (N)", *(f"bad{row},1.000" for row in range(23))]
+    with pytest.raises(InputError) as caught:
+        fit_friction(csv_file("\n".join(lines)), bend_angle="144 deg")
+    faults = told(caught.value)[1:]
+    assert len(faults) == 11
+    assert "13 more" in faults[-1]
+
+
+def test_every_missing_direction_and_bad_angle_is_told(csv_file) -> None:
+    no_direction = "direction,cell 1,cell 2\nup,1.2,1\n,1.2,1\ndown,1,1.2\n,1,1.2\n"
+    bad_angle = "bend_angle_deg,cell 1,cell 2\n90,1.2,1\n-90,1.2,1\n90,1,1.2\n,1,1.2\n"
+    for content, angle in ((no_direction, "144 deg"), (bad_angle, None)):
+        with pytest.raises(InputError) as caught:
+            fit_friction(csv_file(content), bend_angle=angle)
+        faults = told(caught.value)[1:]
+        assert ["line 3" in fault for fault in faults] == [True, False]
+        assert ["line 5" in fault for fault in faults] == [False, True]
+
+
+def test_a_note_names_the_columns_that_are_not_read(csv_file) -> None:
+    content = added("torque (Nm)", *"654321")
+    first = csv_file(content, "first.csv")
+    second = csv_file(content, "second.csv")
+    notes = fit_friction([first, second], bend_angle="144 deg").notes
+    assert "first.csv: columns not read: torque (Nm)" in notes
+    assert "second.csv: columns not read: torque (Nm)" in notes
+    alone = fit_friction(csv_file(TABLE), bend_angle="144 deg").notes
+    assert not any("not read" in note for note in alone)
 
 
 def test_column_names_by_option(csv_file) -> None:

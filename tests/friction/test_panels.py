@@ -13,6 +13,9 @@ from tendon_cli.figures.friction import fit_page
 from .cases import VARYING, fits_of
 
 SEEDS = 3
+UNSEEN = 1e-4
+"""Slope of the log ratio that nobody sees in a panel: 0.04 % of its limit, less than a stroke's
+scatter."""
 
 
 def slope_seen(fit: Any, title: str) -> tuple[float, float]:
@@ -38,7 +41,7 @@ def slope_seen(fit: Any, title: str) -> tuple[float, float]:
 def test_a_zero_error_makes_no_cell_late(offsets: tuple[float, float]) -> None:
     for fit in fits_of(replace(VARYING, offsets=offsets), SEEDS):
         late, before = slope_seen(fit, "A late cell?")
-        assert late < 0.1 * before
+        assert late < max(0.1 * before, UNSEEN)
         assert late < 0.1 * slope_seen(fit, "Zero error")[0]
 
 

@@ -68,6 +68,8 @@ class Readings:
     motor: str | None = None
     """"1" or "2" if the headers say which cell is the motor's."""
     files: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    """Note that names the columns that are not read, for each file that has any."""
 
     @property
     def cells(self) -> tuple[Floats, Floats]:
@@ -197,6 +199,7 @@ def _assembled(table: Table, position: str | None) -> Readings:
     for role, column in columns.items():
         if column:
             rows[role] = readers[role](table, column)
+    table.raise_faults()
     time = columns["time"]
     return Readings(
         rows=pd.DataFrame(rows, copy=False),
@@ -209,6 +212,7 @@ def _assembled(table: Table, position: str | None) -> Readings:
         time_unit=time.unit if time else None,
         motor=_motor_by_headers(first, second),
         files=(table.source,),
+        notes=tuple(table.unread([first, second, moved, *columns.values()])),
     )
 
 
@@ -224,11 +228,9 @@ def _motor_by_headers(first: Heading, second: Heading) -> str | None:
 def _times(table: Table, column: Heading) -> Floats:
     """Return the times, or the numbers of the rows if they are no numbers but times of day."""
     order = np.arange(len(table.lines), dtype=np.float64)
-    try:
-        times = table.numbers(column)
-    except InputError:
-        return order
-    return times if np.all(np.isfinite(times)) else order
+    times, faults = table.parsed(column)
+    is_time = not faults and bool(np.all(np.isfinite(times)))
+    return times if is_time else order
 
 
 def _radians(table: Table, column: Heading) -> Floats:
@@ -237,14 +239,16 @@ def _radians(table: Table, column: Heading) -> Floats:
         problem = f"{column.shown} has no unit of angle"
         hint = "call the column bend_angle_deg or bend_angle_rad"
         raise InputError(problem, where=table.place(column), hint=hint)
-    angles = table.numbers(column) * _ANGLES[column.unit]
-    bad = np.flatnonzero(~(angles >= 0.0))
-    if len(bad):
-        where = table.place(column, int(bad[0]))
-        raise InputError("the bend angle is missing or negative", where=where)
-    if column.role == "bend_angle" and not 0.0 < angles.max() <= LARGEST_BEND:
+    values, faults = table.parsed(column)
+    angles = values * _ANGLES[column.unit]
+    if not faults:
+        for row in np.flatnonzero(~(angles >= 0.0)).tolist():
+            problem = "the bend angle is missing or negative"
+            faults.append(InputError(problem, where=table.place(column, row)))
+    if not faults and column.role == "bend_angle" and not 0.0 < angles.max() <= LARGEST_BEND:
         problem = f"bend angles reach {angles.max():.4g} rad, expected above 0 and at most 100"
-        raise InputError(problem, where=table.place(column))
+        faults.append(InputError(problem, where=table.place(column)))
+    table.faults += faults
     return angles
 
 
@@ -281,6 +285,7 @@ def concatenate(parts: list[Readings]) -> Readings:
         source=", ".join(part.source for part in parts),
         sha256=hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest(),
         files=tuple(part.source for part in parts),
+        notes=tuple(note for part in parts for note in part.notes),
     )
 
 

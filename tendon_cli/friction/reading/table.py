@@ -6,7 +6,8 @@ import errno
 import hashlib
 import os
 from collections import Counter
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -14,7 +15,15 @@ import numpy as np
 import pandas as pd
 
 from tendon_cli import say
-from tendon_cli.cells import SEPARATORS, cells_of, is_comment, lines_of, texts_of
+from tendon_cli.cells import (
+    SEPARATORS,
+    cells_of,
+    is_comment,
+    lines_of,
+    not_read,
+    raise_all,
+    texts_of,
+)
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import read_file
 from tendon_cli.friction.reading.header import Heading, find_cells, read_header
@@ -51,6 +60,8 @@ class Table:
     separator: str = ""
     decimal: str = ""
     """Decimal sign, known from the first number that has one."""
+    faults: list[InputError] = field(default_factory=list)
+    """Faults found so far; `raise_faults` raises them as one error."""
 
     def place(self, column: Heading, row: int | None = None) -> str:
         """Return line and column of a header, or of a row of its column."""
@@ -77,36 +88,61 @@ class Table:
             coded.indices.to_numpy(), categories=coded.dictionary.to_pylist()
         )
 
-    def numbers(self, column: Heading) -> np.ndarray:
-        """Return a column's numbers; NaN for a cell that is empty or says there is no reading."""
-        data = self.data[column.index]
-        try:
-            is_array = isinstance(data, np.ndarray)
-            values = data.astype(np.float64) if is_array else self._parsed(column)
-        except (TypeError, ValueError):
-            raise InputError("is not a column of numbers", where=self.place(column)) from None
-        if np.isinf(values).any():
-            row = int(np.argmax(np.isinf(values)))
-            shown = shorten(str(data[row]))
-            raise InputError(f'"{shown}" is too large for a number', where=self.place(column, row))
-        return np.asarray(values, dtype=np.float64)
+    def raise_faults(self) -> None:
+        """Raise all faults found so far as one InputError, if there are any."""
+        raise_all(self.faults, self.source)
 
-    def _parsed(self, column: Heading) -> np.ndarray:
-        """Parse a column of texts."""
+    def unread(self, columns: Iterable[Heading | None]) -> list[str]:
+        """Return a note that names the columns that are not among these."""
+        read = {column.index for column in columns if column}
+        names = [column.header for column in self.columns if column.index not in read]
+        return not_read(names, self.source)
+
+    def numbers(self, column: Heading) -> np.ndarray:
+        """Return a column's numbers; NaN for a cell that is empty or says there is no reading.
+
+        A cell that is anything else is a fault, and NaN.
+        """
+        values, faults = self.parsed(column)
+        self.faults += faults
+        return values
+
+    def parsed(self, column: Heading) -> tuple[np.ndarray, list[InputError]]:
+        """Return a column's numbers, NaN without one, and the faults of its cells."""
+        data = self.data[column.index]
+        faults: list[InputError] = []
+        if isinstance(data, np.ndarray):
+            try:
+                values = np.asarray(data.astype(np.float64))
+            except (TypeError, ValueError):
+                fault = InputError("is not a column of numbers", where=self.place(column))
+                return np.full(len(data), np.nan), [fault]
+        else:
+            values = self._parsed_texts(column, faults)
+        for row in np.flatnonzero(np.isinf(values)).tolist():
+            problem = f'"{shorten(str(data[row]))}" is too large for a number'
+            faults.append(InputError(problem, where=self.place(column, row)))
+        return np.where(np.isinf(values), np.nan, values), faults
+
+    def _parsed_texts(self, column: Heading, faults: list[InputError]) -> np.ndarray:
+        """Parse a column of texts, and add the faults of its cells to `faults`."""
         import pyarrow as pa
         import pyarrow.compute as pc
 
         text = pc.replace_substring(self.data[column.index], "\u2212", "-")
         missing = pc.is_in(pc.utf8_lower(text), value_set=pa.array(_MISSING))
-        good = pc.or_(missing, pc.match_substring_regex(text, f"^{_NUMBER}$"))
-        if not pc.all(good).as_py():
-            row = int(np.argmin(good.to_numpy(zero_copy_only=False)))
+        is_number = pc.match_substring_regex(text, f"^{_NUMBER}$")
+        good = pc.or_(missing, is_number)
+        for row in np.flatnonzero(~good.to_numpy(zero_copy_only=False)).tolist():
             problem = f'"{shorten(text[row].as_py())}" is not a number'
             hint = "write numbers without a unit and without separators of thousands"
-            raise InputError(problem, where=self.place(column, row), hint=hint)
-        self._check_signs(text, column)
+            faults.append(InputError(problem, where=self.place(column, row), hint=hint))
+        try:
+            self._check_signs(pc.if_else(is_number, text, ""), column)
+        except InputError as error:
+            faults.append(error)
         plain = pc.utf8_ltrim(pc.replace_substring(text, ",", "."), "+")
-        values = pc.cast(pc.if_else(missing, "nan", plain), pa.float64())
+        values = pc.cast(pc.if_else(is_number, plain, "nan"), pa.float64())
         return np.asarray(values.to_numpy(zero_copy_only=False))
 
     def _check_signs(self, text: Any, column: Heading) -> None:
