@@ -216,6 +216,8 @@ class SettingRecord(TypedDict):
     """Direction of the last motion."""
     read: str
     """Gauge by which a pretension is read."""
+    on_wearer: bool
+    """True if the tensions to set are those on the person on whom the anchors were measured."""
     newtons_per_metre: float
     """Pretension that a metre taken from both tendons adds, N/m."""
 

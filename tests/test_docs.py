@@ -61,8 +61,9 @@ def test_the_page_for_contributors_names_modules_and_functions_that_there_are():
 
 @pytest.mark.parametrize("page", ["README.md", *PAGES])
 def test_every_study_that_is_shown_is_one(page, tmp_path, monkeypatch):
-    """Files of curves that it names are stood in for."""
+    """Files of curves, and of one person, that it names are stood in for."""
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "me.csv").write_text("name,weight (kg)\nme,80\n", encoding="utf-8")
     text = README if page == "README.md" else PAGES[page]
     for key, name in re.findall(r'^(torque|excursion) = "(\w+\.csv)"', text, re.MULTILINE):
         columns = (

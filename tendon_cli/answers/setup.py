@@ -27,6 +27,7 @@ from tendon_cli.model.reversal import Drift, drift
 from tendon_cli.model.setting import all_readings, pretension_per_length
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, Axis
+from tendon_cli.studies.spaces import wearer_axis
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import Solutions
@@ -66,8 +67,11 @@ def study_arm(question: Question, points: Points, whom: Axis | None = None) -> D
     Args:
         question: The question.
         points: The choices at their pretensions.
-        whom: Axis of the persons or draws; None for the study's own arm.
+        whom: Axis of the persons or draws; None for the study's own arm, which is that of the
+            wearer if the anchors were measured on one.
     """
+    if whom is None:
+        whom = wearer_axis(question.study)
     count = 1 if whom is None else len(whom)
     under: dict[str, Array] = {}
     for axis in question.conditions.axes:
@@ -131,6 +135,7 @@ def setting_record(question: Question, choice: Solutions) -> SettingRecord:
         "load": float(posture.load.array[0]),
         "after": posture.after,
         "read": posture.read,
+        "on_wearer": wearer_axis(question.study) is not None,
         "newtons_per_metre": float(_of_designs(pretension_per_length(design), 1)[0]),
     }
 

@@ -35,9 +35,11 @@ _SOURCE_OF_SPRINGS = "extension springs made for 300 N: 73 mm at 5 kN/m, 84 mm a
 def bench_heading(question: QuestionRecord, setting: SettingRecord) -> str:
     """Say on whom, and in which posture, the recorded tensions are set.
 
-    A study about people has the mean man's arm as its own.
+    A study about people has the mean man's arm as its own, unless anchors were measured on one.
     """
-    whom = " on the mean man" if PERSON_AXIS in question["counts"] else ""
+    whom = ""
+    if PERSON_AXIS in question["counts"]:
+        whom = " on this person" if setting["on_wearer"] else " on the mean man"
     return f"To set it{whom}: {_posture(question['joint'], setting)}"
 
 
@@ -69,9 +71,12 @@ def to_set(record: AnswerResults, best: ChoiceRecord, setting: SettingRecord) ->
     yield f"{flexor} and {extensor} at the motor"
     population = record["population"]
     if population is not None and PERSON_AXIS in counts:
-        flexor, extensor = (_spread(name, population["set"][name]) for name in SET_AT_JOINT)
-        whom = _persons(counts[PERSON_AXIS])
-        yield f"on {whom} {flexor} in the flexor and {extensor} in the extensor at the joint"
+        spreads = {name: population["set"][name] for name in SET_AT_JOINT}
+        is_one_body = all(low == high for low, high in spreads.values())
+        if not (setting["on_wearer"] and is_one_body):
+            flexor, extensor = (_spread(name, ends) for name, ends in spreads.items())
+            whom = _persons(counts[PERSON_AXIS])
+            yield f"on {whom} {flexor} in the flexor and {extensor} in the extensor at the joint"
     length = best["tolerance_length"]
     window = ""
     if length is not None:

@@ -45,6 +45,12 @@ _PART_OF = (
 """Tables and their keys that need another key of the table, with a phrase for the whole."""
 _OF_BOTH_DIRECTIONS = ("max_backlash", "max_torque_band")
 """Limits on the difference between flexion and extension at an elbow angle."""
+_ANCHOR_KEYS = tuple(f"arm.{name}" for name in ANCHORS)
+_WHOSE_ANCHORS = (
+    'anchors = "measured": measured on the one person of the file, for whom they hold as stated; '
+    'anchors = "mean man": those of the survey\'s mean man, scaled to each person'
+)
+"""The two answers to the question whose the stated anchors are."""
 _FILES_OF_SHEATH = (("friction", "friction_from"), ("bend_angle", "path"))
 """Numbers of a sheath, each with the key of a file that also gives it."""
 
@@ -65,6 +71,7 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
         *_reading_faults(study),
         *_null_limit_faults(study, at_fault),
         *_case_faults(study),
+        *_anchor_faults(study, at_fault),
         *_limit_faults(study, at_fault),
         *curve_faults(study),
     ]
@@ -183,6 +190,34 @@ def _output_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
     if study.output.states and not is_written:
         hint = 'leave it out, or add "states" to tables'
         yield Fault("output.states", "names columns of a table that is not written", hint)
+
+
+def _anchor_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
+    """Yield faults of anchors that meet a file of persons, unless the study says whose they are."""
+    key = "arm.anchors"
+    if study.people is None or not study.people.is_from_file or key in at_fault:
+        return
+    stated = [f"arm.{name}" for name in study.stated_anchors]
+    of_cases = [
+        (f"cases.{at}.{path}", path)
+        for at, case in enumerate(study.cases)
+        for path in case_numbers(case)
+        if path in _ANCHOR_KEYS
+    ]
+    keys_given = [*stated, *(place for place, _ in of_cases)]
+    is_measured = study.arm.anchors == "measured"
+    if study.arm.anchors is None and keys_given:
+        names = ", ".join(keys_given)
+        problem = f"is needed, since this study states {names} and a file of persons"
+        yield Fault(key, problem, _WHOSE_ANCHORS)
+    elif is_measured and not keys_given and not any(name in at_fault for name in _ANCHOR_KEYS):
+        problem = '"measured" is about stated anchors, but this study states none'
+        yield Fault(key, problem, 'such as b1 = "110 mm" in [arm], or leave it out')
+    elif is_measured:
+        for place, path in of_cases:
+            if path not in stated:
+                problem = "is measured in this case, and scaled from the mean man's in the others"
+                yield Fault(place, problem, f"give {path} in the study, too")
 
 
 def _rest_angle_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:

@@ -154,6 +154,9 @@ def varied_study(study: Study, settings: Mapping[str, Any]) -> Study:
         UsageError: A setting has no place in a study.
     """
     content = study.document()
+    # A default that is written out would count as stated, for persons who are added.
+    stated = study.arm.model_fields_set
+    content["arm"] = {name: value for name, value in content["arm"].items() if name in stated}
     for key, value in settings.items():
         _put(content, key.split("."), plain_content(value, (key,)))
     varied = study_from(content, order=(*study.axes, *settings))

@@ -123,6 +123,11 @@ class Arm(Part):
     contact_radius: Annotated[
         StudyNumber | None, NumberField("contact_radius", **POSITIVE_LENGTH)
     ] = None
+    anchors: Literal["measured", "mean man"] | None = field_default(
+        None,
+        description="whose the stated anchors and elbow radius are: measured on the one person of "
+        "a file, where they hold as stated, or the survey's mean man's, scaled to each person",
+    )
 
 
 class SheathSide(Part):

@@ -179,7 +179,7 @@ def person_axis(study: Study, drawn_once: Mapping[str, Array]) -> NamedAxis:
     if study.people is None:
         raise ValueError("a study without people has no axis of persons")
     people = study.people.population
-    sets, scales = arms_of(people, study.body_numbers)
+    sets, scales = arms_of(people, study.body_numbers, study.measured_anchors)
     dimension = study.joint.scale_with
     if dimension is not None:
         measured_on = getattr(people.reference, dimension)
@@ -188,6 +188,17 @@ def person_axis(study: Study, drawn_once: Mapping[str, Array]) -> NamedAxis:
     scaling = {scale_of(key): values for key, values in scales.items()}
     numbers = {**drawn_once, **sets, **scaling}
     return NamedAxis.of(PERSON_AXIS, people.names, numbers, "draw", people.weighting)
+
+
+def wearer_axis(study: Study) -> NamedAxis | None:
+    """Return the axis of the one person on whom the study's anchors were measured; None for others.
+
+    What was not measured on this person has its expected value, and uncertain numbers their middle.
+    """
+    if study.people is None or not study.measured_anchors:
+        return None
+    people = study.people.model_copy(update={"completions": None})
+    return person_axis(study.replaced({"people": people}), {})
 
 
 def axis_of(study: Study, key: str) -> Axis:
@@ -231,6 +242,7 @@ def impossibilities(study: Study) -> list[Fault]:
     return [
         *_friction_faults(study),
         *_anchor_faults(study),
+        *_measured_anchor_faults(study),
         *_grouping_faults(study),
         *_reading_faults(study),
     ]
@@ -246,6 +258,22 @@ def _grouping_faults(study: Study) -> Iterator[Fault]:
     elif not study.people.population.sexes:
         hint = 'a column "sex" with male or female, or people.sex if all are alike'
         yield Fault("design.by", "gives shares by sex, but the file of people has none", hint)
+
+
+def _measured_anchor_faults(study: Study) -> Iterator[Fault]:
+    """Yield a fault if anchors are measured on the wearer, but the study has not just one."""
+    if study.arm.anchors != "measured" or study.people is None:
+        return
+    key = "arm.anchors"
+    scaled = 'anchors = "mean man" scales those of the mean man to each person'
+    if not study.people.is_from_file:
+        problem = '"measured" is about the one person of a file, but a survey draws the persons'
+        yield Fault(key, problem, f'[people] file = "me.csv" with that person; {scaled}')
+        return
+    persons = len(study.people.population.persons)
+    if persons > 1:
+        problem = f'"measured" is about one person, but the file has {persons:,}'
+        yield Fault(key, problem, f"a study for each person; {scaled}")
 
 
 def _reading_faults(study: Study) -> Iterator[Fault]:

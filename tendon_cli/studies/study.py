@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Iterator
 from functools import cached_property
 from typing import Annotated, Any, ClassVar
 
@@ -22,6 +23,7 @@ from tendon_cli.studies.contents import (
     DESIGN_PARTS,
     Key,
     Title,
+    case_numbers,
     case_tables,
     keys,
     marked_numbers,
@@ -206,6 +208,16 @@ class Study(Displayed, StudyTables):
         stated = {f"arm.{name}" for name in self.arm.model_fields_set}
         return tuple(key for key in OF_THE_BODY if key not in stated)
 
+    @property
+    def stated_anchors(self) -> tuple[str, ...]:
+        """Names of the anchors that the study itself states, the elbow radius among them."""
+        return tuple(name for name in ANCHORS if name in self.arm.model_fields_set)
+
+    @property
+    def measured_anchors(self) -> tuple[str, ...]:
+        """Names of the stated anchors that were measured on the wearer, and are not scaled."""
+        return self.stated_anchors if self.arm.anchors == "measured" else ()
+
     # --- Motion ----------------------------------------------------------------------------------
 
     @cached_property
@@ -338,17 +350,23 @@ class Study(Displayed, StudyTables):
         tables += [(f"cases.{at}", case) for at, case in enumerate(self.cases)]
         for name, table in tables:
             warnings += warn_of_numbers(marked_numbers(table, name))
+        if self.people is not None and not self.people.is_from_file and self.arm.anchors is None:
+            warnings += _notes_on_scaled_anchors(self)
         return tuple(warnings)
 
     def document(self) -> dict[str, Any]:
         """Return the study with every default written out, in SI; it reads back as the same study.
 
         Numbers that come from the body of a person are left out: once written they would count as
-        stated. Keys that a file of the study gives instead are left out, too.
+        stated, and so would the default anchors of persons from a file. Keys that a file of the
+        study gives instead are left out, too.
         """
         written = part_document(self)
         for key in self.body_numbers:
             del written["arm"][key.removeprefix("arm.")]
+        if self.people is not None and self.people.is_from_file:
+            for name in set(ANCHORS).difference(self.stated_anchors):
+                del written["arm"][name]
         if self.motion.trajectory is not None:
             # A trajectory gives the angles and directions.
             del written["motion"]["elbow_angle"]
@@ -376,6 +394,26 @@ class Study(Displayed, StudyTables):
 
 
 # --- Words ----------------------------------------------------------------------------------------
+
+
+def _notes_on_scaled_anchors(study: Study) -> Iterator[str]:
+    """Yield a note that anchors other than the paper's are scaled to each person, if there are any.
+
+    It goes by the values: a study that is read back from its record states the paper's, too.
+    """
+    of_paper = parts.Arm()
+    of_cases = {key for case in study.cases for key in case_numbers(case)}
+    stated = []
+    for name in ANCHORS:
+        values = getattr(study.arm, name).array
+        is_of_paper = np.array_equal(values, getattr(of_paper, name).array)
+        if not is_of_paper or f"arm.{name}" in of_cases:
+            stated.append(f"arm.{name}")
+    if stated:
+        yield (
+            f"{say.join_words(stated)} as stated: taken as the mean "
+            'man\'s and scaled to each person (arm.anchors = "mean man" says so)'
+        )
 
 
 def _motion_text(study: Study) -> str:

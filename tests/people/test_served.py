@@ -93,7 +93,7 @@ def test_a_person_without_equilibrium_is_not_served_and_not_dropped(tmp_path):
     text = "name,biceps circumference (cm),acromion radiale length (cm)\nAda,30,32\nOdd,75,13\n"
     (tmp_path / "people.csv").write_text(text, encoding="utf-8")
     # Far in front of a short arm, the flexor passes the joint's centre before 90 degrees.
-    far_in_front = {"arm": {"a1": 0.08}}
+    far_in_front = {"arm": {"a1": 0.08, "anchors": "mean man"}}
     question, solutions = solved(FILE, far_in_front, suit(5e3, 0.6), folder=tmp_path)
     ends = Solver(question).windows(question.all_points())
     assert np.isnan(ends.low[0]).tolist() == [False, True]

@@ -59,7 +59,8 @@ def _check_packed(text: str) -> str:
 class People(Part):
     """People who wear the suit: persons drawn from a survey, or real ones from a file.
 
-    The study's anchors and elbow radius are the survey's mean man's, and are scaled to each person.
+    The study's anchors and elbow radius are the survey's mean man's, and are scaled to each person,
+    unless `arm.anchors` says that they were measured on the wearer.
     """
 
     source: Literal["ansur2"] = field_default(
@@ -111,6 +112,11 @@ class People(Part):
         if self.statistics_content is None:
             return ansur2()
         return read_survey(unpacked(self.statistics_content), "people.statistics")
+
+    @property
+    def is_from_file(self) -> bool:
+        """True if the persons are those of a file, whether it is read yet or not."""
+        return self.file is not None or self.content is not None
 
     @property
     def persons(self) -> int:

@@ -70,16 +70,24 @@ def person_study(study: Study, name: str) -> PersonStudy:
         name: One of its persons, or one of `STANDARD_PERSONS`.
 
     Raises:
-        UsageError: There is no such person.
+        UsageError: There is no such person, or the study's anchors were measured on another one.
     """
+    measured = study.measured_anchors
+    if measured and name in STANDARD_PERSONS:
+        problem = f"the anchors of this study were measured on its wearer, not on the {name}"
+        hint = 'arm.anchors = "mean man" scales them, if they are the mean man\'s'
+        raise UsageError(problem, hint=hint)
     person = _person(study, name)
     dimensions = dict(zip(DIMENSIONS, map(float, person.values[0]), strict=True))
     stated = {f"arm.{key}" for key in study.arm.model_fields_set}
-    sets, scales = arms_of(person, [key for key in OF_THE_BODY if key not in stated])
+    sets, scales = arms_of(person, [key for key in OF_THE_BODY if key not in stated], measured)
     steps: list[Step] = []
     numbers: dict[str, StudyNumber] = {}
     for anchor, dimension in ANCHOR_ALONG.items():
         given = study.numbers[f"arm.{anchor}"]
+        if anchor in measured:
+            steps.append(Step(anchor, "as measured on this person", given.array[0]))
+            continue
         scaled = tuple((given.array * scales[f"arm.{anchor}"]).tolist())
         numbers[anchor] = StudyNumber(scaled, is_axis=given.is_axis, is_interval=given.is_interval)
         formula = _anchor_formula(given, dimension, person.reference)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -47,7 +47,7 @@ class Population:
     weighting: Array
     """Weight of each person in a share, (n,), at least 0 and not all 0."""
     reference: Body
-    """Mean man of the survey, for whom the study's anchors hold as written."""
+    """Mean man of the survey, for whom anchors that were not measured hold as written."""
     notes: tuple[str, ...] = ()
     """Notes on what was assumed about them."""
     sexes: tuple[str, ...] = ()
@@ -192,20 +192,25 @@ def standard_person(survey: Survey, name: str) -> Population:
 
 
 def arms_of(
-    people: Population, of_the_body: Iterable[str]
+    people: Population, of_the_body: Iterable[str], measured: Collection[str] = ()
 ) -> tuple[dict[str, Array], dict[str, Array]]:
     """Return the numbers of the persons' arms that come from their bodies.
 
     Args:
         people: Persons.
         of_the_body: Keys of `OF_THE_BODY` that a study does not state itself.
+        measured: Names of the anchors that were measured on the wearer, and have no factor.
 
     Returns:
         Numbers that the bodies set, and factors by which they scale others, by dotted key, (n,).
     """
     body = people.body
     sets = {key: OF_THE_BODY[key](body) for key in of_the_body}
-    scales = {f"arm.{name}": scale for name, scale in anchor_scales(body, people.reference).items()}
+    scales = {
+        f"arm.{name}": scale
+        for name, scale in anchor_scales(body, people.reference).items()
+        if name not in measured
+    }
     return sets, scales
 
 
