@@ -36,7 +36,7 @@ MAY_IMPORT = {
     "startup": {"errors"},
     "terminal": {"errors"},
     "files": {"errors", "units"},
-    "cells": {"errors"},
+    "cells": {"errors", "units"},
     "quantities": {"units"},
     "display": {"errors", "registry"},
     "registry": set(),
