@@ -16,9 +16,10 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from tendon_cli.cube.columns import DERIVED, ColumnArray, TableColumns
-from tendon_cli.cube.cube import axis_values_of, study_of
+from tendon_cli.cube.cube import axis_values_of
 from tendon_cli.cube.source import table_in
-from tendon_cli.errors import InputError, UsageError
+from tendon_cli.engine.states import WorkedOut
+from tendon_cli.errors import UsageError
 from tendon_cli.files import output_errors, output_file
 from tendon_cli.quantities import (
     OF_CYCLES,
@@ -327,10 +328,10 @@ def _is_export(line: bytes, first_line: bytes) -> bool:
 
 def _sums_of_sources(rows: TableRows) -> set[str]:
     """Return the checksums of the files that the study of rows read; none for a CSV of people."""
-    try:
-        sources = study_of(rows.table).sources
-    except InputError:
-        return set()
+    if isinstance(rows.table, WorkedOut):
+        sources = rows.table.study.sources
+    else:
+        sources = rows.table.facts.get("study", {}).get("sources", {})
     return {source["sha256"] for source in sources.values()}
 
 

@@ -91,7 +91,7 @@ def test_states_that_were_not_kept_are_those_that_would_have_been(tmp_path: Path
 def test_a_filter_means_the_same_of_rows_and_of_axes(tmp_path: Path, text: str, count: int) -> None:
     files = designs(tmp_path / "run", {"tendon": {"pretension": grid("80 N", "200 N", 5)}})
     cube = cube_of(files)
-    (condition,) = cube.table_columns.conditions([text])
+    (condition,) = cube.conditions([text])
     is_selected = condition.holds(cube.gather(np.arange(files.rows), ["taut"])["taut"])
     assert int(is_selected.sum()) == count
     _, selected_count = rows_in(tmp_path / "run", where=[text]).head(0)

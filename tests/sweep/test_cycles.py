@@ -5,6 +5,7 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.engine import folds
+from tendon_cli.errors import StudyError
 from tendon_cli.quantities import OF_CYCLES
 from tendon_cli.tables.read import open_table
 
@@ -114,9 +115,8 @@ def test_feasible_designs_keep_every_limit_of_the_motor(run, limit, column):
     assert ((is_above & is_below) == expected)[~is_at_the_limit].all()
 
 
-def test_a_limit_on_a_difference_between_directions_excludes_nothing_if_there_is_one_direction():
+def test_a_limit_on_a_difference_between_directions_is_refused_if_there_is_one_direction():
     study = {**STUDY, "motion": {**STUDY["motion"], "direction": "flexion"}}
-    free = sweep_of(study).designs["feasible"]
-    limited = sweep_of({**study, "limits": {"max_backlash": "1e-9 rad"}}).designs["feasible"]
-    assert free.any()
-    assert limited.tolist() == free.tolist()
+    assert sweep_of(study).designs["feasible"].any()
+    with pytest.raises(StudyError, match="max_backlash: compares flexion and extension"):
+        sweep_of({**study, "limits": {"max_backlash": "1e-9 rad"}})
