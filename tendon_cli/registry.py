@@ -137,9 +137,15 @@ def record_names() -> tuple[str, ...]:
     return tuple(kind.record for kind in kinds().values())
 
 
-def table_kinds() -> dict[str, TableKind]:
+def table_kinds() -> Mapping[str, TableKind]:
     """Return the tables of all verbs by their names."""
-    return {table.name: table for kind in kinds().values() for table in kind.tables}
+    return _table_kinds(KINDS)
+
+
+@lru_cache(maxsize=4)
+def _table_kinds(names: tuple[str, ...]) -> dict[str, TableKind]:
+    """Collect the tables of kinds of tasks by their names."""
+    return {table.name: table for kind in _kinds(names).values() for table in kind.tables}
 
 
 def load(name: str) -> Any:

@@ -363,13 +363,15 @@ def _names_in(folder: Path) -> Iterator[str]:
 
     Folders of tables are looked into, others are one name; an empty folder of a table is none.
     """
+    of_every_run = (*record_names(), LOCK)
+    table_files = _table_files()
     for item in sorted(folder.iterdir()):
         name = item.name
-        if name in (*record_names(), LOCK) or OF_A_RUN.fullmatch(name):
+        if name in of_every_run or OF_A_RUN.fullmatch(name):
             continue
         if _FIGURES.fullmatch(name):
             continue
-        is_table = name in _table_files() and item.is_dir() and not item.is_symlink()
+        is_table = name in table_files and item.is_dir() and not item.is_symlink()
         if not is_table:
             yield name
             continue

@@ -95,8 +95,11 @@ class Result(Displayed):
 
     def kept(self, name: str) -> AnyTable:
         """Return a table in the folder of the result, every byte verified; raises InputError."""
-        path = Path(self.folder or "") / f"{name}.parquet"
-        return open_table(path, by_name(self.record))
+        return self._open_file(name)
+
+    def _open_file(self, name: str) -> TableFiles:
+        """Open a table in the folder as it was written; raises InputError."""
+        return open_table(Path(self.folder or "") / f"{name}.parquet", by_name(self.record))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -209,7 +212,7 @@ class Run(Result):
             where = str(self.folder or "in memory")
             hint = f'[output] tables needs "{name}"'
             raise UsageError(f"the run has no table of {name}", where=where, hint=hint)
-        return open_table(Path(self.folder or "") / f"{name}.parquet", by_name(self.record))
+        return self._open_file(name)
 
     def _is_kept(self, name: str) -> bool:
         """Return True if the study keeps a table."""

@@ -25,19 +25,6 @@ def parameter(key: str, value: float | str) -> str:
     return say.parameter(keys()[key].number.quantity, number, say.side_of(key))
 
 
-def value_words(axis: Axis, value: float | str, *, in_brackets: bool = False) -> str:
-    """Say a recorded value of an axis: "K 3 kN/m", "spring at the motor", "d88 (b₁ 88 mm)".
-
-    Args:
-        axis: The axis.
-        value: The number, or the name of the value.
-        in_brackets: True for words that stand in brackets: "d88: b₁ 88 mm".
-    """
-    if isinstance(axis, NamedAxis):
-        return name_words(axis, str(value), in_brackets=in_brackets)
-    return word_of_key(axis.key, str(value)) if axis.names else parameter(axis.key, value)
-
-
 def name_words(axis: Axis, name: str, *, in_brackets: bool = False) -> str:
     """Say a name on an axis, with what it sets if that is short: "d88 (b₁ 88 mm)".
 

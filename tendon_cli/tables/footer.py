@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -17,7 +18,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from tendon_cli.files import open_file
-from tendon_cli.tables.digest import digest_place, digests_of
+from tendon_cli.tables.digest import KEY, digest_place, digests_of
 
 _LONGEST = 256 * 1024 * 1024
 _MAGIC = b"PAR1"
@@ -62,16 +63,14 @@ class Footer:
         return pq.read_metadata(pa.BufferReader(_MAGIC + self.content))
 
     @cached_property
-    def texts(self) -> dict[bytes, bytes]:
-        """Facts of the file as JSON, by their names with the prefix `tendon.`."""
-        texts = self.metadata.metadata or {}
-        return {name: text for name, text in texts.items() if name.startswith(_PREFIX)}
+    def texts(self) -> Mapping[bytes, bytes]:
+        """Texts of the file's metadata by their keys, among them its facts as JSON."""
+        return self.metadata.metadata or {}
 
     @cached_property
     def facts(self) -> dict[str, Any]:
         """Facts of the file by name, without its digest; raises ValueError."""
-        names = (name[len(_PREFIX) :].decode() for name in self.texts)
-        return {name: self.fact(name) for name in names if name != "digest"}
+        return facts_in(self.texts)
 
     def fact(self, name: str) -> Any:
         """Return a fact of the file, None if there is none; raises ValueError."""
@@ -97,6 +96,19 @@ class Footer:
         counts = (origin.results_version, origin.index, origin.of)
         is_sound = all(type(text) is str for text in texts)
         return origin if is_sound and all(type(count) is int for count in counts) else None
+
+
+def facts_in(metadata: Mapping[bytes, bytes]) -> dict[str, Any]:
+    """Return the facts in the metadata of a file or a schema by name, without a digest.
+
+    Raises:
+        ValueError: A fact is no JSON, or no text.
+    """
+    return {
+        key[len(_PREFIX) :].decode(): json.loads(text)
+        for key, text in metadata.items()
+        if key.startswith(_PREFIX) and key != KEY.encode()
+    }
 
 
 def read_footer(path: Path) -> Footer | None:

@@ -19,7 +19,7 @@ import pyarrow.parquet as pq
 from tendon_cli.errors import InputError, is_memory_short
 from tendon_cli.files import read_file
 from tendon_cli.registry import record_names
-from tendon_cli.tables.footer import read_whole
+from tendon_cli.tables.footer import facts_in, read_whole
 from tendon_cli.version import RESULTS_VERSION, reader_of
 
 _LONGEST_RECORD = 2**30
@@ -62,7 +62,7 @@ class AnyTable(ABC):
     @cached_property
     def facts(self) -> dict[str, Any]:
         """Facts in the table's metadata: `table`, `study`, `study_hash`, `versions`, `part`."""
-        return _facts(self.schema)
+        return facts_in(self.schema.metadata or {})
 
     def read(self, columns: Sequence[str] | None = None) -> pa.Table:
         """Read the whole table, or some of its columns."""
@@ -297,17 +297,6 @@ def _verified_facts(file: Path) -> dict[str, Any]:
                 "is not a table written by tendon", where=str(file), hint="run `tendon sweep` first"
             )
     raise _damaged(file, "its bytes are not those that were written")
-
-
-def _facts(schema: pa.Schema) -> dict[str, Any]:
-    """Return the facts of a table that its schema holds, by name."""
-    metadata = schema.metadata or {}
-    prefix = b"tendon."
-    return {
-        key[len(prefix) :].decode(): json.loads(value)
-        for key, value in metadata.items()
-        if key.startswith(prefix) and key != b"tendon.digest"
-    }
 
 
 def _damaged(file: Path, reason: str) -> InputError:

@@ -8,7 +8,7 @@ import tendon_cli as tendon
 from tendon_cli.engine.table_columns import columns_set_by_names
 from tendon_cli.space.axis import NamedAxis
 from tendon_cli.space.space import Space
-from tendon_cli.studies.axis_words import value_words
+from tendon_cli.studies.axis_words import name_words
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import keys
@@ -111,15 +111,15 @@ def test_rows_of_any_table_are_a_named_axis():
     lengths = space.number("tendon.length", "extensor").within(space.whole)
     assert lengths.ravel().tolist() == [2.0, 1.5]
     assert space.choices.axes == (TABLE,)
-    assert value_words(TABLE, "S5") == "spring S5 (K 3 kN/m)"
+    assert name_words(TABLE, "S5") == "spring S5 (K 3 kN/m)"
 
 
 def test_a_name_is_said_with_what_it_sets_if_that_is_short():
     (cases, *_) = space_of(study_from(CASES)).axes
-    assert value_words(cases, "d88") == "d88 (b₁ 88 mm)"
-    assert value_words(cases, "d88", in_brackets=True) == "d88: b₁ 88 mm"
+    assert name_words(cases, "d88") == "d88 (b₁ 88 mm)"
+    assert name_words(cases, "d88", in_brackets=True) == "d88: b₁ 88 mm"
     (sides, *_) = space_of(study_from(SIDES)).axes
-    assert value_words(sides, "rigid") == "rigid (K rigid, spring at the motor)"
-    assert value_words(sides, "as it is") == "as it is"
+    assert name_words(sides, "rigid") == "rigid (K rigid, spring at the motor)"
+    assert name_words(sides, "as it is") == "as it is"
     (persons, *_) = space_of(study_from(PEOPLE)).axes
-    assert value_words(persons, persons.names[0]) == persons.names[0]
+    assert name_words(persons, persons.names[0]) == persons.names[0]
