@@ -77,6 +77,7 @@ class Attachments:
         wrong = measured_motion.trajectory_fault(motion)
         if wrong is not None:
             self.faults.append(wrong)
+            notes += self._judged(key, rows.slips)
             motion = motion.model_copy(update={"trajectory": None})
         facts = measured_motion.facts_of(motion, where)
         facts["warnings"] = [*notes, *facts.get("warnings", [])]
