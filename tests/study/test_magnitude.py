@@ -226,7 +226,7 @@ FILES = [
         "walk.csv",
         "time (min),angle (deg)\n"
         + "".join(f"{row},{40 + 20 * (row % 20) / 20}\n" for row in range(100)),
-        ("motion.trajectory", "a time between samples of 1 min", '"1 s" or "1 ms"'),
+        ("motion.trajectory", "a time between samples of 1 min", '"1 ms"'),
     ),
     (
         'sheath.path = "route.csv"\n',

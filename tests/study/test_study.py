@@ -738,11 +738,15 @@ def test_a_route_that_no_sheath_follows_is_refused(load):
     ("key", "value", "understood"),
     [
         ("arm.a1", 40, "arm.a1 = 40 is 40 m"),
-        ("tendon.youngs_modulus", [145e9, 145e3], "tendon.youngs_modulus = 145000 is 145000 Pa"),
+        (
+            "tendon.youngs_modulus",
+            [145e9, 145e3],
+            "tendon.youngs_modulus item 2 = 145000 is 145000 Pa",
+        ),
         (
             "spring.flexor.stiffness",
             {"from": 3, "to": 300, "num": 3},
-            "spring.flexor.stiffness = 3 is 3 N/m",
+            "spring.flexor.stiffness from = 3 is 3 N/m",
         ),
         ("motion.speed", 60, "motion.speed = 60 is 60 rad/s"),
         ("limits.max_tension", "300 kN", "limits.max_tension = 300000 is 300000 N"),
