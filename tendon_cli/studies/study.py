@@ -399,9 +399,12 @@ class Study(Displayed, StudyTables):
     def hash(self) -> str:
         """SHA-256 of the resolved study and the order of its axes.
 
-        It does not depend on the file and the layout that the study came from.
+        It does not depend on the file and the layout that the study came from, and neither on
+        `allow_implausible`, which changes no number.
         """
-        content = {"study": self.document(), "axes": list(self.axes)}
+        document = self.document()
+        del document["allow_implausible"]
+        content = {"study": document, "axes": list(self.axes)}
         text = json.dumps(content, sort_keys=True, ensure_ascii=True)
         return hashlib.sha256(text.encode()).hexdigest()
 

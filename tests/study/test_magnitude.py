@@ -283,6 +283,11 @@ def test_a_setting_is_refused_and_accepted_alike(tmp_path, capsys):
     assert "arm.b1 = 11 is 11 m, far from any arm" in "".join(capsys.readouterr())
 
 
+def test_accepting_implausible_numbers_changes_no_study():
+    content = {"load": {"mass": "3 kg"}}
+    assert study_from(content | {"allow_implausible": True}).hash == study_from(content).hash
+
+
 def test_an_accepted_study_reads_back_from_its_record_and_an_older_one_does_too():
     study = study_from({"arm": {"b1": "11 m"}, "allow_implausible": True})
     assert recorded_study(study.record).warnings == study.warnings
