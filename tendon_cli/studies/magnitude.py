@@ -16,6 +16,7 @@ from tendon_cli.quantities import PLAUSIBLE, QUANTITIES
 from tendon_cli.units import (
     UNITS,
     Measure,
+    counted,
     described,
     factor_of,
     known_units,
@@ -205,7 +206,7 @@ def slip_faults(key: str, slips: Sequence[Slip], owner: str = "") -> Iterator[Fa
         yield Fault(key, f"{start}{slip.problem}", hint, is_implausible=True)
     if len(slips) > _MOST_LISTED:
         more = len(slips) - _MOST_LISTED
-        problem = f"{start}and {more:,} more values far from any arm"
+        problem = f"{start}and {counted(more, 'more value')} far from any arm"
         yield Fault(key, problem, is_implausible=True)
 
 
@@ -214,7 +215,8 @@ def slip_notes(key: str, slips: Sequence[Slip]) -> Iterator[str]:
     for slip in slips[:_MOST_LISTED]:
         yield f"{key}{slip.note}"
     if len(slips) > _MOST_LISTED:
-        yield f"{key}: {len(slips) - _MOST_LISTED:,} more values are far from any arm"
+        more = len(slips) - _MOST_LISTED
+        yield f"{key}: and {counted(more, 'more value')} far from any arm"
 
 
 def _digits(measure: Measure) -> str:
