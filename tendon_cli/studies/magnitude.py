@@ -55,6 +55,8 @@ class Slip:
     """Place in the value of its key, such as "item 2"; empty if it is the value."""
     word: str | None = None
     """Word for infinity if the number may be infinite."""
+    column: str = ""
+    """Name of the column of a file that holds the number; empty for a number of the study."""
 
     @property
     def problem(self) -> str:
@@ -84,7 +86,8 @@ class Slip:
         """The number in SI and the plausible range, for a study that accepts it."""
         unit = f" {QUANTITIES[self.quantity].unit}".removesuffix(" 1")
         value = self.measure.si
-        place = f" {self.place}" if self.place else ""
+        words = ", ".join(filter(None, (self.place, self.column)))
+        place = f" {words}" if words else ""
         whose = "person" if self.quantity in DIMENSIONS else "arm"
         span = f"{self.low:g} to {self.high:g}{unit}"
         return f"{place} = {value:g} is {value:g}{unit}, far from any {whose} ({span})"
@@ -140,7 +143,8 @@ def column_slips(
         measure = Measure(f"{written:.12g}", UNITS[unit])
         slip = slip_of(quantity, measure, "", places[row])
         if slip is not None:
-            slips.append(replace(slip, given=f"{name} of {_value_text(measure)}"))
+            given = f"{name} of {_value_text(measure)}"
+            slips.append(replace(slip, given=given, column=name))
     return tuple(slips)
 
 

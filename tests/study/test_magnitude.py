@@ -256,7 +256,9 @@ def test_persons_that_are_accepted_are_noted_with_their_line(tmp_path):
     path = tmp_path / "study.toml"
     path.write_text('allow_implausible = true\npeople.file = "people.csv"\n')
     study = load_study(path)
-    assert any("people.csv, line 3" in warning for warning in study.warnings)
+    assert any(
+        "people.csv, line 3, stature = 2.6 is 2.6 m" in warning for warning in study.warnings
+    )
     again = recorded_study(study.record)
     assert again.people.population.values[1, 0] == 2.6
 
