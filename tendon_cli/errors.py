@@ -65,6 +65,8 @@ class Fault:
     problem: str
     hint: str | None = None
     line: int | None = None
+    is_implausible: bool = False
+    """True if the value is possible, but far from any arm."""
 
     def __str__(self) -> str:
         place = f"line {self.line}: " if self.line is not None else ""
@@ -87,6 +89,10 @@ class StudyError(TendonError):
             "`tendon schema` lists every key with its unit; "
             "`tendon init` writes a commented example"
         )
+        if any(fault.is_implausible for fault in faults):
+            hint = (
+                "allow_implausible = true at the top of the study accepts what is far from any arm"
+            )
         super().__init__(f"the study has {count}:\n{lines}", where=where, hint=hint)
 
 

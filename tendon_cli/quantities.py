@@ -7,6 +7,7 @@ of 3D tendon-sheath actuator system for upper limb soft exosuit".
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from operator import attrgetter
@@ -263,22 +264,37 @@ OF_CYCLES = tuple(quantity.name for quantity in _OF_CYCLES)
 OF_TRAJECTORIES = tuple(quantity.name for quantity in _OF_TRAJECTORIES)
 """Further results of each design if the study has a trajectory."""
 
+_HALF_TURN = math.pi
+"""Largest plausible angle of a joint, rad."""
+
 PLAUSIBLE: dict[str, tuple[float, float]] = {
-    "a1": (0.0, 0.3), "a2": (0.0, 0.3), "b1": (0.01, 0.6), "b2": (0.01, 0.6), "elbow_radius": (0.005, 0.2),
-    "forearm_mass": (0.0, 10.0), "forearm_com": (0.0, 0.6), "load_distance": (0.0, 1.0), "contact_width": (0.002, 0.3),
+    # Anchors and weights, from a finger to a leg about the hip.
+    "a1": (0.0, 0.3), "a2": (0.0, 0.3), "b1": (0.01, 0.6), "b2": (0.01, 0.6), "elbow_radius": (0.002, 0.2),
+    "forearm_mass": (0.0, 30.0), "forearm_com": (0.0, 0.6), "load_distance": (0.0, 1.0), "contact_width": (0.002, 0.3),
+    "contact_radius": (0.002, 0.2), "load_mass": (0.0, 150.0), "inertia": (0.0, 10.0), "joint_stiffness": (0.0, 1000.0),
+    "upper_arm_angle": (-_HALF_TURN, _HALF_TURN), "setting_angle": (-_HALF_TURN, _HALF_TURN),
+    "elbow_angle": (-_HALF_TURN, _HALF_TURN), "rest_angle": (-_HALF_TURN, _HALF_TURN), "elbow_torque": (-500.0, 500.0),
+    "flexor_travel": (-0.5, 0.5), "excursion_noise": (0.0, 0.02),
+    # Tendons, sheaths, springs, spools.
     "friction": (0.0, 1.0), "bend_angle": (0.0, 25.0), "path_smoothing": (0.0, 0.02), "tendon_length": (0.05, 10.0),
     "tendon_diameter": (0.0001, 0.01), "youngs_modulus": (1e8, 1e+12), "pretension": (0.0, 2000.0),
-    "spring_stiffness": (10.0, 1e7), "anchor_stiffness": (100.0, 1e7), "contact_radius": (0.005, 0.2),
-    "joint_stiffness": (0.0, 20.0), "spring_free_length": (0.005, 1.0), "min_spring_room": (-0.1, 0.5),
-    "flexor_radius": (0.003, 0.2), "spool_ratio": (0.1, 10.0), "load_mass": (0.0, 100.0), "speed": (0.01, 20.0),
-    "cutoff": (0.5, 50.0), "reversal": (0.0, 0.2), "inertia": (0.0, 1.0), "min_flexor_tension": (0.0, 500.0),
-    "min_extensor_tension": (0.0, 500.0), "max_tension": (1.0, 10000.0), "max_pretension": (1.0, 10000.0),
-    "max_spring_extension": (0.001, 1.0), "peak_motor_torque": (0.01, 1000.0), "max_torque_band": (0.01, 1000.0),
-    "max_contact_pressure": (100.0, 1e6), "min_elbow_stiffness": (-100.0, 100.0), "min_spool_to_tendon": (1.0, 200.0),
-    "max_spool_travel": (0.1, 200.0), "max_backlash": (0.0001, 20.0), "peak_motor_speed": (0.01, 1000.0),
-    "peak_motor_power": (0.01, 10000.0), "max_motor_work_in": (0.001, 10000.0), "max_friction_loss": (0.001, 10000.0),
+    "spring_stiffness": (10.0, 1e7), "anchor_stiffness": (100.0, 1e7), "spring_free_length": (0.005, 1.0),
+    "min_spring_room": (-0.1, 0.5), "flexor_radius": (0.002, 0.2), "spool_ratio": (0.1, 10.0),
+    # Motion: slow rehabilitation to a throw; the time between two samples of a trajectory.
+    "speed": (0.01, 50.0), "cutoff": (0.5, 50.0), "reversal": (0.0, 0.2), "time": (1e-4, 1.0),
+    # Limits.
+    "min_flexor_tension": (0.0, 500.0), "min_extensor_tension": (0.0, 500.0), "max_tension": (1.0, 10000.0),
+    "max_pretension": (1.0, 10000.0), "max_spring_extension": (0.001, 1.0), "peak_motor_torque": (0.01, 1000.0),
+    "max_torque_band": (0.01, 1000.0), "max_contact_pressure": (100.0, 1e6), "min_elbow_stiffness": (-1000.0, 1000.0),
+    "min_spool_to_tendon": (1.0, 200.0), "max_spool_travel": (0.1, 200.0), "max_backlash": (0.0001, 20.0),
+    "peak_motor_speed": (0.01, 1000.0), "peak_motor_power": (0.01, 10000.0), "max_motor_work_in": (0.001, 10000.0),
+    "max_friction_loss": (0.001, 10000.0),
+    # Bodies.
+    "stature": (0.8, 2.5), "weight": (15.0, 350.0), "acromion_radiale_length": (0.12, 0.60),
+    "radiale_stylion_length": (0.10, 0.50), "forearm_grip_length": (0.12, 0.65), "biceps_circumference": (0.10, 0.80),
+    "forearm_circumference": (0.10, 0.60), "wrist_circumference": (0.07, 0.35),
 }  # fmt: skip
-"""Range of each quantity on any arm, in SI units.
+"""Range of each quantity on any limb, from a finger to a leg, in SI units.
 
 The ranges are wide, so that a value outside of one is most likely a slip.
 """

@@ -240,7 +240,7 @@ def _routes(
         source = study.sources[key]
         name = _path_given(file, settings, key)
         with (file.parent / name).open("rb") as opened:
-            points, _ = read_route(opened.read(MAX_BYTES), name)
+            points = read_route(opened.read(MAX_BYTES), name).points
         noise = float(source.get("path_smoothing") or 0.0)
         smoothed = f", smoothed for a noise of {number(1e3 * noise)} mm" if noise else ""
         angle = number(math.degrees(source["bend_angle"]))

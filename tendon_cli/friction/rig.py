@@ -97,12 +97,12 @@ def _parsed(text: str) -> BendAngle:
 
 def _bend_of_route(route: Path, smoothing: str | float | None) -> BendAngle:
     """Measure the bend angle of a file of way-points."""
-    from tendon_cli.studies.way_points import MAX_BYTES, measure_route, route_note
+    from tendon_cli.studies.way_points import MAX_BYTES, measure_route, read_route, route_note
 
     name = name_of(route)
     content = content_of(route, MAX_BYTES, "--route names a CSV of x, y and z")
     noise = _noise_of_route(smoothing)
-    measured, warnings = measure_route(content, name, noise)
+    measured, warnings = measure_route(read_route(content, name), name, noise)
     bend = measured.bend_angle
     error = measured.standard_error
     if bend < _SMALLEST_BEND or error >= bend / 2.0:

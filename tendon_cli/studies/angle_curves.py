@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -16,8 +16,9 @@ from tendon_cli.model.kinematics import Array, Spline
 from tendon_cli.quantities import SIDES
 from tendon_cli.studies.csv_columns import read_columns
 from tendon_cli.studies.fields import FieldMark, SingleField, fault
+from tendon_cli.studies.magnitude import Slip, column_slips, slip_of, step_slips
 from tendon_cli.studies.number import NumberField, schema_table
-from tendon_cli.units import counted, described
+from tendon_cli.units import Measure, counted, described
 
 MAX_BYTES = 4_000_000
 """Largest size of a CSV of a curve, bytes."""
@@ -33,7 +34,9 @@ _QUANTITIES = {
     "length": "flexor_travel",
     "time": "time",
 }
-"""A quantity of each dimension, by whose units the values of a column are read."""
+"""A quantity of each dimension, by whose units and range the values of a column are read."""
+_BEND = "bend"
+"""Column of a bend angle, which may be larger than the angle of a joint."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,8 @@ class CurveTable:
 
     columns: dict[str, tuple[float, ...]]
     """Values of each column by its name."""
+    slips: tuple[Slip, ...] = field(default=(), compare=False)
+    """Values as they were written that are far from any arm."""
 
     @property
     def angles(self) -> Array:
@@ -111,9 +116,13 @@ class CurveColumns(FieldMark):
                 f"{described(value)} is not a curve, expected the name of a CSV file, "
                 f"or lists of {names}"
             )
-        columns = {
-            name: self._column(name, dimension, value[name]) for name, dimension in self.dimensions
-        }
+        columns: dict[str, tuple[float, ...]] = {}
+        slips: tuple[Slip, ...] = ()
+        for name, dimension in self.dimensions:
+            measures = self._column(name, dimension, value[name])
+            columns[name] = tuple(measure.si for measure in measures)
+            if dimension != "time":
+                slips += _list_slips(name, dimension, value[name], measures)
         first = self.names[0]
         if len({len(values) for values in columns.values()}) > 1:
             raise fault(
@@ -122,14 +131,16 @@ class CurveColumns(FieldMark):
         wrong = disorder(np.array([*columns.values()]), self.fewest, first)
         if wrong is not None:
             raise fault(wrong[0])
-        return _ascending(columns)
+        if first == "time":
+            slips += step_slips(np.array(columns[first]), "s", "")
+        return _ascending(columns, slips)
 
-    def _column(self, name: str, dimension: str, values: object) -> tuple[float, ...]:
-        """Return a list of values in SI. Raises PydanticCustomError if it is not a list of them."""
+    def _column(self, name: str, dimension: str, values: object) -> tuple[Measure, ...]:
+        """Return a list of values. Raises PydanticCustomError if it is not a list of them."""
         if not isinstance(values, (list, tuple)) or len(values) > MOST_ROWS:
             raise fault(f"{name}: {described(values)} is not a list of values")
         single = SingleField(_QUANTITIES[dimension], 0, 0)
-        return tuple(single.measure(value).si for value in values)
+        return tuple(single.measure(value) for value in values)
 
     def __get_pydantic_json_schema__(
         self, core: CoreSchema, handler: GetJsonSchemaHandler
@@ -194,11 +205,26 @@ def disorder(columns: Array, fewest: int, first: str) -> tuple[str, int] | None:
     return None
 
 
-def _ascending(columns: Mapping[str, Sequence[float]]) -> CurveTable:
+def _quantity_of(name: str, dimension: str) -> str:
+    """Return the quantity whose plausible range holds for a column of a curve."""
+    return "bend_angle" if name == _BEND else _QUANTITIES[dimension]
+
+
+def _list_slips(
+    name: str, dimension: str, values: Sequence[object], measures: Sequence[Measure]
+) -> tuple[Slip, ...]:
+    """Return the slips of a column of a curve that a study lists."""
+    quantity = _quantity_of(name, dimension)
+    rows = enumerate(zip(values, measures, strict=True), start=1)
+    found = (slip_of(quantity, measure, value, f"{name} {row}") for row, (value, measure) in rows)
+    return tuple(slip for slip in found if slip is not None)
+
+
+def _ascending(columns: Mapping[str, Sequence[float]], slips: tuple[Slip, ...] = ()) -> CurveTable:
     """Return columns in the order of rising angles, or times."""
     first = next(iter(columns.values()))
     step = 1 if first[0] < first[-1] else -1
-    return CurveTable({name: tuple(values[::step]) for name, values in columns.items()})
+    return CurveTable({name: tuple(values[::step]) for name, values in columns.items()}, slips)
 
 
 def read_curve(content: bytes, where: str, columns: CurveColumns) -> tuple[CurveTable, list[str]]:
@@ -218,7 +244,16 @@ def read_curve(content: bytes, where: str, columns: CurveColumns) -> tuple[Curve
         line = lines[min(row, len(lines) - 1)] if lines else 1
         hint = f"a row of {', '.join(columns.names)} for each {first}, in order"
         raise InputError(problem, where=f"{where}, line {line}", hint=hint)
-    curve = _ascending(dict(zip(columns.names, read.values.tolist(), strict=True)))
+    slips: tuple[Slip, ...] = ()
+    places = [f"{where}, line {line}" for line in lines]
+    for (name, dimension), values, unit in zip(
+        columns.dimensions, read.values, read.units, strict=True
+    ):
+        if dimension == "time":
+            slips += step_slips(values, unit, where)
+        else:
+            slips += column_slips(_quantity_of(name, dimension), values, unit, name, places)
+    curve = _ascending(dict(zip(columns.names, read.values.tolist(), strict=True)), slips)
     return curve, read.notes
 
 

@@ -12,6 +12,7 @@ from tendon_cli.errors import Fault, InputError, StudyError
 from tendon_cli.files import read_file
 from tendon_cli.quantities import SIDES
 from tendon_cli.studies import angle_curves
+from tendon_cli.studies.magnitude import Slip, slip_faults, slip_notes
 from tendon_cli.studies.parts import Part
 from tendon_cli.studies.people.people_section import MAX_BYTES as MAX_PEOPLE_BYTES
 from tendon_cli.studies.people.people_section import People
@@ -32,6 +33,8 @@ class Attachments:
 
     folder: Path
     """Folder of the study, in which the files are looked up."""
+    accepts_slips: bool = False
+    """True if values far from any arm are notes, and not faults."""
     sources: dict[str, dict[str, Any]] = field(default_factory=dict)
     """Name, hash and facts of each file that was read, by the key that names it."""
     faults: list[Fault] = field(default_factory=list)
@@ -74,6 +77,7 @@ class Attachments:
         wrong = measured_motion.trajectory_fault(motion)
         if wrong is not None:
             self.faults.append(wrong)
+            notes += self._judged(key, rows.slips)
             motion = motion.model_copy(update={"trajectory": None})
         facts = measured_motion.facts_of(motion, where)
         facts["warnings"] = [*notes, *facts.get("warnings", [])]
@@ -126,6 +130,7 @@ class Attachments:
         known = people.with_file("file", content)
         persons = known.read(shorten(people.file or ""))
         warnings = list(persons.notes)
+        warnings += self._judged("people.file", persons.slips)
         self._note("people.file", people.file, content, persons=len(persons), warnings=warnings)
         return known
 
@@ -179,7 +184,9 @@ class Attachments:
         if content is None:
             return None
         where = shorten(name, 200)
-        measured, warnings = way_points.measure_route(content, where, smoothing)
+        route = way_points.read_route(content, where)
+        measured, warnings = way_points.measure_route(route, where, smoothing)
+        warnings += self._judged(key, route.slips(where))
         self._note(
             key,
             name,
@@ -276,6 +283,13 @@ class Attachments:
             reason = getattr(error, "strerror", None) or "it is not the name of a file"
             self.faults.append(Fault(key, f'"{shorten(name)}" cannot be read: {reason}'))
         return None
+
+    def _judged(self, key: str, slips: tuple[Slip, ...]) -> list[str]:
+        """Return notes on values far from any arm; if they are not accepted, collect faults."""
+        if self.accepts_slips:
+            return [*slip_notes(key, slips)]
+        self.faults += slip_faults(key, slips)
+        return []
 
     def _note(self, key: str, name: str | None, content: bytes, **facts: Any) -> None:
         """Keep the name and the hash of a file, and facts about it, in `sources`."""

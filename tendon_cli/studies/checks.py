@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Any
 
 from tendon_cli.errors import Fault, StudyError
@@ -25,6 +25,7 @@ from tendon_cli.studies.contents import case_numbers
 from tendon_cli.studies.design_section import CHOICE_RESULTS
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.figures import figure_faults
+from tendon_cli.studies.magnitude import slip_faults
 from tendon_cli.studies.measured_motion import trajectory_fault
 from tendon_cli.studies.spaces import word_of
 from tendon_cli.studies.study import Study, keys
@@ -127,6 +128,33 @@ def check_intervals_are_served(study: Study) -> None:
     faults = [Fault(key, problem, hint) for key in study.intervals]
     if faults:
         raise StudyError(faults)
+
+
+def implausible_faults(study: Study, files: Collection[str] = ()) -> Iterator[Fault]:
+    """Yield a fault for each value that is far from any arm, unless the study accepts them.
+
+    Args:
+        study: The study.
+        files: Keys that name files from which numbers of the study were read.
+    """
+    if study.allow_implausible:
+        return
+    for key, slips in study.slips.items():
+        table, _, rest = key.partition(".")
+        owner = ""
+        if table == "cases":
+            case = study.cases[int(rest.partition(".")[0])]
+            owner = f'case "{shorten(str(getattr(case, "name", "")))}"'
+        yield from slip_faults(_key_of_file(key, files), slips, owner)
+
+
+def _key_of_file(key: str, files: Collection[str]) -> str:
+    """Return the key that names the file from which a number was read, if there is one."""
+    table, _, name = key.rpartition(".")
+    for number, file in _FILES_OF_SHEATH:
+        if name == number and f"{table}.{file}" in files:
+            return f"{table}.{file}"
+    return key
 
 
 # --- Keys that exclude or need each other --------------------------------------------------------

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -11,10 +10,10 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import AfterValidator, Field, StringConstraints, create_model
 from pydantic.fields import FieldInfo
 
-from tendon_cli.quantities import PLAUSIBLE
 from tendon_cli.space.axis import split_side
 from tendon_cli.studies.angle_curves import CurveColumns, CurveTable
 from tendon_cli.studies.fields import SingleField, WordField, fault
+from tendon_cli.studies.magnitude import Slip
 from tendon_cli.studies.number import NumberField
 from tendon_cli.studies.parts import (
     Anchor,
@@ -116,22 +115,30 @@ def part_document(part: Part) -> dict[str, Any]:
     return content
 
 
-def warn_of_numbers(numbers: Iterable[tuple[str, SingleField, StudyNumber]]) -> Iterator[str]:
-    """Yield a sentence for each number that its author most likely did not mean.
+def marked_slips(part: Part, prefix: str) -> Iterator[tuple[str, tuple[Slip, ...]]]:
+    """Yield the numbers and curves of a table that are far from any arm, with their dotted keys.
 
-    The number is far from that of any arm, or some of its distribution is impossible.
+    Args:
+        part: The table; the tables inside it are searched, too, but no lists of tables.
+        prefix: Dotted key of the table itself; empty for a whole study.
     """
+    for name in type(part).model_fields:
+        value = getattr(part, name)
+        key = f"{prefix}.{name}".removeprefix(".")
+        if isinstance(value, Part):
+            yield from marked_slips(value, key)
+        elif isinstance(value, StudyNumber | CurveTable) and value.slips:
+            yield key, value.slips
+
+
+def warn_of_distributions(
+    numbers: Iterable[tuple[str, SingleField, StudyNumber]],
+) -> Iterator[str]:
+    """Yield a sentence for each uncertain number of whose distribution some is impossible."""
     for key, mark, values in numbers:
-        low, high = PLAUSIBLE.get(mark.name, (mark.low, mark.high))
-        unit = f" {mark.quantity.unit}".removesuffix(" 1")
-        far = [
-            value for value in values.extremes if not low <= value <= high and not math.isinf(value)
-        ]
-        if far:
-            span = f"{low:g} to {high:g}{unit}"
-            yield f"{key} = {far[0]:g} is {far[0]:g}{unit}, far from any arm ({span})"
         distribution = values.uncertain
         if distribution is not None and distribution.cut_share > _NOTABLE_SHARE:
+            unit = f" {mark.quantity.unit}".removesuffix(" 1")
             span = f"{distribution.low:g} to {distribution.high:g}{unit}"
             cut_off = f"{distribution.cut_share:.1%} of its distribution is cut off"
             yield f"{key} can only be {span}: {cut_off}"

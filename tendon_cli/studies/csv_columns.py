@@ -141,8 +141,8 @@ def name_and_unit(header: str, names: tuple[str, ...]) -> tuple[str, str] | None
     return None
 
 
-def unit_factor(name: str, unit: str, dimension: str, where: str) -> float:
-    """Return the factor by which the values of a column are multiplied to be in SI.
+def unit_symbol(name: str, unit: str, dimension: str, where: str) -> str:
+    """Return the symbol of the unit of a column.
 
     Args:
         name: Name of the column.
@@ -157,7 +157,7 @@ def unit_factor(name: str, unit: str, dimension: str, where: str) -> float:
     plain = {_plain(symbol): symbol for symbol in reversed(known)}
     symbol = unit if unit in UNITS else plain.get(_plain(unit), "")
     if unit and symbol in UNITS and UNITS[symbol].dimension == dimension:
-        return factor_of(symbol)
+        return symbol
     problem = f"the column {name} has no unit"
     if unit:
         problem = f'the column {name} has the unit "{shorten(unit)}"'
@@ -180,6 +180,8 @@ class ReadColumns:
     """Line of each row, counted from 1."""
     notes: list[str]
     """Note that names the columns that are not read, if there are any."""
+    units: list[str]
+    """Symbol of the unit of each column as the file has it."""
 
 
 def read_columns(
@@ -203,6 +205,7 @@ def read_columns(
     sheet = Sheet.of(content, where, row)
     header_place = f"{where}, line {sheet.header_line}"
     numbers = []
+    units = []
     places = set()
     for name, dimension in columns.items():
         with sheet.collected():
@@ -219,10 +222,12 @@ def read_columns(
             for place in np.flatnonzero(np.abs(values) > _LARGEST).tolist():
                 problem = f"{name} is {values[place]:g}, expected {_LARGEST:g} at most"
                 sheet.faults.append(InputError(problem, where=sheet.place(place)))
-            numbers.append(values * unit_factor(name, own_unit or unit, dimension, header_place))
+            symbol = unit_symbol(name, own_unit or unit, dimension, header_place)
+            numbers.append(values * factor_of(symbol))
+            units.append(symbol)
     sheet.raise_faults()
     lines = [place + 1 for place in sheet.kept]
-    return ReadColumns(np.array(numbers), lines, sheet.ignored(places))
+    return ReadColumns(np.array(numbers), lines, sheet.ignored(places), units)
 
 
 def _find_column(sheet: Sheet, name: str) -> tuple[int, str] | None:

@@ -24,7 +24,8 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from tendon_cli.quantities import QUANTITIES, Quantity
+from tendon_cli.quantities import PLAUSIBLE, QUANTITIES, Quantity
+from tendon_cli.studies.magnitude import Slip, hint_at_units, slip_of, units_that_fit
 from tendon_cli.studies.values import StudyNumber
 from tendon_cli.units import (
     UNITS,
@@ -69,7 +70,8 @@ def fault_inside(name: str, error: PydanticCustomError) -> PydanticCustomError:
 def hint_at_nearest(name: str, known: Iterable[str], cutoff: float = 0.5) -> str | None:
     """Return a hint with the known name most like an unknown one; None if none is like it.
 
-    If several known names say the unknown one with more words, it may be any of them.
+    If several known names say the unknown one with more words, it may be any of them. What a name
+    is of stands last in it: if some of them end in the same word, it is one of these.
 
     Args:
         name: The unknown name.
@@ -79,7 +81,9 @@ def hint_at_nearest(name: str, known: Iterable[str], cutoff: float = 0.5) -> str
     names = list(known)
     words = set(name.split("_")) - _EXTREMES
     longer = [known_name for known_name in names if words and words < set(known_name.split("_"))]
+    same_noun = [known_name for known_name in longer if known_name.split("_")[-1] in words]
     if name not in names and 1 < len(longer) <= _MOST_MEANT:
+        longer = same_noun or longer
         listed = " or ".join(f'"{known_name}"' for known_name in longer)
         return f"did you mean {listed}?"
     near = difflib.get_close_matches(name, names, n=1, cutoff=cutoff)
@@ -237,17 +241,29 @@ class SingleField(FieldMark):
             raise fault(
                 f"{described(value)} is not possible here, expected one value, {self.wanted}"
             )
-        return StudyNumber.of(self.number(value))
+        return StudyNumber.of(*self.number(value))
 
-    def number(self, value: object) -> float:
-        """Return one value in SI, infinity for the word that means it.
+    def number(self, value: object, place: str = "") -> tuple[float, tuple[Slip, ...]]:
+        """Return one value in SI, infinity for the word that means it, and its slip if it is one.
+
+        Args:
+            value: The value as the study has it.
+            place: Place in the value of the key, for its slip.
 
         Raises:
             PydanticCustomError: The value is not a number within the bounds.
         """
         if value is not None and value == self.word:
-            return math.inf
-        return self.bounded(self.measure(value))
+            return math.inf, ()
+        measure = self.measure(value)
+        return self.bounded(measure), self.slips((place, value, measure))
+
+    def slips(self, *values: tuple[str, object, Measure]) -> tuple[Slip, ...]:
+        """Return the slips among values, each with its place, as written, and as understood."""
+        found = (
+            slip_of(self.name, measure, value, place, self.word) for place, value, measure in values
+        )
+        return tuple(slip for slip in found if slip is not None)
 
     def measure(self, value: object, dimension: str | None = None) -> Measure:
         """Return one number with its unit.
@@ -298,24 +314,31 @@ class SingleField(FieldMark):
         low = to_float(Fraction(self.low) / measure.unit.factor)
         high = to_float(Fraction(self.high) / measure.unit.factor)
         problem = f"{given}{unit} is {kind}, expected {low:.6g} to {high:.6g}{unit}"
-        usual = self.quantity.shown_in
-        meant = Fraction(measure.text) * UNITS[usual].factor
-        hint = None
-        if usual != measure.unit.symbol and self.low <= to_float(meant) <= self.high and number:
-            hint = f'did you mean "{given} {usual}"?'
-        raise fault(problem, hint)
+        meant = units_that_fit(measure, *self.plausible)
+        if self.word is not None and value > self.high:
+            meant.append(self.word)
+        raise fault(problem, hint_at_units(meant))
+
+    @property
+    def plausible(self) -> tuple[float, float]:
+        """Smallest and largest plausible value, SI: all that is possible if no range is known."""
+        return PLAUSIBLE.get(self.name, (self.low, self.high))
 
     def _hint_at_unit(self, number: str) -> str | None:
         """Return a hint that writes a bare number in the usual unit of the field.
 
-        Return None if the number would be out of bounds in it, or if an angle may be in either
-        unit.
+        If it would be implausible in this unit, it is written in one in which it is plausible.
+        Return None if there is none, or if an angle may be in either unit.
         """
         usual = self.quantity.shown_in
         if self.quantity.dimension in ("angle", "angular speed"):
             return None
-        si = to_float(Fraction(number) * UNITS[usual].factor)
-        return f'write "{number} {usual}"' if self.low <= si <= self.high else None
+        low, high = self.plausible
+        measure = Measure(number, UNITS[usual])
+        if low <= measure.si <= high:
+            return f'write "{number} {usual}"'
+        meant = units_that_fit(measure, low, high)
+        return f'write "{meant[0]}"' if meant else None
 
     def __get_pydantic_json_schema__(
         self, core: CoreSchema, handler: GetJsonSchemaHandler

@@ -16,7 +16,7 @@ from tendon_cli.errors import Fault, InputError, StudyError, TendonError, UsageE
 from tendon_cli.files import path_of
 from tendon_cli.space.axis import SPRING_AT, split_side
 from tendon_cli.studies.attachments import Attachments
-from tendon_cli.studies.checks import contradictions, curve_faults
+from tendon_cli.studies.checks import contradictions, curve_faults, implausible_faults
 from tendon_cli.studies.json_schema import faults_of
 from tendon_cli.studies.spaces import impossibilities
 from tendon_cli.studies.study import Study, keys
@@ -126,15 +126,17 @@ def study_from(
     faults: list[Fault] = []
     study, invalid = _validated(_without_empty_keys(content, "", faults), places)
     faults += invalid
-    files = Attachments(folder)
+    files = Attachments(folder, accepts_slips=study is not None and study.allow_implausible)
     if study is not None:
         faults += contradictions(study, {fault.key for fault in faults})
+        typed = [*implausible_faults(study)]
         try:
             study = files.resolve(study)
         except InputError:
-            if not faults:
+            if not faults and not typed:
                 raise
         faults += files.faults
+        faults += implausible_faults(study, files.sources)
         if not faults:
             faults += curve_faults(study)
             faults += impossibilities(study)
@@ -164,9 +166,13 @@ def varied_study(study: Study, settings: Mapping[str, Any]) -> Study:
 
 
 def recorded_study(record: Mapping[str, Any]) -> Study:
-    """Return the study of a run or a table from its `Study.record`, without its files."""
+    """Return the study of a run or a table from its `Study.record`, without its files.
+
+    What a record of an older version holds was accepted when it was computed.
+    """
     axes = tuple(record["axes"])
-    return study_from(record["study"], order=axes).ordered(axes, record["sources"])
+    content = {"allow_implausible": True, **record["study"]}
+    return study_from(content, order=axes).ordered(axes, record["sources"])
 
 
 # --- Content of a program or a file --------------------------------------------------------------

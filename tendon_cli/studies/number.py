@@ -10,6 +10,7 @@ from typing import Any, Literal
 from pydantic_core import PydanticCustomError
 
 from tendon_cli.studies.fields import SingleField, fault, fault_inside
+from tendon_cli.studies.magnitude import Slip, spread_slip
 from tendon_cli.studies.values import MAX_AXIS_LENGTH, Grid, StudyNumber, Uncertain, si_document
 from tendon_cli.units import Measure, described, terminating, to_float
 
@@ -42,7 +43,7 @@ class NumberField(SingleField):
         if isinstance(value, dict):
             return self._table(value)
         if isinstance(value, (list, tuple)):
-            return StudyNumber(self._list(value), is_axis=True)
+            return self._list(value)
         if isinstance(value, str) and len(value) <= _LONGEST:
             middle_and_spread = _two_numbers(value, _PLUS_MINUS)
             if middle_and_spread is not None:
@@ -58,22 +59,37 @@ class NumberField(SingleField):
             if table.keys() & set(names):
                 return self._uncertain(table, names)
         if self.uncertain and table.keys() == {"from", "to"}:
-            return StudyNumber(self._interval(table), is_axis=True, is_interval=True)
-        return StudyNumber(self._grid(table), is_axis=True)
+            ends = self._interval(table)
+            slips = self._slips_of_ends(table, ends)
+            return StudyNumber(ends, is_axis=True, is_interval=True, slips=slips)
+        grid = self._grid(table)
+        return StudyNumber(grid, is_axis=True, slips=self._slips_of_ends(table, grid))
+
+    def _slips_of_ends(self, table: dict[Any, Any], grid: Grid) -> tuple[Slip, ...]:
+        """Return the slips of both ends of a grid or an interval."""
+        return self.slips(
+            ("from", table["from"], grid.start),
+            ("to", table["to"], grid.stop),
+        )
 
     # --- Lists and grids -------------------------------------------------------------------------
 
-    def _list(self, items: list[Any] | tuple[Any, ...]) -> tuple[float, ...]:
-        """Return the values of a list in SI."""
+    def _list(self, items: list[Any] | tuple[Any, ...]) -> StudyNumber:
+        """Return the values of a list, with the slips among them."""
         if not items:
             raise fault("an empty list, expected at least one value")
         if any(isinstance(item, (list, tuple, dict)) for item in items):
             raise fault("a list inside a list, expected a list of single values")
-        numbers = tuple(self.number(item) for item in items)
+        numbers: list[float] = []
+        slips: list[Slip] = []
+        for at, item in enumerate(items):
+            value, slips_of_item = self.number(item, f"item {at + 1}")
+            numbers.append(value)
+            slips += slips_of_item
         if len(set(numbers)) < len(numbers):
             twice = next(item for at, item in enumerate(items) if numbers[at] in numbers[:at])
             raise fault(f"{described(twice)} is in the list twice, expected each value once")
-        return numbers
+        return StudyNumber(tuple(numbers), is_axis=True, slips=tuple(slips))
 
     def _grid(self, table: dict[Any, Any]) -> Grid:
         """Return the grid of a table with from, to, num or step, and optionally spacing."""
@@ -164,7 +180,17 @@ class NumberField(SingleField):
             spread_name: stated_spread,
         }
         kind: Literal["uniform", "normal"] = "uniform" if is_uniform else "normal"
-        return self._distributed(kind, middle.exact, spread, document)
+        slips = self.slips((middle_name, table[middle_name], middle))
+        slips += self._spread_slips(spread_name, table[spread_name])
+        return self._distributed(kind, middle.exact, spread, document, slips)
+
+    def _spread_slips(self, name: str, value: object) -> tuple[Slip, ...]:
+        """Return the slip of a tolerance or a standard deviation, if it is one."""
+        is_share = isinstance(value, str) and value.strip().endswith("%")
+        if is_share:
+            return ()
+        slip = spread_slip(self.name, self.measure(value), value, name)
+        return () if slip is None else (slip,)
 
     def _check_reach(self, middle: Measure, tolerance: Fraction) -> None:
         """Raise PydanticCustomError if a tolerance reaches beyond the bounds of the number."""
@@ -194,7 +220,8 @@ class NumberField(SingleField):
         middle = (first.exact + last.exact) / 2
         spread = (last.exact - first.exact) / 2
         document = f"{first.document()} to {last.document()}"
-        return self._distributed("uniform", middle, spread, document)
+        slips = self.slips(("from", low, first), ("to", high, last))
+        return self._distributed("uniform", middle, spread, document, slips)
 
     def _distributed(
         self,
@@ -202,16 +229,19 @@ class NumberField(SingleField):
         middle: Fraction,
         spread: Fraction,
         document: dict[str, Any] | str,
+        slips: tuple[Slip, ...],
     ) -> StudyNumber:
         """Return an uncertain number; without any spread it is a number like any other."""
         if not self.uncertain:
             raise fault("the number cannot be uncertain here, expected one value, a list or a grid")
         if not spread:
-            return StudyNumber.of(to_float(middle))
+            return StudyNumber.of(to_float(middle), slips)
         distribution = Uncertain(
             kind, to_float(middle), to_float(spread), self.low, self.high, document
         )
-        return StudyNumber((distribution.middle,), is_axis=False, uncertain=distribution)
+        return StudyNumber(
+            (distribution.middle,), is_axis=False, uncertain=distribution, slips=slips
+        )
 
     def _spread(
         self, value: object, middle: Measure, *, may_be_share: bool

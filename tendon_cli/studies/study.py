@@ -27,12 +27,14 @@ from tendon_cli.studies.contents import (
     case_tables,
     keys,
     marked_numbers,
+    marked_slips,
     part_document,
-    warn_of_numbers,
+    warn_of_distributions,
 )
-from tendon_cli.studies.design_section import Goals, Limits, Uncertainty
+from tendon_cli.studies.design_section import Goals, Limits, TruthValue, Uncertainty
 from tendon_cli.studies.fields import DeferredTables
 from tendon_cli.studies.figures import FigureSpec
+from tendon_cli.studies.magnitude import Slip, slip_notes
 from tendon_cli.studies.parts import Part, field_default
 from tendon_cli.studies.people.people_section import People
 from tendon_cli.studies.values import StudyNumber, Uncertain
@@ -58,6 +60,9 @@ class StudyTables(Part):
         _UNNAMED, description="name of the run folder; without it, the stem of the file's name"
     )
     title: Title = field_default("", description="for figures")
+    allow_implausible: TruthValue = field_default(
+        default=False, description="true accepts numbers that are far from any arm, with a note"
+    )
     arm: parts.Arm = parts.Arm()
     sheath: parts.Sheath = parts.Sheath()
     tendon: parts.Tendon = parts.Tendon()
@@ -164,6 +169,14 @@ class Study(Displayed, StudyTables):
             for table in DESIGN_PARTS
             for key, _, values in marked_numbers(getattr(self, table), table)
         }
+
+    @property
+    def slips(self) -> dict[str, tuple[Slip, ...]]:
+        """Values far from any arm, by dotted key: those of numbers and of curves."""
+        found = dict(marked_slips(self, ""))
+        for at, case in enumerate(self.cases):
+            found |= dict(marked_slips(case, f"cases.{at}"))
+        return found
 
     @property
     def words(self) -> dict[str, tuple[str, ...]]:
@@ -346,10 +359,10 @@ class Study(Displayed, StudyTables):
             for source in self.sources.values()
             for warning in source.get("warnings", ())
         ]
-        tables = [(name, getattr(self, name)) for name in (*DESIGN_PARTS, "motion", "limits")]
-        tables += [(f"cases.{at}", case) for at, case in enumerate(self.cases)]
-        for name, table in tables:
-            warnings += warn_of_numbers(marked_numbers(table, name))
+        for name in DESIGN_PARTS:
+            warnings += warn_of_distributions(marked_numbers(getattr(self, name), name))
+        for key, slips in self.slips.items():
+            warnings += slip_notes(key, slips)
         if self.people is not None and not self.people.is_from_file and self.arm.anchors is None:
             warnings += _notes_on_scaled_anchors(self)
         return tuple(warnings)
@@ -386,9 +399,12 @@ class Study(Displayed, StudyTables):
     def hash(self) -> str:
         """SHA-256 of the resolved study and the order of its axes.
 
-        It does not depend on the file and the layout that the study came from.
+        It does not depend on the file and the layout that the study came from, and neither on
+        `allow_implausible`, which changes no number.
         """
-        content = {"study": self.document(), "axes": list(self.axes)}
+        document = self.document()
+        del document["allow_implausible"]
+        content = {"study": document, "axes": list(self.axes)}
         text = json.dumps(content, sort_keys=True, ensure_ascii=True)
         return hashlib.sha256(text.encode()).hexdigest()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import lcm
 from typing import Literal
@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model.kinematics import Array
+from tendon_cli.studies.magnitude import Slip
 from tendon_cli.units import SI_UNIT, Measure
 
 MAX_AXIS_LENGTH = 10**7
@@ -151,11 +152,13 @@ class StudyNumber:
     """Distribution of a single value around the one in `source`; None for an exact number."""
     is_interval: bool = False
     """True if every value between two is meant; `source` is then a grid of these two."""
+    slips: tuple[Slip, ...] = field(default=(), compare=False)
+    """Values as they were written that are far from any arm."""
 
     @classmethod
-    def of(cls, value: float) -> StudyNumber:
+    def of(cls, value: float, slips: tuple[Slip, ...] = ()) -> StudyNumber:
         """Return a single SI value."""
-        return cls((value,), is_axis=False)
+        return cls((value,), is_axis=False, slips=slips)
 
     def __len__(self) -> int:
         return self.source.num if isinstance(self.source, Grid) else len(self.source)

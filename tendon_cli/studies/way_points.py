@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +12,7 @@ import numpy.typing as npt
 from tendon_cli.errors import InputError
 from tendon_cli.model.route import MeasuredRoute, measured_route
 from tendon_cli.studies.csv_columns import read_columns
+from tendon_cli.studies.magnitude import Slip, column_slips
 
 MAX_BYTES = 16_000_000
 """Largest size of a file of way-points, bytes."""
@@ -28,11 +30,31 @@ TURN_TO_WARN_OF = 0.5
 """Largest turn at one way-point without a warning, rad."""
 
 
-def read_route(content: bytes, where: str) -> tuple[npt.NDArray[np.float64], list[str]]:
-    """Return way-points, (n, 3), m, from the content of a CSV with the columns x, y and z.
+@dataclass(frozen=True, eq=False)
+class Route:
+    """Way-points of a sheath, as a file has them."""
 
-    Columns whose header has no unit are in m. A note names the columns that are not read, if there
-    are any.
+    points: npt.NDArray[np.float64]
+    """Way-points, (n, 3), m."""
+    unit: str
+    """Symbol of the unit of x."""
+    notes: list[str]
+    """Note that names the columns that are not read, if there are any."""
+
+    def slips(self, where: str) -> tuple[Slip, ...]:
+        """Return the slip of the length of the route, if it is far from that of any sheath.
+
+        A bend angle is the same in every unit, so that it would not tell.
+        """
+        steps = np.linalg.norm(np.diff(self.points, axis=0), axis=1)
+        length = np.array([steps.sum()])
+        return column_slips("tendon_length", length, self.unit, "a route", [where])
+
+
+def read_route(content: bytes, where: str) -> Route:
+    """Return way-points from the content of a CSV with the columns x, y and z.
+
+    Columns whose header has no unit are in m.
     """
     dimensions = dict.fromkeys("xyz", "length")
     read = read_columns(content, where, dimensions, "way-point", unit="m")
@@ -40,7 +62,7 @@ def read_route(content: bytes, where: str) -> tuple[npt.NDArray[np.float64], lis
     if len(np.unique(points, axis=0)) < 2:
         problem = "holds fewer than two different way-points, expected two at least"
         raise InputError(problem, where=where)
-    return points, read.notes
+    return Route(points, read.units[0], read.notes)
 
 
 def smooth(route: npt.NDArray[np.float64], noise: float) -> npt.NDArray[np.float64]:
@@ -63,27 +85,26 @@ def smooth(route: npt.NDArray[np.float64], noise: float) -> npt.NDArray[np.float
     return np.asarray(spline(np.linspace(0.0, 1.0, 20 * len(route)))).T
 
 
-def measure_route(content: bytes, where: str, smoothing: float) -> tuple[MeasuredRoute, list[str]]:
+def measure_route(route: Route, where: str, smoothing: float) -> tuple[MeasuredRoute, list[str]]:
     """Measure the bend angle of a route, and return it with warnings.
 
     Args:
-        content: The file.
+        route: The way-points.
         where: Name of the file in errors.
         smoothing: Noise that the study states, m; 0 if it states none.
 
     Raises:
-        InputError: The file is not a route, or bends more than a sheath can.
+        InputError: The route bends more than a sheath can, or cannot be measured.
     """
-    points, notes = read_route(content, where)
     try:
-        measured = measured_route(points, smoothing or None)
+        measured = measured_route(route.points, smoothing or None)
     except ValueError as error:
         raise InputError(str(error), where=where) from None
     if measured.bend_angle > MAX_BEND:
         problem = f"bends by {measured.bend_angle:.4g} rad, expected {MAX_BEND:g} at most"
         raise InputError(problem, where=where)
     warnings = [f"{where}: {warning}" for warning in _warnings(measured, smoothing)]
-    return measured, [*notes, *warnings]
+    return measured, [*route.notes, *warnings]
 
 
 def route_note(measured: MeasuredRoute, where: str) -> str:

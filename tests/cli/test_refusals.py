@@ -24,9 +24,10 @@ FILES = {
     "empty/.keep": "",
 }
 LONG = "{ from = 1, to = 2, num = 10000000 }"
+LONG_STIFFNESS = LONG.replace("= 1,", "= 1000,").replace("= 2,", "= 2000,")
 TOO_LARGE = (
     f"sweep study.toml --set 'tendon.pretension={LONG}'"
-    f" --set 'spring.stiffness={LONG}' --set 'spool.ratio={LONG}'"
+    f" --set 'spring.stiffness={LONG_STIFFNESS}' --set 'spool.ratio={LONG}'"
 )
 PAST_REACH = "state study.toml --set 'motion.elbow_angle=170 deg' --reversal --plot motor.png"
 FIT = "fit-friction table_a1.csv"

@@ -14,7 +14,7 @@ from tendon_cli.tables.read import open_table
 LOADS = {"load": {"mass": ["0 kg", "10 kg"]}}
 SPRINGS = {"spring": {"stiffness": ["8 kN/m", "3 kN/m", "5 kN/m"]}}
 SPOOLS = {"spool": {"ratio": [0.6, 1.0]}}
-NO_STIFFNESS = {"limits": {"min_elbow_stiffness": -1e6}}
+NO_STIFFNESS = {"limits": {"min_elbow_stiffness": -1e3}}
 THIN = {"limits": {"min_spool_to_tendon": 30, "max_tension": "300 N"}}
 CASES = {
     "cases": [

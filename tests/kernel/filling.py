@@ -53,7 +53,8 @@ def plan_of(numbers, order=(), unchecked=None, **options):
 
     `unchecked` are numbers of the arm that a study would be refused for.
     """
-    study = study_from(with_units({"name": "rows"} | nested(numbers)), order=tuple(order))
+    content = {"name": "rows", "allow_implausible": True} | nested(numbers)
+    study = study_from(with_units(content), order=tuple(order))
     arm_numbers = {name: StudyNumber.of(value) for name, value in (unchecked or {}).items()}
     arm = study.arm.model_copy(update=arm_numbers)
     return Plan(study.replaced({"arm": arm}), **options)

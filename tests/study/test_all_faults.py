@@ -57,7 +57,7 @@ def test_all_faults_come_at_once_in_the_order_of_the_lines(tmp_path):
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("[[cases]]\nname = 'a'\n[[cases]]\nname = 'a'\n[sheath]\npath_smoothing = 1\n", 2),
+        ("[[cases]]\nname = 'a'\n[[cases]]\nname = 'a'\n[sheath]\npath_smoothing = 0.001\n", 2),
         ("colour = 'red'\n[sheath]\nfriction = 0.1\nfriction_from = 'f.toml'\n", 3),
         ("colour = 'red'\n[sheath]\npath = 'r.csv'\n", 2),
         ("[sheath]\npath = 3\npath_smoothing = '1 mm'\n", 1),

@@ -47,8 +47,8 @@ def test_one_fault_alone_is_told_as_before():
 
 def test_every_fault_of_persons_is_told():
     with pytest.raises(InputError) as raised:
-        read_persons(b"weight (kg),stature (cm),sex\n70,x,m\n7,180,q\n", "people.csv")
-    for words in ('stature is "x"', "weight is 7 kg"):
+        read_persons(b"weight (kg),stature (cm),sex\n70,x,m\n-7,180,q\n", "people.csv")
+    for words in ('stature is "x"', "weight is -7 kg"):
         assert words in raised.value.message
 
 

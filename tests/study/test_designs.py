@@ -37,6 +37,7 @@ def test_every_limit_reads_back_and_changes_the_hash(name):
         "arm": {"contact_width": 0.04},
         "motion": {"speed": "60 deg/s"},
         "spring": {"free_length": 0.07},
+        "allow_implausible": True,
     }
     study = study_from({**content, "limits": {name: limit}})
     assert study.limits[name] == 0.25

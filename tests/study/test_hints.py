@@ -34,9 +34,14 @@ def test_a_number_that_no_unit_makes_possible_has_no_such_hint():
 
 
 def test_a_name_that_several_keys_say_with_more_words_may_be_any_of_them():
-    hint = fault_of({"limits": {"max_torque": "3 N m"}}).hint
-    assert "max_torque_band" in hint
+    hint = fault_of({"limits": {"max_motor": "3 N m"}}).hint
     assert "peak_motor_torque" in hint
+    assert "peak_motor_speed" in hint
+
+
+def test_a_name_means_one_that_ends_in_its_noun_before_one_that_only_has_it():
+    hint = fault_of({"limits": {"max_torque": "3 N m"}}).hint
+    assert hint == 'did you mean "peak_motor_torque"?'
 
 
 def test_an_interval_with_equal_ends_is_told_the_one_value():

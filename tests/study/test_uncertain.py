@@ -79,7 +79,7 @@ def test_a_number_of_no_width_is_one_like_any_other(ratio):
     assert study.hash == study_from({}).hash
 
 
-@given(st.floats(1.0, 1e6), st.decimals(0, 99, places=3), st.booleans())
+@given(st.floats(10.0, 1e6), st.decimals(0, 99, places=3), st.booleans())
 def test_a_document_reads_back_as_the_same_distribution(middle, share, is_absolute):
     width = middle * float(share) / 100
     tolerance = f"{width!r} N/m" if is_absolute else f"{share} %"
@@ -135,7 +135,7 @@ def test_a_product_of_frictions_that_may_be_drawn_is_bounded_too():
     friction = {"value": 1, "tolerance": "10 %"}
     sheath = {"friction": friction, "bend_angle": "100 rad"}
     with pytest.raises(Exception, match="friction x bend_angle reaches 110"):
-        study_from({"sheath": sheath})
+        study_from({"sheath": sheath, "allow_implausible": True})
 
 
 @pytest.mark.parametrize(("step", "num"), [("1 deg", 91), ("0.1 deg", 901), ("90 deg", 2)])

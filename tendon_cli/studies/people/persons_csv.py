@@ -15,8 +15,8 @@ from tendon_cli.errors import InputError
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.studies.csv_columns import Sheet, name_and_unit, unit_factor
-from tendon_cli.studies.people.survey import PLAUSIBLE
+from tendon_cli.studies.csv_columns import Sheet, name_and_unit, unit_symbol
+from tendon_cli.studies.magnitude import Slip, column_slips
 from tendon_cli.units import factor_of, known_units, shorten
 
 _SEX_WORDS = {
@@ -61,6 +61,8 @@ class PersonRows:
     """Weight of each person in a share, (n,)."""
     ignored: list[str]
     """Note on columns that are not read, if there are any."""
+    slips: tuple[Slip, ...]
+    """Values that are far from any person."""
 
 
 class _Header(NamedTuple):
@@ -83,10 +85,13 @@ def read_persons(content: bytes, where: str) -> PersonRows:
     headers, ignored = _headers(sheet)
     values = np.full((len(sheet.kept), len(DIMENSIONS)), np.nan)
     weighting = np.ones(len(sheet.kept))
+    slips: list[Slip] = []
     for name, (place, unit) in headers.items():
         with sheet.collected():
             if name in DIMENSIONS:
-                values[:, DIMENSIONS.index(name)] = _dimension(sheet, place, name, unit)
+                numbers, slips_of_column = _dimension(sheet, place, name, unit)
+                values[:, DIMENSIONS.index(name)] = numbers
+                slips += slips_of_column
             elif name == "weighting":
                 weighting = _weighting(sheet, place)
     sheet.raise_faults()
@@ -103,7 +108,7 @@ def read_persons(content: bytes, where: str) -> PersonRows:
         if "name" in headers:
             names = _names(sheet, headers["name"].place)
     sheet.raise_faults()
-    return PersonRows(tuple(headers), names, sexes, values, weighting, ignored)
+    return PersonRows(tuple(headers), names, sexes, values, weighting, ignored, tuple(slips))
 
 
 def _headers(sheet: Sheet) -> tuple[dict[str, _Header], list[str]]:
@@ -152,37 +157,23 @@ def _refuse_near_misses(text: str, where: str) -> None:
     raise InputError(f'the header "{shorten(text)}" is not known', where=where, hint=hint)
 
 
-def _dimension(sheet: Sheet, place: int, name: str, unit: str) -> Array:
-    """Return a column of a dimension in SI.
+def _dimension(sheet: Sheet, place: int, name: str, unit: str) -> tuple[Array, tuple[Slip, ...]]:
+    """Return a column of a dimension in SI, and its values that are far from any person.
 
     Raises:
-        InputError: A person has a value that nobody has, such as three metres, or mixed units.
+        InputError: A person has a value of 0 or less.
     """
-    quantity = QUANTITIES[name]
-    low, high = PLAUSIBLE[name]
-    factor = unit_factor(name, unit, quantity.dimension, sheet.where)
-    numbers = sheet.numbers(place, name, _MISSING) * factor
-    odd = np.flatnonzero((numbers < low) | (numbers > high))
-    if not odd.size:
-        return numbers
-    row = int(odd[0])
-    count = f" (and {odd.size - 1} more persons)" if odd.size > 1 else ""
-    shown_in = quantity.shown_in
-    unit_size = factor_of(shown_in)
-    problem = (
-        f"{name} is {numbers[row] / unit_size:.6g} {shown_in}{count}"
-        f", expected {low / unit_size:g} to {high / unit_size:g} {shown_in}"
-    )
-    written = numbers[row] / factor
-    possible = [
-        symbol
-        for symbol in known_units(quantity.dimension)
-        if low <= written * factor_of(symbol) <= high
-    ]
-    hint = None
-    if possible:
-        hint = f"{written:.6g} {possible[0]} would be possible: are units mixed?"
-    raise InputError(problem, where=sheet.place(row), hint=hint)
+    symbol = unit_symbol(name, unit, QUANTITIES[name].dimension, sheet.where)
+    numbers = sheet.numbers(place, name, _MISSING) * factor_of(symbol)
+    impossible = np.flatnonzero(numbers <= 0.0)
+    if impossible.size:
+        row = int(impossible[0])
+        count = f" (and {impossible.size - 1} more persons)" if impossible.size > 1 else ""
+        value = numbers[row] / factor_of(symbol)
+        problem = f"{name} is {value:.6g} {symbol}{count}, expected more than 0"
+        raise InputError(problem, where=sheet.place(row))
+    places = [sheet.place(row) for row in range(len(numbers))]
+    return numbers, column_slips(name, numbers, symbol, name, places)
 
 
 def _weighting(sheet: Sheet, place: int) -> Array:

@@ -18,6 +18,7 @@ from tendon_cli.model.body import (
     load_distance,
 )
 from tendon_cli.model.kinematics import Array
+from tendon_cli.studies.magnitude import Slip
 from tendon_cli.studies.people.persons_csv import read_persons
 from tendon_cli.studies.people.survey import LEAST, SEXES, Survey, scattered
 
@@ -54,6 +55,8 @@ class Population:
     """"male" or "female" for each, if that is known."""
     completions: int = 1
     """Number of successive bodies of one person; they differ in draws of what was not measured."""
+    slips: tuple[Slip, ...] = ()
+    """Values of their file that are far from any person."""
 
     def __len__(self) -> int:
         return len(self.names)
@@ -182,6 +185,7 @@ def read_population(
         notes=tuple(notes),
         sexes=known_sexes,
         completions=completions or 1,
+        slips=rows.slips,
     )
 
 

@@ -16,28 +16,12 @@ import numpy as np
 from tendon_cli.errors import InputError, StudyError
 from tendon_cli.model.body import DIMENSIONS, Body
 from tendon_cli.model.kinematics import Array
+from tendon_cli.quantities import PLAUSIBLE
 from tendon_cli.studies.toml_reading import read_toml
 from tendon_cli.units import shorten
 
 SEXES = ("male", "female")
 
-PLAUSIBLE = dict(
-    zip(
-        DIMENSIONS,
-        (
-            (0.8, 2.5),
-            (15.0, 350.0),
-            (0.12, 0.60),
-            (0.10, 0.50),
-            (0.12, 0.65),
-            (0.10, 0.80),
-            (0.10, 0.60),
-            (0.07, 0.35),
-        ),
-        strict=True,
-    )
-)
-"""Smallest and largest value of each dimension, SI: so wide that a value outside is a mistake."""
 LEAST = 3.0
 """Number of standard deviations below the mean at which draws are cut off: the survey does not say
 who was smallest, and a normal distribution has lighter bodies than anyone measured."""
