@@ -73,6 +73,11 @@ class Solutions(ByChoice):
     """True where the worst values are known."""
     between_samples: npt.NDArray[np.int64]
     """Place in `say.STATUSES`: the result of the proof that the window holds at every angle."""
+    advice: npt.NDArray[np.int64]
+    """Advice that the choice fails at its pretension, as the sum of codes; 0 if it keeps all.
+
+    The lowest bit is set if the choice cannot be built: the flexor's spring has no room.
+    """
 
     def __len__(self) -> int:
         return len(self.points)
@@ -210,6 +215,7 @@ def solve_windows(
         worst=Worst.unknown(count),
         has_worst=np.zeros(count, dtype=np.bool_),
         between_samples=np.zeros(count, dtype=np.int64),
+        advice=np.zeros(count, dtype=np.int64),
     )
     return solved, is_served[:, groups.of]
 
