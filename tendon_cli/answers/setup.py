@@ -27,10 +27,11 @@ from tendon_cli.model.reversal import Drift, drift
 from tendon_cli.model.setting import all_readings, pretension_per_length
 from tendon_cli.quantities import SIDES
 from tendon_cli.studies.spaces import wearer_axis
+from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import Solutions
 from tendon_cli.windows.solver import Solver
-from tendon_cli.windows.study_arm import of_designs, study_arm
+from tendon_cli.windows.study_arm import of_designs, study_arm, tension_per_length
 
 SETTING_COLUMNS = (*SET_AT_JOINT, *SET_AT_MOTOR)
 """Columns of the tensions to set, at the joint and at the motor, N."""
@@ -73,6 +74,12 @@ def setting_record(question: Question, choice: Solutions) -> SettingRecord:
     """Return the posture in which a choice is set, and the pretension that shorter tendons add."""
     design = study_arm(question, choice.points.at_pretension(choice.pretension))
     posture = question.study.setting
+    per_length = float(tension_per_length(question, choice.points)[0])
+    reserve = float(choice.reserve[0])
+    pretension = float(choice.pretension[0])
+    too_long = (pretension - float(choice.pretension_from[0])) / per_length
+    too_short = (float(choice.pretension_to[0]) - pretension) / per_length
+    is_within = too_long >= 0.0 and too_short >= 0.0
     return {
         "angle": float(posture.angle.array[0]),
         "upper_arm_angle": float(posture.upper_arm_angle.array[0]),
@@ -81,6 +88,11 @@ def setting_record(question: Question, choice: Solutions) -> SettingRecord:
         "read": posture.read,
         "on_wearer": wearer_axis(question.study) is not None,
         "newtons_per_metre": float(of_designs(pretension_per_length(design), 1)[0]),
+        "read_per_metre": per_length,
+        "accuracy": reserve / per_length,
+        "reserve": reserve,
+        "too_long": too_long if is_within else None,
+        "too_short": finite_or_none(too_short) if is_within else None,
     }
 
 

@@ -120,6 +120,21 @@ RowWords = Annotated[
 """One row of a table or a list of them, as numbers or words."""
 
 
+def _read_truth_value(value: object) -> object:
+    """Return a truth value from one, or from its word, as the command line has it."""
+    if isinstance(value, bool) or value in ("true", "false"):
+        return value is True or value == "true"
+    raise fault(f"{described(value)} is not possible, expected true or false")
+
+
+Seed = Annotated[int, *whole_number(0, 2**63 - 1)]
+"""Seed of random draws."""
+TruthValue = Annotated[
+    bool, BeforeValidator(_read_truth_value), WithJsonSchema({"type": "boolean"})
+]
+"""True or false, or the word for it."""
+
+
 class Goals(Part):
     """Goals of `tendon design`, which chooses among the axes that are not its conditions."""
 
@@ -148,6 +163,11 @@ class Goals(Part):
             "choices; reserve: the least and the accuracy of setting, the middle at most",
         )
     )
+    advice: TruthValue = field_default(
+        True,
+        description="prefer choices that can be built and keep the advice on straps, ropes and "
+        "springs",
+    )
 
 
 def _check_power_of_two(value: int) -> int:
@@ -157,21 +177,6 @@ def _check_power_of_two(value: int) -> int:
         problem = f"{value:,} is not possible, expected a power of two, {MOST_DRAWS:,} at most"
         raise fault(problem, f"such as {near}")
     return value
-
-
-def _read_truth_value(value: object) -> object:
-    """Return a truth value from one, or from its word, as the command line has it."""
-    if isinstance(value, bool) or value in ("true", "false"):
-        return value is True or value == "true"
-    raise fault(f"{described(value)} is not possible, expected true or false")
-
-
-Seed = Annotated[int, *whole_number(0, 2**63 - 1)]
-"""Seed of random draws."""
-TruthValue = Annotated[
-    bool, BeforeValidator(_read_truth_value), WithJsonSchema({"type": "boolean"})
-]
-"""True or false, or the word for it."""
 
 
 class Uncertainty(Part):

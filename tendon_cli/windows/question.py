@@ -65,13 +65,13 @@ class Goal:
 
 
 USUAL = (
-    Goal("tolerance", maximise=True),
+    Goal("tolerance_length", maximise=True),
     Goal("pretension", maximise=False),
     Goal("max_tension", maximise=False),
     Goal("max_spring_extension", maximise=False),
     Goal("peak_motor_torque", maximise=False),
 )
-"""An answer names the best choice by each of these if the study names no goal."""
+"""An answer names the best choice by each of these, too, if the study names no goal."""
 SERVED = Goal("served", maximise=True)
 """The largest share served; it comes before the usual goals if there are people or draws."""
 
