@@ -164,7 +164,7 @@ class Goals(Part):
         )
     )
     advice: TruthValue = field_default(
-        True,
+        "true",
         description="prefer choices that can be built and keep the advice on straps, ropes and "
         "springs",
     )

@@ -339,7 +339,7 @@ def _reserve(accuracy: Accuracy, per_length: Array) -> Array:
         accuracy: Accuracy of setting.
         per_length: Growth of what is read per length taken from both tendons, (choices,), N/m.
     """
-    if accuracy.tension is not None:
+    if accuracy.length is None:
         return np.full(len(per_length), accuracy.tension)
     return np.asarray(accuracy.length * per_length)
 
