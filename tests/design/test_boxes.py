@@ -3,6 +3,10 @@
 No point of a box refutes its window, and an answer says what it cannot prove.
 """
 
+import json
+import os
+import subprocess
+import sys
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -361,6 +365,35 @@ def test_all_rounds_of_a_proof_share_its_cells(monkeypatch, most):
     known = tendon.design(tendon.study(LEANING)).record["between_samples"]
     assert known["status"] == "open"
     assert known["cells"] <= most
+
+
+IN_LITTLE_MEMORY = """
+import json, resource, sys, time
+resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30))
+import tendon_cli as tendon
+started = time.process_time()
+answer = tendon.design(tendon.study(json.loads(sys.argv[1])))
+choices = answer.record["between_samples"]["choices"]
+print(json.dumps([time.process_time() - started, choices]))
+"""
+
+
+@pytest.mark.parametrize("stiffness", [8e3, [7e3, 8e3, 9e3]])
+def test_a_proof_of_many_intervals_takes_little_memory_and_time(stiffness):
+    content = LEANING | {"spring": {"stiffness": stiffness}}
+    ran = subprocess.run(
+        [sys.executable, "-c", IN_LITTLE_MEMORY, json.dumps(content)],
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stderr
+    seconds, choices = json.loads(ran.stdout)
+    assert seconds < 30.0
+    for choice in choices:
+        assert choice["status"] == "proven" or choice["estimate"] is not None
+        assert choice["cells"] <= 2**17
 
 
 def test_no_point_refutes_the_window_proved_for_a_box():
