@@ -45,6 +45,8 @@ class Options(TypedDict, total=False):
     """Address of a Dask cluster."""
     progress: Callable[[int, int], None]
     """Function that is called with the numbers of finished and of all parts."""
+    proving: Callable[[int, int], None]
+    """Function that is called with the numbers of cells examined and of most cells in a proof."""
     stop: Event | None
     """Event that ends the run cleanly when it is set."""
 

@@ -9,7 +9,8 @@ import json
 import os
 import sys
 from collections.abc import Callable, Iterator
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 from tendon_cli.errors import OutputError, TendonError
 
@@ -113,24 +114,38 @@ def print_error(fault: TendonError, *, as_json: bool) -> None:
     print_note(f"tendon: error: {place}{fault.message}{hint}")
 
 
-@contextlib.contextmanager
-def progress(title: str, *, quiet: bool) -> Iterator[Callable[[int, int], None]]:
-    """Yield a function to call with the numbers of finished and of all parts.
+Update: TypeAlias = Callable[[int, int], None]
+"""Called with a number that grows, and with the largest that it may reach."""
 
-    It shows a bar on a terminal, else a line for every 10 %.
-    """
+
+@dataclass(frozen=True)
+class Shown:
+    """Functions that show how far a command is."""
+
+    parts: Update
+    """Called with the numbers of finished and of all parts."""
+    cells: Update
+    """Called with the numbers of cells examined and of most cells in a proof."""
+
+
+@contextlib.contextmanager
+def progress(title: str, *, quiet: bool) -> Iterator[Shown]:
+    """Yield functions that show a bar on a terminal, else a line for every 10 %."""
     if quiet:
-        yield lambda _done, _total: None
+        yield Shown(lambda _done, _total: None, lambda _cells, _most: None)
     elif sys.stderr is not None and sys.stderr.isatty() and os.environ.get("TERM") != "dumb":
-        with _bar(title) as update:
-            yield update
+        with _bar(title) as shown:
+            yield shown
     else:
-        yield _plain(title)
+        yield Shown(
+            parts=_plain(title, "({done} of {total} parts)"),
+            cells=_plain(f"{title}: proof", "of at most {total:,} cells"),
+        )
 
 
 @contextlib.contextmanager
-def _bar(title: str) -> Iterator[Callable[[int, int], None]]:
-    """Yield a function that moves a bar on the terminal."""
+def _bar(title: str) -> Iterator[Shown]:
+    """Yield functions that move a bar on the terminal, and that describe a proof beside it."""
     from rich import progress as rich  # only a terminal pays for its import
     from rich.console import Console
 
@@ -145,19 +160,32 @@ def _bar(title: str) -> Iterator[Callable[[int, int], None]]:
     )
     with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(title, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+        def describe(cells: int, most: int) -> None:
+            text = f"{title}: proof, {cells:,} of at most {most:,} cells"
+            bar.update(task, description=text)
+
+        yield Shown(
+            parts=lambda done, total: bar.update(task, completed=done, total=total),
+            cells=describe,
+        )
 
 
-def _plain(title: str) -> Callable[[int, int], None]:
-    """Return a function that writes a line for every tenth of the parts."""
+def _plain(title: str, form: str) -> Update:
+    """Return a function that writes a line for every tenth, anew if the number falls.
+
+    Args:
+        title: Beginning of each line.
+        form: End of each line, a form with `done` and `total`.
+    """
     last_tenth = 0
 
     def update(done: int, total: int) -> None:
         nonlocal last_tenth
         tenth = 10 * done // total
         if total > 1 and tenth > last_tenth:
-            last_tenth = tenth
-            print_note(f"{title}: {10 * tenth} % ({done} of {total} parts)")
+            print_note(f"{title}: {10 * tenth} % {form.format(done=done, total=total)}")
+        last_tenth = tenth
 
     return update
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, Self
 
@@ -174,9 +174,9 @@ class Choices(Task):
         part = self.part(index)
         return f"choices {part.start} to {part.stop - 1}"
 
-    def results(self, notes: Sequence[Note]) -> dict[str, Any]:
+    def results(self, notes: Sequence[Note], proving: Callable[[int, int], None]) -> dict[str, Any]:
         """Return the record of the answer, from the notes of all parts."""
-        record, chosen, row = make_record(self.solver, notes)
+        record, chosen, row = make_record(self.solver, notes, proving)
         if self.persons is not None:
             windows = GroupWindows.of(self.solver, chosen.points)
             record["population"] = population(self.solver, chosen, row, windows)

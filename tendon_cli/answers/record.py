@@ -41,7 +41,7 @@ from tendon_cli.answers.text_notes import (
 from tendon_cli.engine.task import Note
 from tendon_cli.model.kinematics import Rows
 from tendon_cli.model.window import Ends
-from tendon_cli.proof.certify import Certificate, certify
+from tendon_cli.proof.certify import Certificate, Report, certify
 from tendon_cli.space.axis import evenly_spaced
 from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows import candidates
@@ -106,12 +106,12 @@ class NamedChoices:
             rows[place] = len(self.question.choices) + after_grid
         return choices.with_row(rows)
 
-    def certify(self, solver: Solver, certificates: Certificates) -> None:
+    def certify(self, solver: Solver, certificates: Certificates, report: Report) -> None:
         """Prove the windows of all choices, beginning with the one that is named first."""
         for column, choice in self.best.items():
-            self.best[column] = certify_all(solver, choice, certificates)
+            self.best[column] = certify_all(solver, choice, certificates, report)
         if self.front is not None:
-            self.front = certify_all(solver, self.front, certificates)
+            self.front = certify_all(solver, self.front, certificates, report)
 
     @property
     def rows_on_front(self) -> Rows:
@@ -174,26 +174,29 @@ def _gain(order: Order, start: Solutions, best: Solutions) -> dict[str, float]:
     return {}
 
 
-def certify_all(solver: Solver, choices: Solutions, certificates: Certificates) -> Solutions:
+def certify_all(
+    solver: Solver, choices: Solutions, certificates: Certificates, report: Report
+) -> Solutions:
     """Return choices with their windows proved, or tightened.
 
     Args:
         solver: Solver of the question.
         choices: The choices.
         certificates: Certificates so far, to which those of the other choices are added.
+        report: Called as each proof goes on.
     """
     proved = []
     for place in range(len(choices)):
         choice = choices.select([place])
         values = tuple(float(column[0]) for column in choice.points.columns.values())
         if values not in certificates:
-            certificates[values] = certify(solver, choice)
+            certificates[values] = certify(solver, choice, report)
         proved.append(certificates[values].solution)
     return Solutions.concatenate(proved)
 
 
 def make_record(
-    solver: Solver, notes: Sequence[Note]
+    solver: Solver, notes: Sequence[Note], report: Report
 ) -> tuple[AnswerResults, Solutions, ChoiceRecord]:
     """Make the record of an answer.
 
@@ -203,6 +206,7 @@ def make_record(
     Args:
         solver: Solver of the question.
         notes: Notes of all parts.
+        report: Called as each proof goes on.
 
     Returns:
         The record; the choice that is named first, or else the one that serves most; its row in
@@ -221,11 +225,11 @@ def make_record(
     while True:
         named = NamedChoices.of(solver, relevant)
         certificates: Certificates = {}
-        named.certify(solver, certificates)
+        named.certify(solver, certificates, report)
         proved = None
         if len(to_prove):
             asked_for = relevant.select(np.isin(relevant.row, to_prove))
-            proved = certify_all(solver, asked_for, certificates)
+            proved = certify_all(solver, asked_for, certificates, report)
         lost = _lost_windows(relevant, certificates)
         if not lost:
             break

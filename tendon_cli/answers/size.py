@@ -6,8 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.answers.question_facts import notes_of
+from tendon_cli.proof.subdivision import most_cells
 from tendon_cli.studies.study import Study
 from tendon_cli.windows.question import question_of
+
+_SECONDS_PER_CELL = 3e-5
+"""Time that a cell of a proof takes on a core of 2024, s, and again for each number in a box."""
 
 
 def size_of_question(
@@ -24,7 +28,16 @@ def size_of_question(
         lines.append(f"  {name:<12} {len(product):,}" + (f"  ({axes})" if axes else ""))
     record["windows"] = len(question.choices) * len(question.conditions)
     record["states"] = record["windows"] * question.states_per_design
+    numbers = len(question.box)
+    cells = 0 if study.trajectory is not None else most_cells(numbers)
+    record["most_cells"] = cells
+    record["most_seconds"] = round(cells * _SECONDS_PER_CELL * (1 + numbers), 3)
     record["notes"] = notes
     lines += [f"  {name:<12} {record[name]:,}" for name in ("windows", "states")]
+    if cells:
+        seconds = record["most_seconds"]
+        lines.append(
+            f"  cells        at most {cells:,} in the proof of a choice, some {seconds:.0f} s"
+        )
     lines += [f"  note         {note}" for note in notes]
     return record, "\n".join(lines)

@@ -112,7 +112,8 @@ def _compute(
                 overwrite=overwrite,
                 lock=not no_lock,
                 scheduler=scheduler,
-                progress=show,
+                progress=show.parts,
+                proving=show.cells,
                 stop=stop,
             )
     printed = result.record if as_json else result.printed

@@ -129,7 +129,7 @@ def paper(
     with stopped_by_signals(str(out)) as stop, progress("paper", quiet=quiet or as_json) as show:
         from tendon_cli.paper.reproduce import reproduce
 
-        done = reproduce(out, jobs=jobs, progress=show, stop=stop, overwrite=overwrite)
+        done = reproduce(out, jobs=jobs, progress=show.parts, stop=stop, overwrite=overwrite)
     print_result(done.record() if as_json else done.text(), unless=quiet and not as_json)
     if not done.holds:
         raise typer.Exit(EXIT_NEGATIVE)

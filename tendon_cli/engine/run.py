@@ -59,6 +59,8 @@ class RunOptions:
     """Draws the figures of the run; None for no figures."""
     progress: Progress = lambda _done, _all: None
     """Called after each part."""
+    proving: Progress = lambda _cells, _most: None
+    """Called with the numbers of cells examined and of most cells while a window is proved."""
     stop: threading.Event | None = None
     """Event that ends the run with Stopped; if None, Ctrl-C ends it with KeyboardInterrupt."""
 
@@ -111,7 +113,7 @@ def _in_memory(task: Task, kind: type[ResultType], how: RunOptions) -> ResultTyp
     task.check_memory()
     maker = InMemory(task, Path())
     with _runner(how, task.parts) as runner:
-        record = _recorded(maker, {}, runner, how.progress)
+        record = _recorded(maker, {}, runner, how)
     return kind({**record, "files": []}, tables=maker.tables(), validated=task.study)
 
 
@@ -162,11 +164,11 @@ def compute_parts(
     else:
         done = folder.standing(contents)
     folder.prepare()
-    return _recorded(maker, done, runner, how.progress), False
+    return _recorded(maker, done, runner, how), False
 
 
 def _recorded(
-    maker: PartMaker, done: dict[int, PartResult], runner: Runner, progress: Progress
+    maker: PartMaker, done: dict[int, PartResult], runner: Runner, how: RunOptions
 ) -> dict[str, Any]:
     """Make the missing parts of a task, then the files that need all parts; return the record.
 
@@ -174,7 +176,7 @@ def _recorded(
         maker: Makes a part.
         done: Parts that are made already, by their indices; the others are added.
         runner: Has the maker make parts.
-        progress: Called after each part.
+        how: Options, of which `progress` and `proving` are called.
     """
     started = time.monotonic()
     task = maker.task
@@ -183,9 +185,9 @@ def _recorded(
 
     def take(result: PartResult) -> None:
         done[result.index] = result
-        progress(len(done), task.parts)
+        how.progress(len(done), task.parts)
 
-    progress(resumed, task.parts)
+    how.progress(resumed, task.parts)
     missing = [index for index in range(task.parts) if index not in done]
     make_parts(maker, runner, missing, take)
     parts = [done[index] for index in range(task.parts)]
@@ -196,7 +198,7 @@ def _recorded(
         "study_hash": study.hash,
         "results_version": RESULTS_VERSION,
         **{key: value for key, value in study.record.items() if key != "study"},
-        **task.results([part.note for part in parts]),
+        **task.results([part.note for part in parts], how.proving),
         "parts": task.parts,
         "resumed_parts": resumed,
         "seconds": 0.0,

@@ -204,7 +204,7 @@ class Sweep(Task):
         start = ", ".join(values) or "the only design"
         return f"designs {designs.start} to {designs.stop - 1}, from {start}"
 
-    def results(self, notes: Sequence[Note]) -> dict[str, Any]:
+    def results(self, notes: Sequence[Note], proving: Any) -> dict[str, Any]:  # noqa: ARG002
         """Count designs, states and choices for the record, from the notes of all parts."""
         return {
             "designs": self.plan.designs,

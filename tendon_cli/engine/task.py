@@ -98,11 +98,12 @@ class Task(ABC):
         """Least size of the tables on the disk."""
 
     @abstractmethod
-    def results(self, notes: Sequence[Note]) -> dict[str, Any]:
+    def results(self, notes: Sequence[Note], proving: Callable[[int, int], None]) -> dict[str, Any]:
         """Return the results for the record; raises Stopped.
 
         Args:
             notes: Notes of all parts, in their order.
+            proving: Called with the numbers of cells examined and of most cells in a proof.
         """
 
     def warnings(self, record: Mapping[str, Any]) -> list[str]:  # noqa: ARG002

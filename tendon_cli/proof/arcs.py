@@ -1,50 +1,50 @@
-"""Conditions of a proof, each over an arc of postures and over the box of a question."""
+"""Conditions of a proof, over arcs of postures and over the box of a question."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array, Flags, Rows
+from tendon_cli.model.kinematics import Array, Rows
+from tendon_cli.model.motor import select_points
 from tendon_cli.model.setting import pretension_of
-from tendon_cli.proof.subdivision import Proof, first_cells, prove
+from tendon_cli.proof.subdivision import Cells, Setup, Verdict, first_cells, judge
 from tendon_cli.space.axis import scale_of
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import LEAN, LOADS, Question
 
 _ENDLESS = 1e6
 """Pretension up to which a window without an upper end is proved, N."""
-_FIRST_ARCS = 8
-"""Arcs into which an interval of postures is cut at first."""
+_WIDEST_ARC = np.pi / 4.0
+"""Largest arc of postures that a proof begins with, rad: it must be less than half a turn."""
 
 
 @dataclass(frozen=True, eq=False)
 class ConditionArcs:
-    """Conditions that a window must satisfy, each over an arc of postures and over the box.
+    """Conditions that a window must satisfy, which imply all others, with their designs in cells.
 
-    An arc is one posture of the upper arm, or all postures between two.
+    Limits are linear in sine and cosine of the posture of the upper arm. On an arc of postures they
+    hold if they hold at the point where the tangents at its ends meet, provided that they hold at
+    such points of all arcs of an interval and at both ends of that. At this point the weights are
+    larger than in the middle of the arc, by 1/cos of half of it. A single posture is an arc without
+    width.
     """
 
     question: Question
     points: Points
     """The choice."""
     row: Rows
-    """Rows of the conditions; the first of those that differ only within the box."""
-    low: Array
-    """Smallest inclination of the upper arm, rad; NaN for that of the condition itself."""
-    high: Array
-    """Largest inclination of the upper arm, rad; NaN for that of the condition itself."""
+    """Rows of the conditions; the first of those that differ only within the box or in posture."""
 
     @classmethod
     def of(cls, question: Question, points: Points) -> ConditionArcs:
         """Return the conditions that imply all others.
 
-        They are those with the smallest or the largest load and, in an interval of postures, its
-        two ends and the arcs between them. If a share of single conditions is enough, no condition
-        implies another: those with other loads may be served without it.
+        They are those with the smallest or the largest load. If a share of single conditions is
+        enough, no condition implies another: those with other loads may be served without it.
         """
         is_needed = np.ones(len(question.conditions), dtype=np.bool_)
         places = question.conditions.places(np.arange(len(is_needed)))
@@ -54,89 +54,95 @@ class ConditionArcs:
                 is_needed &= np.isin(axis.values[places[axis.key]], extremes)
         for axis in question.box:
             is_needed &= places[axis.key] == 0
-        rows = np.flatnonzero(is_needed)
-        leaning = question.leaning
-        if leaning is None:
-            unset = np.full(len(rows), np.nan)
-            return cls(question, points, rows, unset, unset)
-        rows = rows[places[LEAN][rows] == 0]
-        edges = np.linspace(leaning.values.min(), leaning.values.max(), _FIRST_ARCS + 1)
-        low = np.append(edges[:-1], edges[[0, -1]])
-        high = np.append(edges[1:], edges[[0, -1]])
-        return cls(
-            question,
-            points,
-            row=np.repeat(rows, len(low)),
-            low=np.tile(low, len(rows)),
-            high=np.tile(high, len(rows)),
-        )
-
-    def __len__(self) -> int:
-        return len(self.row)
-
-    def select(self, which: Any) -> ConditionArcs:
-        """Select arcs by index or mask."""
-        return replace(self, row=self.row[which], low=self.low[which], high=self.high[which])
-
-    def halve(self, which: Flags) -> ConditionArcs:
-        """Return all arcs, with the selected ones cut in two and placed last."""
-        rest = self.select(~which)
-        cut = self.select(which)
-        middle = cut.middles.low
-        return replace(
-            self,
-            row=np.concatenate([rest.row, cut.row, cut.row]),
-            low=np.concatenate([rest.low, cut.low, middle]),
-            high=np.concatenate([rest.high, middle, cut.high]),
-        )
+        if question.leaning is not None:
+            is_needed &= places[LEAN] == 0
+        return cls(question, points, np.flatnonzero(is_needed))
 
     @property
-    def middles(self) -> ConditionArcs:
-        """Postures in the middle of the arcs."""
-        middle = 0.5 * (self.low + self.high)
-        return replace(self, low=middle, high=middle)
+    def postures(self) -> tuple[float, float]:
+        """Ends of the interval of postures, rad; NaN if there is none."""
+        leaning = self.question.leaning
+        if leaning is None:
+            return np.nan, np.nan
+        return float(leaning.values.min()), float(leaning.values.max())
 
-    def design(self, shares: Array | float = 0.0) -> Design:
-        """Return designs at points of the box, (arcs, 1, 1).
-
-        Limits are linear in sine and cosine of the forearm's inclination: what holds at the point
-        where the tangents at the ends of an arc meet, and at both ends of all arcs, holds on the
-        arcs. The weights are larger at that point, by 1/cos of half the arc.
+    def first_cells(self, rows: Rows) -> Cells:
+        """Return the cells that a proof of some conditions begins with.
 
         Args:
-            shares: Place of each number in the box, (arcs, numbers), from -1 to 1.
+            rows: Rows of the conditions.
+        """
+        question = self.question
+        low, high = self.postures
+        arcs = [[low, high]]
+        if low < high:
+            edges = np.linspace(low, high, 1 + int(np.ceil((high - low) / _WIDEST_ARC)))
+            arcs = [[low, low], [high, high], *np.column_stack([edges[:-1], edges[1:]])]
+        return first_cells(
+            rows,
+            (float(question.angles.min()), float(question.angles.max())),
+            question.flexion.ravel(),
+            self.design(self.row, posture=low).knots,
+            len(question.box),
+            np.array(arcs),
+        )
+
+    def design(
+        self,
+        row: Rows,
+        shares: Array | float = 0.0,
+        posture: Array | float = np.nan,
+        growth: Array | None = None,
+    ) -> Design:
+        """Return designs at points of the box, (designs, 1, 1).
+
+        Args:
+            row: Row of the condition of each.
+            shares: Place of each number in the box, (designs, numbers), from -1 to 1.
+            posture: Posture of each, rad; not used without an interval of postures.
+            growth: Factor on the weights of each.
         """
         box = self.question.box
         numbers: dict[str, Array] = {}
-        points = np.broadcast_to(shares, (len(self), len(box)))
+        points = np.broadcast_to(shares, (len(row), len(box)))
         for axis, share in zip(box, points.T, strict=True):
             low = axis.values.min()
             high = axis.values.max()
             numbers[axis.key] = 0.5 * (low + high) + 0.5 * (high - low) * share
-        if not np.isnan(self.low).all():
-            growth = (1.0 + 1e-12) / np.cos(0.5 * (self.high - self.low))
+        if self.question.leaning is not None:
+            numbers[LEAN] = np.broadcast_to(posture, len(row))
+        if growth is not None:
             numbers[scale_of("arm.forearm_mass")] = growth
             numbers[scale_of("load.mass")] = growth
-            numbers[LEAN] = self.middles.low
-        return self.question.paired_designs(self.points, np.zeros_like(self.row), self.row, numbers)
+        return self.question.paired_designs(self.points, np.zeros_like(row), row, numbers)
 
-    def prove(self, low: Array, high: Array) -> Proof:
-        """Prove that all limits are kept from `low` to `high`, (conditions,) N as they are read."""
-        question = self.question
-        design = self.design()
-        angles = (float(question.angles.min()), float(question.angles.max()))
-        ends_of_numbers = np.eye(len(question.box))
-        cells = first_cells(len(self), angles, question.flexion, design.knots, len(ends_of_numbers))
-        return prove(
-            design,
-            cells,
-            self._as_f0(design, low),
-            self._as_f0(design, np.minimum(high, _ENDLESS)),
-            question.bounds,
-            [self.design(end) for end in ends_of_numbers],
-        )
+    def judge(self, cells: Cells, low: Array, high: Array) -> Verdict:
+        """Decide on cells at the ends of windows, (conditions,) N as they are read."""
+        pretension = np.where(cells.upper, np.minimum(high, _ENDLESS)[cells.row], low[cells.row])
+        beyond = self._setup(cells, pretension, reaches_beyond=True)
+        within = beyond
+        if self.question.leaning is not None:
+            within = self._setup(cells, pretension, reaches_beyond=False)
+        with np.errstate(all="ignore"):
+            return judge(cells, beyond, within, self.question.bounds)
 
-    def _as_f0(self, design: Design, pretension: Array) -> Array:
-        """Return pretensions, (conditions,) N as they are read, as F0 of the arcs, (arcs,) N."""
-        of_arcs = pretension_of(design, pretension[self.row, np.newaxis, np.newaxis])
-        return np.broadcast_to(of_arcs, (len(self), 1, 1)).ravel()
+    def _setup(self, cells: Cells, pretension: Array, *, reaches_beyond: bool) -> Setup:
+        """Return the designs of cells where the tangents of their arcs meet, or in the middle."""
+        posture = cells.middle[:, -1]
+        growth = None
+        if reaches_beyond and self.question.leaning is not None:
+            half = 0.5 * (cells.high - cells.low)[:, -1]
+            growth = (1.0 + 1e-12) / np.cos(half)
+        designs = [
+            self.design(cells.row, shares, posture, growth)
+            for shares in (0.0, *np.eye(len(self.question.box)))
+        ]
+        as_f0 = pretension_of(designs[0], pretension[:, np.newaxis, np.newaxis])
+        middle, *ends = (_flat(design, len(cells)) for design in designs)
+        return Setup(middle, ends, np.broadcast_to(as_f0, (len(cells), 1, 1)).ravel())
+
+
+def _flat(design: Design, count: int) -> Any:
+    """Return designs, (count, 1, 1), along a single axis."""
+    nowhere = np.zeros(count, dtype=np.int64)
+    return select_points(design, (count, 1, 1), (np.arange(count), nowhere, nowhere))

@@ -24,14 +24,14 @@ from tendon_cli.model.sheath import sheaths_of
 from tendon_cli.proof.series import COMPUTED, Series
 
 
-def box_design(design: Design, ends: Sequence[Design], middle: Array, half: Array) -> Design:
+def box_design(design: Design, ends: Sequence[Design], middle: Array, half: Array | None) -> Design:
     """Return designs in which the numbers of a box are series, linear in their shares.
 
     Args:
         design: Designs in the middle of the box, (cells,).
         ends: For each number of the box the designs at its upper end.
         middle: Middle of each cell as shares of the way to the end, (cells, numbers).
-        half: Half-width of each cell likewise.
+        half: Half-width of each cell likewise; None for the middles alone, without derivatives.
     """
 
     def moving(number: Any, *at_ends: Any) -> Any:
@@ -40,8 +40,11 @@ def box_design(design: Design, ends: Sequence[Design], middle: Array, half: Arra
         for place, end in enumerate(at_ends):
             distance = np.where((number == end) | np.isnan(number), 0.0, end - number)
             if np.any(distance):
+                value = number + distance * middle[:, place]
+                if half is None:
+                    return Series.point(value, distance)
                 radius = np.abs(distance) * half[:, place]
-                return Series.number(number + distance * middle[:, place], radius, distance, place)
+                return Series.number(value, radius, distance, place)
         return number
 
     boxed: Design = map_arrays(design, moving, *ends)

@@ -150,6 +150,17 @@ class Series(np.lib.mixins.NDArrayOperatorsMixin):
         return cls([(middle, radius * _OUT + rounding), *[None] * ORDER], {place: derivative})
 
     @classmethod
+    def point(cls, value: Array, slope: Array) -> Series:
+        """Return a number at a point of a box, without its partial derivative.
+
+        Args:
+            value: The number in each cell.
+            slope: Its derivative with respect to a number of the box; both may be rounded.
+        """
+        rounding = (abs(value) + abs(slope)) * COMPUTED
+        return cls([(value, rounding), *[None] * ORDER])
+
+    @classmethod
     def _of_partials(cls, partials: Mapping[int, Series]) -> Series:
         """Return a series of zeros with partial derivatives."""
         return cls([None] * (ORDER + 1), partials)

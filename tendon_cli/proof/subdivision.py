@@ -1,4 +1,4 @@
-"""Proofs that a window of pretension holds at every elbow angle: interval arithmetic over cells.
+"""Cells of the angle and of a box of numbers, and what interval arithmetic decides on each.
 
 A limit on a form of states (`limits`) is g(θ) >= 0 at a pretension. On a cell of half-width h about
 m it is at least the smallest of g(m) + g'(m) t + t²/2 inf g'' over |t| <= h; a cell where that is
@@ -9,6 +9,9 @@ in radians.
 Numbers of a design may be any within a box. A cell then has a range of each, as a share p of the
 way from the box's middle to its end, and a limit falls from the middle of that by at most the sum
 of |∂g/∂p| over the cell times half the range; the variable that contributes most is halved.
+
+The upper arm may lean at any angle within an arc. As g is linear in sine and cosine of that, one
+point just beyond the arc stands for all of it (`ConditionArcs`).
 """
 
 from __future__ import annotations
@@ -22,20 +25,37 @@ import numpy as np
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags, Rows
-from tendon_cli.model.motor import select_points
 from tendon_cli.proof.enclosed_states import box_design, enclose_states, limit_values
 from tendon_cli.proof.series import ORDER, Series
 
 FIRST_CELLS = 8
 """Cells of the angle that a proof begins with, besides those that end at knots."""
 MOST_CELLS = 2**20
-"""Cells after which a proof is given up."""
+"""Cells after which the proof of a choice is given up."""
 _BOX_COST = 8  # one cell of a box takes as long as so many of angles alone
 _AT_ONCE = 2**14  # cells
-_NARROWEST = 1e-9  # rad, or share of the box: narrower cells are left undecided
+_NARROWEST = 1e-9  # rad, or share of the box: cells narrower in all variables are not halved
 _TYPICAL_HALF_WIDTH = 0.1  # rad; counts as much as a whole box if nothing says what to halve
 _OUT = 1.0 + 1e-15  # a width is rounded
 _ROUNDING = 1e-15  # relative error of a lower bound
+
+
+def most_cells(numbers: int) -> int:
+    """Return the number of cells after which the proof of a choice is given up.
+
+    Args:
+        numbers: Count of numbers of its designs that lie in a box.
+    """
+    return MOST_CELLS // _BOX_COST if numbers else MOST_CELLS
+
+
+def cells_at_once(numbers: int) -> int:
+    """Return the number of cells that fit into memory together.
+
+    Args:
+        numbers: Count of numbers of a design that lie in a box.
+    """
+    return _AT_ONCE // (1 + numbers)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,13 +66,14 @@ class Cells:
     """
 
     row: Rows
-    """Row of the design."""
+    """Row of the design's condition."""
     flexion: Flags
     """True in flexion, else extension."""
     upper: Flags
     """True for the upper end of the window, else the lower."""
     low: Array
-    """Lower ends of the angle (rad) and of each number of a box (-1 to 1), (cells, 1 + numbers)."""
+    """Lower ends, (cells, 2 + numbers): of the angle, rad, of each number of a box, -1 to 1, and of
+    the arc of postures, rad. The latter is NaN where the posture is that of the condition."""
     high: Array
     """Upper ends, likewise."""
 
@@ -61,8 +82,13 @@ class Cells:
 
     @property
     def middle(self) -> Array:
-        """Middle of each cell, (cells, 1 + numbers)."""
+        """Middle of each cell, (cells, 2 + numbers)."""
         return np.asarray(0.5 * (self.low + self.high))
+
+    @property
+    def is_narrow(self) -> Flags:
+        """True for each cell that is too narrow to be halved."""
+        return np.asarray(~(self.high - self.low >= _NARROWEST).any(axis=1))
 
     def select(self, which: Any) -> Cells:
         """Select cells by index, slice or mask."""
@@ -76,10 +102,10 @@ class Cells:
         low = self.low.copy()
         high[rows, along] = middle
         low[rows, along] = middle
-        return _concatenate([replace(self, high=high), replace(self, low=low)])
+        return concatenate([replace(self, high=high), replace(self, low=low)])
 
 
-def _concatenate(parts: list[Cells]) -> Cells:
+def concatenate(parts: Sequence[Cells]) -> Cells:
     """Concatenate cells of several parts."""
     names = vars(parts[0])
     return Cells(
@@ -87,95 +113,53 @@ def _concatenate(parts: list[Cells]) -> Cells:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class Proof:
-    """Outcome of a proof; it succeeded if no cell is broken or left."""
-
-    cells: int
-    """Number of cells that were examined."""
-    broken: Cells
-    """Cells in the middle of which a limit is broken."""
-    left: Cells
-    """Cells that are left undecided, because they were too many or too narrow."""
-
-
 def first_cells(
-    count: int, angles: tuple[float, float], flexion: Flags, knots: Array, numbers: int = 0
+    rows: Rows,
+    angles: tuple[float, float],
+    flexion: Flags,
+    knots: Array,
+    numbers: int,
+    arcs: Array,
 ) -> Cells:
     """Return the first cells of designs, in each direction, at both ends of windows.
 
     Args:
-        count: Number of designs.
+        rows: Rows of the designs' conditions.
         angles: First and last elbow angle, rad.
         flexion: Directions of motion.
         knots: Angles at which cells must end, rad.
         numbers: Count of numbers of a design that lie in a box; each cell spans the whole box.
+        arcs: Ends of arcs of postures, (arcs, 2), rad.
     """
     low, high = angles
     inner_knots = knots[(knots > low) & (knots < high)]
     edges = np.unique([*np.linspace(low, high, FIRST_CELLS + 1), *inner_knots])
     places = np.arange(max(1, len(edges) - 1))
-    axes = np.meshgrid(np.arange(count), flexion, [False, True], places, indexing="ij")
-    row, direction, upper, place = (axis.ravel() for axis in axes)
+    axes = np.meshgrid(rows, np.arange(len(arcs)), flexion, [False, True], places, indexing="ij")
+    row, arc, direction, upper, place = (axis.ravel() for axis in axes)
     box = np.ones((len(row), numbers))
     next_place = np.minimum(place + 1, len(edges) - 1)
     return Cells(
         row,
         direction,
         upper,
-        low=np.column_stack([edges[place], -box]),
-        high=np.column_stack([edges[next_place], box]),
+        low=np.column_stack([edges[place], -box, arcs[arc, 0]]),
+        high=np.column_stack([edges[next_place], box, arcs[arc, 1]]),
     )
 
 
-def prove(
-    design: Design,
-    cells: Cells,
-    low: Array,
-    high: Array,
-    bounds: Bounds,
-    ends: Sequence[Design] = (),
-) -> Proof:
-    """Try to prove that designs keep all limits on states at both ends of their windows, in cells.
+class Setup(NamedTuple):
+    """Designs of cells, (cells,), at their pretensions."""
 
-    Args:
-        design: Designs, (designs, 1, 1); with a box, the designs in its middle.
-        cells: Cells to begin with.
-        low: Lower ends of the windows, (designs,), N.
-        high: Upper ends of the windows, (designs,), N.
-        bounds: Limits of the designs.
-        ends: For each number of a box the designs in which this number is at its upper end.
-    """
-    none = cells.select(slice(0))
-    todo = cells
-    examined = 0
-    broken = [none]
-    undecided = [none]
-    at_once = _AT_ONCE // (1 + len(ends))
-    most_cells = MOST_CELLS // _BOX_COST if ends else MOST_CELLS
-    while len(todo) and examined + len(todo) <= most_cells:
-        examined += len(todo)
-        halves = [none]
-        for start in range(0, len(todo), at_once):
-            part = todo.select(slice(start, start + at_once))
-            points = part.row, np.zeros_like(part.row), np.zeros_like(part.row)
-            middle, *at_ends = (
-                select_points(designs, (len(low), 1, 1), points) for designs in (design, *ends)
-            )
-            pretension = np.where(part.upper, high[part.row], low[part.row])
-            with np.errstate(all="ignore"):
-                verdict = _judge(middle, at_ends, part, pretension, bounds)
-            is_open = ~verdict.is_kept & ~verdict.is_broken
-            is_narrow = (part.high - part.low < _NARROWEST).all(axis=1)
-            broken.append(part.select(verdict.is_broken))
-            undecided.append(part.select(is_open & is_narrow))
-            is_halved = is_open & ~is_narrow
-            halves.append(part.select(is_halved).halved(verdict.along[is_halved]))
-        todo = _concatenate(halves)
-    return Proof(examined, _concatenate(broken), _concatenate([*undecided, todo]))
+    design: Design
+    """Designs in the middle of the box."""
+    ends: Sequence[Design]
+    """For each number of the box the designs at its upper end."""
+    pretension: Array
+    """Pretensions as F0, N."""
 
 
-class _Verdict(NamedTuple):
+class Verdict(NamedTuple):
     """Decision on each cell, (cells,)."""
 
     is_kept: Flags
@@ -186,53 +170,62 @@ class _Verdict(NamedTuple):
     """Variable along which to halve the cell."""
 
 
-def _judge(
-    design: Design, ends: Sequence[Design], cells: Cells, pretension: Array, bounds: Bounds
-) -> _Verdict:
+def judge(cells: Cells, beyond: Setup, within: Setup, bounds: Bounds) -> Verdict:
     """Decide where limits are kept or broken, from enclosures in the middle of cells and over them.
 
     Args:
-        design: Designs in the middle of the box, (cells,).
-        ends: For each number of the box the designs at its upper end.
         cells: Cells.
-        pretension: Pretension in each cell, N.
+        beyond: Designs at the points that stand for arcs of postures.
+        within: Designs in the middle of these arcs; the same object if each is a single posture.
         bounds: Limits of the designs.
     """
     middle = cells.middle
-    halves = np.maximum(cells.high - middle, middle - cells.low) * _OUT
-    angle = middle[:, 0]
-    box_halves = halves[:, 1:]
-    at_point = box_design(design, ends, middle[:, 1:], 0.0 * box_halves)
-    over_box = box_design(design, ends, middle[:, 1:], box_halves)
-    state_in_middle = enclose_states(
-        at_point, angle, np.zeros(()), cells.flexion, pretension, ORDER - 1
-    )
+    widths = cells.high - cells.low
+    halves = (np.maximum(cells.high - middle, middle - cells.low) * _OUT)[:, :-1]
+    over_box = box_design(beyond.design, beyond.ends, middle[:, 1:-1], halves[:, 1:])
     state_over_cell = enclose_states(
-        over_box, angle, halves[:, 0], cells.flexion, pretension, ORDER
+        over_box, middle[:, 0], halves[:, 0], cells.flexion, beyond.pretension, ORDER
     )
+    values_over_cell = limit_values(state_over_cell, bounds)
+    values_beyond = _values_in_middle(cells, beyond, bounds)
+    values_within = values_beyond
+    if within is not beyond:
+        values_within = _values_in_middle(cells, within, bounds)
 
     is_kept = np.ones(len(cells), dtype=np.bool_)
     is_broken = np.zeros(len(cells), dtype=np.bool_)
     worst = np.full(len(cells), np.inf)
-    worst_falls = np.zeros(middle.shape)  # (cells, 1 + numbers)
-    values_in_middle = limit_values(state_in_middle, bounds)
-    values_over_cell = limit_values(state_over_cell, bounds)
-    for in_middle, over_cell in zip(values_in_middle, values_over_cell, strict=True):
-        value, radius = in_middle.value
+    worst_falls = np.zeros(middle.shape)  # (cells, 2 + numbers)
+    series = zip(values_beyond, values_within, values_over_cell, strict=True)
+    for in_middle, in_posture, over_cell in series:
         lowest, falls = _lower_bound(in_middle, over_cell, halves)
+        value, radius = in_posture.value
         is_kept &= lowest >= 0.0
         is_broken |= value + radius < 0.0
+        fall_of_posture = np.broadcast_to(value - in_middle.value[0], lowest.shape)
+        falls = np.column_stack([falls, fall_of_posture])
         lowest = np.where(np.isnan(lowest), -np.inf, lowest)
         is_worse = lowest < worst
         worst_falls[is_worse] = falls[is_worse]
         worst = np.minimum(worst, lowest)
 
     # Halve the variable that lets the worst limit fall most, or the widest if that is unbounded.
-    sizes = halves / np.append(_TYPICAL_HALF_WIDTH, np.ones(len(ends)))
+    typical = np.ones(widths.shape[1])
+    typical[[0, -1]] = _TYPICAL_HALF_WIDTH
     is_bounded = np.isfinite(worst_falls).all(axis=1, keepdims=True)
-    worst_falls = np.where(is_bounded, worst_falls, sizes)
-    has_width = cells.high - cells.low > 0.0
-    return _Verdict(is_kept, is_broken, np.where(has_width, worst_falls, -1.0).argmax(axis=1))
+    worst_falls = np.where(is_bounded, worst_falls, 0.5 * widths / typical)
+    along = np.where(widths > 0.0, worst_falls, -np.inf).argmax(axis=1)
+    return Verdict(is_kept, is_broken, along)
+
+
+def _values_in_middle(cells: Cells, setup: Setup, bounds: Bounds) -> list[Series]:
+    """Return series of the values that must not be negative, in the middle of cells."""
+    middle = cells.middle
+    at_point = box_design(setup.design, setup.ends, middle[:, 1:-1], None)
+    state = enclose_states(
+        at_point, middle[:, 0], np.zeros(()), cells.flexion, setup.pretension, ORDER - 1
+    )
+    return list(limit_values(state, bounds))
 
 
 def _lower_bound(in_middle: Series, over_cell: Series, halves: Array) -> tuple[Array, Array]:

@@ -77,6 +77,8 @@ def proof_sentence(between: BetweenSamples) -> str:
     text = f"{proved_word(status).capitalize()} for {between['scope']}"
     if status == OPEN:
         text += f": {between['cells']:,} cells were not enough"
+        if error is not None:
+            text += f"; an end is off by at most {number(error, 2)} N"
     elif status == SAMPLED and error is not None:
         text += f": an end may be off by {number(error, 2)} N between them"
     return f"{text}."

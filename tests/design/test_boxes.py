@@ -3,6 +3,10 @@
 No point of a box refutes its window, and an answer says what it cannot prove.
 """
 
+import json
+import os
+import subprocess
+import sys
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -277,6 +281,119 @@ def test_a_box_whose_cells_do_not_suffice_is_open(monkeypatch):
     monkeypatch.setattr("tendon_cli.proof.subdivision.MOST_CELLS", 8 * 70)
     answer = tendon.design(box_of_radii(RADII).study())
     assert answer.record["between_samples"]["status"] == "open"
+
+
+@pytest.mark.parametrize("most", [250, 350, 450])
+def test_an_open_window_is_off_by_no_more_than_its_bound(monkeypatch, most):
+    study = box_of_radii(RADII).study()
+    proved = tendon.design(study).record["best"]
+    monkeypatch.setattr("tendon_cli.proof.subdivision.MOST_CELLS", 8 * most)
+    record = tendon.design(study).record
+    known = record["between_samples"]
+    assert known["status"] == "open"
+    assert known["cells"] <= most
+    best = record["best"]
+    assert abs(best["pretension_to"] - proved["pretension_to"]) <= known["estimate"]
+    assert abs(best["pretension_from"] - proved["pretension_from"]) <= known["estimate"]
+
+
+def test_the_bound_of_an_open_window_covers_an_end_that_is_not_tightened(monkeypatch):
+    """No sampled end lies farther inside of the window than its bound says."""
+    monkeypatch.setattr("tendon_cli.proof.certify._ROUNDS", 0)
+    box = box_of_radii(RADII)
+    answer = tendon.design(box.study())
+    known = answer.record["between_samples"]
+    best = answer.record["best"]
+    assert known["status"] == "open"
+    assert f"an end is off by at most {known['estimate']:.2g} N" in " ".join(answer.text.split())
+    points = list(tightest_points(np.random.default_rng(1), box, 3000))
+    above = best["pretension_to"] - min(point.end for point in points if point.is_upper)
+    below = max(point.end for point in points if not point.is_upper) - best["pretension_from"]
+    assert above > 3.0  # the radius in the middle asks for so much
+    assert max(above, below) <= known["estimate"] < 3.0 * above
+
+
+LEANING = {
+    "spring": {"stiffness": 8e3},
+    "spool": {"ratio": 0.5},
+    "arm": {
+        "a1": {"from": 0.03, "to": 0.05},
+        "upper_arm_angle": {"from": "-20 deg", "to": "40 deg"},
+        "elbow_radius": {"from": 0.035, "to": 0.05},
+    },
+    "sheath": {"friction": {"from": 0.04, "to": 0.12}},
+    "joint": {"stiffness": {"from": 0.0, "to": 1.0}, "rest_angle": "73 deg"},
+    "load": {"mass": [0.0, 2.0]},
+    "limits": {"max_tension": 600.0, "peak_motor_torque": 16.0},
+}
+"""Three numbers, a posture and a stiffness within intervals."""
+
+
+def test_postures_within_an_interval_take_few_cells_more():
+    """An arc of postures is judged at one point: it is not one more number of the box."""
+    known = tendon.design(tendon.study(LEANING)).record["between_samples"]
+    single = LEANING | {"arm": LEANING["arm"] | {"upper_arm_angle": "40 deg"}}
+    of_posture = tendon.design(tendon.study(single)).record["between_samples"]
+    assert known["status"] == of_posture["status"] == "proven"
+    assert known["cells"] < 8 * of_posture["cells"]
+
+
+def test_no_posture_within_an_interval_refutes_the_window():
+    best = tendon.design(tendon.study(LEANING)).record["best"]
+    rng = np.random.default_rng(3)
+    for _ in range(8):
+        content = {key: dict(table) for key, table in LEANING.items()}
+        for table, name, low, high in (
+            ("arm", "a1", 0.03, 0.05),
+            ("arm", "upper_arm_angle", np.radians(-20.0), np.radians(40.0)),
+            ("arm", "elbow_radius", 0.035, 0.05),
+            ("sheath", "friction", 0.04, 0.12),
+            ("joint", "stiffness", 0.0, 1.0),
+        ):
+            value = float(
+                np.clip(rng.uniform(1.5 * low - 0.5 * high, 1.5 * high - 0.5 * low), low, high)
+            )
+            content[table][name] = f"{value!r} rad" if name == "upper_arm_angle" else value
+        point = tendon.design(tendon.study(content)).record["best"]
+        assert point["pretension_from"] <= best["pretension_from"] + 1e-6
+        assert point["pretension_to"] >= best["pretension_to"] - 1e-6
+
+
+@pytest.mark.parametrize("most", [600, 1500])
+def test_all_rounds_of_a_proof_share_its_cells(monkeypatch, most):
+    monkeypatch.setattr("tendon_cli.proof.subdivision.MOST_CELLS", 8 * most)
+    known = tendon.design(tendon.study(LEANING)).record["between_samples"]
+    assert known["status"] == "open"
+    assert known["cells"] <= most
+
+
+IN_LITTLE_MEMORY = """
+import json, resource, sys, time
+resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30))
+import tendon_cli as tendon
+started = time.process_time()
+answer = tendon.design(tendon.study(json.loads(sys.argv[1])))
+choices = answer.record["between_samples"]["choices"]
+print(json.dumps([time.process_time() - started, choices]))
+"""
+
+
+@pytest.mark.parametrize("stiffness", [8e3, [7e3, 8e3, 9e3]])
+def test_a_proof_of_many_intervals_takes_little_memory_and_time(stiffness):
+    content = LEANING | {"spring": {"stiffness": stiffness}}
+    ran = subprocess.run(
+        [sys.executable, "-c", IN_LITTLE_MEMORY, json.dumps(content)],
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stderr
+    seconds, choices = json.loads(ran.stdout)
+    assert seconds < 30.0
+    for choice in choices:
+        assert choice["status"] == "proven" or choice["estimate"] is not None
+        assert choice["cells"] <= 2**17
 
 
 def test_no_point_refutes_the_window_proved_for_a_box():

@@ -149,6 +149,25 @@ def test_missing_figures_are_drawn_and_nothing_is_solved(tendon, study, workplac
     assert changed <= {"figures", "figure_seconds", "checksum"}
 
 
+BOX = """
+spring = { stiffness = "5 kN/m" }
+spool = { ratio = 0.6 }
+sheath = { friction = { from = 0.05, to = 0.07 } }
+"""
+
+
+def test_a_dry_run_foresees_the_cells_that_a_proof_shows(tendon, study, monkeypatch):
+    monkeypatch.setattr("tendon_cli.proof.subdivision.MOST_CELLS", 8 * 400)
+    foreseen = tendon("design", study(BOX), "--dry-run", "--json").json
+    assert foreseen["most_cells"] == 400
+    assert foreseen["most_seconds"] > 0.0
+    ran = tendon("design", study(BOX), "--no-figures")
+    lines = [line for line in ran.err.splitlines() if "proof" in line]
+    assert lines
+    assert all(line.endswith("% of at most 400 cells") for line in lines)
+    assert "proof" not in tendon("design", study(BOX), "--quiet", "--overwrite").err
+
+
 def test_a_dry_run_shows_the_question_and_writes_nothing(tendon, study, workplace):
     done = tendon("design", study(CATALOGUE), "--dry-run", "--json")
     assert done.exit == 0
