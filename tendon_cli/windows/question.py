@@ -173,25 +173,6 @@ class Question:
         return self.conditions.numbers(np.arange(len(self.conditions)))
 
     @cached_property
-    def condition_order(self) -> Rows:
-        """Rows of the conditions in ascending order of their values, the axes by their keys.
-
-        Members of a sample, and listed points, keep their order.
-        """
-        columns = []
-        others = []
-        places = self.conditions.places(np.arange(len(self.conditions)))
-        for axis in self.conditions.axes:
-            if axis.key in SAMPLE_AXES or not axis.key:
-                columns.append(places[axis.key])
-            else:
-                others.append(axis)
-        for axis in sorted(others, key=lambda axis: axis.key):
-            rank = np.argsort(np.argsort(axis.values, kind="stable"))
-            columns.append(rank[places[axis.key]])
-        return np.lexsort(columns[::-1]) if columns else np.zeros(1, dtype=np.int64)
-
-    @cached_property
     def groups(self) -> Groups:
         """Groups of the conditions, such as persons."""
         return Groups.of_conditions(self.conditions, self._counts)

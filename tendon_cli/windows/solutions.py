@@ -270,7 +270,7 @@ def _common_windows(
     # A condition that no pretension suits leaves no window at all, and is the reason: argmax takes
     # the first NaN.
     # Conditions that bind equally are told apart by their values, not by their order.
-    order = question.condition_order
+    order = question.conditions.rows_by_value
     low_condition = order[np.argmax(ends.low[:, order], axis=1)]
     high_condition = order[np.argmin(ends.high[:, order], axis=1)]
     low = _pick(ends.low, low_condition)
