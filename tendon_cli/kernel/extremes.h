@@ -17,6 +17,8 @@ typedef struct {
     Lanes high_x;
     Lanes low_y; /* smallest distal tension of the extensor, N */
     Lanes high_y;
+    Lanes high_strap; /* largest distal tension of the extensor where its strap presses, N */
+    Lanes low_room;   /* smallest room left for the flexor's spring, m */
     Lanes low_motor; /* smallest motor torque, N m */
     Lanes high_motor;
     Lanes stiffness;     /* smallest elbow stiffness, N m/rad */
@@ -53,6 +55,8 @@ INLINE Extremes no_extremes(void) {
         .high_x = low,
         .low_y = high,
         .high_y = low,
+        .high_strap = low,
+        .low_room = high,
         .low_motor = high,
         .high_motor = low,
         .stiffness = high,
@@ -96,6 +100,8 @@ INLINE State add_state(Extremes *e, const Lines *lines, const Drive *d, Lanes an
     e->high_x = larger(s.x, e->high_x);
     e->low_y = smaller(s.y, e->low_y);
     e->high_y = larger(s.y, e->high_y);
+    e->high_strap = larger(s.y * lines->pressed, e->high_strap);
+    e->low_room = smaller(lines->spring_room - s.x * d->spring_x, e->low_room);
     e->low_motor = smaller(s.motor, e->low_motor);
     e->high_motor = larger(s.motor, e->high_motor);
     e->stiffness = smaller(s.stiffness, e->stiffness);
@@ -200,7 +206,7 @@ INLINE void store_extremes(const Accumulators *to, const Extremes *e, const Scal
     accumulate(to, EXTREME_min_flexor_tension, smaller, scaled->low_x);
     accumulate(to, EXTREME_min_extensor_tension, smaller, scaled->low_y);
     accumulate(to, EXTREME_max_tension, larger, scaled->high);
-    accumulate(to, EXTREME_max_extensor_distal, larger, e->high_y);
+    accumulate(to, EXTREME_max_strap_tension, larger, e->high_strap);
     accumulate(to, EXTREME_max_spring_extension, larger, scaled->extension);
     accumulate(to, EXTREME_max_slack, larger, larger(no_slack, e->longest_slack));
     accumulate(to, EXTREME_lowest_elbow_torque, smaller, loads->low_torque);
@@ -208,6 +214,7 @@ INLINE void store_extremes(const Accumulators *to, const Extremes *e, const Scal
     accumulate(to, EXTREME_lowest_motor_torque, smaller, e->low_motor);
     accumulate(to, EXTREME_highest_motor_torque, larger, e->high_motor);
     accumulate(to, EXTREME_min_elbow_stiffness, smaller, e->stiffness);
+    accumulate(to, EXTREME_min_room, smaller, e->low_room);
     accumulate(to, EXTREME_first_slack_angle, smaller, e->first_slack);
     accumulate(to, EXTREME_required_pretension, larger, loads->required);
     accumulate(to, EXTREME_margin, smaller, scaled->margin);

@@ -42,6 +42,7 @@ typedef struct {
     Lanes lowest;            /* least v: 0 if unilateral, else minus infinity, N */
     Lanes taut_slack;        /* slack length of a taut side: 0 if unilateral, else NaN, m */
     Lanes slope_y;           /* stiffness gained per newton of the extensor, m/rad */
+    Lanes spring_x;          /* extension of the flexor's spring per newton, m/N */
     Lanes c_x_resting;       /* c_x in the posture in which the pretension is set, m/N */
     Lanes c_y_resting;       /* c_y in that posture, m/N */
     Lanes common_compliance; /* compliance in that posture, m/N */
@@ -67,6 +68,8 @@ typedef struct {
     Lanes flexor_limit;    /* pretension below which the flexor is slack, N */
     Lanes extensor_limit;  /* pretension below which the extensor is slack, N */
     Lanes torque;          /* elbow torque, N m */
+    Lanes pressed;         /* one where the extensor's strap presses, else zero */
+    Lanes spring_room;     /* length that the flexor's spring may be extended by, m */
     Mask able;             /* set where there is an equilibrium */
 } Lines;
 
@@ -91,6 +94,7 @@ INLINE Drive drive_at(const Lanes *in) {
     d.scaled_c_x = d.ratio * d.c_x;
     d.compliance = d.scaled_c_x + d.c_y;
     d.slope_y = in[IN_extensor_slope];
+    d.spring_x = in[IN_flexor_spring];
     d.per_compliance = 1.0 / d.compliance;
     d.per_extensor_arm = 1.0 / d.extensor_arm;
     d.per_c_x = 1.0 / d.c_x;
@@ -149,6 +153,8 @@ INLINE Lines lines_at(const Drive *d, const Lanes *in, int is_plain) {
     Lanes per_arm = 1.0 / arm;
     l.able = is_number(arm);
     l.slope_x = in[IN_flexor_slope];
+    l.pressed = in[IN_pressed];
+    l.spring_room = in[IN_spring_room];
     l.torque = d->gravity_moment * in[IN_sine] + in[IN_other_torque];
     Lanes torque_slope = d->gravity_moment * in[IN_cosine] + in[IN_other_slope];
     Lanes mismatch = in[IN_extensor_travel] - d->ratio * in[IN_flexor_travel];

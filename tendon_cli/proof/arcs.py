@@ -9,6 +9,7 @@ import numpy as np
 
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags, Rows
+from tendon_cli.model.limits import CONTACT_PRESSURE
 from tendon_cli.model.setting import pretension_of
 from tendon_cli.proof.subdivision import Proof, first_cells, prove
 from tendon_cli.space.axis import scale_of
@@ -126,7 +127,10 @@ class ConditionArcs:
         design = self.design()
         angles = (float(question.angles.min()), float(question.angles.max()))
         ends_of_numbers = np.eye(len(question.box))
-        cells = first_cells(len(self), angles, question.flexion, design.knots, len(ends_of_numbers))
+        edges = design.knots
+        if CONTACT_PRESSURE in question.bounds:
+            edges = np.union1d(edges, design.arm.first_contact)
+        cells = first_cells(len(self), angles, question.flexion, edges, len(ends_of_numbers))
         return prove(
             design,
             cells,

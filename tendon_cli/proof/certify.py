@@ -138,4 +138,4 @@ def _solve_again(solver: Solver, solution: Solutions, ends: Ends) -> Solutions:
     points = solution.points
     solved, served = solve_windows(solver, points, solver.all_limits(ends, points))
     worst = worst_between(solver, points, solved.pretension, served)
-    return solved.with_worst(slice(None), worst)
+    return solved.with_worst(solver.question, slice(None), worst)

@@ -119,6 +119,19 @@ RowWords = Annotated[
 """One row of a table or a list of them, as numbers or words."""
 
 
+def _read_truth_value(value: object) -> object:
+    """Return a truth value from one, or from its word, as the command line has it."""
+    if isinstance(value, bool) or value in ("true", "false"):
+        return value is True or value == "true"
+    raise fault(f"{described(value)} is not possible, expected true or false")
+
+
+TruthValue = Annotated[
+    bool, BeforeValidator(_read_truth_value), WithJsonSchema({"type": "boolean"})
+]
+"""True or false, or the word for it."""
+
+
 class Goals(Part):
     """Goals of `tendon design`, which chooses among the axes that are not its conditions."""
 
@@ -147,6 +160,11 @@ class Goals(Part):
             "choices",
         )
     )
+    advice: TruthValue = field_default(
+        default=True,
+        description="name a choice that can be built and keeps what is advised for its parts "
+        "before one that does not; no window changes",
+    )
 
 
 def _check_power_of_two(value: int) -> int:
@@ -158,19 +176,8 @@ def _check_power_of_two(value: int) -> int:
     return value
 
 
-def _read_truth_value(value: object) -> object:
-    """Return a truth value from one, or from its word, as the command line has it."""
-    if isinstance(value, bool) or value in ("true", "false"):
-        return value is True or value == "true"
-    raise fault(f"{described(value)} is not possible, expected true or false")
-
-
 Seed = Annotated[int, *whole_number(0, 2**63 - 1)]
 """Seed of random draws."""
-TruthValue = Annotated[
-    bool, BeforeValidator(_read_truth_value), WithJsonSchema({"type": "boolean"})
-]
-"""True or false, or the word for it."""
 
 
 class Uncertainty(Part):
