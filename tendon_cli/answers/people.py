@@ -24,7 +24,7 @@ from tendon_cli.answers.question_facts import (
     value_at,
 )
 from tendon_cli.answers.sensitivity import indices
-from tendon_cli.answers.setup import settings, study_arm
+from tendon_cli.answers.setup import settings
 from tendon_cli.answers.text_bench import FEW_PERSONS
 from tendon_cli.answers.text_people import (
     LESS,
@@ -50,6 +50,7 @@ from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import Solutions
 from tendon_cli.windows.solver import Solver
+from tendon_cli.windows.study_arm import study_arm
 
 MOST_SIZES = 3
 _MOST_ALONG = 16

@@ -30,6 +30,15 @@ def pretension_per_length(design: Design) -> Array:
     return np.asarray((1.0 + np.asarray(design.ratio)) / setting_of(design).coupling.compliance)
 
 
+def reading_per_length(design: Design) -> Array:
+    """Return the growth of what is read per length taken from both tendons, N/m.
+
+    It is that of F0, (1 + η)/(η c_f + c_e), times the gain of the reading while the tendon that is
+    read is taut.
+    """
+    return np.asarray(Reading.of(design).gain * pretension_per_length(design))
+
+
 @dataclass(frozen=True, eq=False)
 class Reading:
     """Tension that a gauge shows at F0: floor + gain max(F0 - F*, lowest), N."""
