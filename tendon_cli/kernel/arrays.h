@@ -17,8 +17,9 @@
 /* Inputs of a state, by the names that Python uses; SI units. `moment_arm` may be negative,
  * `pulling_arm` is then not a number; `unilateral` is one or zero, and so is `pressed`, where the
  * extensor's strap presses. The inputs before
- * `gravity_moment` differ from angle to angle; the others do not in a plain sheath and joint. Those
- * with `resting` in their name are taken in the posture in which the pretension is set. */
+ * `gravity_moment` differ from angle to angle; the others do not in a plain sheath and joint. Lines
+ * of states take none of `pressed` and `spring_room`. Those with `resting` in their name are taken
+ * in the posture in which the pretension is set. */
 #define GIVEN(X)                                                                                   \
     X(moment_arm)                                                                                  \
     X(pulling_arm)                                                                                 \

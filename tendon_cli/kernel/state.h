@@ -68,8 +68,6 @@ typedef struct {
     Lanes flexor_limit;    /* pretension below which the flexor is slack, N */
     Lanes extensor_limit;  /* pretension below which the extensor is slack, N */
     Lanes torque;          /* elbow torque, N m */
-    Lanes pressed;         /* one where the extensor's strap presses, else zero */
-    Lanes spring_room;     /* length that the flexor's spring may be extended by, m */
     Mask able;             /* set where there is an equilibrium */
 } Lines;
 
@@ -145,7 +143,7 @@ INLINE void set_bilateral_limits(Lines *l, const Drive *d, Lanes arm, Lanes mism
     l->per_path = pick(d->unilateral, l->per_path, all_lanes(NAN));
 }
 
-/* Compute the lines of states from their drives and the inputs before IN_gravity_moment. */
+/* Compute the lines of states from their drives and the inputs before IN_pressed. */
 INLINE Lines lines_at(const Drive *d, const Lanes *in, int is_plain) {
     Lines l;
     Lanes arm = in[IN_pulling_arm];
@@ -153,8 +151,6 @@ INLINE Lines lines_at(const Drive *d, const Lanes *in, int is_plain) {
     Lanes per_arm = 1.0 / arm;
     l.able = is_number(arm);
     l.slope_x = in[IN_flexor_slope];
-    l.pressed = in[IN_pressed];
-    l.spring_room = in[IN_spring_room];
     l.torque = d->gravity_moment * in[IN_sine] + in[IN_other_torque];
     Lanes torque_slope = d->gravity_moment * in[IN_cosine] + in[IN_other_slope];
     Lanes mismatch = in[IN_extensor_travel] - d->ratio * in[IN_flexor_travel];

@@ -74,7 +74,10 @@ def spring_room(at: Any) -> Array:
         return np.full((), np.inf)
     length = np.nan_to_num(np.asarray(at.design.given.get(FREE_LENGTH.key, 0.0)), nan=0.0)
     has_no_spring = np.asarray(side.spring_at_motor) | np.isinf(side.spring_stiffness)
-    return np.where(has_no_spring, np.inf, path - length)
+    room = np.asarray(path - length)
+    if not has_no_spring.any():
+        return room  # of few numbers, though springs differ from design to design
+    return np.where(has_no_spring, np.inf, room)
 
 
 def _least_end(capstan: Array) -> Array:
