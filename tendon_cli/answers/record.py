@@ -22,7 +22,7 @@ from tendon_cli.answer_record import (
 )
 from tendon_cli.answers.decision import decision_record
 from tendon_cli.answers.limit_curves import curves_of
-from tendon_cli.answers.parts import parts_record
+from tendon_cli.answers.needed_parts import parts_record
 from tendon_cli.answers.question_facts import (
     condition_values,
     goal_record,

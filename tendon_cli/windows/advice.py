@@ -2,7 +2,7 @@
 
 Advice never changes a window. It compares the worst values of a choice with published values for
 the parts that a study states, and with the room that any spring needs. The sources stand in
-`answers/text_parts.py`, where a reader sees them.
+`docs/design.md`.
 """
 
 from __future__ import annotations
@@ -19,8 +19,14 @@ from tendon_cli.windows.worst import Worst
 Codes = npt.NDArray[np.int64]
 """Sums of codes of the advice that choices fail."""
 
-NO_ROOM, HURTS, WEAK, NARROW = (1, 2, 4, 8)
-"""Codes: the flexor's spring has no room, the strap hurts, the rope is weak, a spool is narrow."""
+NO_ROOM = 1
+"""Code: the flexor's spring has no room, so that the choice cannot be built."""
+HURTS = 2
+"""Code: the strap presses so hard that it hurts."""
+WEAK = 4
+"""Code: the rope is too weak for the largest tension."""
+NARROW = 8
+"""Code: a spool is too small for the rope."""
 _FAULTS = {
     NO_ROOM: "no room for the flexor's spring",
     HURTS: "strap presses too hard",
@@ -31,7 +37,7 @@ ADVICE = tuple(
     ", ".join(words for code, words in _FAULTS.items() if failed & code)
     for failed in range(2 * NARROW)
 )
-"""What a choice fails in words, by the sum of its codes; the first is empty."""
+"""Advice that a choice fails in words, by the sum of its codes; the first is empty."""
 
 PAIN = 52.9e3
 """Pressure under a cuff at the knee from which on it hurts, Pa."""
@@ -39,6 +45,8 @@ ROPE_SAFETY = 10.0
 """Customary ratio of a rope's breaking tension to its largest tension."""
 WIDTHS = {"7x7": 28.0, "7x19": 18.0}
 """Diameter of a spool over that of a rope of each construction, below which it wears soon."""
+_AXES = 4
+"""Number of axes of designs: choices, conditions, directions, angles."""
 _ROUNDING = 1e-9
 """Share of a bound within which it is kept."""
 
@@ -87,10 +95,8 @@ def _least(values: npt.ArrayLike, count: int) -> Array:
         values: Numbers that broadcast to (choices, conditions, 1, 1).
         count: Number of choices.
     """
-    of_designs = np.atleast_2d(np.asarray(values, dtype=np.float64))
-    least = (
-        of_designs.min(axis=tuple(range(1, of_designs.ndim)))
-        if of_designs.ndim == 4
-        else (of_designs.min())
-    )
+    of_designs = np.asarray(values, dtype=np.float64)
+    if of_designs.ndim < _AXES:
+        of_designs = of_designs.reshape((1,) * (_AXES - of_designs.ndim) + of_designs.shape)
+    least = np.fmin.reduce(of_designs, axis=(1, 2, 3))
     return np.broadcast_to(least, (count,))

@@ -31,7 +31,10 @@ def extensor_tension(pretension, angle, load, sign):
     The lengths of both tendons follow from one spool angle (Eqs. 1-6, 12-20); `sign` is 1 in
     flexion and -1 in extension.
     """
-    a1, b1, a2, b2 = 0.04, 0.15, 0.02, 0.15
+    a1 = 0.04
+    b1 = 0.15
+    a2 = 0.02
+    b2 = 0.15
     proximal = np.array([b1, a1])
     distal = np.array([-b2 * np.cos(angle) + a2 * np.sin(angle), b2 * np.sin(angle)])
     distal[1] += a2 * np.cos(angle)

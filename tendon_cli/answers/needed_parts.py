@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Literal, cast
 
 import numpy as np
@@ -89,7 +90,7 @@ def _is_stated(question: Question, key: str) -> bool:
 
 def _least(values: Array | float) -> float:
     """Return the least of numbers of designs; NaN if one is not known."""
-    return float(np.min(np.asarray(values)))
+    return float(np.fmin.reduce(np.asarray(values), axis=None))
 
 
 def _strap(solver: Solver, choice: Solutions, design: Design) -> StrapRecord | None:
@@ -97,7 +98,10 @@ def _strap(solver: Solver, choice: Solutions, design: Design) -> StrapRecord | N
     question = solver.question
     count = len(question.conditions)
     a_metre_wide = solver.for_question(question.with_numbers({_WIDTH: np.ones(count)}))
-    worst = worst_between(a_metre_wide, choice.points, choice.pretension, _everyone(question))
+    worst_of = a_metre_wide.worst
+    if question.study.trajectory is None:
+        worst_of = partial(worst_between, a_metre_wide)
+    worst = worst_of(choice.points, choice.pretension, _everyone(question))
     force_per_length = float(worst.max_contact_pressure[0])  # T/R, N/m
     if np.isnan(force_per_length):
         return None
