@@ -102,7 +102,7 @@ def _spool_fails(spool: SpoolRecord) -> str:
     construction = spool["construction"] or ""
     least = say.number(spool["least_ratios"].get(construction, math.nan))
     rope = _at_most(spool["largest_ropes"].get(construction, math.nan))
-    ratio = say.number(spool["ratio"], 3, toward=-math.inf)
+    ratio = say.number(spool["ratio"] * _SURELY, 3, toward=-math.inf)
     return (
         f"the {spool['side']}'s spool of {_length(spool['diameter'])} is {ratio} rope diameters"
         f" wide, where {construction} needs {least}: a spool of"
@@ -159,7 +159,7 @@ def _spool(spool: SpoolRecord) -> str:
             f"rope on {of_side}: at most {' or '.join(ropes)}; 7x7 of {own} needs a spool of"
             f" {needed}"
         )
-    ratio = say.number(spool["ratio"], 3, toward=-math.inf)
+    ratio = say.number(spool["ratio"] * _SURELY, 3, toward=-math.inf)
     least = spool["least_ratios"][construction]
     words = of_side.removeprefix("the ")
     if spool["ratio"] * _SURELY < least:
@@ -205,12 +205,12 @@ def _length(value: float | None) -> str:
 
 def _at_least(value: float, digits: int = 2) -> str:
     """Say a length that is needed, rounded up."""
-    return say.quantity("max_spring_extension", value, max(digits, 2), toward=math.inf)
+    return say.quantity("max_spring_extension", value / _SURELY, digits, toward=math.inf)
 
 
 def _at_most(value: float) -> str:
     """Say a length that is allowed, rounded down."""
-    return say.quantity("max_spring_extension", value, 3, toward=-math.inf)
+    return say.quantity("max_spring_extension", value * _SURELY, 3, toward=-math.inf)
 
 
 def _strength(rope: RopeRecord) -> str:
