@@ -154,6 +154,8 @@ class ChoiceRecord(TypedDict):
     """Tension to set in the extensor at the motor, N."""
     tolerance_length: float | None
     """Half the window as a length of both tendons, m; null if nothing bounds it."""
+    advice: str | None
+    """Advice that it fails at its pretension; null if it keeps all."""
     between_samples: str
     """Status of the window between the samples: one of `say.STATUSES`."""
     feasible: bool
@@ -265,13 +267,102 @@ class DriftRecord(TypedDict):
     """True if it rests at the end."""
 
 
-class RemarkRecord(TypedDict):
-    """A load that no limit of the study forbids, but nobody would want."""
+class StrapRecord(TypedDict):
+    """Strap around the joint."""
 
-    about: Literal["strap", "rope", "spring"]
-    text: str
-    source: str
-    """Source of the value that it is compared with."""
+    width: float | None
+    """Width, m; null if the study states none."""
+    pressure: float | None
+    """Largest pressure at this width, Pa."""
+    most_pressure: float
+    """Pressure from which on it hurts, Pa."""
+    least_width: float
+    """Width at which it presses no harder than that, m."""
+
+
+class RopeRecord(TypedDict):
+    """Rope of the tendons."""
+
+    tension: float
+    """Largest tension, N."""
+    reserve: float
+    """Customary ratio of the breaking tension to the largest one."""
+    least_breaking_force: float
+    """Tension below which it should not break, N."""
+    least_diameter: float
+    """Diameter of a stainless 7x7 rope that breaks there, m."""
+    breaking_force: float | None
+    """Tension at which it breaks, N; null if the study states none."""
+    construction: str | None
+    """Construction: "7x7"; null if the study states none."""
+
+
+class SpoolRecord(TypedDict):
+    """Spool that is the narrower for its rope."""
+
+    side: Literal["flexor", "extensor"]
+    """Side whose spool it is."""
+    diameter: float
+    """Its diameter, m."""
+    rope_diameter: float
+    """Diameter of its rope, m."""
+    ratio: float
+    """Diameter of the spool over that of its rope."""
+    construction: str | None
+    """Construction of the rope; null if the study states none."""
+    least_diameter: float
+    """Diameter that suits the rope, m; for 7x7 if its construction is not stated."""
+    least_ratios: dict[str, float]
+    """Ratio that a rope needs, by its construction."""
+    largest_ropes: dict[str, float]
+    """Largest diameter of the rope that suits the spool, m, by its construction."""
+
+
+class SpringRecord(TypedDict):
+    """Series springs."""
+
+    stiffness: float | None
+    """Stiffness of the flexor's, N/m; null if it is rigid."""
+    travel: float
+    """Largest extension of either, m."""
+    free_length: float | None
+    """Length of the flexor's without load, m; null if the study states none."""
+    room: float | None
+    """Least distance of the anchors less the spring between them, m: if its length without load is
+    not stated, the longest that fits; null without a spring between anchors."""
+    extension: float | None
+    """Extension of the flexor's where room is least, m."""
+    distance: float | None
+    """Distance of its anchors there, m."""
+
+
+class MotorRecord(TypedDict):
+    """Motor."""
+
+    torque: float
+    """Largest torque, N m."""
+    speed: float | None
+    """Largest speed, rad/s; null if the study says nothing of time."""
+    power: float | None
+    """Largest power, W."""
+
+
+FailingPart: TypeAlias = Literal["spring", "strap", "rope", "spool"]
+"""Part that fails advice."""
+
+
+class PartsRecord(TypedDict):
+    """Parts that the choice named first needs at its pretension."""
+
+    strap: StrapRecord | None
+    """Strap; null if its radius of curvature is not known."""
+    rope: RopeRecord
+    spool: SpoolRecord
+    spring: SpringRecord | None
+    """Springs; null if both are rigid."""
+    motor: MotorRecord
+    fails: list[FailingPart]
+    """Parts that fail advice; none if the study wants no advice."""
 
 
 class SensitivityRecord(TypedDict):
@@ -560,7 +651,8 @@ class BestRecord(TypedDict):
     """Posture in which the best choice is set; null without one."""
     drift: DriftRecord | None
     """Drift beyond the upper end; null if stability does not set it."""
-    remarks: list[RemarkRecord]
+    parts_needed: PartsRecord | None
+    """Parts that the choice named first needs; null if no choice has a window."""
     sensitivities: list[SensitivityRecord]
     """Motion of the ends of the best choice's window, the largest per 1 % first."""
 

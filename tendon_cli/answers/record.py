@@ -22,6 +22,7 @@ from tendon_cli.answer_record import (
 )
 from tendon_cli.answers.decision import decision_record
 from tendon_cli.answers.limit_curves import curves_of
+from tendon_cli.answers.needed_parts import parts_record
 from tendon_cli.answers.question_facts import (
     condition_values,
     goal_record,
@@ -30,7 +31,7 @@ from tendon_cli.answers.question_facts import (
 )
 from tendon_cli.answers.remedies import fixes, relaxations, sampled
 from tendon_cli.answers.sensitivity import sensitivities
-from tendon_cli.answers.setup import drift_record, remarks, setting_record
+from tendon_cli.answers.setup import drift_record, setting_record
 from tendon_cli.answers.tables import as_records, choice_columns, choice_rows
 from tendon_cli.answers.text_notes import (
     PROOF_METHOD,
@@ -328,13 +329,14 @@ def _best_record(
         "front": [] if named.front is None else named.records(named.front),
         "setting": None,
         "drift": None,
-        "remarks": [],
+        "parts_needed": None,
         "sensitivities": [],
     }
     if chosen is not None:
         record["setting"] = setting_record(question, chosen)
         record["drift"] = drift_record(question, chosen)
-        record["remarks"] = [*remarks(solver, chosen)]
+        if ends is not None:
+            record["parts_needed"] = parts_record(solver, chosen, ends)
         record["sensitivities"] = sensitivities(solver, chosen)
     return record
 

@@ -17,7 +17,7 @@ from tendon_cli.answers.text_people import input_words
 from tendon_cli.model.bounds import Bounds, limit_end
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags, Spline
-from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
+from tendon_cli.model.limits import CONTACT_PRESSURE, LIMIT_NAMES, LIMITS
 from tendon_cli.model.limits import PRETENSION as LIMIT_PRETENSION
 from tendon_cli.model.motor_window import motion_excess
 from tendon_cli.model.setting import reading_at
@@ -33,6 +33,8 @@ from tendon_cli.windows.solver import Solver
 
 _STEP = 1e-30
 """Imaginary step of a complex-step derivative: nothing cancels, so that it may be tiny."""
+_SAME_ANGLE = 1e-9
+"""Distance within which two angles are the same, rad."""
 _FACTORS = (0.99, 1.01)
 """Factors by which a number is changed to see if the same limit still binds."""
 _NEAR = 3
@@ -119,9 +121,14 @@ def _slope_of_state_end(alone: Question, choice: Solutions, end: End) -> Slope:
     of_states = np.broadcast_to(alone.flexion, (len(alone.flexion), alone.angles.size))
     elbow_angle = np.array([[angle]])
     flexion = np.array([[bool(of_states[direction, place])]])
+    contact = alone.designs(choice.points).arm.first_contact
+    begins = bool(np.isclose(contact, angle, rtol=0.0, atol=_SAME_ANGLE).all())
 
     def slope(changed: Design, bounds: Bounds) -> float:
-        kept = limit_end(code, changed, elbow_angle, flexion, bounds, upper=end == "to")
+        moved = elbow_angle
+        if begins and LIMIT_NAMES[code] == CONTACT_PRESSURE:
+            moved = elbow_angle + 1j * np.asarray(changed.arm.contact_from).imag
+        kept = limit_end(code, changed, moved, flexion, bounds, upper=end == "to")
         read = kept if code == LIMIT_PRETENSION else reading_at(changed, kept)
         return float(read.imag.item()) / _STEP
 

@@ -25,6 +25,7 @@ from tendon_cli.space.axis import Axis, split_side
 from tendon_cli.space.space import Space
 from tendon_cli.studies.values import RIGID
 from tendon_cli.tables.schema import Column, finite_or_none
+from tendon_cli.windows.advice import ADVICE
 from tendon_cli.windows.by_choice import ColumnArrays
 from tendon_cli.windows.coverage import share_served
 from tendon_cli.windows.points import Points
@@ -74,6 +75,7 @@ def choice_columns(question: Question) -> tuple[Column, ...]:
         Column.of(QUANTITIES["elbow_angle"], "to_elbow_angle"),
         *_of_quantities("served", "served_at", "pretension", *WORST, read=read),
         *_of_quantities(*SETTING_COLUMNS, "tolerance_length", read=read),
+        Column("advice", "text", "1", "advice that it fails; empty if none", choices=ADVICE),
         Column(
             "between_samples",
             "text",
@@ -130,6 +132,7 @@ def choice_rows(question: Question, choices: Solutions, refined: Flags) -> Colum
         "served_at": choices.served_at,
         "pretension": choices.pretension,
         **{name: getattr(choices.worst, name) for name in WORST},
+        "advice": choices.advice,
         **settings(study_arm(question, at_pretension), len(choices)),
         "tolerance_length": _finite(choices.tolerance_length),
         "between_samples": choices.between_samples,

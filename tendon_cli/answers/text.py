@@ -18,7 +18,7 @@ from tendon_cli.answer_record import (
 )
 from tendon_cli.answers import phrases
 from tendon_cli.answers.phrases import COSTS, choice_words, costs, window_of
-from tendon_cli.answers.text_bench import bench_heading, drift_words, remarks_words, to_set
+from tendon_cli.answers.text_bench import bench_heading, drift_words, to_set
 from tendon_cli.answers.text_order import (
     goal_name,
     ties_words,
@@ -27,6 +27,7 @@ from tendon_cli.answers.text_order import (
     tolerance_words,
     why_first,
 )
+from tendon_cli.answers.text_parts import HEADING, but_words, parts_words
 from tendon_cli.answers.text_people import population_blocks
 from tendon_cli.answers.text_remedies import fixes_table, relaxations_words
 from tendon_cli.studies.axis_words import parameter
@@ -75,7 +76,7 @@ def _list(heading: str, texts: Iterable[str]) -> Iterator[say.Block]:
 def _answer(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Block]:
     """Yield the answer if a choice has a window."""
     question = record["question"]
-    first_sentence = _first_sentence(record, best)
+    first_sentence = f"{_first_sentence(record, best)} {but_words(record)}".rstrip()
     if record["between_samples"] is not None:
         first_sentence += f" {say.proof_sentence(record['between_samples'])}"
     yield say.sentence(first_sentence)
@@ -83,7 +84,7 @@ def _answer(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Block]:
     setting = record["setting"]
     if setting is not None:
         yield from _list(bench_heading(question, setting), to_set(record, best, setting))
-    yield from _list("Before you build it", remarks_words(record))
+    yield from _list(HEADING, parts_words(record))
     yield from _list("What moves the window most, per 1 %", _moves(record["sensitivities"]))
     yield from _alternatives(record, best)
     yield from _list("Choices to be proved", (_proved(question, row) for row in record["proved"]))

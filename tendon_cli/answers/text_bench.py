@@ -1,4 +1,4 @@
-"""The suit on the bench and on the arm in words: posture, tensions to set, drift, and remarks."""
+"""The suit on the bench and on the arm in words: posture, tensions to set, and drift."""
 
 from __future__ import annotations
 
@@ -7,11 +7,9 @@ from collections.abc import Iterator, Sequence
 from tendon_cli import say
 from tendon_cli.answer_record import (
     AnswerResults,
-    BestRecord,
     ChoiceRecord,
     DriftRecord,
     QuestionRecord,
-    RemarkRecord,
     SettingRecord,
     value_of,
 )
@@ -24,9 +22,6 @@ SET_AT_MOTOR = ("set_flexor_tension_motor", "set_extensor_tension_motor")
 
 FEW_PERSONS = 20
 """Number of persons below which a range holds all of them, not nine in ten."""
-_SOURCE_OF_CUFFS = "cuffs at the knee, Ergonomics 63(5):618, 2020; nothing is known of elbows"
-_SOURCE_OF_ROPES = "makers' tables for stainless 7x7 rope"
-_SOURCE_OF_SPRINGS = "extension springs made for 300 N: 73 mm at 5 kN/m, 84 mm at 3 kN/m"
 
 
 # --- What to set ----------------------------------------------------------------------------------
@@ -111,73 +106,3 @@ def drift_words(drift: DriftRecord | None) -> str:
         path = f"drifts from {start} to {end}"
     torque = say.quantity("elbow_torque", drift["torque"], 2)
     return f": at 10 % more it {path}, driven by at most {torque}"
-
-
-# --- Remarks --------------------------------------------------------------------------------------
-
-
-def remarks_words(record: BestRecord) -> Iterator[str]:
-    """Say the remarks with their sources."""
-    for remark in record["remarks"]:
-        yield f"{remark['text']} ({remark['source']})"
-
-
-def strap_remark(
-    pressure: float, begins_at: float, *, pains: bool, width: float | None
-) -> RemarkRecord:
-    """Remark that a strap presses too hard.
-
-    Args:
-        pressure: Largest pressure of the strap, Pa.
-        begins_at: Pressure at which discomfort or pain begins, Pa.
-        pains: True for pain, False for discomfort.
-        width: Width of the strap if the study gives none, m.
-    """
-    most = say.quantity("max_contact_pressure", pressure)
-    if_wide = "" if width is None else f" if it is {1e3 * width:.0f} mm wide"
-    harm = "pain" if pains else "discomfort"
-    return {
-        "about": "strap",
-        "text": (
-            f"the strap presses the elbow with up to {most}{if_wide};"
-            f" {harm} begins at {1e-3 * begins_at:.1f} kPa"
-        ),
-        "source": _SOURCE_OF_CUFFS,
-    }
-
-
-def rope_remark(diameter: float, breaking: float, tension: float, customary: float) -> RemarkRecord:
-    """Remark that a rope is less safe than is customary.
-
-    Args:
-        diameter: Diameter of the rope, m.
-        breaking: Tension at which it breaks, N.
-        tension: Largest tension of the suit, N.
-        customary: Customary ratio of both.
-    """
-    return {
-        "about": "rope",
-        "text": (
-            f"a rope of {say.number(1e3 * diameter, 3)} mm breaks at about"
-            f" {say.number(breaking, 2)} N, {say.number(breaking / tension, 2)} times the"
-            f" largest tension, where {customary:.0f} is customary"
-        ),
-        "source": _SOURCE_OF_ROPES,
-    }
-
-
-def spring_remark(stretch: float, room: float) -> RemarkRecord:
-    """Remark that a stretched spring hardly fits between its anchors.
-
-    Args:
-        stretch: Extension of the spring, m.
-        room: Distance of the anchors less the extension, m.
-    """
-    distance = say.quantity("max_spring_extension", room + stretch)
-    text = (
-        f"the flexor's spring is stretched by {say.quantity('max_spring_extension', stretch)}"
-        f" between anchors {distance} apart"
-    )
-    if room > 0.0:
-        text += f": {say.quantity('max_spring_extension', room)} are left for the spring itself"
-    return {"about": "spring", "text": text, "source": _SOURCE_OF_SPRINGS}

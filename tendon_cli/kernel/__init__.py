@@ -36,12 +36,13 @@ from tendon_cli.model.bounds import SHARES, Bounds, bounded_forms
 from tendon_cli.model.extremes import Extremes, fold
 from tendon_cli.model.forms import is_nothing
 from tendon_cli.model.kinematics import Array, Real
+from tendon_cli.model.limits import spring_room
 from tendon_cli.quantities import SIDES
 
 NO_COMPILED_VARIABLE = "TENDON_NO_COMPILED"
 """Environment variable that, if it is set to anything, makes NumPy do all of the work."""
 
-VERSION = 18
+VERSION = 19
 """Version of the C code, compiled into it. Raise it with every change of numbers or of the calling
 interface, so that code compiled before is not used."""
 
@@ -233,6 +234,8 @@ def _given(at: State) -> dict[str, Array]:
         "cosine": at.cosine,
         "other_torque": at.other_torque,
         "other_slope": at.other_slope,
+        "pressed": at.is_pressed,
+        "spring_room": spring_room(at),
         "gravity_moment": at.gravity_moment,
         "flexor_radius": design.flexor_radius,
         "ratio": design.ratio,

@@ -15,9 +15,11 @@
 #define MOST_AXES 64
 
 /* Inputs of a state, by the names that Python uses; SI units. `moment_arm` may be negative,
- * `pulling_arm` is then not a number; `unilateral` is one or zero. The inputs before
- * `gravity_moment` differ from angle to angle; the others do not in a plain sheath and joint. Those
- * with `resting` in their name are taken in the posture in which the pretension is set. */
+ * `pulling_arm` is then not a number; `unilateral` is one or zero, and so is `pressed`, where the
+ * extensor's strap presses. The inputs before
+ * `gravity_moment` differ from angle to angle; the others do not in a plain sheath and joint. Lines
+ * of states take none of `pressed` and `spring_room`. Those with `resting` in their name are taken
+ * in the posture in which the pretension is set. */
 #define GIVEN(X)                                                                                   \
     X(moment_arm)                                                                                  \
     X(pulling_arm)                                                                                 \
@@ -28,6 +30,8 @@
     X(cosine)                                                                                      \
     X(other_torque)                                                                                \
     X(other_slope)                                                                                 \
+    X(pressed)                                                                                     \
+    X(spring_room)                                                                                 \
     X(gravity_moment)                                                                              \
     X(extensor_arm)                                                                                \
     X(extensor_slope)                                                                              \
@@ -75,7 +79,7 @@
     X(min_flexor_tension)                                                                          \
     X(min_extensor_tension)                                                                        \
     X(max_tension)                                                                                 \
-    X(max_extensor_distal)                                                                         \
+    X(max_strap_tension)                                                                           \
     X(max_spring_extension)                                                                        \
     X(max_slack)                                                                                   \
     X(lowest_elbow_torque)                                                                         \
@@ -83,6 +87,7 @@
     X(lowest_motor_torque)                                                                         \
     X(highest_motor_torque)                                                                        \
     X(min_elbow_stiffness)                                                                         \
+    X(min_room)                                                                                    \
     X(first_slack_angle)                                                                           \
     X(required_pretension)                                                                         \
     X(margin)                                                                                      \

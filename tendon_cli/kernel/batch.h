@@ -133,10 +133,11 @@ INLINE Lanes load_input(const Batch *b, int input, long offset) {
     return values;
 }
 
-/* Load the inputs at an angle that depend on it in any joint. `is_shared` is a constant, true if
- * the lanes share them. */
-INLINE void load_angle(const Batch *b, Lanes *in, long angle, int is_shared) {
-    for (int i = IN_pulling_arm; i < IN_gravity_moment; i++) {
+/* Load the inputs from `first` to before `end` at an angle. `is_shared` is a constant, true if the
+ * lanes share them. */
+INLINE void load_at_angle(const Batch *b, Lanes *in, long angle, int is_shared, int first,
+                          int end) {
+    for (int i = first; i < end; i++) {
         long offset = angle * b->angle_step[i];
         if (is_shared) {
             in[i] = all_lanes(*(const double *)(b->value[i][0] + offset));
@@ -144,6 +145,11 @@ INLINE void load_angle(const Batch *b, Lanes *in, long angle, int is_shared) {
             in[i] = load_input(b, i, offset);
         }
     }
+}
+
+/* Load the inputs of lines at an angle that depend on it in any joint. */
+INLINE void load_angle(const Batch *b, Lanes *in, long angle, int is_shared) {
+    load_at_angle(b, in, angle, is_shared, IN_pulling_arm, IN_pressed);
 }
 
 /* Load all inputs at an angle and return the drives there. */

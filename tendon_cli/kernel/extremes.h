@@ -11,12 +11,21 @@
 #define ANGLES_AT_ONCE 24      /* their lines fit the innermost cache */
 #define PRETENSIONS_AT_ONCE 32 /* they share the lines of some angles */
 
+/* Lines of the states of each design at one angle, and what the parts there allow. */
+typedef struct {
+    Lines lines;
+    Lanes pressed;     /* one where the extensor's strap presses, else zero */
+    Lanes spring_room; /* length by which the flexor's spring may be extended, m */
+} Angle;
+
 /* Extremes over some states of each design at one pretension. */
 typedef struct {
     Lanes low_x; /* smallest distal tension of the flexor, N */
     Lanes high_x;
     Lanes low_y; /* smallest distal tension of the extensor, N */
     Lanes high_y;
+    Lanes high_strap; /* largest distal tension of the extensor where its strap presses, N */
+    Lanes low_room;   /* smallest room left for the flexor's spring, m */
     Lanes low_motor; /* smallest motor torque, N m */
     Lanes high_motor;
     Lanes stiffness;     /* smallest elbow stiffness, N m/rad */
@@ -53,6 +62,8 @@ INLINE Extremes no_extremes(void) {
         .high_x = low,
         .low_y = high,
         .high_y = low,
+        .high_strap = low,
+        .low_room = high,
         .low_motor = high,
         .high_motor = low,
         .stiffness = high,
@@ -87,8 +98,9 @@ INLINE LoadExtremes no_load_extremes(void) {
 }
 
 /* Add a state of each design and return it. `any_slack` is zero if none of them can be slack. */
-INLINE State add_state(Extremes *e, const Lines *lines, const Drive *d, Lanes angle,
+INLINE State add_state(Extremes *e, const Angle *at, const Drive *d, Lanes angle,
                       Lanes pretension, int any_slack, int is_plain) {
+    const Lines *lines = &at->lines;
     Lanes zero = all_lanes(0.0);
     Lanes unit = all_lanes(1.0);
     State s = state_at(lines, d, pretension, is_plain);
@@ -96,6 +108,8 @@ INLINE State add_state(Extremes *e, const Lines *lines, const Drive *d, Lanes an
     e->high_x = larger(s.x, e->high_x);
     e->low_y = smaller(s.y, e->low_y);
     e->high_y = larger(s.y, e->high_y);
+    e->high_strap = larger(s.y * at->pressed, e->high_strap);
+    e->low_room = smaller(at->spring_room - s.x * d->spring_x, e->low_room);
     e->low_motor = smaller(s.motor, e->low_motor);
     e->high_motor = larger(s.motor, e->high_motor);
     e->stiffness = smaller(s.stiffness, e->stiffness);
@@ -127,17 +141,17 @@ INLINE void add_scaled(ScaledExtremes *e, Lanes low_x, Lanes high_x, Lanes low_y
 }
 
 /* Add the states of each design at several angles, with plain drives. */
-INLINE Extremes add_angles(Extremes e, const Lines *lines, const double *angle, long angles,
+INLINE Extremes add_angles(Extremes e, const Angle *at, const double *angle, long angles,
                            const Drive *d, Lanes pretension, int any_slack) {
     for (long i = 0; i < angles; i++) {
-        add_state(&e, lines + i, d, all_lanes(angle[i]), pretension, any_slack, 1);
+        add_state(&e, at + i, d, all_lanes(angle[i]), pretension, any_slack, 1);
     }
     return e;
 }
 
 /* Compute the lines at some angles and these angles, and add their loads. Returns the pretension
  * below which at least one of the states is slack. `is_plain` and `is_shared` are constants. */
-INLINE Lanes prepare_lines(Lines *lines, double *angle, LoadExtremes *loads,
+INLINE Lanes prepare_lines(Angle *at, double *angle, LoadExtremes *loads,
                            const ExtremesCall *call, const Batch *b, const Drive *d, long first,
                            long angles, int is_plain, int is_shared) {
     Lanes limit = all_lanes(-INFINITY);
@@ -146,8 +160,11 @@ INLINE Lanes prepare_lines(Lines *lines, double *angle, LoadExtremes *loads,
     for (long i = 0; i < angles; i++) {
         angle[i] = *(const double *)(call->angle->value + (first + i) * angle_step);
         load_angle(b, in, first + i, is_shared);
-        lines[i] = lines_at(d, in, is_plain);
-        const Lines *l = &lines[i];
+        load_at_angle(b, in, first + i, is_shared, IN_pressed, IN_gravity_moment);
+        at[i].lines = lines_at(d, in, is_plain);
+        at[i].pressed = in[IN_pressed];
+        at[i].spring_room = in[IN_spring_room];
+        const Lines *l = &at[i].lines;
         limit = larger(l->limit, limit);
         loads->required = larger(l->required, loads->required);
         Lanes low = smaller(l->torque, loads->low_torque);
@@ -200,7 +217,7 @@ INLINE void store_extremes(const Accumulators *to, const Extremes *e, const Scal
     accumulate(to, EXTREME_min_flexor_tension, smaller, scaled->low_x);
     accumulate(to, EXTREME_min_extensor_tension, smaller, scaled->low_y);
     accumulate(to, EXTREME_max_tension, larger, scaled->high);
-    accumulate(to, EXTREME_max_extensor_distal, larger, e->high_y);
+    accumulate(to, EXTREME_max_strap_tension, larger, e->high_strap);
     accumulate(to, EXTREME_max_spring_extension, larger, scaled->extension);
     accumulate(to, EXTREME_max_slack, larger, larger(no_slack, e->longest_slack));
     accumulate(to, EXTREME_lowest_elbow_torque, smaller, loads->low_torque);
@@ -208,6 +225,7 @@ INLINE void store_extremes(const Accumulators *to, const Extremes *e, const Scal
     accumulate(to, EXTREME_lowest_motor_torque, smaller, e->low_motor);
     accumulate(to, EXTREME_highest_motor_torque, larger, e->high_motor);
     accumulate(to, EXTREME_min_elbow_stiffness, smaller, e->stiffness);
+    accumulate(to, EXTREME_min_room, smaller, e->low_room);
     accumulate(to, EXTREME_first_slack_angle, smaller, e->first_slack);
     accumulate(to, EXTREME_required_pretension, larger, loads->required);
     accumulate(to, EXTREME_margin, smaller, scaled->margin);
@@ -225,7 +243,7 @@ INLINE Lanes load_pretension(const Batch *b, const long *step, int input, long p
  * from `first` on. `step` has the bytes from one pretension to the next in each array. */
 static void fold_plain(const ExtremesCall *call, const Batch *b, const long *step, const Lanes *in,
                        const Drive *d, long first, long count) {
-    Lines lines[ANGLES_AT_ONCE];
+    Angle at_angles[ANGLES_AT_ONCE];
     double angle[ANGLES_AT_ONCE];
     Extremes extremes[PRETENSIONS_AT_ONCE];
     Lanes pretension[PRETENSIONS_AT_ONCE];
@@ -243,16 +261,16 @@ static void fold_plain(const ExtremesCall *call, const Batch *b, const long *ste
         long angles = states - from < ANGLES_AT_ONCE ? states - from : ANGLES_AT_ONCE;
         Lanes limit;
         if (b->shares_angles) {
-            limit = prepare_lines(lines, angle, &loads, call, b, d, from, angles, 1, 1);
+            limit = prepare_lines(at_angles, angle, &loads, call, b, d, from, angles, 1, 1);
         } else {
-            limit = prepare_lines(lines, angle, &loads, call, b, d, from, angles, 1, 0);
+            limit = prepare_lines(at_angles, angle, &loads, call, b, d, from, angles, 1, 0);
         }
         for (long p = 0; p < count; p++) {
             Lanes at = pretension[p];
             if (any(at < limit)) {
-                extremes[p] = add_angles(extremes[p], lines, angle, angles, d, at, 1);
+                extremes[p] = add_angles(extremes[p], at_angles, angle, angles, d, at, 1);
             } else {
-                extremes[p] = add_angles(extremes[p], lines, angle, angles, d, at, 0);
+                extremes[p] = add_angles(extremes[p], at_angles, angle, angles, d, at, 0);
             }
         }
     }
@@ -280,18 +298,18 @@ static void fold_each_angle(const ExtremesCall *call, const Batch *b, const long
         scaled[p] = no_scaled_extremes();
     }
     for (long i = 0; i < states; i++) {
-        Lines lines;
+        Angle here;
         double angle;
         Drive own = load_drive(b, in, i);
-        Lanes limit = prepare_lines(&lines, &angle, &loads, call, b, &own, i, 1, 0, 0);
-        Lanes required = larger(lines.required, all_lanes(-INFINITY));
+        Lanes limit = prepare_lines(&here, &angle, &loads, call, b, &own, i, 1, 0, 0);
+        Lanes required = larger(here.lines.required, all_lanes(-INFINITY));
         for (long p = 0; p < count; p++) {
             Lanes x = load_pretension(b, step, IN_flexor_pretension, first + p);
             Lanes y = load_pretension(b, step, IN_extensor_pretension, first + p);
             Lanes at = common_pretension(&own, x, y);
             Lanes margin = smaller(smaller(x, y), at - required);
             int any_slack = any(at < limit);
-            State s = add_state(&extremes[p], &lines, &own, all_lanes(angle), at, any_slack, 0);
+            State s = add_state(&extremes[p], &here, &own, all_lanes(angle), at, any_slack, 0);
             add_scaled(&scaled[p], s.x, s.x, s.y, s.y, in, margin);
         }
     }

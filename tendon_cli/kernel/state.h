@@ -42,6 +42,7 @@ typedef struct {
     Lanes lowest;            /* least v: 0 if unilateral, else minus infinity, N */
     Lanes taut_slack;        /* slack length of a taut side: 0 if unilateral, else NaN, m */
     Lanes slope_y;           /* stiffness gained per newton of the extensor, m/rad */
+    Lanes spring_x;          /* extension of the flexor's spring per newton, m/N */
     Lanes c_x_resting;       /* c_x in the posture in which the pretension is set, m/N */
     Lanes c_y_resting;       /* c_y in that posture, m/N */
     Lanes common_compliance; /* compliance in that posture, m/N */
@@ -91,6 +92,7 @@ INLINE Drive drive_at(const Lanes *in) {
     d.scaled_c_x = d.ratio * d.c_x;
     d.compliance = d.scaled_c_x + d.c_y;
     d.slope_y = in[IN_extensor_slope];
+    d.spring_x = in[IN_flexor_spring];
     d.per_compliance = 1.0 / d.compliance;
     d.per_extensor_arm = 1.0 / d.extensor_arm;
     d.per_c_x = 1.0 / d.c_x;
@@ -141,7 +143,7 @@ INLINE void set_bilateral_limits(Lines *l, const Drive *d, Lanes arm, Lanes mism
     l->per_path = pick(d->unilateral, l->per_path, all_lanes(NAN));
 }
 
-/* Compute the lines of states from their drives and the inputs before IN_gravity_moment. */
+/* Compute the lines of states from their drives and the inputs before IN_pressed. */
 INLINE Lines lines_at(const Drive *d, const Lanes *in, int is_plain) {
     Lines l;
     Lanes arm = in[IN_pulling_arm];

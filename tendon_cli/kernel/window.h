@@ -197,8 +197,10 @@ INLINE void fold_windows(void *context, const Batch *b, const Lanes *in, const D
         .high_state = all_lanes(-1.0),
         .blocked = all_lanes(INFINITY),
     };
-    if (!b->is_plain || active.moving_count) {
+    if (!b->is_plain) {
         fold_angles(&ends, call, b, in, d, &active, first, forms, 1, 0, 0);
+    } else if (active.moving_count) {
+        fold_angles(&ends, call, b, in, d, &active, first, forms, 1, 1, 0);
     } else if (!b->shares_angles) {
         fold_angles(&ends, call, b, in, d, &active, first, forms, 0, 1, 0);
     } else if (forms) {

@@ -32,6 +32,8 @@ class State:
     """
 
     design: Design
+    elbow_angle: Real
+    """Elbow angles, rad."""
     motion: Travels
     flexor: Sheathed
     extensor: Sheathed
@@ -78,6 +80,7 @@ class State:
             torque_rate = np.asarray(inertia * jerk)
         return cls(
             design=design,
+            elbow_angle=elbow_angle,
             motion=arm.joint.motion(elbow_angle),
             flexor=flexor,
             extensor=extensor,
@@ -110,6 +113,11 @@ class State:
             elbow_torque=self.gravity_moment * self.sine + self.other_torque,
             resting=resting,
         )
+
+    @cached_property
+    def is_pressed(self) -> Flags:
+        """True where the extensor's strap presses."""
+        return self.design.arm.is_pressed(self.elbow_angle)
 
     @cached_property
     def arm_slopes(self) -> tuple[Array, Real]:

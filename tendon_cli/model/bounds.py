@@ -113,8 +113,13 @@ def _bounded_form(limit: DesignLimit, form: Form, bound: Real) -> BoundedForm:
     ((name, share),) = shares.items()
     if np.all(np.real(share) < 0.0):
         least, most = most, least
-    with np.errstate(divide="ignore"):  # a rigid spring is never extended
+    with np.errstate(divide="ignore", invalid="ignore"):
         least, most = (None if end is None else end / np.asarray(share) for end in (least, most))
+    # A bound of 0 on what is always 0, such as the extension of a rigid spring, is kept.
+    least, most = (
+        None if end is None else np.where(np.isnan(end), unbounded, end)
+        for end, unbounded in ((least, -np.inf), (most, np.inf))
+    )
     return BoundedForm(code, Form(**{name: 1.0}), least, most)
 
 

@@ -11,8 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.model.kinematics import AnyJoint, Array, Flag, Real, Spline
+from tendon_cli.model.kinematics import AnyJoint, Array, Flag, Flags, Real, Spline
 from tendon_cli.model.trajectory import Trajectory
+
+_SAME_ANGLE = 1e-12
+"""Distance within which two angles are the same but for rounding, rad."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +35,8 @@ class Limb:
     """Width of the extensor's strap around the elbow, m."""
     contact_radius: Real = np.nan
     """Radius of curvature of that strap, m; NaN to take it from the joint."""
+    contact_from: Real = np.nan
+    """Angle from which on that strap presses, rad; NaN to take it from the joint."""
     stiffness: Real = 0.0
     """Stiffness of the joint itself, N m/rad."""
     rest_angle: Real = 0.0
@@ -45,6 +50,25 @@ class Limb:
     def strap_radius(self) -> Array:
         """Radius of curvature of the extensor's strap, m."""
         return np.where(np.isnan(self.contact_radius), self.joint.strap_radius, self.contact_radius)
+
+    @property
+    def first_contact(self) -> Array:
+        """Angle from which on the extensor's strap presses, rad."""
+        stated = np.asarray(self.contact_from).real
+        return np.where(np.isnan(stated), self.joint.contact_from, stated)
+
+    def is_pressed(self, angle: Real, half_width: Real = 0.0) -> Flags:
+        """Return True where the extensor's strap presses.
+
+        Args:
+            angle: Angles of the joint, or middles of cells of it, rad.
+            half_width: Half-width of these cells, rad.
+        """
+        first = self.first_contact
+        middle = np.asarray(angle).real
+        has_middle = middle >= first - _SAME_ANGLE
+        has_end = middle + half_width > first + _SAME_ANGLE
+        return np.asarray(has_middle | has_end)
 
     def passive(self, angle: Real, derivative: int = 0) -> Real:
         """Return the passive torque of the joint, positive where it resists flexion.

@@ -15,7 +15,7 @@ import numpy as np
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import F0, Design
 from tendon_cli.model.kinematics import Array, Flags
-from tendon_cli.model.limits import LIMITS, contact_pressure
+from tendon_cli.model.limits import LIMITS, contact_pressure, spring_room
 from tendon_cli.model.setting import Reading
 from tendon_cli.model.sheath import Sheathed
 from tendon_cli.model.statics import SLACK_TOLERANCE, Balance
@@ -28,6 +28,7 @@ _SMALLEST = (
     "min_flexor_tension",
     "min_extensor_tension",
     "min_elbow_stiffness",
+    "min_room",
     "first_slack_angle",
     "margin",
     "lowest_elbow_torque",
@@ -35,13 +36,22 @@ _SMALLEST = (
 )
 _LARGEST = (
     "max_tension",
-    "max_extensor_distal",
+    "max_strap_tension",
     "max_spring_extension",
     "max_slack",
     "required_pretension",
     "highest_elbow_torque",
     "highest_motor_torque",
 )
+_NO_COLUMNS = (
+    "max_strap_tension",
+    "min_room",
+    "lowest_elbow_torque",
+    "highest_elbow_torque",
+    "lowest_motor_torque",
+    "highest_motor_torque",
+)
+"""Extremes that are no columns of designs, but of which columns are made."""
 COUNTS = ("slack", "no_equilibrium", "unstable")
 """Names of the counts of states."""
 OVER_STATES = {
@@ -108,12 +118,14 @@ def _tension_columns(at: State) -> dict[str, Array]:
     capstan_y = at.extensor.capstan
     max_x = np.fmax(high_x, high_x / capstan_x)
     max_y = np.fmax(high_y, high_y / capstan_y)
+    strap = high_y if np.all(at.is_pressed) else at.balance.extensor * at.is_pressed
     return {
         "min_flexor_tension": np.fmin(low_x, low_x / capstan_x),
         "min_extensor_tension": np.fmin(low_y, low_y / capstan_y),
         "max_tension": np.fmax(max_x, max_y),
-        "max_extensor_distal": high_y,
+        "max_strap_tension": strap,
         "max_spring_extension": np.fmax(high_x * at.flexor.spring, high_y * at.extensor.spring),
+        "min_room": spring_room(at) - at.balance.flexor * at.flexor.spring,
     }
 
 
@@ -202,9 +214,7 @@ def finish(folded: Extremes, states: int) -> Extremes:
         values = folded[name] + 0.0
         known[name] = nan_where(np.isinf(values), values)
     required = np.maximum(0.0, known["required_pretension"])
-    columns = {
-        name: values for name, values in known.items() if not name.endswith(("_torque", "_distal"))
-    }
+    columns = {name: values for name, values in known.items() if name not in _NO_COLUMNS}
     return columns | {
         "peak_elbow_torque": _larger_magnitude(
             known["lowest_elbow_torque"], known["highest_elbow_torque"]
@@ -266,14 +276,15 @@ def judge(columns: Extremes, limits: Mapping[str, float]) -> dict[str, Flags]:
 def of_design(design: Design, folded: Extremes) -> Extremes:
     """Return the quantities of whole designs that limits bound, by the limit's name.
 
-    They include the contact pressure (Pa) at the largest tension of the extensor.
+    They include the contact pressure (Pa) at the largest tension of the extensor where its strap
+    presses.
     """
     values = {
         name: limit.of_design(design)
         for name, limit in LIMITS.items()
         if limit.of_design is not None
     }
-    tension = folded["max_extensor_distal"][..., np.newaxis, np.newaxis]
+    tension = folded["max_strap_tension"][..., np.newaxis, np.newaxis]
     values["max_contact_pressure"] = contact_pressure(design, tension)
     shape = (*folded["slack"].shape, 1, 1)
     return {name: np.broadcast_to(value, shape)[..., 0, 0] for name, value in values.items()}

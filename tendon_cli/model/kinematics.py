@@ -24,6 +24,8 @@ Rows = npt.NDArray[np.int64]
 """Indices of rows, of states or of conditions."""
 Flag = bool | Flags
 
+CONTACT_FROM = float(np.radians(10.0))
+"""Angle from which on a strap around the elbow presses if a study states none, rad."""
 DEAD_CENTRE = 1e-9
 """Moment arm below which it counts as zero, as a share of the sum of all anchor offsets."""
 
@@ -78,6 +80,14 @@ class Anchors:
     def strap_radius(self) -> Real:
         """Radius of the virtual pulley, on which the strap lies, m."""
         return self.elbow_radius
+
+    @property
+    def contact_from(self) -> float:
+        """Angle from which on the strap presses if a study states none, rad.
+
+        At 0 neither the strap's wrap, R θ, nor its force on the elbow, 2 T sin(θ/2), exists.
+        """
+        return CONTACT_FROM
 
     def motion(self, angle: Real) -> Travels:
         """Return path, travels and moment arms with their derivatives, analytically (Eqs. 1-3).
@@ -190,6 +200,8 @@ class Excursion:
     """Factor on the measured travels, for another body."""
     strap_radius: Real = np.nan
     """Radius of curvature of the extensor's strap, m; a table of travels does not give it."""
+    contact_from: Real = -np.inf
+    """Angle from which on the strap presses, rad; a table of travels does not tell the wrap."""
 
     def motion(self, angle: Real) -> Travels:
         """Return travels and moment arms.

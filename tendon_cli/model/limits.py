@@ -28,6 +28,9 @@ Codes = npt.NDArray[np.int8]
 
 SPEED = Need("motion.speed", "the speed of the elbow", "60 deg/s")
 FREE_LENGTH = Need("spring.free_length", "the length of the flexor's spring without load", "73 mm")
+BREAKING_FORCE = "tendon.breaking_force"
+"""Key of the tension at which the rope breaks."""
+CONTACT_PRESSURE = "max_contact_pressure"
 CONTACT_WIDTH = Need("arm.contact_width", "the width of the strap around the elbow", "40 mm")
 
 
@@ -47,6 +50,34 @@ def contact_pressure(design: Design, extensor_tension: Array) -> Array:
     """
     pressure: Array = extensor_tension / (design.arm.strap_radius * design.arm.contact_width)
     return pressure
+
+
+def _pressure_per_newton(at: Any) -> Real:
+    """Return the strap's pressure per distal newton of the extensor, 0 where it does not press."""
+    pressure: Real = np.where(at.is_pressed, contact_pressure(at.design, np.ones(())), 0.0)
+    return pressure
+
+
+def spring_room(at: Any) -> Array:
+    """Return the length between the flexor's anchors less its spring's length without load, m.
+
+    A spring whose length is not stated may be as short as 0. The room is infinite without a spring
+    between the anchors: if it is rigid or at the motor, or the joint does not define their
+    distance.
+
+    Args:
+        at: States.
+    """
+    path = at.motion.flexor_path
+    side = at.design.flexor
+    if path is None:
+        return np.full((), np.inf)
+    length = np.nan_to_num(np.asarray(at.design.given.get(FREE_LENGTH.key, 0.0)), nan=0.0)
+    has_no_spring = np.asarray(side.spring_at_motor) | np.isinf(side.spring_stiffness)
+    room = np.asarray(path - length)
+    if not has_no_spring.any():
+        return room  # of few numbers, though springs differ from design to design
+    return np.where(has_no_spring, np.inf, room)
 
 
 def _least_end(capstan: Array) -> Array:
@@ -166,7 +197,7 @@ _ALL = (
         forms=lambda at, _: (Form(flexor=at.motor_arms[0], extensor=-at.motor_arms[1]),),
     ),
     DesignLimit(
-        "max_contact_pressure",
+        CONTACT_PRESSURE,
         (0.0, 1e12),
         LimitWords(
             "strap presses too hard",
@@ -176,7 +207,7 @@ _ALL = (
             "makes the strap press with more than {}",
         ),
         needs=(CONTACT_WIDTH,),
-        forms=lambda at, _: (Form(extensor=contact_pressure(at.design, np.ones(()))),),
+        forms=lambda at, _: (Form(extensor=_pressure_per_newton(at)),),
     ),
     DesignLimit(
         "min_spring_room",
@@ -354,13 +385,14 @@ FLEXOR_SLACK, EXTENSOR_SLACK, NO_EQUILIBRIUM = range(3)
 PRETENSION = LIMIT_NAMES.index("max_pretension")
 NOTHING = -1
 """Code if no limit binds: the window begins at 0, or has no upper end."""
-GIVEN = tuple(
-    dict.fromkeys(
+GIVEN = (
+    *dict.fromkeys(
         need.key for limit in _ALL for need in limit.needs if need not in (SPEED, CONTACT_WIDTH)
-    )
+    ),
+    BREAKING_FORCE,
 )
-"""Keys of numbers that only limits need; a study's designs have them in `Design.given`, NaN if it
-states none."""
+"""Keys of numbers that only limits or advice need; a study's designs have them in `Design.given`,
+NaN if it states none."""
 ALWAYS = {
     "flexor slack": LimitWords(
         "flexor slack",

@@ -147,6 +147,29 @@ def cycle_columns(
     return _columns(state, rates, spool_speed, power, work_and_loss, flexion)
 
 
+def peak_demand(
+    design: Design, elbow_angle: Array, flexion: Flags, speed: float
+) -> tuple[float, float]:
+    """Return the largest speed (rad/s) and power (W) that designs ask of their motors.
+
+    Args:
+        design: Designs.
+        elbow_angle: Elbow angles, (1, K), rad.
+        flexion: Directions, (D, 1), or (1, K) along a trajectory.
+        speed: Speed of the elbow, rad/s; it does not matter along a trajectory.
+
+    Returns:
+        Both over all designs and states; NaN if no state has an equilibrium.
+    """
+    rates = motor_rates(evaluate(design, elbow_angle, flexion))
+    turning = np.ones(())
+    if design.trajectory is None:
+        turning = np.where(flexion, speed, -speed)
+    speeds = np.abs(turning * rates.spool_speed)
+    powers = turning * rates.power
+    return float(np.fmax.reduce(speeds, axis=None)), float(np.fmax.reduce(powers, axis=None))
+
+
 def motion_columns(design: Design, trajectory: Trajectory) -> dict[str, Array]:
     """Return the columns of designs along a trajectory, as `cycle_columns` does.
 

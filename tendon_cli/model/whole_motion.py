@@ -14,7 +14,7 @@ from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds, bound_ends
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags, Rows
-from tendon_cli.model.limits import LIMIT_NAMES
+from tendon_cli.model.limits import CONTACT_PRESSURE, LIMIT_NAMES
 from tendon_cli.model.setting import reading_at
 from tendon_cli.model.window import ends_of_states, slack_codes
 
@@ -24,6 +24,8 @@ _ROUNDS = 3
 """Rounds of a search, each of which goes to the top of the parabola through three angles."""
 _NARROWER = 12.0
 """Factor by which these angles move together from round to round."""
+_BEFORE = 1e-9
+"""Distance from the angle at which the strap begins to press, within which it does not yet, rad."""
 _AHEAD = 1e-3
 """Distance inward of the first and last angle, as a share of a step; it shows whether an end is
 tighter there."""
@@ -42,6 +44,18 @@ def angle_grid(elbow_angle: Array) -> Array:
     high = float(np.max(elbow_angle))
     count = ANGLES if high > low else 1
     return np.linspace(low, high, count).reshape(1, -1)
+
+
+def with_contacts(angles: Array, design: Design) -> Array:
+    """Add to angles, (1, K), those from which on the straps of designs press, rad.
+
+    Only angles between the first and the last are added, and none for designs whose straps have no
+    width.
+    """
+    has_strap = ~np.isnan(np.asarray(design.arm.contact_width))
+    contacts = np.unique(np.broadcast_arrays(design.arm.first_contact, has_strap)[0][has_strap])
+    is_inside = (contacts > angles[0, 0]) & (contacts < angles[0, -1])
+    return np.union1d(angles, contacts[is_inside])[np.newaxis]
 
 
 def with_edges(angles: Array) -> Array:
@@ -157,13 +171,15 @@ def refine_ends(
         return flexion.ravel()[direction, np.newaxis, np.newaxis]
 
     centre = angles[place] if start is None else start
+    first, last = _smooth_stretch(design, bounds, angles, centre)
     rounds = np.arange(float(_ROUNDS))
     if start is not None:
         rounds = rounds + 1.0
-    for attempt, width in enumerate(step * _NARROWER**-rounds):
+    for attempt, widest in enumerate(step * _NARROWER**-rounds):
         chooses_direction = start is None and attempt == 0
-        middle = np.clip(centre, angles[0] + width, angles[-1] - width)
-        where = middle[:, np.newaxis] + width * np.array([-1.0, 0.0, 1.0])
+        width = np.minimum(widest, 0.5 * (last - first))  # (N,)
+        middle = np.clip(centre, first + width, last - width)
+        where = middle[:, np.newaxis] + width[:, np.newaxis] * np.array([-1.0, 0.0, 1.0])
         directions = flexion if chooses_direction else flexion_of_each()
         offset, top = _parabola_top(tightness(where, directions))
         best = top.argmax(axis=1)
@@ -180,6 +196,34 @@ def refine_ends(
         np.where(is_tighter, sign * found, value),
         np.where(is_tighter, nearest, state),
         np.where(is_tighter, centre, np.nan),
+    )
+
+
+def _smooth_stretch(
+    design: Design, bounds: Bounds, angles: Array, centre: Array
+) -> tuple[Array, Array]:
+    """Return the ends of the stretches of the motion in which ends of windows are sought, rad.
+
+    At the angle from which on the strap presses, a limit on its pressure begins at once: no stretch
+    goes across it.
+
+    Args:
+        design: Designs, (N, 1, 1).
+        bounds: Limits of the designs.
+        angles: Angles of `angle_grid`, (K,), rad.
+        centre: An angle in each stretch, (N,), rad.
+    """
+    first = np.full(len(centre), angles[0])
+    last = np.full(len(centre), angles[-1])
+    if CONTACT_PRESSURE not in (limit.name for limit in bounds.asked):
+        return first, last
+    at_centre = centre[:, np.newaxis, np.newaxis]
+    contact = np.broadcast_to(design.arm.first_contact, at_centre.shape)[:, 0, 0]
+    is_pressed = np.broadcast_to(design.arm.is_pressed(at_centre), at_centre.shape)[:, 0, 0]
+    before = np.clip(contact - _BEFORE, first, last)
+    return (
+        np.where(is_pressed, np.clip(contact, first, last), first),
+        np.where(is_pressed, last, before),
     )
 
 

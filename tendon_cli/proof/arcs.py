@@ -9,6 +9,7 @@ import numpy as np
 
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Rows
+from tendon_cli.model.limits import CONTACT_PRESSURE
 from tendon_cli.model.motor import select_points
 from tendon_cli.model.setting import pretension_of
 from tendon_cli.proof.subdivision import Cells, Setup, Verdict, first_cells, judge
@@ -78,11 +79,15 @@ class ConditionArcs:
         if low < high:
             edges = np.linspace(low, high, 1 + int(np.ceil((high - low) / _WIDEST_ARC)))
             arcs = [[low, low], [high, high], *np.column_stack([edges[:-1], edges[1:]])]
+        design = self.design(self.row, posture=low)
+        knots = design.knots
+        if CONTACT_PRESSURE in question.bounds:
+            knots = np.union1d(knots, design.arm.first_contact)
         return first_cells(
             rows,
             (float(question.angles.min()), float(question.angles.max())),
             question.flexion.ravel(),
-            self.design(self.row, posture=low).knots,
+            knots,
             len(question.box),
             np.array(arcs),
         )

@@ -168,7 +168,7 @@ class _Proof:
         points = self.solution.points
         solved, served = solve_windows(solver, points, solver.all_limits(self.ends, points))
         worst = worst_between(solver, points, solved.pretension, served)
-        self.solution = solved.with_worst(slice(None), worst)
+        self.solution = solved.with_worst(solver.question, slice(None), worst)
         self.windows = _served_windows(solver, self.ends, self.solution)
         low, high = self.windows
         self.margin = min(_MARGIN, 0.25 * float(np.max(high - low)))

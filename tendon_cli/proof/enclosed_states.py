@@ -123,6 +123,7 @@ def enclose_states(
     )
     return SimpleNamespace(
         arms=(arm, extensor_arm),
+        is_pressed=design.arm.is_pressed(middle, half),
         x=x,
         y=y,
         stiffness=stiffness,

@@ -127,7 +127,7 @@ def first_cells(
         rows: Rows of the designs' conditions.
         angles: First and last elbow angle, rad.
         flexion: Directions of motion.
-        knots: Angles at which cells must end, rad.
+        knots: Angles at which cells must end, rad: those of kinks, and those where a limit begins.
         numbers: Count of numbers of a design that lie in a box; each cell spans the whole box.
         arcs: Ends of arcs of postures, (arcs, 2), rad.
     """

@@ -309,6 +309,7 @@ _WEIGHTS = (
     "upper_arm_angle",
     "contact_width",
     "contact_radius",
+    "contact_from",
 )
 
 # Common keys of the numbers of a joint (by anchors or by travels), of the limb, of a design, of its

@@ -164,7 +164,7 @@ _CaseName = Annotated[
     AfterValidator(_check_printable),
 ]
 
-_SAME_FOR_ALL_CASES = ("smoothing", "scale_with", "read", "anchors", "accuracy")
+_SAME_FOR_ALL_CASES = ("smoothing", "scale_with", "read", "anchors", "accuracy", "rope")
 """Keys that a case cannot override."""
 
 DESIGN_PARTS: dict[str, type[Part]] = {

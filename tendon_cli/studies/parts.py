@@ -124,6 +124,7 @@ class Arm(Part):
     contact_radius: Annotated[
         StudyNumber | None, NumberField("contact_radius", **POSITIVE_LENGTH)
     ] = None
+    contact_from: Annotated[StudyNumber | None, NumberField("contact_from", **FULL_TURNS)] = None
     anchors: Literal["measured", "mean man"] | None = field_default(
         None,
         description="whose the stated anchors and elbow radius are: measured on the one person of "
@@ -170,6 +171,12 @@ class Tendon(TendonSide):
     diameter: TendonDiameter | None = field_default("1.5 mm")
     youngs_modulus: YoungsModulus | None = field_default("145 GPa")
     pretension: Pretension | None = field_default("100 N")
+    breaking_force: Annotated[StudyNumber | None, NumberField("breaking_force", 1e-3, 1e9)] = None
+    rope: Literal["7x7", "7x19"] | None = field_default(
+        None,
+        description="construction of the rope of both tendons, which says how many rope diameters "
+        "wide a spool should be: 28 for 7x7, 18 for 7x19",
+    )
     flexor: TendonSide | None = None
     extensor: TendonSide | None = None
 

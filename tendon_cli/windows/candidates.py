@@ -55,6 +55,7 @@ _BEST_BOUNDS = {
     "peak_motor_torque": 0.0,
     "min_elbow_stiffness": np.inf,
     "max_contact_pressure": -np.inf,
+    "spring_room": np.inf,
 }
 """Bounds that no worst value can beat, by column."""
 
@@ -166,16 +167,16 @@ def solve_part(solver: Solver, rows: Rows) -> Solutions:
     of_severest = solver.for_question(question.for_conditions(severest))
     bounds = of_severest.worst(points, solved.pretension, served[:, severest])
     known = worst_of(first)
-    solved = solved.with_worst(slice(None), _as_bounds(bounds, known), has_worst=False)
-    solved = solved.with_worst(first, known)
+    solved = solved.with_worst(question, slice(None), _as_bounds(bounds, known), has_worst=False)
+    solved = solved.with_worst(question, first, known)
     while True:
         places = relevant(solved, question)
         missing = places[~solved.has_worst[places]]
         if not len(missing):
             break
-        solved = solved.with_worst(missing, worst_of(missing))
+        solved = solved.with_worst(question, missing, worst_of(missing))
     left = np.flatnonzero(~solved.has_worst)
-    return solved.with_worst(left, Worst.unknown(len(left)), has_worst=False)
+    return solved.with_worst(question, left, Worst.unknown(len(left)), has_worst=False)
 
 
 def _as_bounds(bounds: Worst, known: Worst) -> Worst:

@@ -47,7 +47,9 @@ LINEAR = (
 """Every limit on states is linear in each: what suits both ends suits all values between."""
 LEAN = "arm.upper_arm_angle"
 """Every limit on states is linear in the sine and cosine of this."""
-_ENDS_SUFFICE = (*LINEAR, LEAN, PRETENSION)
+CONTACT_FROM = "arm.contact_from"
+"""The strap presses at every angle of the smallest value: that suffices for all."""
+_ENDS_SUFFICE = (*LINEAR, LEAN, PRETENSION, CONTACT_FROM)
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import Codes
 from tendon_cli.model.window import Ends, Window
 from tendon_cli.studies.accuracy import Accuracy
+from tendon_cli.windows.advice import advice_of
 from tendon_cli.windows.by_choice import ByChoice, Selection
 from tendon_cli.windows.coverage import ROUNDING, serves
 from tendon_cli.windows.points import Points
@@ -127,17 +128,23 @@ class Solutions(ByChoice):
         """Return the same choices with other rows in the table."""
         return replace(self, points=replace(self.points, row=row))
 
-    def with_worst(self, rows: Selection, values: Worst, *, has_worst: bool = True) -> Solutions:
-        """Return the same choices with worst values for some of them.
+    def with_worst(
+        self, question: Question, rows: Selection, values: Worst, *, has_worst: bool = True
+    ) -> Solutions:
+        """Return the same choices with worst values for some of them, and the advice they fail.
 
         Args:
+            question: The question.
             rows: Places of these choices.
             values: Worst values, (rows,) each.
             has_worst: False if the values are only bounds.
         """
         known = self.has_worst.copy()
         known[rows] = has_worst
-        return replace(self, worst=self.worst.with_values(rows, values), has_worst=known)
+        advice = self.advice.copy()
+        advice[rows] = advice_of(question, self.points.select(rows), values)
+        worst = self.worst.with_values(rows, values)
+        return replace(self, worst=worst, has_worst=known, advice=advice)
 
 
 def solve(solver: Solver, points: Points, *, with_worst: bool = True) -> Solutions:
@@ -152,14 +159,14 @@ def solve(solver: Solver, points: Points, *, with_worst: bool = True) -> Solutio
         Stopped: The run was cancelled.
     """
     parts = []
-    at_once = max(1, _WINDOWS_AT_ONCE // len(solver.question.conditions))
+    question = solver.question
+    at_once = max(1, _WINDOWS_AT_ONCE // len(question.conditions))
     for rows in solver.cut(len(points), at_once):
         selected = points.select(rows)
         solved, served = solve_windows(solver, selected)
         if with_worst:
             worst = solver.worst(selected, solved.pretension, served)
-            has_worst = np.ones(len(solved), dtype=np.bool_)
-            solved = replace(solved, worst=worst, has_worst=has_worst)
+            solved = solved.with_worst(question, slice(None), worst)
         parts.append(solved)
     return parts[0] if len(parts) == 1 else Solutions.concatenate(parts)
 

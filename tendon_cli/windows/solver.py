@@ -16,17 +16,19 @@ from tendon_cli.model import extremes, whole_motion, window
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags, Rows
-from tendon_cli.model.limits import contact_pressure
+from tendon_cli.model.limits import CONTACT_PRESSURE, contact_pressure
 from tendon_cli.model.motor_window import narrow
 from tendon_cli.model.window import Ends, Window
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question, select_numbers
-from tendon_cli.windows.worst import Worst
+from tendon_cli.windows.worst import QUANTITIES, Worst
 
 _STATES_AT_ONCE = 2**21
 """States in one portion, so that each array of the model stays within a few megabytes."""
 _MOTOR_IN_NUMPY = 8
 """Factor by which a portion is smaller with limits on the motor, whose arrays hold all states."""
+_SAME_ANGLE = 1e-12
+"""Distance within which two angles are the same but for rounding, rad."""
 _REFINED_AT_ONCE = 2**12
 """Ends that are sought between the angles together."""
 _NEAR = 0.01
@@ -142,7 +144,53 @@ class Solver:
         high_is_inner = whole_motion.without_edges(ends.high_state, question.angles)
         low_between = low_is_inner & (ends.low_state >= 0) & has_end
         high_between = high_is_inner & (ends.high_state >= 0) & has_end
+        if CONTACT_PRESSURE in (limit.name for limit in question.bounds.asked):
+            low_begins, high_begins = self._tighten_at_contact(ends, points)
+            low_between |= low_begins
+            high_between |= high_begins
         return ends, low_between, high_between
+
+    def _tighten_at_contact(self, ends: Ends, points: Points) -> tuple[Flags, Flags]:
+        """Tighten ends at the angles from which on the straps press, in place.
+
+        A limit on the strap's pressure begins there at once, and such an angle need not be one of
+        the question.
+
+        Args:
+            ends: Ends at samples, (choices, conditions), as F0.
+            points: The choices.
+
+        Returns:
+            True for lower and for upper ends that are tighter there.
+        """
+        question = self.question
+        angles = question.angles.ravel()
+        tightened = {name: np.zeros(ends.low.shape, dtype=np.bool_) for name in ("low", "high")}
+        for rows, conditions, design in self.portions(points):
+            shape = (rows.stop - rows.start, conditions.stop - conditions.start)
+            contact = np.clip(design.arm.first_contact, angles[0], angles[-1])
+            distance = np.abs(contact[..., np.newaxis] - angles).min(axis=-1)
+            if np.all(distance <= _SAME_ANGLE):
+                continue
+            state = State.of(design, contact, question.flexion)
+            tightest = window.begin(shape)
+            kernel.fold_window(tightest, state, question.bounds, (*shape, len(question.flexion), 1))
+            part = window.finish(tightest, design, question.bounds)
+            of_designs = np.broadcast_to(contact, (*shape, 1, 1))[..., 0, 0]
+            place = np.searchsorted(angles, of_designs)  # of the first angle with pressure
+            here = rows, conditions
+            for name, sign in (("low", 1.0), ("high", -1.0)):
+                value = getattr(part, name)
+                direction = getattr(part, f"{name}_state")
+                is_tighter = sign * value > sign * getattr(ends, name)[here]
+                tightened[name][here] = is_tighter
+                for target, new in (
+                    (name, value),
+                    (f"{name}_state", direction * angles.size + place),
+                    (f"{name}_angle", of_designs),
+                ):
+                    np.copyto(getattr(ends, target)[here], new, where=is_tighter)
+        return tightened["low"], tightened["high"]
 
     def _fold_states(self, points: Points, angles: Array) -> Ends:
         """Fold the states at `angles`, (1, K) rad, into ends, (choices, conditions), as F0."""
@@ -181,7 +229,7 @@ class Solver:
             rows, conditions = np.nonzero(is_sought)
             for part in self.cut(len(rows), _REFINED_AT_ONCE):
                 pairs = (rows[part], conditions[part])
-                value[pairs], state[pairs], angle[pairs] = whole_motion.refine_ends(
+                value[pairs], state[pairs], found = whole_motion.refine_ends(
                     question.paired_designs(points, *pairs),
                     state[pairs],
                     value[pairs],
@@ -190,6 +238,7 @@ class Solver:
                     question.bounds,
                     upper=upper,
                 )
+                angle[pairs] = np.where(np.isnan(found), angle[pairs], found)
 
     def _may_bind(self, ends: Ends) -> tuple[Flags, Flags]:
         """Return True for lower and upper ends that may set the window of their choice.
@@ -223,18 +272,18 @@ class Solver:
         Returns:
             Worst values; NaN for a choice that serves no condition.
         """
-        largest = np.full((6, len(points)), np.nan)
+        largest = np.full((QUANTITIES, len(points)), np.nan)
         for rows, conditions, values in self._quantities(points, pretension):
             of_served = np.where(served[rows, conditions], values, np.nan)
             largest[:, rows] = np.fmax(largest[:, rows], np.fmax.reduce(of_served, axis=2))
         return Worst.of_quantities(largest)
 
     def quantities_under_each(self, points: Points, pretension: Array, served: Flags) -> Array:
-        """Return the six quantities of one choice under each condition, (6, conditions).
+        """Return the quantities of one choice under each condition, (QUANTITIES, conditions).
 
         They are -infinity under a condition that is not served.
         """
-        largest = np.full((6, len(self.question.conditions)), -np.inf)
+        largest = np.full((QUANTITIES, len(self.question.conditions)), -np.inf)
         for rows, conditions, values in self._quantities(points, pretension):
             counts = served[rows, conditions] & ~np.isnan(values)
             largest[:, conditions] = np.where(counts, values, -np.inf)[:, 0]
@@ -250,19 +299,21 @@ class Solver:
     def _quantities(
         self, points: Points, pretension: Array
     ) -> Iterator[tuple[slice, slice, Array]]:
-        """Yield choices, conditions and their six quantities, the larger the worse.
+        """Yield choices, conditions and their quantities, the larger the worse.
 
-        The quantities, (6, choices, conditions), are the largest over all states of tension, spring
-        extension, motor torque forward and backward, softness of the elbow, and strap pressure.
+        The quantities, (QUANTITIES, choices, conditions), are the largest over all states of those
+        that `Worst.of_quantities` takes.
         """
-        angles = self.question.angles
         flexion = self.question.flexion
         for rows, conditions, design in self.portions(points.at_pretension(pretension)):
             shape = (rows.stop - rows.start, conditions.stop - conditions.start)
             values = extremes.begin(shape)
+            angles = self.question.angles
+            if self.question.study.trajectory is None:
+                angles = whole_motion.with_contacts(angles, design)
             state = State.of(design, angles, flexion)
             kernel.fold_extremes(values, state, angles.ravel(), (*shape, len(flexion), angles.size))
-            tension = values["max_extensor_distal"][..., np.newaxis, np.newaxis]
+            tension = values["max_strap_tension"][..., np.newaxis, np.newaxis]
             pressure = contact_pressure(design, tension)[..., 0, 0]
             quantities = (
                 values["max_tension"],
@@ -271,6 +322,7 @@ class Solver:
                 -values["lowest_motor_torque"],
                 -values["min_elbow_stiffness"],
                 np.broadcast_to(pressure, shape),
+                -values["min_room"],
             )
             yield rows, conditions, np.stack(quantities)
 

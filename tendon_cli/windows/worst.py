@@ -25,6 +25,9 @@ class Worst(ByChoice):
     """Least stiffness of the elbow, N m/rad."""
     max_contact_pressure: Array
     """Largest pressure under the strap, Pa."""
+    spring_room: Array
+    """Smallest room that the flexor's spring leaves between its anchors, m, its own length without
+    load counted as far as the study states it; infinite without a spring there."""
 
     @classmethod
     def unknown(cls, count: int) -> Self:
@@ -33,23 +36,25 @@ class Worst(ByChoice):
 
     @classmethod
     def of_quantities(cls, largest: Array) -> Self:
-        """Return worst values from the largest of six quantities, (6, choices).
+        """Return worst values from the largest of QUANTITIES quantities, (QUANTITIES, choices).
 
         They are tension, spring extension, motor torque forward and backward, softness of the
-        elbow, and strap pressure.
+        elbow, strap pressure, and the negated room for the flexor's spring.
         """
-        tension, extension, forward, backward, softness, pressure = largest
+        tension, extension, forward, backward, softness, pressure, crowding = largest
         torque = np.where(backward > forward, -backward, forward)
-        return cls(tension, extension, torque, -softness, pressure)
+        return cls(tension, extension, torque, -softness, pressure, -crowding)
 
     def with_values(self, rows: Selection, values: Worst) -> Self:
         """Return the same with the values of some choices, (rows,) each, in their places."""
         changed = {}
-        for name in WORST:
+        for name in (field.name for field in fields(self)):
             changed[name] = getattr(self, name).copy()
             changed[name][rows] = getattr(values, name)
         return type(self)(**changed)
 
 
-WORST = tuple(field.name for field in fields(Worst))
-"""Names of the worst values, which are those of their columns, too."""
+QUANTITIES = 7
+"""Number of quantities whose largest values are the worst values; the torque is two."""
+WORST = tuple(field.name for field in fields(Worst) if field.name != "spring_room")
+"""Names of the worst values that have columns, which go by these names, too."""

@@ -7,7 +7,7 @@ import numpy as np
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags
-from tendon_cli.model.limits import contact_pressure
+from tendon_cli.model.limits import contact_pressure, spring_room
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.solver import Solver
 from tendon_cli.windows.worst import Worst
@@ -19,6 +19,8 @@ It is a share of the magnitude of the worst value plus its distance from the lea
 """
 _AT_ONCE = 2**8
 """Conditions that are worked out together."""
+_PRESSURE = 5
+"""Place of the strap's pressure among the quantities."""
 _STEPS = 16
 """Dense steps between two angles of the grid."""
 
@@ -40,7 +42,7 @@ def worst_between(solver: Solver, points: Points, pretension: Array, served: Fla
         Its worst values; NaN if it serves no condition.
     """
     question = solver.question
-    values = solver.quantities_under_each(points, pretension, served)  # (6, conditions)
+    values = solver.quantities_under_each(points, pretension, served)  # (QUANTITIES, conditions)
     is_known = np.isfinite(values)
     most = values.max(axis=1)
     least = np.where(is_known, values, np.inf).min(axis=1)
@@ -54,7 +56,7 @@ def worst_between(solver: Solver, points: Points, pretension: Array, served: Fla
     for part in solver.cut(count, _AT_ONCE):
         conditions = rows[part]
         design = question.paired_designs(at_pretension, np.zeros_like(conditions), conditions)
-        values = _quantities_at(design, question.angles, question.flexion)
+        values = _quantities_at(design, question.angles, question.flexion, wherever=True)
         with np.errstate(invalid="ignore"):
             rise = np.abs(np.diff(values, 2)).max(axis=-1, keepdims=True) / 4.0
         largest = np.maximum(values[..., 1:], values[..., :-1]) + rise
@@ -62,14 +64,24 @@ def worst_between(solver: Solver, points: Points, pretension: Array, served: Fla
         for place in np.flatnonzero(may_exceed.any(axis=(0, 1, 2))):
             nearby = slice(max(0, place * _STEPS - 1), (place + 1) * _STEPS + 2)
             finer = _quantities_at(design, dense[:, nearby], question.flexion)
-            most = np.fmax(most, _with_tops(finer).max(axis=(1, 2, 3)))
+            tops = _tops(design, dense[:, nearby], question.flexion)
+            for of_states in (finer, tops):
+                most = np.fmax(most, of_states.max(axis=(1, 2, 3)))
     return Worst.of_quantities(np.where(np.isfinite(most), most, np.nan)[:, np.newaxis])
 
 
-def _quantities_at(design: Design, angles: Array, flexion: Flags) -> Array:
-    """Return the six quantities of `Worst.of_quantities` in states, the larger the worse.
+def _quantities_at(
+    design: Design, angles: Array, flexion: Flags, *, wherever: bool = False
+) -> Array:
+    """Return the quantities of `Worst.of_quantities` in states, the larger the worse.
 
-    They are (6, designs, directions, angles), and -infinity where there is no value.
+    They are (QUANTITIES, designs, directions, angles), and -infinity where there is no value.
+
+    Args:
+        design: Designs, (designs, 1, 1).
+        angles: Angles, (1, K), rad.
+        flexion: Directions, (D, 1).
+        wherever: True to give the strap's pressure also where it does not press yet.
     """
     state = State.of(design, angles, flexion)
     flexor = state.balance.flexor
@@ -86,18 +98,29 @@ def _quantities_at(design: Design, angles: Array, flexion: Flags) -> Array:
         torque,
         -torque,
         -state.elbow_stiffness,
-        contact_pressure(design, extensor),
+        contact_pressure(design, extensor * (state.is_pressed | wherever)),
+        state.balance.flexor * state.flexor.spring - spring_room(state),
     )
     values: Array = np.stack(np.broadcast_arrays(*quantities))
     return np.where(np.isnan(values), -np.inf, values)
 
 
-def _with_tops(values: Array) -> Array:
-    """Append the top of the parabola through each peak and its neighbours along the last axis."""
+def _tops(design: Design, angles: Array, flexion: Flags) -> Array:
+    """Return the top of the parabola through each peak and its neighbours, -infinity elsewhere.
+
+    A strap has no pressure at tops where it does not press yet. Arguments are those of
+    `_quantities_at`, and so is the result, but for the first and the last angle.
+    """
+    values = _quantities_at(design, angles, flexion, wherever=True)
     before = values[..., :-2]
     middle = values[..., 1:-1]
     after = values[..., 2:]
     with np.errstate(divide="ignore", invalid="ignore"):
-        top = middle - (after - before) ** 2 / (8.0 * (before - 2.0 * middle + after))
+        bend = before - 2.0 * middle + after
+        top = middle - (after - before) ** 2 / (8.0 * bend)
+        offset = 0.5 * (before - after) / bend
     is_peak = (middle >= before) & (middle >= after) & (top > middle)
-    return np.concatenate([values, np.where(is_peak, top, middle)], axis=-1)
+    step = angles[0, 1] - angles[0, 0]
+    angle_of_top = angles[:, 1:-1] + offset[_PRESSURE] * step
+    is_peak[_PRESSURE] &= design.arm.is_pressed(angle_of_top)
+    return np.where(is_peak, top, -np.inf)

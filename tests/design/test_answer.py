@@ -152,7 +152,11 @@ def test_a_bend_that_follows_the_joint_has_no_fix():
 RELAXED = {
     "spring": {"stiffness": ["3 kN/m", "5 kN/m"]},
     "spool": {"ratio": [0.7, 0.6]},
-    "arm": {"contact_width": ["30 mm", "40 mm"], "upper_arm_angle": ["-15 deg", "15 deg"]},
+    "arm": {
+        "contact_width": ["30 mm", "40 mm"],
+        "contact_from": "0 deg",
+        "upper_arm_angle": ["-15 deg", "15 deg"],
+    },
     "anchor": {"stiffness": "10 kN/m"},
     "load": {"mass": ["0 kg", "9 kg"]},
     "limits": {"max_contact_pressure": "52.9 kPa"},

@@ -1,4 +1,4 @@
-"""Tensions to set on the bench, drift of the arm, and remarks.
+"""Tensions to set on the bench, and drift of the arm.
 
 They are checked against the model and the published numbers.
 """
@@ -92,49 +92,3 @@ def test_the_text_says_which_tensions_to_set_and_how_far_the_arm_drifts(answer):
     assert "1 mm taken from both tendons adds 4.8 N, so the window is ± 5.4 mm" in text
     assert "at 10 % more it drifts from 0 deg to 4.97 deg, driven by at most 0.035 N m" in text
     assert "snap" not in text
-
-
-LIMITS = {
-    "max_contact_pressure": "150 kPa",
-    "max_tension": "450 N",
-    "max_spring_extension": "80 mm",
-}
-LIGHT = {
-    "load": {"mass": 0.0},
-    "arm": {"forearm_mass": "0.3 kg", "contact_width": "200 mm"},
-    "spring": {"stiffness": "1 kN/m"},
-    "tendon": {"diameter": "2 mm"},
-}
-
-
-@pytest.mark.parametrize(
-    ("content", "about"),
-    [
-        ({}, {"strap", "rope"}),
-        ({"spring": {"stiffness": "3 kN/m"}}, {"strap", "rope", "spring"}),
-        ({"limits": LIMITS, "arm": {"contact_width": "40 mm"}}, set()),
-        (LIGHT, set()),
-    ],
-    ids=["heavy", "long spring", "limited", "light"],
-)
-def test_a_remark_with_its_source_is_made_on_values_beyond_the_known_that_have_no_limit(
-    content, about
-):
-    answer = answered(**content)
-    remarks = {remark["about"]: remark for remark in answer.record["remarks"]}
-    assert set(remarks) == about
-    assert all(remark["source"] for remark in remarks.values())
-    assert ("Before you build it" in answer.text) == bool(about)
-    if not content:
-        assert "111 kPa if it is 40 mm wide; pain begins at 52.9 kPa" in remarks["strap"]["text"]
-
-
-@pytest.mark.parametrize(("place", "is_between"), [("joint", True), ("motor", False)])
-def test_only_a_spring_between_the_anchors_is_said_to_lack_room_there(place, is_between):
-    content = {
-        "load": {"mass": ["0 kg", "3 kg"]},
-        "spring": {"stiffness": "1 kN/m", "at": place},
-        "spool": {"ratio": 0.5},
-    }
-    about = {remark["about"] for remark in tendon.design(content).record["remarks"]}
-    assert ("spring" in about) is is_between

@@ -181,7 +181,7 @@ def test_the_worst_values_of_the_best_choice_are_those_of_all_angles():
     compared = 0
     for number in range(8):
         content = random_study(rng, number)
-        content["arm"]["contact_width"] = 0.06
+        content["arm"] |= {"contact_width": 0.06, "contact_from": "-30 deg"}
         best = tendon.design(content).best
         if best is None:
             continue

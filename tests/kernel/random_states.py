@@ -53,6 +53,7 @@ def random_states(rng, slack) -> States:
     """
     shape = tuple(rng.integers(1, 5, rng.integers(1, 4)))
     has_table, may_follow, has_anchors, has_springs_at_motor, has_torque = rng.random(5) < 0.25
+    states_contact = rng.random() < 0.5
 
     def drawn(low, high):
         """Draw numbers that vary along some of the axes."""
@@ -97,6 +98,8 @@ def random_states(rng, slack) -> States:
         extensor_travel = rising_curve(rng, 0.0, 0.05)
         joint = Excursion(flexor_travel, extensor_travel, drawn(-0.2, 0.4), drawn(0.8, 1.2))
     limb = Limb(joint, forearm_mass, 0.17, load_distance, upper_arm_angle)
+    if states_contact:
+        limb = replace(limb, contact_from=drawn(-1.0, 3.5))
     if has_torque:
         limb = replace(limb, stiffness=drawn(0.0, 2.0), rest_angle=drawn(0.0, 1.5))
     design = Design(

@@ -98,6 +98,36 @@ def test_designs_are_the_fold_of_their_states_to_the_same_bits(seed, slack):
 
 
 @needs_code
+@pytest.mark.parametrize("seed", range(40))
+def test_the_strap_pulls_where_it_presses_and_the_spring_needs_room_between_its_anchors(seed):
+    states = seeded_states(seed, "unilateral")
+    state = states.state
+    pulls = np.where(state.is_pressed, state.balance.extensor, 0.0)
+    spring = state.design.flexor
+    path = np.inf if state.motion.flexor_path is None else state.motion.flexor_path
+    room = path - state.balance.flexor / np.asarray(spring.spring_stiffness)
+    room = np.where(spring.spring_at_motor, np.inf, room)
+    expected = {
+        "max_strap_tension": over_designs(np.fmax, pulls, states),
+        "min_room": over_designs(np.fmin, room, states),
+    }
+    with kinds_of_code() as (kinds, choose):
+        for kind in (None, *kinds):
+            choose(kind)
+            found = folded(states)
+            for name, values in expected.items():
+                known = ~np.isnan(values)
+                np.testing.assert_allclose(
+                    found[name][known], values[known], rtol=1e-12, atol=1e-15
+                )
+
+
+def over_designs(ufunc, values, states):
+    """Return the extreme of values of states for each design."""
+    return ufunc.reduce(np.broadcast_to(values, states.shape), axis=(-2, -1))
+
+
+@needs_code
 def test_the_studies_of_this_page_have_states_of_every_kind():
     kinds_of_state = set()
     for seed in range(40):

@@ -102,6 +102,8 @@ COMMON = (
     "cosine",
     "other_torque",
     "other_slope",
+    "pressed",
+    "spring_room",
     "gravity_moment",
     "extensor_arm",
     "extensor_slope",

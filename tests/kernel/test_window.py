@@ -18,6 +18,8 @@ from .filling import kinds_of_code, needs_code, same_bits
 from .random_states import random_states
 
 FREE_LENGTH = 0.08  # of the spring, m
+CONTACT_WIDTH = 0.04  # of the strap, m
+CONTACT_RADIUS = 0.05  # of the strap, m
 ENDS = ("low", "high", "low_state", "high_state", "blocked")
 
 
@@ -34,6 +36,7 @@ def random_bounds(rng, shape):
         min_extensor_tension=drawn(1.0, 40.0, -np.inf),
         max_tension=drawn(150.0, 2000.0, np.inf),
         max_spring_extension=drawn(0.01, 0.4, np.inf),
+        max_contact_pressure=drawn(2e4, 6e5, np.inf),
         peak_motor_torque=drawn(3.0, 40.0, np.inf),
         min_elbow_stiffness=drawn(-5.0, 5.0, -np.inf),
         min_spring_room=drawn(-0.05, 0.05, -np.inf),
@@ -42,8 +45,10 @@ def random_bounds(rng, shape):
     )
 
 
-def with_free_length(design):
-    return replace(design, given={"spring.free_length": FREE_LENGTH})
+def with_parts(design):
+    """Return designs with the numbers that limits on springs and straps need."""
+    strapped = replace(design.arm, contact_width=CONTACT_WIDTH, contact_radius=CONTACT_RADIUS)
+    return replace(design, arm=strapped, given={"spring.free_length": FREE_LENGTH})
 
 
 def folded(states, bounds, cuts=()):
@@ -51,7 +56,7 @@ def folded(states, bounds, cuts=()):
     shape = states.shape
     count = shape[-1]
     result = window.begin(shape[:-2])
-    design = with_free_length(states.design)
+    design = with_parts(states.design)
     for first, stop in itertools.pairwise([0, *cuts, count]):
         angles = states.angles[first:stop].reshape(1, -1)
         situation = State.of(design, angles, states.flexion)
@@ -88,7 +93,7 @@ def test_a_windows_ends_are_those_of_its_states():
         states = random_states(rng, "both")
         bounds = random_bounds(rng, states.shape[:-2])
         ends = window.finish(folded(states, bounds), states.design, bounds)
-        design = with_free_length(states.design)
+        design = with_parts(states.design)
         alone = window.window(design, states.angles.reshape(1, -1), states.flexion, bounds)
         for name in ("low", "high", "low_state", "high_state"):
             expected = np.broadcast_to(getattr(alone, name), states.shape[:-2])

@@ -90,6 +90,7 @@ NAMES = (
     "peak_motor_speed",
 )
 CONTACT_WIDTH = 0.04  # m
+CONTACT_FROM = 0.7  # rad
 FREE_LENGTH = 0.07  # of the spring, m
 SPEED = 1.3  # of the elbow, rad/s
 
@@ -141,7 +142,7 @@ def bilateral(p, pretension=0.0):
     """Return the bilateral designs at a pretension of both sides."""
     pretensions = {f"{side}_pretension": pretension for side in SIDES}
     made = design(p | {"unilateral": False} | pretensions)
-    arm = replace(made.arm, contact_width=CONTACT_WIDTH)
+    arm = replace(made.arm, contact_width=CONTACT_WIDTH, contact_from=CONTACT_FROM)
     return replace(made, arm=arm, given={"spring.free_length": FREE_LENGTH})
 
 
@@ -161,6 +162,7 @@ def excesses(problem, pretension):
     flexor_extension = x * state.flexor.spring
     extension = np.maximum(flexor_extension, y * state.extensor.spring)
     pressure = y / (p["elbow_radius"] * CONTACT_WIDTH)
+    pressure = np.where(angles >= CONTACT_FROM, pressure, 0.0)
     spring_room = state.motion.flexor_path - FREE_LENGTH - flexor_extension
     speed = np.abs(SPEED * motor_rates(state).spool_speed)
     return {

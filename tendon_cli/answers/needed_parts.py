@@ -1,0 +1,213 @@
+"""Parts that the choice named first needs: strap, rope, spools, springs and motor, in numbers."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Literal, cast
+
+import numpy as np
+
+from tendon_cli.answer_record import (
+    FailingPart,
+    MotorRecord,
+    PartsRecord,
+    RopeRecord,
+    SpoolRecord,
+    SpringRecord,
+    StrapRecord,
+)
+from tendon_cli.model.actuator import evaluate
+from tendon_cli.model.design import Design
+from tendon_cli.model.kinematics import Array, Flags
+from tendon_cli.model.limits import BREAKING_FORCE, FREE_LENGTH
+from tendon_cli.model.motor import peak_demand
+from tendon_cli.model.window import Ends
+from tendon_cli.quantities import SIDES
+from tendon_cli.space.axis import of_side
+from tendon_cli.tables.schema import finite_or_none
+from tendon_cli.windows.advice import HURTS, NARROW, NO_ROOM, PAIN, ROPE_SAFETY, WEAK, WIDTHS
+from tendon_cli.windows.coverage import serves
+from tendon_cli.windows.question import Question
+from tendon_cli.windows.solutions import Solutions
+from tendon_cli.windows.solver import Solver
+from tendon_cli.windows.worst_between import worst_between
+
+_WIDTH = "arm.contact_width"
+_USUAL_ROPE: Literal["7x7"] = "7x7"
+"""Construction of a rope if the study states none: the one that asks for the wider spool."""
+_ROPE_DIAMETER = 1.5875e-3
+"""Diameter of a stainless 7x7 rope of 1/16 inch, m."""
+_ROPE_STRENGTH = 2.1e3
+"""Tension at which this rope breaks, N; that of others goes with the square of their diameter."""
+_CODES: dict[FailingPart, int] = {
+    "spring": NO_ROOM,
+    "strap": HURTS,
+    "rope": WEAK,
+    "spool": NARROW,
+}
+
+
+def parts_record(solver: Solver, choice: Solutions, ends: Ends) -> PartsRecord | None:
+    """Return the parts that a choice needs at its pretension, over the conditions that it serves.
+
+    None if it serves nobody.
+
+    Args:
+        solver: Solver of the question.
+        choice: The choice, solved with its worst values.
+        ends: Ends of its windows, (1, conditions), as they are read.
+    """
+    question = solver.question
+    groups = question.groups
+    group_low, group_high = groups.windows(ends.low, ends.high)
+    is_served = serves(group_low, group_high, choice.pretension[:, np.newaxis])
+    served = is_served[:, groups.of]  # (1, conditions)
+    if not served.any():
+        return None
+    of_served = solver.for_question(question.for_conditions(np.flatnonzero(served[0])))
+    design = of_served.question.designs(choice.points.at_pretension(choice.pretension))
+    failed = int(choice.advice[0])
+    return {
+        "strap": _strap(of_served, choice, design),
+        "rope": _rope(question, choice, design),
+        "spool": _spool(question, design),
+        "spring": _spring(of_served, choice, design),
+        "motor": _motor(of_served, choice),
+        "fails": [part for part, code in _CODES.items() if failed & code],
+    }
+
+
+def _everyone(question: Question) -> Flags:
+    """Return True for one choice under every condition."""
+    return np.ones((1, len(question.conditions)), dtype=np.bool_)
+
+
+def _is_stated(question: Question, key: str) -> bool:
+    """Return True if a study states a number, once or as an axis."""
+    axes = (*question.choices.axes, *question.conditions.axes)
+    return key in question.choices.single or any(key in axis.numbers for axis in axes)
+
+
+def _least(values: Array | float) -> float:
+    """Return the least of numbers of designs; NaN if one is not known."""
+    return float(np.fmin.reduce(np.asarray(values), axis=None))
+
+
+def _strap(solver: Solver, choice: Solutions, design: Design) -> StrapRecord | None:
+    """Return the strap that presses no harder than pain; None if its radius is not known."""
+    question = solver.question
+    count = len(question.conditions)
+    a_metre_wide = solver.for_question(question.with_numbers({_WIDTH: np.ones(count)}))
+    worst_of = a_metre_wide.worst
+    if question.study.trajectory is None:
+        worst_of = partial(worst_between, a_metre_wide)
+    worst = worst_of(choice.points, choice.pretension, _everyone(question))
+    force_per_length = float(worst.max_contact_pressure[0])  # T/R, N/m
+    if np.isnan(force_per_length):
+        return None
+    return {
+        "width": finite_or_none(_least(design.arm.contact_width)),
+        "pressure": finite_or_none(choice.worst.max_contact_pressure[0]),
+        "most_pressure": PAIN,
+        "least_width": force_per_length / PAIN,
+    }
+
+
+def _rope(question: Question, choice: Solutions, design: Design) -> RopeRecord:
+    """Return the rope that bears the largest tension with the customary reserve."""
+    tension = float(choice.worst.max_tension[0])
+    least = ROPE_SAFETY * tension
+    return {
+        "tension": tension,
+        "reserve": ROPE_SAFETY,
+        "least_breaking_force": least,
+        "least_diameter": _ROPE_DIAMETER * float(np.sqrt(max(0.0, least) / _ROPE_STRENGTH)),
+        "breaking_force": finite_or_none(_least(design.given[BREAKING_FORCE])),
+        "construction": question.study.tendon.rope,
+    }
+
+
+def _spool(question: Question, design: Design) -> SpoolRecord:
+    """Return the spool that is the narrower for its rope, and the ropes that it suits."""
+    radius = np.asarray(design.flexor_radius)
+    diameters = (2.0 * radius, 2.0 * np.asarray(design.ratio) * radius)
+    ropes = (np.asarray(design.flexor.diameter), np.asarray(design.extensor.diameter))
+    ratios = [spool / rope for spool, rope in zip(diameters, ropes, strict=True)]
+    place = int(np.argmin([_least(ratio) for ratio in ratios]))
+    narrowest = np.argmin(ratios[place])
+    shape = ratios[place].shape
+    spool = float(np.broadcast_to(diameters[place], shape).flat[narrowest])
+    rope = float(np.broadcast_to(ropes[place], shape).flat[narrowest])
+    construction = question.study.tendon.rope
+    return {
+        "side": cast("Literal['flexor', 'extensor']", SIDES[place]),
+        "diameter": spool,
+        "rope_diameter": rope,
+        "ratio": spool / rope,
+        "construction": construction,
+        "least_diameter": WIDTHS[construction or _USUAL_ROPE] * rope,
+        "least_ratios": dict(WIDTHS),
+        "largest_ropes": {name: spool / ratio for name, ratio in WIDTHS.items()},
+    }
+
+
+def _spring(solver: Solver, choice: Solutions, design: Design) -> SpringRecord | None:
+    """Return the travel of the springs and the room for the flexor's; None if both are rigid."""
+    sides = (design.flexor, design.extensor)
+    stiffnesses = [_least(side.spring_stiffness) for side in sides]
+    if not np.isfinite(stiffnesses).any():
+        return None
+    room = float(choice.worst.spring_room[0])
+    keys = (FREE_LENGTH.key, of_side(FREE_LENGTH.key, SIDES[0]))
+    is_stated = any(_is_stated(solver.question, key) for key in keys)
+    free_length = float(np.nanmax(np.asarray(design.given[FREE_LENGTH.key]))) if is_stated else None
+    record: SpringRecord = {
+        "stiffness": finite_or_none(stiffnesses[0]),
+        "travel": float(choice.worst.max_spring_extension[0]),
+        "free_length": free_length,
+        "room": finite_or_none(room),
+        "extension": None,
+        "distance": None,
+    }
+    if np.isfinite(room):
+        record["extension"], record["distance"] = _tightest(solver, choice)
+    return record
+
+
+def _tightest(solver: Solver, choice: Solutions) -> tuple[float, float]:
+    """Return the extension of the flexor's spring and its anchors' distance, m, in the worst state.
+
+    It is the state with the least room among those at the angles of the question.
+    """
+    question = solver.question
+    served = _everyone(question)
+    severest = solver.severest_conditions(choice.points, choice.pretension, served, 1)
+    few = question.for_conditions(severest)
+    design = few.designs(choice.points.at_pretension(choice.pretension))
+    state = evaluate(design, few.angles, few.flexion)
+    extension = np.asarray(state.balance.flexor * state.flexor.spring)
+    path = np.asarray(state.motion.flexor_path, dtype=np.float64)
+    room = np.where(design.flexor.spring_at_motor, np.nan, path - extension)
+    tightest = int(np.nanargmin(room))
+    return (
+        float(np.broadcast_to(extension, room.shape).flat[tightest]),
+        float(np.broadcast_to(path, room.shape).flat[tightest]),
+    )
+
+
+def _motor(solver: Solver, choice: Solutions) -> MotorRecord:
+    """Return the largest torque, and speed and power if the study says how fast the joint moves."""
+    question = solver.question
+    speed: float | None = None
+    power: float | None = None
+    if question.study.trajectory is not None or question.study.motion.speed is not None:
+        demands = [
+            peak_demand(design, question.angles, question.flexion, float(question.bounds.speed))
+            for _, _, design in solver.portions(choice.points.at_pretension(choice.pretension))
+        ]
+        speed, power = (finite_or_none(max(values)) for values in zip(*demands, strict=True))
+    return {
+        "torque": abs(float(choice.worst.peak_motor_torque[0])),
+        "speed": speed,
+        "power": power,
+    }

@@ -1,0 +1,223 @@
+"""Parts that the choice named first needs in words, and those of the study that fail advice.
+
+Numbers are rounded to the safe side: whoever orders what is printed has enough.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from tendon_cli import say
+from tendon_cli.answer_record import (
+    AnswerResults,
+    FailingPart,
+    MotorRecord,
+    PartsRecord,
+    RopeRecord,
+    SpoolRecord,
+    SpringRecord,
+    StrapRecord,
+)
+
+HEADING = "Parts it needs"
+_OF_CUFFS = "cuffs at the knee, Ergonomics 63(5):618"
+_SURELY = 1.0 + 1e-9
+"""Factor by which a value must be beyond a bound to be so in spite of rounding."""
+
+
+def but_words(record: AnswerResults) -> str:
+    """Say what the choice named first fails: "But the strap presses ..."; empty if nothing."""
+    parts = record["parts_needed"]
+    if parts is None or not parts["fails"]:
+        return ""
+    return f"But {say.join_words([*_failures(parts).values()])}."
+
+
+def parts_words(record: AnswerResults) -> Iterator[str]:
+    """Say each part that the choice named first needs, or that it keeps or fails its advice."""
+    parts = record["parts_needed"]
+    if parts is None:
+        return
+    failures = _failures(parts)
+    if parts["strap"] is not None:
+        yield failures.get("strap") or _strap(parts["strap"])
+    yield failures.get("rope") or _rope(parts["rope"])
+    yield failures.get("spool") or _spool(parts["spool"])
+    if parts["spring"] is not None:
+        yield failures.get("spring") or _spring(parts["spring"])
+    yield _motor(parts["motor"])
+
+
+# --- What fails -----------------------------------------------------------------------------------
+
+
+def _failures(parts: PartsRecord) -> dict[FailingPart, str]:
+    """Say what each part fails, by the part, in the order of the record."""
+    words: dict[FailingPart, str] = {}
+    for part in parts["fails"]:
+        if part == "strap" and parts["strap"] is not None:
+            words[part] = _strap_fails(parts["strap"])
+        elif part == "spring" and parts["spring"] is not None:
+            words[part] = _spring_fails(parts["spring"])
+        elif part == "rope":
+            words[part] = _rope_fails(parts["rope"])
+        elif part == "spool":
+            words[part] = _spool_fails(parts["spool"])
+    return words
+
+
+def _strap_fails(strap: StrapRecord) -> str:
+    """Say that the strap hurts, and how wide it should be."""
+    pressure = say.quantity("max_contact_pressure", strap["pressure"] or math.nan)
+    return (
+        f"the strap of {_length(strap['width'])} presses with up to {pressure}, where pain begins"
+        f" at {_pain(strap)}: {_at_least(strap['least_width'])} would do"
+    )
+
+
+def _spring_fails(spring: SpringRecord) -> str:
+    """Say that the flexor's spring has no room between its anchors."""
+    itself = ""
+    if spring["free_length"] is not None:
+        itself = f" of {_length(spring['free_length'])}"
+    return (
+        f"it cannot be built: the flexor's spring{itself} is stretched by"
+        f" {_length(spring['extension'])} between anchors {_length(spring['distance'])} apart"
+    )
+
+
+def _rope_fails(rope: RopeRecord) -> str:
+    """Say that the rope breaks too soon."""
+    breaking = rope["breaking_force"] or math.nan
+    times = say.number(breaking / rope["tension"], 2, toward=-math.inf)
+    return (
+        f"the rope breaks at {say.quantity('breaking_force', breaking)}, {times} times the largest"
+        f" tension, where {rope['reserve']:.0f} is customary: {_strength(rope)} would do"
+    )
+
+
+def _spool_fails(spool: SpoolRecord) -> str:
+    """Say that a spool is too small for its rope."""
+    construction = spool["construction"] or ""
+    least = say.number(spool["least_ratios"].get(construction, math.nan))
+    rope = _at_most(spool["largest_ropes"].get(construction, math.nan))
+    ratio = say.number(spool["ratio"] * _SURELY, 3, toward=-math.inf)
+    return (
+        f"the {spool['side']}'s spool of {_length(spool['diameter'])} is {ratio} rope diameters"
+        f" wide, where {construction} needs {least}: a spool of"
+        f" {_at_least(spool['least_diameter'])}, or a rope of at most {rope}, would do"
+    )
+
+
+# --- What is needed, or kept ----------------------------------------------------------------------
+
+
+def _strap(strap: StrapRecord) -> str:
+    """Say how wide the strap must be, or that the one of the study suits."""
+    if strap["width"] is None or strap["pressure"] is None:
+        return (
+            f"strap: at least {_at_least(strap['least_width'])} wide, for {_pain(strap)} at most"
+            f" (pain begins there: {_OF_CUFFS})"
+        )
+    pressure = say.quantity("max_contact_pressure", strap["pressure"])
+    words = f"strap of {_length(strap['width'])}"
+    if strap["pressure"] > strap["most_pressure"] * _SURELY:
+        return f"{words}: presses with up to {pressure}"
+    return f"{words}: kept, it presses with up to {pressure}; pain begins at {_pain(strap)}"
+
+
+def _rope(rope: RopeRecord) -> str:
+    """Say at which tension the rope may break, or that the one of the study suits."""
+    breaking = rope["breaking_force"]
+    if breaking is None:
+        return (
+            f"rope: breaks at no less than {_strength(rope)}, {rope['reserve']:.0f} times the"
+            f" largest tension (stainless 7x7: {_at_least(rope['least_diameter'], 3)})"
+        )
+    words = f"rope of {say.quantity('breaking_force', breaking)}"
+    share = "any"
+    if rope["tension"] > 0.0:
+        share = say.number(breaking / rope["tension"], 2, toward=-math.inf)
+    if breaking * _SURELY < rope["least_breaking_force"]:
+        return f"{words}: breaks at {share} times the largest tension"
+    return f"{words}: kept, it breaks at {share} times the largest tension"
+
+
+def _spool(spool: SpoolRecord) -> str:
+    """Say which ropes suit the narrower spool, or that the one of the study does."""
+    construction = spool["construction"]
+    own = _length(spool["rope_diameter"])
+    of_side = f"the {spool['side']}'s spool of {_length(spool['diameter'])}"
+    if construction is None:
+        ropes = [
+            f"{_at_most(diameter)} ({name}, D/d of {spool['least_ratios'][name]:.0f})"
+            for name, diameter in spool["largest_ropes"].items()
+        ]
+        needed = _at_least(spool["least_diameter"])
+        return (
+            f"rope on {of_side}: at most {' or '.join(ropes)}; 7x7 of {own} needs a spool of"
+            f" {needed}"
+        )
+    ratio = say.number(spool["ratio"] * _SURELY, 3, toward=-math.inf)
+    least = spool["least_ratios"][construction]
+    words = of_side.removeprefix("the ")
+    if spool["ratio"] * _SURELY < least:
+        return f"{words}: {ratio} rope diameters wide"
+    return f"{words}: kept, {ratio} rope diameters wide, and {construction} needs {least:.0f}"
+
+
+def _spring(spring: SpringRecord) -> str:
+    """Say how far the springs travel, and how long the flexor's may be without load."""
+    stiffness = spring["stiffness"]
+    of_stiffness = ""
+    if stiffness is not None:
+        of_stiffness = f" {say.quantity('spring_stiffness', stiffness)},"
+    words = f"springs:{of_stiffness} {_at_least(spring['travel'], 3)} of travel"
+    room = spring["room"]
+    if room is None:
+        return words
+    its_length = spring["free_length"]
+    of_length = "" if its_length is None else f" of {_length(its_length)}"
+    if room < 0.0:
+        return f"{words}; the flexor's{of_length} has {_at_least(-room)} too little room"
+    if its_length is None:
+        return f"{words}, the flexor's at most {_at_most(room)} long without load"
+    return f"{words}; the flexor's{of_length}: kept, {_at_most(room)} to spare"
+
+
+def _motor(motor: MotorRecord) -> str:
+    """Say what the motor must give."""
+    needs = [say.quantity("peak_motor_torque", motor["torque"], 3, toward=math.inf)]
+    for name, value in (("peak_motor_speed", motor["speed"]), ("peak_motor_power", motor["power"])):
+        if value is not None:
+            needs.append(say.quantity(name, value, 3, toward=math.inf))
+    return f"motor: {say.join_words(needs)}"
+
+
+# --- Numbers --------------------------------------------------------------------------------------
+
+
+def _length(value: float | None) -> str:
+    """Say a length that is stated."""
+    return say.quantity("max_spring_extension", math.nan if value is None else value)
+
+
+def _at_least(value: float, digits: int = 2) -> str:
+    """Say a length that is needed, rounded up."""
+    return say.quantity("max_spring_extension", value / _SURELY, digits, toward=math.inf)
+
+
+def _at_most(value: float) -> str:
+    """Say a length that is allowed, rounded down."""
+    return say.quantity("max_spring_extension", value * _SURELY, 3, toward=-math.inf)
+
+
+def _strength(rope: RopeRecord) -> str:
+    """Say the tension below which the rope should not break, rounded up."""
+    return say.quantity("breaking_force", rope["least_breaking_force"], 3, toward=math.inf)
+
+
+def _pain(strap: StrapRecord) -> str:
+    """Say the pressure from which on a strap hurts."""
+    return say.quantity("max_contact_pressure", strap["most_pressure"])

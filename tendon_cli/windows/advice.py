@@ -1,0 +1,102 @@
+"""Advice on choices at their pretensions: what cannot be built, would hurt, break, or wear soon.
+
+Advice never changes a window. It compares the worst values of a choice with published values for
+the parts that a study states, and with the room that any spring needs. The sources stand in
+`docs/design.md`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli.model.kinematics import Array
+from tendon_cli.model.limits import BREAKING_FORCE, spool_to_tendon
+from tendon_cli.windows.points import Points
+from tendon_cli.windows.question import Question
+from tendon_cli.windows.worst import Worst
+
+Codes = npt.NDArray[np.int64]
+"""Sums of codes of the advice that choices fail."""
+
+NO_ROOM = 1
+"""Code: the flexor's spring has no room, so that the choice cannot be built."""
+HURTS = 2
+"""Code: the strap presses so hard that it hurts."""
+WEAK = 4
+"""Code: the rope is too weak for the largest tension."""
+NARROW = 8
+"""Code: a spool is too small for the rope."""
+_FAULTS = {
+    NO_ROOM: "no room for the flexor's spring",
+    HURTS: "strap presses too hard",
+    WEAK: "rope too weak",
+    NARROW: "spool too small for the rope",
+}
+ADVICE = tuple(
+    ", ".join(words for code, words in _FAULTS.items() if failed & code)
+    for failed in range(2 * NARROW)
+)
+"""Advice that a choice fails in words, by the sum of its codes; the first is empty."""
+
+PAIN = 52.9e3
+"""Pressure under a cuff at the knee from which on it hurts, Pa."""
+ROPE_SAFETY = 10.0
+"""Customary ratio of a rope's breaking tension to its largest tension."""
+WIDTHS = {"7x7": 28.0, "7x19": 18.0}
+"""Diameter of a spool over that of a rope of each construction, below which it wears soon."""
+_AXES = 4
+"""Number of axes of designs: choices, conditions, directions, angles."""
+_ROUNDING = 1e-9
+"""Share of a bound within which it is kept."""
+
+
+def advice_of(question: Question, points: Points, worst: Worst) -> Codes:
+    """Return the advice that choices fail, (choices,), as sums of codes; 0 if they keep all of it.
+
+    A choice whose worst values are not known fails nothing.
+
+    Args:
+        question: The question.
+        points: The choices.
+        worst: Their worst values at their pretensions.
+    """
+    failed = np.zeros(len(points), dtype=np.int64)
+    study = question.study
+    if not study.design.advice:
+        return failed
+    failed[worst.spring_room < -_ROUNDING] |= NO_ROOM
+    failed[worst.max_contact_pressure > PAIN * (1.0 + _ROUNDING)] |= HURTS
+    is_rope_stated = study.tendon.rope is not None
+    if not (is_rope_stated or states_breaking_force(question)):
+        return failed
+    design = question.designs(points)
+    breaking = _least(design.given[BREAKING_FORCE], len(points))
+    failed[worst.max_tension * ROPE_SAFETY > breaking * (1.0 + _ROUNDING)] |= WEAK
+    if study.tendon.rope is not None:
+        widths = _least(spool_to_tendon(design), len(points))
+        failed[widths < WIDTHS[study.tendon.rope] * (1.0 - _ROUNDING)] |= NARROW
+    return failed
+
+
+def states_breaking_force(question: Question) -> bool:
+    """Return True if a study, or any of its cases, says at which tension the rope breaks."""
+    spaces = (question.choices, question.conditions)
+    return any(
+        BREAKING_FORCE in space.single or any(BREAKING_FORCE in axis.numbers for axis in space.axes)
+        for space in spaces
+    )
+
+
+def _least(values: npt.ArrayLike, count: int) -> Array:
+    """Return the least of numbers of designs over all conditions, (count,).
+
+    Args:
+        values: Numbers that broadcast to (choices, conditions, 1, 1).
+        count: Number of choices.
+    """
+    of_designs = np.asarray(values, dtype=np.float64)
+    if of_designs.ndim < _AXES:
+        of_designs = of_designs.reshape((1,) * (_AXES - of_designs.ndim) + of_designs.shape)
+    least = np.fmin.reduce(of_designs, axis=(1, 2, 3))
+    return np.broadcast_to(least, (count,))

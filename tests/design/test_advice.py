@@ -1,0 +1,219 @@
+"""Advice on parts: what cannot be built is not named first, and what is ordered is enough."""
+
+import numpy as np
+import pytest
+
+import tendon_cli as tendon
+from tendon_cli.model.actuator import evaluate
+from tendon_cli.windows.advice import HURTS, NARROW, NO_ROOM, WEAK
+from tendon_cli.windows.question import question_of
+from tendon_cli.windows.solutions import solve
+from tendon_cli.windows.solver import Solver
+
+SUIT = {
+    "spring": {"stiffness": "5 kN/m"},
+    "spool": {"ratio": 0.6},
+    "load": {"mass": ["0 kg", "5 kg"]},
+}
+LONG_SPRING = {
+    "arm": {"b1": "80 mm", "b2": "60 mm"},
+    "spool": {"ratio": 0.5},
+    "load": {"mass": ["0 kg", "5 kg"]},
+}
+"""Anchors so near to the elbow that only stiff springs fit between them."""
+
+
+def answered(*contents):
+    merged = {}
+    for content in contents:
+        for name, table in content.items():
+            merged[name] = {**merged.get(name, {}), **table}
+    return tendon.design(tendon.study(merged))
+
+
+def codes(content):
+    question = question_of(tendon.study(content))
+    return solve(Solver(question), question.all_points()).advice
+
+
+def worst_room(content, pretension, free_length=0.0):
+    """Return the least of L_c − L_free − x/K over all states, from the model's states alone."""
+    study = tendon.study(content)
+    question = question_of(study)
+    points = question.all_points().at_pretension(np.atleast_1d(pretension))
+    angles = np.linspace(question.angles.min(), question.angles.max(), 901)[np.newaxis]
+    state = evaluate(question.designs(points), angles, question.flexion)
+    stretch = state.balance.flexor / state.design.flexor.spring_stiffness
+    return (state.motion.flexor_path - free_length - stretch).min(axis=(1, 2, 3))
+
+
+def test_a_spring_stretched_beyond_its_anchors_is_not_named_if_another_choice_can_be_built():
+    soft = {"spring": {"stiffness": "0.6 kN/m"}}
+    alone = answered(LONG_SPRING, soft)
+    assert worst_room({**LONG_SPRING, **soft}, alone.best["pretension"]).item() < 0.0
+    assert alone.best["advice"] == "no room for the flexor's spring"
+    text = " ".join(alone.text.split())
+    but = text.index("But it cannot be built: the flexor's spring is stretched by")
+    assert but < text.index("Why")
+    assert "between anchors" in text
+
+    both = answered(LONG_SPRING, {"spring": {"stiffness": ["0.6 kN/m", "8 kN/m"]}})
+    assert both.feasible == 2
+    assert both.best["spring_stiffness"] == 8e3
+    assert both.best["advice"] is None
+    assert "cannot be built" not in both.text
+    assert both.choices.advice.tolist() == ["no room for the flexor's spring", ""]
+
+
+def test_whatever_the_free_length_room_is_the_distance_of_the_anchors_less_the_extension():
+    content = {
+        **LONG_SPRING,
+        "spring": {"stiffness": {"from": "0.5 kN/m", "to": "12 kN/m", "num": 24}},
+    }
+    for free_length in (None, 0.02):
+        spring = dict(content["spring"])
+        if free_length is not None:
+            spring["free_length"] = free_length
+        question = question_of(tendon.study({**content, "spring": spring}))
+        solved = solve(Solver(question), question.all_points())
+        room = worst_room(content, solved.pretension, free_length or 0.0)
+        np.testing.assert_allclose(solved.worst.spring_room, room, atol=2e-6)
+        sure = np.abs(room) > 1e-5
+        has_no_room = (solved.advice & NO_ROOM) > 0
+        assert has_no_room[sure].tolist() == (room < 0.0)[sure].tolist()
+        assert 0 < has_no_room.sum() < len(room)
+
+
+@pytest.mark.parametrize(
+    "spring", [{"stiffness": "rigid"}, {"stiffness": "0.6 kN/m", "at": "motor"}], ids=str
+)
+def test_a_rigid_spring_and_one_at_the_motor_need_no_room(spring):
+    given = {"pretension": "60 N"}
+    content = {**LONG_SPRING, "spring": spring, "design": given}
+    assert not (codes(content) & NO_ROOM).any()
+
+
+def test_parts_of_the_study_are_judged_on_either_side_of_their_bound():
+    needed = answered(SUIT).record["parts_needed"]
+    strap = needed["strap"]["least_width"]
+    rope = needed["rope"]["least_breaking_force"]
+    for part, key, value, code in (
+        ("arm", "contact_width", strap, HURTS),
+        ("tendon", "breaking_force", rope, WEAK),
+    ):
+        for factor, failing in ((1.0001, 0), (0.9999, code)):
+            found = codes({**SUIT, part: {key: value * factor}})
+            assert found.tolist() == [failing], (key, factor)
+    spool = 0.036  # of the extensor
+    for rope, ratio in (("7x7", 28.0), ("7x19", 18.0)):
+        for factor, failing in ((0.9999, 0), (1.0001, NARROW)):
+            tendons = {"rope": rope, "diameter": spool / ratio * factor}
+            assert codes({**SUIT, "tendon": tendons}).tolist() == [failing], (rope, factor)
+
+
+def test_what_is_needed_is_enough_once_the_study_states_it():
+    answer = answered(SUIT)
+    needed = answer.record["parts_needed"]
+    assert needed["fails"] == []
+    assert answer.best["advice"] is None
+    stated = {
+        "arm": {"contact_width": needed["strap"]["least_width"] * 1.0001},
+        "tendon": {
+            "breaking_force": needed["rope"]["least_breaking_force"] * 1.0001,
+            "rope": "7x7",
+            "diameter": "1.5 mm",
+        },
+        "spring": {"free_length": needed["spring"]["room"] - 1e-6},
+        "spool": {"flexor_radius": needed["spool"]["least_diameter"] / 1.2 * 1.0001},
+    }
+    kept = answered(SUIT, stated)
+    assert kept.best["advice"] is None
+    assert kept.text.count(": kept, ") == 4
+    assert "But" not in kept.text
+    longer = answered(SUIT, stated, {"spring": {"free_length": needed["spring"]["room"] + 1e-3}})
+    assert longer.record["parts_needed"]["fails"] == ["spring"]
+    assert "But it cannot be built: the flexor's spring of" in " ".join(longer.text.split())
+
+
+def test_no_window_depends_on_advice_and_without_it_nothing_is_judged():
+    catalogue = {
+        **LONG_SPRING,
+        "spring": {"stiffness": ["0.6 kN/m", "2 kN/m", "8 kN/m"]},
+        "tendon": {"rope": "7x7", "breaking_force": "900 N"},
+    }
+    plain = {**LONG_SPRING, "spring": catalogue["spring"]}
+    answers = [
+        answered(catalogue),
+        answered(catalogue, {"design": {"advice": False}}),
+        answered(plain),
+    ]
+    for name in ("pretension_from", "pretension_to", "pretension", "max_tension"):
+        for other in answers[1:]:
+            np.testing.assert_array_equal(answers[0].choices[name], other.choices[name])
+    assert (answers[0].choices.advice != "").all()
+    assert (answers[1].choices.advice == "").all()
+    assert answers[1].record["parts_needed"]["fails"] == []
+    assert "But" not in answers[1].text
+    swept = [
+        tendon.sweep({**content, "design": {"advice": advice}}).designs
+        for content, advice in ((catalogue, True), (catalogue, False))
+    ]
+    assert swept[0].equals(swept[1])
+
+
+def test_the_rest_of_the_advice_decides_between_choices_that_can_be_built():
+    ropes = {"tendon": {"rope": "7x19", "diameter": "1.5 mm"}}
+    choice = {"spool": {"ratio": [0.4, 0.6]}, "spring": {"stiffness": "5 kN/m"}}
+    loads = {"load": {"mass": ["0 kg", "5 kg"]}}
+    advised = answered(choice, loads, ropes).best
+    unadvised = answered(choice, loads).best
+    assert advised["spool_ratio"] == 0.6  # 24 rope diameters; 0.4 has 16, and needs less tension
+    assert unadvised["spool_ratio"] == 0.4
+    assert unadvised["max_tension"] < advised["max_tension"]
+
+
+def test_the_motor_needs_what_a_sweep_over_the_same_states_finds():
+    answer = answered(SUIT, {"motion": {"speed": "60 deg/s"}})
+    needed = answer.record["parts_needed"]["motor"]
+    best = answer.best
+    swept = tendon.sweep(
+        {**SUIT, "motion": {"speed": "60 deg/s"}, "tendon": {"pretension": best["pretension"]}}
+    ).designs
+    assert needed["speed"] == pytest.approx(swept.peak_motor_speed.abs().max(), rel=1e-12)
+    assert needed["power"] == pytest.approx(swept.peak_motor_power.max(), rel=1e-12)
+    assert needed["torque"] == pytest.approx(abs(best["peak_motor_torque"]))
+    slow = answered(SUIT).record["parts_needed"]["motor"]
+    assert slow["speed"] is None
+    assert slow["power"] is None
+
+
+def test_the_parts_are_those_for_the_persons_that_are_served():
+    people = {"people": {"count": 40, "seed": 3}, "design": {"serve": 0.8}}
+    strap = {"arm": {"contact_width": ["60 mm", "120 mm"]}}
+    answer = answered(SUIT, people, strap)
+    needed = answer.record["parts_needed"]
+    best = answer.best
+    assert needed["strap"]["pressure"] == best["max_contact_pressure"]
+    per_width = best["max_contact_pressure"] * best["arm_contact_width"]
+    assert needed["strap"]["least_width"] == pytest.approx(per_width / 52.9e3, rel=1e-9)
+    assert needed["rope"]["tension"] == best["max_tension"]
+
+
+def test_measured_travels_have_no_anchors_between_which_a_spring_could_lack_room():
+    angle = np.linspace(0.0, 1.6, 9)
+    table = {
+        "angle": [f"{value} rad" for value in angle],
+        "flexor": [f"{0.04 * value} m" for value in angle],
+        "extensor": [f"{0.045 * value} m" for value in angle],
+    }
+    answer = answered(
+        {
+            "joint": {"excursion": table},
+            "spring": {"stiffness": "0.5 kN/m"},
+            "spool": {"ratio": 0.6},
+        }
+    )
+    needed = answer.record["parts_needed"]
+    assert needed["strap"] is None
+    assert needed["spring"]["room"] is None
+    assert answer.best["advice"] is None

@@ -1,0 +1,170 @@
+"""The strap presses from an angle on: windows and pressures against an independent computation.
+
+The tensions of single states are solved anew from the equations of the paper, at angles that
+include the one from which on the strap presses.
+"""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import tendon_cli as tendon
+
+WIDTH = 0.08  # m
+RADIUS = 0.045  # m
+MOST = 52.9e3  # Pa
+RATIO = 0.6
+LAST = 95.0  # deg; the grid of 91 angles has no round number
+CONTENT = {
+    "spring": {"stiffness": "8 kN/m"},
+    "spool": {"ratio": RATIO},
+    "load": {"mass": ["0 kg", "5 kg"]},
+    "arm": {"contact_width": WIDTH},
+    "motion": {"elbow_angle": {"from": "0 deg", "to": f"{LAST} deg", "num": 20}},
+    "limits": {"max_contact_pressure": MOST},
+}
+
+
+def extensor_tension(pretension, angle, load, sign):
+    """Solve equilibrium of one state for the distal tension of the extensor, N.
+
+    The lengths of both tendons follow from one spool angle (Eqs. 1-6, 12-20); `sign` is 1 in
+    flexion and -1 in extension.
+    """
+    a1 = 0.04
+    b1 = 0.15
+    a2 = 0.02
+    b2 = 0.15
+    proximal = np.array([b1, a1])
+    distal = np.array([-b2 * np.cos(angle) + a2 * np.sin(angle), b2 * np.sin(angle)])
+    distal[1] += a2 * np.cos(angle)
+    path = proximal - distal
+    distance = np.hypot(*path)
+    turned = np.array([b2 * np.sin(angle) + a2 * np.cos(angle), b2 * np.cos(angle)])
+    turned[1] -= a2 * np.sin(angle)
+    flexor_arm = path @ turned / distance
+    flexor_travel = b1 + b2 - distance
+    torque = 9.81 * (1.54 * 0.174 + load * 0.32) * np.sin(angle)
+    area = np.pi * 0.0015**2 / 4
+    bend = 0.07 * np.pi
+
+    def compliance(moving):
+        """Elongation per distal newton of a tendon of 2 m, whose tension rises to one end."""
+        growth = np.expm1(moving * bend) / (moving * bend)
+        return 2.0 * growth / (145e9 * area) + 1.0 / 8e3
+
+    flexor_compliance = compliance(sign)
+    extensor_compliance = compliance(-sign)
+
+    def lack(extensor):
+        """Length by which the flexor misses its balance with one spool angle, m."""
+        flexor = (torque + extensor * RADIUS) / flexor_arm
+        wound_by_extensor = RADIUS * angle - extensor_compliance * (extensor - pretension)
+        wound_by_flexor = flexor_travel + flexor_compliance * (flexor - pretension)
+        return wound_by_flexor * RATIO - wound_by_extensor
+
+    return brentq(lack, -1e4, 1e5)
+
+
+def pressure(pretension, angle, load, sign):
+    return extensor_tension(pretension, angle, load, sign) / (RADIUS * WIDTH)
+
+
+def largest_pressure(pretension, first):
+    """Return the largest pressure from an angle, deg, to the last, that angle included."""
+    angles = np.radians(np.append(first, np.linspace(first, LAST, 97)))
+    return max(
+        pressure(pretension, angle, load, sign)
+        for load in (0.0, 5.0)
+        for sign in (1.0, -1.0)
+        for angle in angles
+    )
+
+
+def answered(**arm):
+    return tendon.design(tendon.study({**CONTENT, "arm": {**CONTENT["arm"], **arm}}))
+
+
+@pytest.mark.parametrize("first", [0.3, 60.5, 77.77, 94.9])
+def test_the_angle_at_which_contact_begins_counts_between_the_angles_of_the_grid(first):
+    best = answered(contact_from=f"{first} deg").best
+    assert best["between_samples"] == "proven"
+    expected = brentq(lambda at: largest_pressure(at, first) - MOST, 50.0, 400.0, rtol=1e-12)
+    within = 2e-6 if first > 60.0 else 5e-5  # 97 angles miss a little of a peak between them
+    assert best["pretension_to"] == pytest.approx(expected, rel=within)
+    assert best["to_by"] == "max_contact_pressure"
+    if first > 60.0:  # the pressure falls from there on
+        assert best["to_elbow_angle"] == pytest.approx(np.radians(first), rel=1e-9)
+    at_pretension = largest_pressure(best["pretension"], first)
+    assert best["max_contact_pressure"] == pytest.approx(at_pretension, rel=1e-5)
+
+
+def test_it_is_10_degrees_by_default_and_the_first_angle_if_that_is_larger():
+    late = {"elbow_angle": {"from": "75 deg", "to": "95 deg", "num": 5}}
+    stated = {"contact_from": "75 deg"}
+    arms = [{}, {"contact_from": "-40 deg"}, stated]
+    windows = [
+        tendon.design({**CONTENT, "motion": late, "arm": {**CONTENT["arm"], **arm}}).best
+        for arm in arms
+    ]
+    assert windows[0]["pretension_to"] == windows[1]["pretension_to"]
+    assert windows[0]["pretension_to"] == pytest.approx(windows[2]["pretension_to"], rel=1e-12)
+    by_default = answered().best
+    at_10 = answered(contact_from="10 deg").best
+    assert by_default["max_contact_pressure"] == at_10["max_contact_pressure"]
+    # At rest, arm hanging, nothing wraps: a motion that ends before does not press at all.
+    early = {"elbow_angle": {"from": "0 deg", "to": "9 deg", "num": 5}}
+    still = tendon.design({**CONTENT, "motion": early}).best
+    assert still["max_contact_pressure"] == 0.0
+    assert still["to_by"] != "max_contact_pressure"
+
+
+def test_later_contact_never_narrows_a_window_nor_raises_a_pressure():
+    answers = [answered(contact_from=f"{first} deg").best for first in (0, 20, 45, 60.5, 80, 96)]
+    ends = [best["pretension_to"] for best in answers]
+    assert ends == sorted(ends)
+    assert ends[-1] > ends[0] + 50.0
+    assert len({best["pretension_from"] for best in answers}) == 1
+
+
+def test_a_listed_angle_counts_in_spite_of_rounding_in_a_sweep():
+    angles = [f"{angle} deg" for angle in (5, 10, 20, 30)]
+    swept = tendon.sweep(
+        {
+            **CONTENT,
+            "motion": {"elbow_angle": angles},
+            "arm": {**CONTENT["arm"], "elbow_radius": 0.05},
+            "tendon": {"pretension": "300 N"},
+            "load": {"mass": "0 kg"},
+        }
+    )
+    states = swept.states
+    at = states[states.elbow_angle > np.radians(9.999)].extensor_tension_distal
+    expected = at.max() / (0.05 * WIDTH)
+    assert swept.designs.max_contact_pressure.item() == pytest.approx(expected, rel=1e-14)
+
+
+def test_measured_travels_press_from_the_first_angle_unless_the_study_says_from_where():
+    angle = np.linspace(0.0, 1.6, 9)
+    table = {
+        "angle": [f"{value} rad" for value in angle],
+        "flexor": [f"{0.04 * value} m" for value in angle],
+        "extensor": [f"{0.045 * value} m" for value in angle],
+    }
+    base = {
+        "joint": {"excursion": table},
+        "arm": {"contact_width": WIDTH, "contact_radius": RADIUS},
+        "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 10}},
+        "tendon": {"pretension": "200 N"},
+    }
+
+    def pressed(**arm):
+        swept = tendon.sweep({**base, "arm": {**base["arm"], **arm}})
+        return swept.designs.max_contact_pressure.item(), swept.states
+
+    everywhere, states = pressed()
+    assert everywhere == pytest.approx(states.extensor_tension_distal.max() / (RADIUS * WIDTH))
+    late, _ = pressed(contact_from="85 deg")
+    at_last = states[states.elbow_angle > 1.55].extensor_tension_distal.max()
+    assert late == pytest.approx(at_last / (RADIUS * WIDTH))
+    assert late != everywhere
