@@ -20,7 +20,7 @@ from tendon_cli.files import result_path
 from tendon_cli.model.actuator import State
 from tendon_cli.model.statics import NO_EQUILIBRIUM, STATUS_NAMES
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.space.axis import CASE_AXIS
+from tendon_cli.space.axis import CASE_AXIS, PRETENSION
 from tendon_cli.state_page.lines import (
     PageLine,
     cycle_lines,
@@ -192,6 +192,9 @@ def _drawn(study: Study, draw: int) -> tuple[Study, list[str]]:
     values = {key: float(of_draws[draw - 1]) for key, of_draws in draws.items()}
     texts = [f"{key} = {value:.6g}" for key, value in values.items()]
     note = f"draw {draw} of {count}: {', '.join(texts)}"
+    if "pretension" not in study.tendon.model_fields_set:
+        # The same as in the table of states, where one default holds for all draws.
+        values[PRETENSION] = study.numbers[PRETENSION].single
     given = {
         key: si_document(value, keys()[key].number.quantity.dimension)
         for key, value in values.items()
