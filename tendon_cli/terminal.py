@@ -108,9 +108,8 @@ def print_error(fault: TendonError, *, as_json: bool) -> None:
             pass  # nobody reads it there, so it becomes a line
         else:
             return
-    place = f"{fault.where}: " if fault.where else ""
     hint = f"\n  hint: {fault.hint}" if fault.hint else ""
-    print_note(f"tendon: error: {place}{fault.message}{hint}")
+    print_note(f"tendon: error: {fault}{hint}")
 
 
 @contextlib.contextmanager

@@ -7,6 +7,7 @@ import signal
 import sys
 import threading
 import time
+import traceback
 from pathlib import Path
 
 import numpy as np
@@ -133,6 +134,21 @@ def test_figures_are_drawn_where_they_are_asked_for(study, workplace):
 def test_what_is_wrong_is_raised_by_its_kind(workplace, call, kind):
     with pytest.raises(kind):
         call()
+
+
+def test_a_traceback_names_the_file(workplace):
+    (workplace / "suit.toml").write_text('tendon.pretension = "110 m"\n')
+    (workplace / "note.txt").write_text("nothing")
+    for call, place in (
+        (lambda: tendon.sweep("suit.toml"), "suit.toml: the study has 1 fault:"),
+        (lambda: tendon.load_study("none.toml"), "none.toml: "),
+        (lambda: tendon.open("note.txt"), "note.txt: is a file"),
+        (lambda: tendon.sweep({"tendon": {"pretension": "110 m"}}), "the study has 1 fault:"),
+    ):
+        with pytest.raises(tendon.TendonError) as caught:
+            call()
+        last = traceback.format_exception_only(caught.value)[0]
+        assert last.partition(": ")[2].startswith(place)
 
 
 @pytest.mark.parametrize("compute", [tendon.sweep, tendon.design])
