@@ -24,6 +24,7 @@ from tendon_cli.units import described
 if TYPE_CHECKING:
     from tendon_cli.answers.answer import Answer
     from tendon_cli.engine.cost import Estimate
+    from tendon_cli.engine.task import Task
     from tendon_cli.figures.backend import Figure
     from tendon_cli.figures.frame import Page
     from tendon_cli.friction.fit_result import Fit
@@ -45,6 +46,8 @@ class Options(TypedDict, total=False):
     """Address of a Dask cluster."""
     progress: Callable[[int, int], None]
     """Function that is called with the numbers of finished and of all parts."""
+    confirm: Callable[[Task], None]
+    """Function that is called with the task before a run is begun, and may raise an error."""
     stop: Event | None
     """Event that ends the run cleanly when it is set."""
 

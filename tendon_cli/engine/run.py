@@ -60,6 +60,8 @@ class RunOptions:
     """Draws the figures of the run; None for no figures."""
     progress: Progress = lambda _done, _all: None
     """Called after each part."""
+    confirm: Callable[[Task], None] = lambda _task: None
+    """Called once before a run is begun, when nothing is written yet; may raise."""
     stop: threading.Event | None = None
     """Event that ends the run with Stopped; if None, Ctrl-C ends it with KeyboardInterrupt."""
 
@@ -101,6 +103,8 @@ def run_task(
         if standing is not None:
             return kind(standing, out, up_to_date=True, validated=folder.task.study)
         folder.check_space(contents)
+        if contents.run is None or how.overwrite:
+            how.confirm(folder.task)
         with _runner(how, folder.task.parts) as runner, locked(out, use_lock=how.lock):
             record, up_to_date = compute_parts(folder, how, runner)
             note = None
