@@ -63,7 +63,8 @@ class StatePage(Displayed):
     def record(self) -> dict[str, Any]:
         """The page for a program."""
         lines = [
-            {**asdict(line), "values": [*map(_null_if_nan, line.values)]} for line in self.lines
+            {**asdict(line), "values": [*map(_null_unless_finite, line.values)]}
+            for line in self.lines
         ]
         about = {"title": self.title, "notes": list(self.notes), "status": self.status}
         return {**about, "results": self.columns, "lines": lines}
@@ -143,7 +144,9 @@ def state_page(
         from tendon_cli.state_page.plot import draw_motor  # imports matplotlib
 
         draw_motor(target, state, plan, turns=reversal, overwrite=overwrite)
-    columns = {name: _null_if_nan(scalar(values)) for name, values in state.columns().items()}
+    columns = {
+        name: _null_unless_finite(scalar(values)) for name, values in state.columns().items()
+    }
     load = scalar(state.design.load_mass)
     where = f"{plan.directions[0]} at {np.degrees(angle):.6g} deg, load {load:.6g} kg"
     notes = (*person_notes, *draw_notes, *study.notes, *study.warnings, *_notes(plan, block))
@@ -158,9 +161,9 @@ def state_page(
     )
 
 
-def _null_if_nan(value: float) -> float | None:
-    """Return a value, or None for NaN."""
-    return None if np.isnan(value) else value
+def _null_unless_finite(value: float) -> float | None:
+    """Return a value, or None for one that JSON does not have."""
+    return value if np.isfinite(value) else None
 
 
 def _nominal(study: Study) -> tuple[Study, list[str]]:
