@@ -53,7 +53,8 @@ CellUncertaintyOption = Annotated[
     options.option(
         "TEXT",
         "standard uncertainty of a cell's zero and gain: '0.2 N, 0.5 %'; without it and "
-        "--zero-motor, 2 % of the force is assumed for a zero that the readings cannot tell from friction",
+        "--zero-motor, 2 % of the force is assumed for a zero that the readings cannot tell "
+        "from friction",
     ),
 ]
 StrokesOption = Annotated[Path | None, options.output_option("write a table of the strokes: .csv")]
