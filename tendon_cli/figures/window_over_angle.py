@@ -93,7 +93,8 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page
 
 def _room_around(angles: npt.NDArray[np.float64]) -> tuple[float, float]:
     """Return the ends of the axis of angles, deg; a single angle has a degree on either side."""
-    first, last = float(angles[0]), float(angles[-1])
+    first = float(angles[0])
+    last = float(angles[-1])
     return (first, last) if first < last else (first - 1.0, last + 1.0)
 
 
