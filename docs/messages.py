@@ -10,6 +10,7 @@ from pathlib import Path
 PACKAGE = Path(__file__).parents[1] / "tendon_cli"
 KINDS = {
     "UsageError": "usage, exit 2",
+    "StudyError": "study, exit 2",
     "Fault": "study, exit 2",
     "fault": "study, exit 2",
     "SizeError": "size, exit 2",
@@ -19,6 +20,7 @@ KINDS = {
     "MemoryShortError": "memory, exit 6",
     "FolderError": "folder, exit 7",
     "UnitError": "study, exit 2",
+    "InterruptError": "stopped, exit 128 + signal",
 }
 """Kind and exit code of each error, by the name that makes it."""
 _PLACE_OF_MESSAGE = {"Fault": 1}
@@ -31,10 +33,14 @@ def messages() -> list[tuple[str, str, str]]:
     """Return message, hint and kind of all errors, sorted; a value in a message is `...`."""
     hints: dict[tuple[str, str], str] = {}
     for path in sorted(PACKAGE.rglob("*.py")):
-        for function in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(function, ast.FunctionDef):
-                for message, hint, kind in _messages_in(function):
-                    hints[message, kind] = hints.get((message, kind)) or hint
+        for scope in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            found: Iterator[tuple[str, str, str]] = iter(())
+            if isinstance(scope, ast.FunctionDef):
+                found = _messages_in(scope)
+            elif isinstance(scope, ast.ClassDef) and scope.name in KINDS:
+                found = _messages_in(scope, of_class=scope.name)
+            for message, hint, kind in found:
+                hints[message, kind] = hints.get((message, kind)) or hint
     return sorted((message, hint, kind) for (message, kind), hint in hints.items())
 
 
@@ -44,15 +50,21 @@ def table() -> str:
     return "\n".join(["| message | what helps | kind |", "|---|---|---|", *rows])
 
 
-def _messages_in(function: ast.AST) -> Iterator[tuple[str, str, str]]:
-    """Yield message, hint and kind of each error that a function makes."""
-    for node in ast.walk(function):
-        if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Name):
+def _messages_in(scope: ast.AST, of_class: str = "") -> Iterator[tuple[str, str, str]]:
+    """Yield message, hint and kind of each error that a function makes.
+
+    Args:
+        scope: The function, or the class of an error that makes its message itself.
+        of_class: Name of this class; empty for a function.
+    """
+    for node in ast.walk(scope):
+        if not isinstance(node, ast.Call):
             continue
-        name = node.func.id
+        is_own = of_class and ast.unparse(node.func) == "super().__init__"
+        name = of_class if is_own else ast.unparse(node.func)
         if name not in KINDS:
             continue
-        known = _assigned_texts(function, node.lineno)
+        known = _assigned_texts(scope, node.lineno)
         place_of_hint = _PLACE_OF_HINT.get(name)
         hints = [keyword.value for keyword in node.keywords if keyword.arg == "hint"]
         if place_of_hint is not None and len(node.args) > place_of_hint:

@@ -36,6 +36,10 @@ class TendonError(Exception):
         self.where = where
         self.hint = hint
 
+    def __str__(self) -> str:
+        """Return place and message, as a traceback and the commands print them."""
+        return f"{self.where}: {self.message}" if self.where else self.message
+
 
 def install_hint(package: str) -> str:
     """Return the command that installs a package where this tendon is installed.

@@ -24,6 +24,7 @@ from tendon_cli.units import described
 if TYPE_CHECKING:
     from tendon_cli.answers.answer import Answer
     from tendon_cli.engine.cost import Estimate
+    from tendon_cli.engine.task import Task
     from tendon_cli.figures.backend import Figure
     from tendon_cli.figures.frame import Page
     from tendon_cli.friction.fit_result import Fit
@@ -47,6 +48,8 @@ class Options(TypedDict, total=False):
     """Function that is called with the numbers of finished and of all parts."""
     proving: Callable[[int, int], None]
     """Function that is called with the numbers of cells examined and of most cells in a proof."""
+    confirm: Callable[[Task], None]
+    """Function that is called with the task before a run is begun, and may raise an error."""
     stop: Event | None
     """Event that ends the run cleanly when it is set."""
 

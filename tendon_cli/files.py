@@ -24,7 +24,6 @@ _KINDS = {
 }
 _MAX_NAME = 255  # bytes in the name of a file, on every usual file system
 _MAX_PATH = 4095  # bytes in a path, on Linux
-_MAX_MARKED_FILE = 64 * 10**6  # bytes that are searched for the mark of tendon
 
 
 def path_of(given: object, *, in_utf8: bool = False) -> Path:
@@ -202,14 +201,6 @@ def write_output(
     """Write a small file whose name the user chose, as `output_file` does."""
     with output_file(path, is_ours, overwrite=overwrite) as temporary, output_errors(path):
         _write(temporary, content)
-
-
-def holds_mark(path: Path, mark: str) -> bool:
-    """Return True if a file holds a text by which tendon marks what it writes."""
-    try:
-        return mark.encode() in read_file(path, _MAX_MARKED_FILE)
-    except OSError:
-        return False
 
 
 def write_new(path: Path, content: bytes) -> bool:

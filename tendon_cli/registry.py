@@ -82,8 +82,9 @@ class TaskKind(NamedTuple):
     size: str = ""
     """Function that returns the size of a task for --dry-run, as a record and as text.
 
-    It takes the study, the folder, the number of jobs, and True if figures are drawn. Without one
-    the rows of each table are counted.
+    It takes the study, the folder, the number of jobs, and True if figures are drawn. The record
+    has the size of the tables on the disk under `bytes`. Without a function the rows of each table
+    are counted.
     """
     draw: str = ""
     """Function that draws the figures of a run, a `Draw` of the engine."""

@@ -7,12 +7,14 @@ import errno
 import io
 import json
 import os
+import select
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from tendon_cli.errors import OutputError, TendonError
+from tendon_cli.errors import OutputError, Stopped, TendonError
 
 
 def harmless(text: str) -> str:
@@ -109,9 +111,32 @@ def print_error(fault: TendonError, *, as_json: bool) -> None:
             pass  # nobody reads it there, so it becomes a line
         else:
             return
-    place = f"{fault.where}: " if fault.where else ""
     hint = f"\n  hint: {fault.hint}" if fault.hint else ""
-    print_note(f"tendon: error: {place}{fault.message}{hint}")
+    print_note(f"tendon: error: {fault}{hint}")
+
+
+def can_ask() -> bool:
+    """Return True if somebody at a terminal can read a question and answer it."""
+    streams = (sys.stdin, sys.stderr)
+    return all(stream is not None and stream.isatty() for stream in streams)
+
+
+def is_confirmed(question: str, stop: threading.Event) -> bool:
+    """Ask a question on the terminal; return True if the answer is yes.
+
+    Args:
+        question: The question.
+        stop: Event that a signal sets.
+
+    Raises:
+        Stopped: A signal came before the answer.
+    """
+    sys.stderr.write(f"{harmless(question)} [y/N] ")
+    sys.stderr.flush()
+    while not select.select([sys.stdin], [], [], 0.1)[0]:
+        if stop.is_set():
+            raise Stopped
+    return sys.stdin.readline().strip().lower() in ("y", "yes")
 
 
 Update: TypeAlias = Callable[[int, int], None]

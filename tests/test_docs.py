@@ -10,6 +10,7 @@ import typer
 
 import tendon_cli
 from tendon_cli import cli
+from tendon_cli.errors import InterruptError, TendonError
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.study_file import read_toml
 
@@ -155,6 +156,8 @@ def test_the_page_of_questions_has_every_message():
         "--resume and --overwrite exclude each other",
         "144 may be degrees or radians, expected an angle",
         "holds an unfinished run",
+        "the study has 2 faults:\n  arm.a1: too long",
+        "stopped by SIGTERM; the parts that were finished are kept",
     ):
         assert any(re.match(pattern, known) for pattern in patterns), known
     sources = [
@@ -165,3 +168,10 @@ def test_the_page_of_questions_has_every_message():
     for asked in re.findall(r"^\*\*`([^`]+)`", PAGES["questions.md"], re.MULTILINE):
         words = " ".join(re.sub(r"\W+", " ", asked.replace("...", " ")).split()[-2:])
         assert words == "No pretension" or any(words in source for source in plain), asked
+
+
+def test_the_page_of_questions_says_kind_and_exit_of_every_error():
+    kinds = script("messages").KINDS
+    for error in TendonError.__subclasses__():
+        code = "128 + signal" if error is InterruptError else error.exit
+        assert kinds[error.__name__] == f"{error.kind}, exit {code}"

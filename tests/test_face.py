@@ -7,6 +7,7 @@ import signal
 import sys
 import threading
 import time
+import traceback
 from pathlib import Path
 
 import numpy as np
@@ -135,12 +136,27 @@ def test_what_is_wrong_is_raised_by_its_kind(workplace, call, kind):
         call()
 
 
+def test_a_traceback_names_the_file(workplace):
+    (workplace / "suit.toml").write_text('tendon.pretension = "110 m"\n')
+    (workplace / "note.txt").write_text("nothing")
+    for call, place in (
+        (lambda: tendon.sweep("suit.toml"), "suit.toml: the study has 1 fault:"),
+        (lambda: tendon.load_study("none.toml"), "none.toml: "),
+        (lambda: tendon.open("note.txt"), "note.txt: is a file"),
+        (lambda: tendon.sweep({"tendon": {"pretension": "110 m"}}), "the study has 1 fault:"),
+    ):
+        with pytest.raises(tendon.TendonError) as caught:
+            call()
+        last = traceback.format_exception_only(caught.value)[0]
+        assert last.partition(": ")[2].startswith(place)
+
+
 @pytest.mark.parametrize("compute", [tendon.sweep, tendon.design])
 def test_an_unknown_option_is_named_with_those_that_there_are(compute):
     with pytest.raises(UsageError, match='has no option "foo"') as refused:
         compute({}, foo=1)
     assert refused.value.hint == (
-        "it has study, out, jobs, figures, resume, overwrite, lock, scheduler, progress, proving, "
+        "it has study, out, jobs, figures, resume, overwrite, lock, scheduler, progress, proving, confirm, "
         "stop"
     )
 

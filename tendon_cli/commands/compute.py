@@ -3,18 +3,27 @@
 import contextlib
 import inspect
 import json
+import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 import tendon_cli as tendon
 from tendon_cli.commands import options
-from tendon_cli.errors import EXIT_NEGATIVE
+from tendon_cli.errors import EXIT_NEGATIVE, UsageError
 from tendon_cli.registry import TaskKind
 from tendon_cli.startup import keep_freed_memory, stopped_by_signals
-from tendon_cli.terminal import print_note, print_result, progress
+from tendon_cli.terminal import can_ask, is_confirmed, print_note, print_result, progress
+
+if TYPE_CHECKING:
+    from tendon_cli.engine.task import Task
+
+_WORTH_A_NOTE = 100 * 10**6
+"""Size of results above which it is said before they are written, bytes."""
+_WORTH_A_QUESTION = 10**9
+"""Size of results above which a terminal is asked, bytes."""
 
 
 def command_of(kind: TaskKind) -> Callable[..., None]:
@@ -61,6 +70,7 @@ def _compute(
     dry_run: options.DryRunOption = False,
     resume: options.ResumeOption = False,
     overwrite: options.OverwriteOption = False,
+    yes: options.YesOption = False,
     as_json: options.JsonOption = False,
     quiet: options.QuietOption = False,
     no_figures: options.NoFiguresOption = False,
@@ -80,6 +90,7 @@ def _compute(
         dry_run: True to print the size instead.
         resume: See `tendon.sweep`.
         overwrite: See `tendon.sweep`.
+        yes: True to write much without asking.
         as_json: True to print JSON.
         quiet: True to print nothing but errors.
         no_figures: True to draw nothing.
@@ -101,6 +112,13 @@ def _compute(
             record, text = face.size(kind.verb, loaded, folder, jobs, not no_figures)
             print_result(record if as_json else text, unless=quiet and not as_json)
             return
+
+        def confirm(task: "Task") -> None:
+            if task.most_bytes <= _WORTH_A_NOTE:
+                return  # an estimate takes a moment
+            size = face.size(kind.verb, loaded, folder, jobs)[0].get("bytes", task.most_bytes)
+            _announce(folder, size, is_asked=not yes, is_told=not quiet, stop=stop)
+
         with progress(loaded.name, quiet=quiet or as_json) as show:
             result = face.compute(
                 kind.verb,
@@ -114,6 +132,7 @@ def _compute(
                 scheduler=scheduler,
                 progress=show.parts,
                 proving=show.cells,
+                confirm=confirm,
                 stop=stop,
             )
     printed = result.record if as_json else result.printed
@@ -122,6 +141,39 @@ def _compute(
         _note_stale_page(folder, result.record)
     if result.is_negative and not allow_negative:
         raise typer.Exit(EXIT_NEGATIVE)
+
+
+def _announce(
+    folder: Path, size: int, *, is_asked: bool, is_told: bool, stop: threading.Event
+) -> None:
+    """Say how much will be written if that is much, and ask on a terminal if it is very much.
+
+    Args:
+        folder: Folder of the results.
+        size: Expected size of the tables, bytes.
+        is_asked: True to ask on a terminal.
+        is_told: True to say it if it is not asked.
+        stop: Event that a signal sets.
+
+    Raises:
+        UsageError: The answer was no.
+        Stopped: A signal came before the answer.
+    """
+    from tendon_cli import say
+
+    if size <= _WORTH_A_NOTE:
+        return
+    text = f"{folder}: about {say.byte_size(size)} will be written"
+    if not is_asked or size <= _WORTH_A_QUESTION or not can_ask():
+        if is_told:
+            print_note(text)
+        return
+    if not is_confirmed(f"{text}. Go on?", stop):
+        hint = (
+            '[output] tables = ["designs"] writes less; --dry-run shows the size, '
+            "--yes goes on without asking"
+        )
+        raise UsageError("nothing is written", where=str(folder), hint=hint)
 
 
 def _note_stale_page(folder: Path, record: dict[str, Any]) -> None:

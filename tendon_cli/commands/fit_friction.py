@@ -50,7 +50,12 @@ ZeroLoadOption = Annotated[
 ]
 CellUncertaintyOption = Annotated[
     str | None,
-    options.option("TEXT", "standard uncertainty of a cell's zero and gain: '0.2 N, 0.5 %'"),
+    options.option(
+        "TEXT",
+        "standard uncertainty of a cell's zero and gain: '0.2 N, 0.5 %'; without it and "
+        "--zero-motor, 2 % of the force is assumed for a zero that the readings cannot tell "
+        "from friction",
+    ),
 ]
 StrokesOption = Annotated[Path | None, options.output_option("write a table of the strokes: .csv")]
 FitFigureOption = Annotated[
@@ -124,7 +129,7 @@ def _check_outputs(
         strokes: Table of strokes to write.
         overwrite: True to replace files that tendon did not write.
     """
-    from tendon_cli.figures.marks import is_figure
+    from tendon_cli.figure_marks import is_figure
     from tendon_cli.files import check_output
     from tendon_cli.friction.fit_report import is_fragment, is_strokes
 

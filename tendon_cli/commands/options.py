@@ -124,6 +124,7 @@ OverwriteOption = Annotated[
 OverwriteFileOption = Annotated[
     bool, typer.Option("--overwrite", help="replace a file, even one that tendon did not write")
 ]
+YesOption = Annotated[bool, typer.Option("--yes", "-y", help="write more than 1 GB without asking")]
 NoFiguresOption = Annotated[bool, typer.Option("--no-figures", help="draw nothing")]
 NoLockOption = Annotated[
     bool, typer.Option("--no-lock", help="do not lock the folder, for file systems without locks")

@@ -26,7 +26,8 @@ from tendon_cli.engine.records import (
 )
 from tendon_cli.engine.task import PartResult, Task
 from tendon_cli.errors import FolderError, OutputError, SizeError, WorkersLostError
-from tendon_cli.files import LOCK, OF_A_RUN, holds_mark, output_errors
+from tendon_cli.figure_marks import study_hash_in
+from tendon_cli.files import LOCK, OF_A_RUN, open_file, output_errors
 from tendon_cli.registry import record_names, table_kinds
 from tendon_cli.tables.footer import Origin, read_footer, read_whole
 from tendon_cli.tables.write import WrittenFile
@@ -38,8 +39,6 @@ _READ_AS_PART = re.compile(r"part-.*\.parquet")
 """Names of files that readers of a folder of parts take for parts."""
 _FIGURES = re.compile(r"\.tendon-figures-[0-9a-f]{12}", re.ASCII)
 """Names of folders in which figures lie until all are drawn."""
-_DIGITS = 12
-"""Digits of the hash of its study that the metadata of every figure has, if not all."""
 _ELSEWHERE = "choose another folder with --out"
 _MOVE_AWAY = "move it away, or choose another folder with --out"
 
@@ -165,8 +164,13 @@ class RunFolder:
     def _is_figure_of(self, name: str, run: tuple[str, str, int]) -> bool:
         """Return True if a file is a figure of a run's study."""
         _, study_hash, _ = run
-        mark = study_hash[:_DIGITS]
-        return bool(FIGURE_FILE.fullmatch(name)) and holds_mark(self.path / name, mark)
+        if not FIGURE_FILE.fullmatch(name):
+            return False
+        try:
+            with open_file(self.path / name) as file:
+                return study_hash_in(file) == study_hash
+        except OSError:
+            return False
 
     def _refusal(self, message: str, hint: str | None = None) -> FolderError:
         return FolderError(message, where=str(self.path), hint=hint)

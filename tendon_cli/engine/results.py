@@ -219,9 +219,18 @@ class Run(Result):
         return name in self.record["study"]["output"]["tables"]
 
 
+def to_pandas(table: pa.Table) -> pd.DataFrame:
+    """Return a table as pandas has it.
+
+    It starts no thread of Arrow's, under which the process might end.
+    """
+    frame: pd.DataFrame = table.to_pandas(use_threads=False)
+    return frame
+
+
 def framed(table: pa.Table) -> pd.DataFrame:
     """Return a table as pandas has it, with its units in `attrs`."""
-    frame: pd.DataFrame = table.to_pandas()
+    frame = to_pandas(table)
     frame.attrs = json.loads(table.schema.metadata[b"PANDAS_ATTRS"])
     return frame
 
@@ -378,7 +387,7 @@ def variables_of(table: pa.Table, sizes: dict[str, int]) -> dict[str, Variable]:
     shape = tuple(sizes.values())
     if table.num_rows != math.prod(shape):
         raise UsageError(f"the table has {table.num_rows} rows, the study {math.prod(shape)}")
-    frame = table.to_pandas()
+    frame = to_pandas(table)
     variables = {}
     for column in table.schema:
         series = frame[column.name]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -10,7 +11,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
-from tendon_cli.engine.folder import RunFolder, look
+from tendon_cli.engine.folder import FolderContents, RunFolder, look
 from tendon_cli.engine.records import damaged_files
 from tendon_cli.engine.results import Result
 from tendon_cli.engine.task import InMemory, PartMaker, PartResult, Task
@@ -61,6 +62,8 @@ class RunOptions:
     """Called after each part."""
     proving: Progress = lambda _cells, _most: None
     """Called with the numbers of cells examined and of most cells while a window is proved."""
+    confirm: Callable[[Task], None] = lambda _task: None
+    """Called once before a run is begun, when nothing is written yet; may raise."""
     stop: threading.Event | None = None
     """Event that ends the run with Stopped; if None, Ctrl-C ends it with KeyboardInterrupt."""
 
@@ -98,7 +101,12 @@ def run_task(
         # Looked at before it is locked: a folder that is refused stays as it was.
         contents = look(out)
         folder.check(contents, resume=how.resume, overwrite=how.overwrite)
+        standing = _standing_record(folder, contents, how)
+        if standing is not None:
+            return kind(standing, out, up_to_date=True, validated=folder.task.study)
         folder.check_space(contents)
+        if contents.run is None or how.overwrite:
+            how.confirm(folder.task)
         with _runner(how, folder.task.parts) as runner, locked(out, use_lock=how.lock):
             record, up_to_date = compute_parts(folder, how, runner)
             note = None
@@ -106,6 +114,31 @@ def run_task(
                 note = _with_figures(folder, record, how.draw)
                 folder.finish(record)
             return kind(record, out, up_to_date=up_to_date, note=note, validated=folder.task.study)
+
+
+def _standing_record(
+    folder: RunFolder, contents: FolderContents, how: RunOptions
+) -> dict[str, Any] | None:
+    """Return the record of a finished run to which nothing is to be added; else None.
+
+    Nothing is written for it, so that the folder may be one in which nothing can be.
+
+    Args:
+        folder: The folder, which was checked.
+        contents: Contents of the folder.
+        how: Options.
+    """
+    record = contents.record
+    if record is None or how.overwrite:
+        return None
+    wants_figures = how.draw is not None and _wants_figures(folder, record)
+    is_writable = os.access(folder.path, os.W_OK)
+    if (wants_figures and is_writable) or any(damaged_files(folder.path, record)):
+        return None
+    if wants_figures:
+        warning = "figures are not drawn: nothing can be written into the folder"
+        return {**record, "warnings": [*record["warnings"], warning]}
+    return record
 
 
 def _in_memory(task: Task, kind: type[ResultType], how: RunOptions) -> ResultType:

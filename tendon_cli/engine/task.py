@@ -31,6 +31,8 @@ from tendon_cli.tables.write import (
 )
 from tendon_cli.version import RESULTS_VERSION
 
+_BYTES_PER_VALUE = 8
+"""Size of a value in memory, bytes."""
 Note: TypeAlias = dict[str, Any]
 """Counts and other facts of a part besides its rows, as JSON, kept in the footers of its files."""
 FinalFile: TypeAlias = tuple[str, TableLayout, Filler]
@@ -96,6 +98,15 @@ class Task(ABC):
     @abstractmethod
     def least_bytes(self) -> int:
         """Least size of the tables on the disk."""
+
+    @property
+    def most_bytes(self) -> int:
+        """Size of the tables if nothing in them could be compressed."""
+        return sum(
+            _BYTES_PER_VALUE * len(self.columns(table)) * self.rows(table, index)
+            for table, files in self.tables.items()
+            for index in range(files)
+        )
 
     @abstractmethod
     def results(self, notes: Sequence[Note], proving: Callable[[int, int], None]) -> dict[str, Any]:

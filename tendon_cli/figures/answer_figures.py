@@ -290,7 +290,7 @@ def _write_name(
     per_point = panel.figure.dpi / 72.0
     points = np.column_stack([x, np.nan_to_num(y, posinf=0.0)])
     across, upward = panel.transData.transform(points).T
-    rise = np.abs(np.gradient(upward, across)) if len(x) > 1 else np.zeros(1)
+    rise = _steepness(across, upward)
     half = 0.5 * _LETTER * _LABEL_SIZE * len(text)
     ends = {0: "left", len(x) - 1: "right"}
     for place in places[np.isfinite(y[places])]:
@@ -317,6 +317,19 @@ def _write_name(
             boxes.append(box)
             return
         note.remove()
+
+
+def _steepness(across: Floats, upward: Floats) -> Floats:
+    """Return how steep a line is at each of its points (points,), upward or downward.
+
+    Points at one place across, as of values too near to each other to be told apart, are as steep
+    as the first of them.
+    """
+    distinct, first, place = np.unique(across, return_index=True, return_inverse=True)
+    if len(distinct) < 2:
+        return np.zeros(len(across))
+    steepness: Floats = np.abs(np.gradient(upward[first], distinct))[place]
+    return steepness
 
 
 # --- The front ------------------------------------------------------------------------------------

@@ -20,6 +20,7 @@ import numpy as np
 from tendon_cli import say
 from tendon_cli.cube.labels import plain, without_formulas
 from tendon_cli.errors import UsageError
+from tendon_cli.figure_marks import is_figure
 from tendon_cli.figures.backend import (
     Axes,
     ConstrainedLayoutEngine,
@@ -28,7 +29,6 @@ from tendon_cli.figures.backend import (
     Text,
     ticker,
 )
-from tendon_cli.figures.marks import is_figure
 from tendon_cli.figures.style import MM, PAGE_WIDTH, format_of, preview, render
 from tendon_cli.files import check_output, result_path, write_output
 from tendon_cli.studies.study import Study

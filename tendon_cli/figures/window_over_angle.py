@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.answer_record import AnswerRecord, ChoiceRecord
@@ -64,7 +65,7 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page
     panel.fill_between(drawn.angle, floor, np.minimum(roof, top), where=has_window, **area)
     low, high = drawn.window
     panel.axhspan(low, min(high, top), color=_WINDOW, linewidth=0.0, zorder=0.9)
-    panel.set_xlim(drawn.angle[0], drawn.angle[-1])
+    panel.set_xlim(*_room_around(drawn.angle))
     panel.set_ylim(0.0, top)
     panel.set_xlabel("elbow angle θ (deg)")
     panel.set_ylabel(f"{pretension_name(cube.document)} (N)")
@@ -88,6 +89,13 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page
     panel.xaxis.set_major_formatter(plain_numbers())
     panel.yaxis.set_major_formatter(plain_numbers())
     return page
+
+
+def _room_around(angles: npt.NDArray[np.float64]) -> tuple[float, float]:
+    """Return the ends of the axis of angles, deg; a single angle has a degree on either side."""
+    first = float(angles[0])
+    last = float(angles[-1])
+    return (first, last) if first < last else (first - 1.0, last + 1.0)
 
 
 def _limit_colours(*ends: Mapping[str, Any]) -> dict[str, str]:
@@ -114,13 +122,20 @@ def _key(window: str, at_angle: str) -> list[Any]:
 
 
 def _mark_end(panel: Axes, chosen: Mapping[str, Any], end: str, value: float) -> None:
-    """Mark an end of the window ("from" or "to") where it binds, and write its value in N."""
-    angle = float(np.degrees(chosen[f"{end}_elbow_angle"]))
-    panel.plot([angle], [value], clip_on=False, zorder=6, **_END_SIGN)
+    """Mark an end of the window ("from" or "to") where it binds, and write its value in N.
+
+    An end that no state sets, such as the smallest pretension at all, is written at the left.
+    """
     left, right = panel.get_xlim()
+    angle = left
+    text = f"{say.number(value)} N"
+    if chosen[f"{end}_elbow_angle"] is not None:
+        angle = float(np.degrees(chosen[f"{end}_elbow_angle"]))
+        text += f" at {say.number(angle, 3)}°"
+        panel.plot([angle], [value], clip_on=False, zorder=6, **_END_SIGN)
     is_right = angle > (left + right) / 2.0
     panel.annotate(
-        f"{say.number(value)} N at {say.number(angle, 3)}°",
+        text,
         (angle, value),
         xytext=(-8 if is_right else 8, -9 if end == "from" else 9),
         textcoords="offset points",

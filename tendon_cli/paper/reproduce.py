@@ -12,10 +12,10 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from tendon_cli.figure_marks import is_figure
 from tendon_cli.figures.backend import Axes, Figure
 from tendon_cli.figures.draw import Finish, declared_files, draw_declared
 from tendon_cli.figures.friction import draw as draw_fit
-from tendon_cli.figures.marks import is_figure
 from tendon_cli.figures.style import FAINT, INK
 from tendon_cli.files import check_output, output_errors, write_output
 from tendon_cli.friction import fit_friction

@@ -20,7 +20,7 @@ from tendon_cli.files import result_path
 from tendon_cli.model.actuator import State
 from tendon_cli.model.statics import NO_EQUILIBRIUM, STATUS_NAMES
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.space.axis import CASE_AXIS
+from tendon_cli.space.axis import CASE_AXIS, PRETENSION
 from tendon_cli.state_page.lines import (
     PageLine,
     cycle_lines,
@@ -63,7 +63,8 @@ class StatePage(Displayed):
     def record(self) -> dict[str, Any]:
         """The page for a program."""
         lines = [
-            {**asdict(line), "values": [*map(_null_if_nan, line.values)]} for line in self.lines
+            {**asdict(line), "values": [*map(_null_unless_finite, line.values)]}
+            for line in self.lines
         ]
         about = {"title": self.title, "notes": list(self.notes), "status": self.status}
         return {**about, "results": self.columns, "lines": lines}
@@ -143,7 +144,9 @@ def state_page(
         from tendon_cli.state_page.plot import draw_motor  # imports matplotlib
 
         draw_motor(target, state, plan, turns=reversal, overwrite=overwrite)
-    columns = {name: _null_if_nan(scalar(values)) for name, values in state.columns().items()}
+    columns = {
+        name: _null_unless_finite(scalar(values)) for name, values in state.columns().items()
+    }
     load = scalar(state.design.load_mass)
     where = f"{plan.directions[0]} at {np.degrees(angle):.6g} deg, load {load:.6g} kg"
     notes = (*person_notes, *draw_notes, *study.notes, *study.warnings, *_notes(plan, block))
@@ -158,9 +161,9 @@ def state_page(
     )
 
 
-def _null_if_nan(value: float) -> float | None:
-    """Return a value, or None for NaN."""
-    return None if np.isnan(value) else value
+def _null_unless_finite(value: float) -> float | None:
+    """Return a value, or None for one that JSON does not have."""
+    return value if np.isfinite(value) else None
 
 
 def _nominal(study: Study) -> tuple[Study, list[str]]:
@@ -192,6 +195,9 @@ def _drawn(study: Study, draw: int) -> tuple[Study, list[str]]:
     values = {key: float(of_draws[draw - 1]) for key, of_draws in draws.items()}
     texts = [f"{key} = {value:.6g}" for key, value in values.items()]
     note = f"draw {draw} of {count}: {', '.join(texts)}"
+    if "pretension" not in study.tendon.model_fields_set:
+        # The same as in the table of states, where one default holds for all draws.
+        values[PRETENSION] = study.numbers[PRETENSION].single
     given = {
         key: si_document(value, keys()[key].number.quantity.dimension)
         for key, value in values.items()

@@ -18,7 +18,7 @@ from tendon_cli.space.axis import SPRING_AT, split_side
 from tendon_cli.studies.attachments import Attachments
 from tendon_cli.studies.checks import contradictions, curve_faults, implausible_faults
 from tendon_cli.studies.json_schema import faults_of
-from tendon_cli.studies.spaces import impossibilities
+from tendon_cli.studies.spaces import impossibilities, with_readable_default
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.study_file import STDIN, read_document
 from tendon_cli.studies.toml_reading import (
@@ -139,6 +139,7 @@ def study_from(
         faults += implausible_faults(study, files.sources)
         if not faults:
             faults += curve_faults(study)
+            study = with_readable_default(study)
             faults += impossibilities(study)
     if study is None or faults:
         placed = [replace(fault, line=fault.line or places.line_of(fault.key)) for fault in faults]
@@ -156,9 +157,11 @@ def varied_study(study: Study, settings: Mapping[str, Any]) -> Study:
         UsageError: A setting has no place in a study.
     """
     content = study.document()
-    # A default that is written out would count as stated, for persons who are added.
+    # A default that is written out would count as stated, for persons who are added or a gauge.
     stated = study.arm.model_fields_set
     content["arm"] = {name: value for name, value in content["arm"].items() if name in stated}
+    if "pretension" not in study.tendon.model_fields_set:
+        del content["tendon"]["pretension"]
     for key, value in settings.items():
         _put(content, key.split("."), plain_content(value, (key,)))
     varied = study_from(content, order=(*study.axes, *settings))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.errors import Fault, UsageError
-from tendon_cli.model.design import F0, READINGS
+from tendon_cli.model.design import F0, READINGS, Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.setting import Reading
 from tendon_cli.quantities import SIDES
@@ -34,7 +34,7 @@ from tendon_cli.studies.angle_curves import curves_of
 from tendon_cli.studies.contents import case_numbers, column_of
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.study import Study
-from tendon_cli.studies.values import Grid, draw_numbers
+from tendon_cli.studies.values import Grid, StudyNumber, draw_numbers
 from tendon_cli.units import shorten
 
 MAX_FRICTION_EXPONENT = 100.0
@@ -278,17 +278,45 @@ def _measured_anchor_faults(study: Study) -> Iterator[Fault]:
 
 def _reading_faults(study: Study) -> Iterator[Fault]:
     """Yield a fault if a gauge cannot show the stated pretension: it shows more at F0 = 0."""
-    if study.setting.read == F0:
-        return
-    space = space_of(study)
-    if len(space) > _MOST_READINGS:
-        return
-    design = space.design()
-    least = float(np.nanmax(Reading.of(design).shown(0.0)))
-    if np.nanmin(design.flexor.pretension) < -_NO_TENSION:
+    design = _unreadable(study)
+    if design is not None:
+        least = float(np.nanmax(Reading.of(design).shown(0.0)))
         shown = f"which shows {least:.4g} N or more in the setting of every design"
         problem = f"cannot be read as {design.read}, {shown}"
         yield Fault(PRETENSION, problem, f"such as {1.5 * least:.0f} N, or another [setting]")
+
+
+def with_readable_default(study: Study) -> Study:
+    """Return a study whose pretension, if it states none, is one that its gauge can show.
+
+    The default is a reading, as a stated pretension is. Where a gauge shows more than that with
+    slack tendons, the default is F0 of the model instead: the reading, in whole newtons, at which
+    no design has less.
+    """
+    if "pretension" in study.tendon.model_fields_set:
+        return study
+    if any(PRETENSION in case_numbers(case) for case in study.cases):
+        return study
+    design = _unreadable(study)
+    if design is None:
+        return study
+    default = study.numbers[PRETENSION].single
+    reading = float(np.ceil(np.nanmax(Reading.of(design).shown(default))))
+    tendon = study.tendon.model_copy(update={"pretension": StudyNumber.of(reading)})
+    tendon.model_fields_set.discard("pretension")
+    return study.replaced({"tendon": tendon})
+
+
+def _unreadable(study: Study) -> Design | None:
+    """Return the designs of a study if its gauge cannot show the pretension of one; else None."""
+    if study.setting.read == F0:
+        return None
+    space = space_of(study)
+    if len(space) > _MOST_READINGS:
+        return None
+    design = space.design()
+    is_below = np.asarray(design.flexor.pretension) < -_NO_TENSION
+    return design if is_below.any() else None
 
 
 def _friction_faults(study: Study) -> Iterator[Fault]:

@@ -68,6 +68,24 @@ def test_a_signal_while_modules_are_read_ends_quietly(outside, study, module, nu
 
 # --- Threads --------------------------------------------------------------------------------------
 
+COUNTED_LIBRARY = """
+import os, sys
+from tendon_cli.startup import spare_time
+spare_time()  # else NumPy starts threads, too
+import pandas, xarray, pyarrow.compute, pyarrow.parquet
+
+def threads():
+    return len(os.listdir("/proc/self/task"))
+
+before = threads()
+import tendon_cli as tendon
+run = tendon.open("run")
+columns = len(run.designs.columns) + len(run.states.columns)
+dataset = run.to_xarray()
+answer = tendon.design("study.toml", jobs=1)
+assert columns and len(answer.choices) and dataset
+print(threads() - before, file=sys.stderr)
+"""
 COUNTED = """
 import os, sys
 from tendon_cli.startup import spare_time
@@ -95,6 +113,16 @@ def test_no_command_ends_while_threads_of_arrow_run(outside, workplace, words):
         assert outside("sweep", "study.toml", "--no-figures", "--out", "run").exit == 0
     ran = outside("-c", COUNTED, *words, python=True)
     assert ran.exit in endings.EXITS, ran.err
+    assert ran.err.splitlines()[-1] == "0"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux lists the threads of a process")
+def test_no_session_ends_while_threads_of_arrow_run(outside, workplace):
+    pytest.importorskip("xarray")
+    endings.write_inputs(workplace)
+    assert outside("sweep", "study.toml", "--no-figures", "--out", "run").exit in endings.EXITS
+    ran = outside("-c", COUNTED_LIBRARY, python=True)
+    assert ran.exit == 0, ran.err
     assert ran.err.splitlines()[-1] == "0"
 
 

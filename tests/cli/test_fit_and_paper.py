@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from tendon_cli.friction.budget import USUAL_ZERO
 from tendon_cli.paper import reproduce as reproduction
 
 
@@ -102,3 +103,11 @@ def test_a_fit_takes_the_bend_angle_of_a_measured_route_with_its_error(tendon, r
     for noise, counts in (("1 mm", False), ("4 mm", True)):
         record = tendon(*along_route, "--path-smoothing", noise).json
         assert any("path_smoothing" in text for text in record["warnings"]) is counts
+
+
+def test_the_help_of_cell_uncertainty_says_what_is_assumed_without_it(tendon):
+    text = tendon("fit-friction", "--help").out
+    option = text.partition("--cell-uncertainty")[2].partition("--strokes")[0]
+    assert f"{100.0 * USUAL_ZERO:g} % of the force is assumed for a zero" in " ".join(
+        option.split()
+    )

@@ -3,6 +3,7 @@
 A folder that never was a run is not touched.
 """
 
+import errno
 import hashlib
 import json
 import os
@@ -402,6 +403,53 @@ def test_a_strangers_picture_is_not_drawn_over_and_a_deleted_figure_is_drawn_aga
     Path("run/slack_map.png").unlink()
     assert "up to date" in sweep().out
     assert Path("run/slack_map.png").read_bytes() == drawn
+
+
+@pytest.fixture
+def read_only(monkeypatch):
+    """Let nothing be written anywhere, as on a file system that is mounted to be read."""
+    opened = os.open
+    may_access = os.access
+
+    def to_read(path, flags, *more, **options):
+        if flags & (os.O_WRONLY | os.O_RDWR | os.O_CREAT):
+            raise OSError(errno.EROFS, "Read-only file system")
+        return opened(path, flags, *more, **options)
+
+    def cannot(*_, **__):
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    def use():
+        monkeypatch.setattr(os, "open", to_read)
+        monkeypatch.setattr(os, "mkdir", cannot)
+        monkeypatch.setattr(
+            os, "access", lambda path, mode: mode != os.W_OK and may_access(path, mode)
+        )
+
+    return use
+
+
+@pytest.mark.parametrize("verb", ["sweep", "design"])
+def test_the_same_question_needs_no_folder_to_write_in(tendon, write_study, read_only, verb):
+    write_study(STUDY)
+    springs = """spring.stiffness=["5 kN/m", "6 kN/m", "7 kN/m"]"""
+    ask = (verb, "study.toml", "--out", "run", "--json", "--set", springs)
+    first = tendon(*ask)
+    assert first.exit == 0, first.err
+    Path("run/.lock").unlink()
+    missing = first.json["figures"][0]
+    Path("run", missing).rename("drawn.png")
+    before = contents()
+    read_only()
+    again = tendon(*ask, "--no-figures")
+    without = tendon(*ask)
+    assert (again.exit, without.exit) == (0, 0), again.err + without.err
+    assert again.json == first.json
+    # A figure that cannot be drawn is no reason to keep the answer back.
+    assert "figures are not drawn" in without.json["warnings"][-1]
+    assert contents() == before
+    assert not Path("run/.lock").exists()
+    assert tendon(*ask, "--overwrite").exit == 5
 
 
 @pytest.mark.parametrize(

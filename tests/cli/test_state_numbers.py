@@ -1,10 +1,13 @@
 """The page of `tendon state` has the numbers that are worked out again here, line by line."""
 
+import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import tendon_cli
 from tests.cli.conftest import set_options
 
 STUDY = """
@@ -285,3 +288,11 @@ def test_notes_say_what_chooses_and_fit_a_terminal(tendon, write_study):
     notes = tendon("state", "study.toml", "--json", *chosen).json["notes"]
     assert not notes_about("sheath.friction", notes)
     assert not notes_about("spring.stiffness", notes)
+
+
+def test_a_number_that_json_does_not_have_is_null():
+    page = tendon_cli.state(tendon_cli.study({}))
+    line = replace(page.lines[0], values=(math.inf, -math.inf, math.nan, 1.0))
+    record = replace(page, lines=(line,)).record
+    assert record["lines"][0]["values"] == [None, None, None, 1.0]
+    json.dumps(record, allow_nan=False)

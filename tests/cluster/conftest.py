@@ -69,6 +69,10 @@ class DaskCluster:
         """Ask for these accidents, and for no others any more."""
         for old in self.hazards.iterdir():
             old.unlink()
+        self.set_more(**accidents)
+
+    def set_more(self, **accidents):
+        """Ask for these accidents, too."""
         for name, value in accidents.items():
             (self.hazards / name).write_text(str(value), encoding="utf-8")
 

@@ -1,10 +1,10 @@
 """Small parts and accidents for the workers of the tests, which load this module.
 
 Files in a folder ask for accidents. `kill`, `fail` and `full` hold the first design of the part
-that they strike, `slow` the seconds that every part takes longer, `kill_choices` and
-`kill_choices_once` a part of the choices of a design, `old` the version that pyarrow shall seem to
-have. `sparing` makes the worker compute the worst of the few choices that matter, and `blind` hides
-the run folder.
+that they strike, `hold` that of the only part that is made while the file is there, `slow` the
+seconds that every part takes longer, `kill_choices` and `kill_choices_once` a part of the choices
+of a design, `old` the version that pyarrow shall seem to have. `sparing` makes the worker compute
+the worst of the few choices that matter, and `blind` hides the run folder.
 """
 
 import os
@@ -49,7 +49,7 @@ def fill_sweep_dangerously(self, tables, index):
     if hazard("full") == first:
         raise OutputError("cannot be written: No space left on device")
     end = time.monotonic() + float(hazard("slow") or 0)
-    while time.monotonic() < end:
+    while time.monotonic() < end or hazard("hold") not in (None, first):
         if self.stop.is_set():
             raise Stopped
         time.sleep(0.01)

@@ -1,7 +1,7 @@
 """Every figure in the folder of an answer says which study it is of."""
 
 import tendon_cli as tendon
-from tendon_cli.files import holds_mark
+from tendon_cli.figure_marks import study_hash_in
 
 QUESTION = {
     "spring": {"stiffness": ["3 kN/m", "5 kN/m"]},
@@ -18,7 +18,8 @@ def test_every_figure_of_an_answer_carries_the_hash_of_its_study(tmp_path):
     assert names == set(answer.record["figures"])
     assert {"for_whom.png", "how_sure.png", "tolerance_map.png"} <= names
     for name in names:
-        assert holds_mark(answer.folder / name, answer.record["study_hash"]), name
+        with (answer.folder / name).open("rb") as file:
+            assert study_hash_in(file) == answer.record["study_hash"], name
 
 
 def test_every_figure_of_a_run_does_in_each_format(tmp_path):
@@ -28,4 +29,5 @@ def test_every_figure_of_a_run_does_in_each_format(tmp_path):
     run = tendon.sweep(study, tmp_path / "run", figures=True)
     assert set(run.record["figures"]) >= {"slack_map.png", "torque.svg", "torque.pdf"}
     for name in run.record["figures"]:
-        assert holds_mark(run.folder / name, run.record["study_hash"]), name
+        with (run.folder / name).open("rb") as file:
+            assert study_hash_in(file) == run.record["study_hash"], name

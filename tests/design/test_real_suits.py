@@ -264,3 +264,46 @@ def test_a_reading_that_no_pretension_gives_is_refused_with_those_that_are_possi
     sides = {"pretension": "100 N", "extensor": {"pretension": "80 N"}}
     with pytest.raises(tendon.TendonError, match="a single reading for both"):
         tendon.study({**content, "tendon": sides})
+
+
+SET_UNDER_LOAD = {**K5, "setting": {"read": "flexor at motor", "load": "10 kg", "angle": "90 deg"}}
+"""Suit that is set while it holds a load: its gauge shows more than 100 N with slack tendons."""
+
+
+def test_a_pretension_that_no_study_states_is_never_at_fault():
+    study = tendon.study(SET_UNDER_LOAD)
+    assert tendon.design(study).record["choices"] == 1
+    page = tendon.state(study)
+    run = tendon.sweep(study)
+    # The gauge cannot show 100 N: the default is what it shows at F0 = 100 N, rounded up.
+    assert run.designs["model_pretension"].item() >= 100.0
+    shown = Reading.of(space_of(study).design()).shown(100.0).item()
+    assert run.designs["pretension"].item() == np.ceil(shown)
+    stated = {**SET_UNDER_LOAD, "tendon": {"pretension": run.designs["pretension"].item()}}
+    assert tendon.sweep(stated).designs.equals(run.designs)
+    assert page.columns == tendon.state(stated).columns
+    with pytest.raises(tendon.TendonError, match="cannot be read as flexor at motor"):
+        tendon.study({**SET_UNDER_LOAD, "tendon": {"pretension": "100 N"}})
+
+
+def test_a_default_pretension_holds_for_all_designs_and_draws_and_is_read_back():
+    friction = {"mean": 0.1, "std": 0.02}
+    content = {
+        **SET_UNDER_LOAD,
+        "load": {"mass": ["0 kg", "5 kg"]},
+        "setting": {**SET_UNDER_LOAD["setting"], "load": ["5 kg", "10 kg"]},
+        "sheath": {"friction": friction},
+        "uncertainty": {"draws": 2},
+    }
+    study = tendon.study(content)
+    run = tendon.sweep(study)
+    assert run.designs["pretension"].nunique() == 1
+    assert run.designs["model_pretension"].min() >= 100.0
+    read_back = tendon.study(study.document())
+    assert read_back.hash == study.hash
+    lighter = study.vary(**{"setting.load": "0 kg"})
+    assert lighter.numbers["tendon.pretension"].single == 100.0
+    shown = {
+        tendon.state(study, draw=draw).study.numbers["tendon.pretension"].single for draw in (1, 2)
+    }
+    assert shown == set(run.designs["pretension"])

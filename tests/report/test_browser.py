@@ -263,3 +263,19 @@ def test_text_stands_out_from_what_is_behind_it(opened, page_file, scheme):
     with opened(page_file, scheme=scheme) as page:
         worst, text = page.evaluate(CONTRAST)
         assert worst >= 4.5, text
+
+
+@pytest.mark.parametrize(("most", "is_empty"), [("50 N", True), ("900 N", False)])
+def test_windows_that_are_none_are_said_to_be_none(opened, tmp_path, most, is_empty):
+    study = {
+        "spring": {"stiffness": ["5 kN/m", "6 kN/m"]},
+        "spool": {"ratio": [0.5, 0.6]},
+        "load": {"mass": ["0 kg", "10 kg"]},
+        "motion": MOTION,
+        "limits": {"max_tension": most},
+    }
+    assert tendon.design(study, tmp_path / "answer").is_negative == is_empty
+    with opened(write_report(tmp_path / "answer")) as page:
+        until(page, "byId('windows').querySelector('.plot-container')")
+        said = page.locator("#windows").text_content()
+        assert ("no choice on this line has a window" in said) == is_empty

@@ -60,7 +60,9 @@ async function drawWindows() {
   ];
   const up = { title: { text: `${page.design.pretension} (N)` }, rangemode: "tozero" };
   const title = "Window of pretension";
-  await drawFigure("windows", drawWindows, traces, title, plotlyAxis(axis), up);
+  const isEmpty = low.every((end) => end === null);
+  const more = isEmpty ? saying("no choice on this line has a window") : {};
+  await drawFigure("windows", drawWindows, traces, title, plotlyAxis(axis), up, more);
   const heads = [titleOf(axis), "from (N)", "bound by", "to (N)", "bound by"];
   const row = (_, i) => [
     valueText(axis, i),

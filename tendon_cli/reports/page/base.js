@@ -202,6 +202,12 @@ async function drawFigure(id, again, traces, title, x, y, more = {}) {
   await Plotly.react(byId(id), traces, layout(ownLayout), settings);
 }
 
+// The layout of a figure that is empty, with a sentence in its middle that says why.
+function saying(sentence) {
+  const middle = { xref: "paper", yref: "paper", x: 0.5, y: 0.5, showarrow: false };
+  return { annotations: [{ ...middle, text: sentence, font: { size: 14 } }] };
+}
+
 // Lets the numbers of a figure be read as a table; `rows` returns them when it is opened.
 function fillTable(id, heads, rows) {
   const details = byId(`${id}-table`);
