@@ -164,9 +164,9 @@ class Goals(Part):
         )
     )
     advice: TruthValue = field_default(
-        "true",
-        description="prefer choices that can be built and keep the advice on straps, ropes and "
-        "springs",
+        default=True,
+        description="name a choice that can be built and keeps what is advised for its parts "
+        "before one that does not; no window changes",
     )
 
 
