@@ -317,7 +317,11 @@ def draw_tolerance(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Pa
     has_window = reasons == ""
     if has_window.any():
         bounded = has_window & np.isfinite(part.length)
-        most = 1e3 * float(np.max(part.length[bounded], initial=0.0)) or 1.0
+        decided = record["decided"]
+        longest = float(np.max(part.length[bounded], initial=0.0))
+        if longest == 0.0 and decided is not None:
+            longest = decided["needed"]
+        most = 1e3 * longest or 1.0
         millimetres = np.minimum(1e3 * part.length, most)
         masked = np.ma.masked_where(~has_window, millimetres)
         texts = _tolerance_texts(part)
