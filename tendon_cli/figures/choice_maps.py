@@ -66,7 +66,12 @@ _SLICE_COLUMNS = (
     "served",
     "from_by",
     "to_by",
+    "advice",
 )
+"""Columns that a slice reads, as far as the answer has them."""
+_MOST_FAULTS = 3
+"""Most kinds of failed advice with a hatch of their own; further kinds share the last."""
+_FAULT_HATCHES = ("////", "\\\\\\\\", "xxxx")
 
 
 @dataclass(frozen=True)
@@ -100,7 +105,7 @@ class Slice:
         for axis, scale in zip(axes, scales, strict=True):
             positions[axis.column] = scale.order.astype(np.int64)
         rows = cube.rows([axis.column for axis in reversed(axes)], positions)
-        columns = cube.gather(rows, _SLICE_COLUMNS)
+        columns = cube.gather(rows, [name for name in _SLICE_COLUMNS if name in cube.columns])
         return cls(tuple(axes), tuple(scales), columns, ", ".join(texts), cube.limits)
 
     @property
@@ -119,6 +124,13 @@ class Slice:
     def length(self) -> ColumnArray:
         """Tolerance of each window, m; infinite where nothing bounds it, NaN without a window."""
         return np.where(np.isinf(self.high), np.inf, self.columns["tolerance_length"])
+
+    @property
+    def faults(self) -> ColumnArray:
+        """Advice in words that a choice with a window fails; empty if it keeps all of it."""
+        none = np.full(self.low.shape, "", dtype=object)
+        failed = self.columns.get("advice", none)
+        return np.where(self.low <= self.high, failed, none)
 
     @property
     def conflicts(self) -> ColumnArray:
@@ -282,6 +294,9 @@ def draw_tolerance(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Pa
     settable = is_settable(record, part.length, half)
     if settable.any():
         key.append(Line2D([], [], label=f"line around: {settable_label(record)}", **_SETTABLE))
+    faults = _fault_hatches(part.faults)
+    for fault, hatch in faults.items():
+        key.append(Patch(facecolor="none", edgecolor=INK, hatch=hatch, linewidth=0.4, label=fault))
     title = "by how much the setting may be off"
     notes = [_MEANING.format(served_words(record))]
     if np.isinf(part.high).any():
@@ -302,7 +317,11 @@ def draw_tolerance(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Pa
     has_window = reasons == ""
     if has_window.any():
         bounded = has_window & np.isfinite(part.length)
-        most = 1e3 * float(np.max(part.length[bounded], initial=0.0)) or 1.0
+        decided = record["decided"]
+        longest = float(np.max(part.length[bounded], initial=0.0))
+        if longest == 0.0 and decided is not None:
+            longest = decided["needed"]
+        most = 1e3 * longest or 1.0
         millimetres = np.minimum(1e3 * part.length, most)
         masked = np.ma.masked_where(~has_window, millimetres)
         texts = _tolerance_texts(part)
@@ -318,8 +337,20 @@ def draw_tolerance(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Pa
             is_dark,
             _starred(cube, part, chosen),
         )
+        for fault, hatch in faults.items():
+            cells = np.ma.masked_where(part.faults != fault, np.zeros(part.low.shape))
+            clear = ListedColormap([(0.0, 0.0, 0.0, 0.0)])
+            style: dict[str, Any] = {"hatch": hatch, "edgecolor": INK, "linewidth": 0.0}
+            panel.pcolor(x.edges, y.edges, cells, cmap=clear, **style)
         _draw_outline(panel, part, settable)
     return page
+
+
+def _fault_hatches(faults: ColumnArray) -> dict[str, str]:
+    """Select a hatch for each kind of advice that choices fail, in alphabetical order."""
+    kinds = sorted({str(fault) for fault in faults.ravel() if fault})
+    last = _MOST_FAULTS - 1
+    return {kind: _FAULT_HATCHES[min(place, last)] for place, kind in enumerate(kinds)}
 
 
 def _tolerance_texts(part: Slice) -> list[str]:

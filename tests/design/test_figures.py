@@ -4,12 +4,16 @@ import shutil
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
 import tendon_cli as tendon
+from tendon_cli import say
 from tendon_cli.cube.cube import choices_of
-from tendon_cli.figures.answer_figures import draw_answer
+from tendon_cli.figures.answer_figures import answer_figure, draw_answer
 from tendon_cli.figures.choice_maps import Slice
 from tendon_cli.tables.read import open_table
+
+from .studies import NO_UPPER_END
 
 LOADS = {"load": {"mass": ["0 kg", "10 kg"]}}
 SPRINGS = {"spring": {"stiffness": ["8 kN/m", "3 kN/m", "5 kN/m"]}}
@@ -58,6 +62,39 @@ def test_every_answer_has_the_figures_that_its_axes_allow(content, figures, tmp_
     draw_answer(answer.study, again, again, answer.record)
     for name in names:
         assert (again / f"{name}.png").read_bytes() == (out / f"{name}.png").read_bytes()
+
+
+def test_a_map_outlines_what_can_be_set_and_says_to_what_the_best_is_set(tmp_path):
+    answer, _ = drawn({**SPRINGS, **SPOOLS}, tmp_path)
+    choices = answer.choices
+    enough = choices[choices["tolerance_length"] >= 6e-3]
+    assert len(enough) == 1 < choices["feasible"].sum()
+    cube = choices_of(open_table(tmp_path / "out" / "choices.parquet"))
+    page = answer_figure("tolerance_map", cube, answer.record)
+    panel = page.figure.axes[0]
+    (outline,) = [line for line in panel.lines if line.get_gid() == "settable"]
+    springs, spools = Slice.of(cube, cube.axes, choices.iloc[0].to_dict()).scales
+    for scale, column, factor, coordinates in (
+        (springs, "spring_stiffness", 1e-3, outline.get_xdata()),
+        (spools, "spool_ratio", 1.0, outline.get_ydata()),
+    ):
+        place = int(np.flatnonzero(scale.places == factor * enough[column].item())[0])
+        ends = [np.nanmin(coordinates), np.nanmax(coordinates)]
+        np.testing.assert_allclose(ends, np.sort(scale.edges[place : place + 2]))
+    texts = [text.get_text() for text in page.figure.findobj(Text)]
+    pretension = say.number(answer.record["best"]["pretension"])
+    assert any(f"set to {pretension} N" in text for text in texts)
+    assert sum("mm (" in text for text in texts) == choices["feasible"].sum()
+
+
+def test_a_map_never_says_a_share_where_a_window_has_no_upper_end(tmp_path):
+    drawn({**SPRINGS, **SPOOLS, "joint": NO_UPPER_END}, tmp_path)
+    record = tendon.open(tmp_path / "out").record
+    cube = choices_of(open_table(tmp_path / "out" / "choices.parquet"))
+    page = answer_figure("tolerance_map", cube, record)
+    texts = [text.get_text() for text in page.figure.findobj(Text)]
+    assert sum("no upper end" in text for text in texts) >= 6
+    assert not any("%" in text for text in texts)
 
 
 def test_a_slice_has_every_choice_at_its_place(tmp_path):
