@@ -113,7 +113,6 @@ def _broken_by(order: Order, choices: Solutions, tied: Rows) -> list[str]:
     broken_by = [LEAST_TORQUE.column] if len(least) < len(tied) else []
     if len(least) > 1:
         columns = choices.points.columns
-        for axis in sorted(order.question.choices.axes, key=lambda axis: axis.key):
-            if len(np.unique(columns[axis.column][least])) > 1:
-                broken_by.append(axis.key)
+        axes = sorted(order.question.choices.axes, key=lambda axis: axis.key)
+        broken_by += [axis.key for axis in axes if len(np.unique(columns[axis.column][least])) > 1]
     return broken_by

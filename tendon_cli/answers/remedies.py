@@ -26,6 +26,7 @@ from tendon_cli.model.kinematics import Rows, Spline
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.space.axis import evenly_spaced
 from tendon_cli.tables.schema import finite_or_none
+from tendon_cli.windows.order import Order, last_stage
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import Solutions
@@ -223,6 +224,15 @@ def _demands(question: Question, limits: set[str], rows: Rows) -> Iterator[Chang
             yield Change(key, float(np.abs(values).max()), 0.0, points, BISECTION)
 
 
+def _best_opened(question: Question, solved: Solutions) -> Solutions:
+    """Return the choice that serves most, and of these the one that can be set best."""
+    with_window = solved.select(solved.feasible)
+    scores = np.column_stack([with_window.served_at, with_window.settable])
+    tied = last_stage(scores)
+    rank = Order.of(question).rank(with_window.points, tied)
+    return with_window.select(tied[[np.argmin(rank)]])
+
+
 def _relaxation(solver: Solver, change: Change) -> RelaxationRecord:
     """Return the record of the least change of one demand."""
     opening = least_change(solver, change)
@@ -241,7 +251,7 @@ def _relaxation(solver: Solver, change: Change) -> RelaxationRecord:
         }
     printed = printed_value(solver, change, opening)
     solved = printed.solved
-    best = solved.select([int(np.lexsort((-solved.tolerance, -solved.served_at))[0])])
+    best = _best_opened(solver.question, solved)
     values: Values = {}
     for axis in solver.question.choices.axes:
         place_or_value = best.points.columns[axis.column][0]

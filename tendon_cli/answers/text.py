@@ -102,12 +102,14 @@ def _first_sentence(record: AnswerResults, best: ChoiceRecord) -> str:
     low, high = window_of(best) or (np.nan, np.nan)
     choice = choice_words(question, best)
     start = f"{choice}: a {noun}" if choice else f"A {noun}"
+    rule = why_first(record)
+    rule = f" {rule}" if rule else ""
     served = best["served_at"]
     whom = _all_of(question) if served >= 1.0 else f"{say.percent(served)} of {_everyone(question)}"
     if question["pretension"] is not None:
         pretension = say.number(question["pretension"])
         margins = phrases.margins(question, best)
-        return f"{start} of {pretension} N{where} suits {whom}; {margins}."
+        return f"{start} of {pretension} N{where} suits {whom}; {margins}.{rule}"
     either_way = f", {tolerance_words(best)} either way" if np.isfinite(high) else ""
     if record["serve"] >= 1.0 or question["groups"] == 1:
         then = f"suits {whom}; anything {_span(low, high)} does{either_way}"
@@ -119,8 +121,7 @@ def _first_sentence(record: AnswerResults, best: ChoiceRecord) -> str:
             all_low, all_high = _finite_window(window_for_all)
             is_same = (all_low, all_high) == (low, high)
             then += ", all of them " + ("there" if is_same else _span(all_low, all_high))
-    rule = why_first(record)
-    return f"{start} of {_pretension(best)}{where} {then}.{f' {rule}' if rule else ''}"
+    return f"{start} of {_pretension(best)}{where} {then}.{rule}"
 
 
 def _finite_window(window: Sequence[float | None]) -> tuple[float, float]:

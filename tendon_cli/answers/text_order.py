@@ -151,7 +151,7 @@ def _symbol(key: str) -> str:
     return keys()[key].number.quantity.symbol if key in keys() else key
 
 
-# --- How far the setting may be off -----------------------------------------------------------------
+# --- How far the setting may be off ---------------------------------------------------------------
 
 
 def tolerance_words(row: ChoiceRecord) -> str:

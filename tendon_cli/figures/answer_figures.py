@@ -13,16 +13,19 @@ from tendon_cli import say
 from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, as_answer, value_of
 from tendon_cli.cube.choice_grid import pretension_name, served_words
 from tendon_cli.cube.cube import Cube, choices_of
+from tendon_cli.cube.labels import ColumnLabel
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import Axes, FigureCanvasAgg, Line2D, Patch
 from tendon_cli.figures.choice_maps import (
     Slice,
     answer_page,
-    choice_text,
     draw_served,
     draw_tolerance,
+    is_settable,
     long_axes,
     place_of,
+    set_text,
+    settable_label,
     star,
 )
 from tendon_cli.figures.frame import Page, grid_shape
@@ -42,6 +45,17 @@ _MOST_PANELS = 4
 """Largest number of axes along which the window is drawn."""
 _MOST_POINTS = 20_000
 """Largest number of choices drawn next to the front."""
+_NOT_SETTABLE: dict[str, Any] = {
+    "color": _CHOICE,
+    "marker": "o",
+    "linestyle": "",
+    "markersize": 3.5,
+    "markerfacecolor": "none",
+}
+"""Style of a choice that cannot be set well enough: hollow."""
+_IS_SETTABLE = {**_NOT_SETTABLE, "markerfacecolor": _CHOICE}
+_MOST_TOLD = 12
+"""Most choices of a front next to which their tolerance is written."""
 _LABEL_SIZE = 6.5
 """Size of the names of limits, pt."""
 _LABEL_GAP = 3.0
@@ -320,15 +334,21 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> Page 
         return None
     names = [goal["column"] for goal in goals]
     shown = [cube.shown(name) for name in names]
-    values = cube.gather(evenly_spaced(cube.table.rows, _MOST_POINTS), [*names, "feasible"])
+    ends = ["pretension_from", "pretension_to", "tolerance_length"]
+    wanted = [*dict.fromkeys([*names, *ends, "feasible"])]
+    values = cube.gather(evenly_spaced(cube.table.rows, _MOST_POINTS), wanted)
     has_window = values["feasible"] == 1.0
+    high = np.where(np.isnan(values["pretension_to"]), np.inf, values["pretension_to"])
+    length = np.where(np.isinf(high), np.inf, values["tolerance_length"])
+    settable = is_settable(record, length, 0.5 * (high - values["pretension_from"]))
     front = np.array(sorted([value_of(row, name) for name in names] for row in record["front"])).T
     key = [
-        Line2D([], [], color=_CHOICE, marker="o", linestyle="", label="choice with a window"),
+        Line2D([], [], **_NOT_SETTABLE, label="choice with a window"),
+        Line2D([], [], **_IS_SETTABLE, label=settable_label(record)),
         Line2D(
             [], [], color=OKABE_ITO[1], marker="o", label="front: no other is better in every goal"
         ),
-        star(label=f"best compromise: {choice_text(cube, best)}"),
+        star(label=f"best compromise: {set_text(cube, best)}"),
     ]
     notes = []
     if len(record["goals"]) > 2:
@@ -343,9 +363,14 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> Page 
         x, y = (quantity.scaled(value) for quantity, value in zip(shown, points, strict=True))
         panel.plot(x, y, **style)
 
-    choices = [values[name][has_window] for name in names]
-    draw(choices, color=_CHOICE, marker="o", linestyle="", markersize=2.5)
+    for is_drawn, style in (
+        (has_window & ~settable, _NOT_SETTABLE),
+        (has_window & settable, _IS_SETTABLE),
+    ):
+        draw([values[name][is_drawn] for name in names], **style)
     draw(list(front), color=OKABE_ITO[1], marker="o")
+    if len(record["front"]) <= _MOST_TOLD:
+        _write_tolerances(panel, record["front"], names, shown)
     compromise: dict[str, Any] = {"color": INK, "markersize": 11, "markeredgecolor": "white"}
     draw([value_of(best, name) for name in names], marker="*", zorder=5, **compromise)
     labels = [
@@ -354,6 +379,24 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> Page 
     ]
     panel.set(xlabel=broken(labels[0], 60), ylabel=broken(labels[1], 40))
     return page
+
+
+def _write_tolerances(
+    panel: Axes, front: Sequence[ChoiceRecord], names: Sequence[str], shown: Sequence[ColumnLabel]
+) -> None:
+    """Write next to each choice of a front how far its setting may be off."""
+    for row in front:
+        length = row["tolerance_length"]
+        text = "no upper end"
+        if length is not None:
+            text = f"± {say.quantity('tolerance_length', length, 2)}"
+        x, y = (
+            quantity.scaled(value_of(row, name))
+            for quantity, name in zip(shown, names, strict=True)
+        )
+        panel.annotate(
+            text, (x, y), (5, -3), textcoords="offset points", size=_LABEL_SIZE, va="top"
+        )
 
 
 FIGURES: dict[str, Callable[[Cube, AnswerRecord, ChoiceRecord], Page | None]] = {

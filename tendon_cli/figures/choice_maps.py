@@ -1,6 +1,6 @@
 """Maps of an answer's choices over two of their axes.
 
-One map shows the tolerance, the other the share that one pretension serves.
+One map shows how far the setting may be off, the other the share that one pretension serves.
 """
 
 from __future__ import annotations
@@ -42,13 +42,31 @@ _VALUE_PLACE = 0.28
 """Place of the value below the star, as a share of the cell's height."""
 _PANEL_HEIGHT = 220.0
 """About the height of the panel of a map, pt."""
+_PANEL_WIDTH = 350.0
+"""About the width of the panel of a map, pt."""
+_TWO_LINES = (38.0, 16.0)
+"""Width and height of a cell that has room for a window, and for its tolerance below it, pt."""
+_THREE_LINES = (28.0, 23.0)
+"""Width and height of a cell that has room for three shorter lines, pt."""
 _MOST_WRITTEN = 120
 """Largest number of cells of a map whose values are also written in them."""
 _MEANING = (
-    "Tolerance: the share by which the pretension may be off on either side of the middle of its "
-    "window. Pale: no pretension suits {}, for the reason given."
+    "Colour: half the window as a length taken from both tendons, by which the setting may be off "
+    "on either side of its middle; beside it the share of the pretension. Pale: no pretension "
+    "suits {}, for the reason given."
 )
-_SLICE_COLUMNS = ("pretension_from", "pretension_to", "tolerance", "served", "from_by", "to_by")
+_NO_END = "Windows without an upper end have the darkest colour."
+_SETTABLE: dict[str, Any] = {"color": "#d55e00", "linewidth": 1.6}
+"""Line around the choices that can be set well enough."""
+_SLICE_COLUMNS = (
+    "pretension_from",
+    "pretension_to",
+    "tolerance",
+    "tolerance_length",
+    "served",
+    "from_by",
+    "to_by",
+)
 
 
 @dataclass(frozen=True)
@@ -98,6 +116,11 @@ class Slice:
         return np.where(is_open, np.inf, high)
 
     @property
+    def length(self) -> ColumnArray:
+        """Tolerance of each window, m; infinite where nothing bounds it, NaN without a window."""
+        return np.where(np.isinf(self.high), np.inf, self.columns["tolerance_length"])
+
+    @property
     def conflicts(self) -> ColumnArray:
         """Reason in words why each choice has no window; empty if it has one."""
         return conflicts_of(self.columns, self.bounds)
@@ -128,7 +151,7 @@ def answer_page(
         subtitle: Second title, which may hold formulas.
     """
     study_title = record["title"] or record["name"]
-    lines = [*notes, *_bench_text(record["best"])]
+    lines = [*notes, *_bench_text(record)]
     given = off_default(cube.study, [axis.column for axis in cube.axes], {})
     if given:
         lines.append(f"With {', '.join(given)}; all else by default.")
@@ -142,8 +165,12 @@ def answer_page(
     )
 
 
-def _bench_text(best: ChoiceRecord | None) -> list[str]:
-    """Return a sentence with the tensions to which the best choice is set, if they are known."""
+def _bench_text(record: AnswerRecord) -> list[str]:
+    """Return a sentence with the tensions to which the best choice is set, if they are known.
+
+    It also says how far this setting may be off.
+    """
+    best = record["best"]
     names = (
         "set_flexor_tension",
         "set_extensor_tension",
@@ -154,12 +181,54 @@ def _bench_text(best: ChoiceRecord | None) -> list[str]:
         return []
     flexor, extensor, *motor = (say.quantity(name, value_of(best, name), 4) for name in names)
     joint = f"{flexor} in the flexor and {extensor} in the extensor at the joint"
-    return [f"The best is set to {joint}, {' and '.join(motor)} at the motor."]
+    lines = [f"The best is set to {joint}, {' and '.join(motor)} at the motor."]
+    setting = record["setting"]
+    if setting is not None and setting["too_long"] is not None:
+        longer = say.quantity("tolerance_length", setting["too_long"], 2)
+        shorter = "by any length"
+        if setting["too_short"] is not None:
+            shorter = f"by {say.quantity('tolerance_length', setting['too_short'], 2)}"
+        lines.append(f"Both tendons may be too long by {longer}, or too short {shorter}.")
+    return lines
 
 
 def star(**more: Any) -> Line2D:
     """Return the star that marks the choice named first, for the key."""
     return Line2D([], [], color=INK, marker="*", markersize=9, linestyle="", **more)
+
+
+def set_text(cube: Cube, choice: ChoiceRecord) -> str:
+    """Describe a choice by its values, and say to what it is set."""
+    if choice["pretension"] is None:
+        return choice_text(cube, choice)
+    pretension = say.number(choice["pretension"])
+    return f"{choice_text(cube, choice)}: set to {pretension} N"
+
+
+def is_settable(record: AnswerRecord, length: ColumnArray, half: ColumnArray) -> ColumnArray:
+    """Return True where a window is wide enough for the accuracy of setting.
+
+    Args:
+        record: Record of the answer.
+        length: Tolerances as a length of both tendons, m; infinite without an upper end.
+        half: Half the windows, N.
+    """
+    question = record["question"]
+    accuracy = question["accuracy"]
+    with np.errstate(invalid="ignore"):
+        if accuracy["tension"] is not None:
+            return np.asarray(half >= question["needed"] * accuracy["tension"])
+        return np.asarray(length >= question["needed"] * (accuracy["length"] or 0.0))
+
+
+def settable_label(record: AnswerRecord) -> str:
+    """Say what it takes to be set well enough: "can be set well enough (± 6 mm)"."""
+    question = record["question"]
+    tension = question["accuracy"]["tension"]
+    if tension is not None:
+        return f"can be set well enough (± {say.number(question['needed'] * tension, 3)} N)"
+    needed = question["needed"] * (question["accuracy"]["length"] or 0.0)
+    return f"can be set well enough (± {say.quantity('tolerance_length', needed, 3)})"
 
 
 def choice_text(cube: Cube, choice: ChoiceRecord) -> str:
@@ -187,7 +256,7 @@ def place_of(cube: Cube, axis: Axis, value: Any, scale: Scale) -> float:
 
 
 def draw_tolerance(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page | None:
-    """Draw the tolerance over the first two axes of more than one value.
+    """Draw by how much the setting may be off, over the first two axes of more than one value.
 
     Cells without a window have a pale background for the reason.
 
@@ -205,10 +274,19 @@ def draw_tolerance(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Pa
     part = Slice.of(cube, axes, chosen)
     reasons = part.conflicts
     backgrounds = _backgrounds(reasons)
-    key = [Patch(label=reason, linewidth=0.4, **style) for reason, style in backgrounds.items()]
-    title = "by how much the pretension may be off"
-    meaning = _MEANING.format(served_words(record))
-    page, panel = _begin_map(cube, record, chosen, part, title, key, [meaning])
+    key: list[Any] = []
+    for reason, style in backgrounds.items():
+        key.append(Patch(label=reason, linewidth=0.4, **style))
+    with np.errstate(invalid="ignore"):
+        half = 0.5 * (part.high - part.low)
+    settable = is_settable(record, part.length, half)
+    if settable.any():
+        key.append(Line2D([], [], label=f"line around: {settable_label(record)}", **_SETTABLE))
+    title = "by how much the setting may be off"
+    notes = [_MEANING.format(served_words(record))]
+    if np.isinf(part.high).any():
+        notes.append(_NO_END)
+    page, panel = _begin_map(cube, record, chosen, part, title, key, notes)
     x, y = part.scales
     for reason, style in backgrounds.items():
         cells = np.ma.masked_where(reasons != reason, np.zeros(part.low.shape))
@@ -221,26 +299,71 @@ def draw_tolerance(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Pa
             edgecolor=style["edgecolor"],
             linewidth=0.0,
         )
-    percent = np.ma.masked_invalid(100.0 * part.columns["tolerance"])
-    if percent.count():
-        most = max(float(percent.max()), 1e-9)
-        texts = [
-            _window_text(low, high)
-            for low, high in zip(part.low.ravel(), part.high.ravel(), strict=True)
-        ]
-        is_dark = percent.filled(0.0) > 0.55 * most
+    has_window = reasons == ""
+    if has_window.any():
+        bounded = has_window & np.isfinite(part.length)
+        most = 1e3 * float(np.max(part.length[bounded], initial=0.0)) or 1.0
+        millimetres = np.minimum(1e3 * part.length, most)
+        masked = np.ma.masked_where(~has_window, millimetres)
+        texts = _tolerance_texts(part)
+        is_dark = masked.filled(0.0) > 0.55 * most
         _draw_cells(
             panel,
             part,
-            percent,
+            masked,
             _BLUES,
             most,
-            "tolerance of pretension (± %)",
+            "how far the setting may be off (± mm)",
             texts,
             is_dark,
             _starred(cube, part, chosen),
         )
+        _draw_outline(panel, part, settable)
     return page
+
+
+def _tolerance_texts(part: Slice) -> list[str]:
+    """Write each window with its tolerance in millimetres and percent, row by row.
+
+    Narrow cells have a line for each, and the narrowest the millimetres alone.
+    """
+    x, y = part.scales
+    widths = np.abs(np.diff(x.edges))
+    width = float(np.min(widths) / np.sum(widths)) * _PANEL_WIDTH
+    heights = np.abs(np.diff(y.edges))
+    height = float(np.min(heights) / np.sum(heights)) * _PANEL_HEIGHT
+    has_two_lines = width >= _TWO_LINES[0] and height >= _TWO_LINES[1]
+    has_three_lines = width >= _THREE_LINES[0] and height >= _THREE_LINES[1]
+    texts = []
+    columns = (part.low, part.high, part.length, part.columns["tolerance"])
+    for low, high, length, share in zip(*(values.ravel() for values in columns), strict=True):
+        window = _window_text(low, high)
+        millimetres = f"{say.number(1e3 * length, 2)} mm"
+        percent = f"{100.0 * share:.0f} %"
+        if not np.isfinite(length):
+            texts.append(f"{window}\nno upper end" if has_two_lines else window)
+        elif has_two_lines:
+            texts.append(f"{window}\n{millimetres} ({percent})")
+        elif has_three_lines:
+            texts.append(f"{window}\n{millimetres}\n{percent}")
+        else:
+            texts.append(millimetres)
+    return texts
+
+
+def _draw_outline(panel: Axes, part: Slice, inside: ColumnArray) -> None:
+    """Draw a line around some cells of a map; `inside` is True for these, (y, x)."""
+    x, y = part.scales
+    padded = np.pad(inside.astype(np.int8), 1)
+    across: list[float] = []
+    up: list[float] = []
+    for row, column in np.argwhere(np.diff(padded, axis=1)[1:-1] != 0):
+        across += [x.edges[column], x.edges[column], np.nan]
+        up += [y.edges[row], y.edges[row + 1], np.nan]
+    for row, column in np.argwhere(np.diff(padded, axis=0)[:, 1:-1] != 0):
+        across += [x.edges[column], x.edges[column + 1], np.nan]
+        up += [y.edges[row], y.edges[row], np.nan]
+    panel.plot(across, up, gid="settable", zorder=4, clip_on=False, **_SETTABLE)
 
 
 def _backgrounds(reasons: ColumnArray) -> dict[str, dict[str, Any]]:
@@ -298,7 +421,7 @@ def _begin_map(
     """Begin the page of a map over two axes of choices, and mark the choice named first in it."""
     entries = list(key)
     if chosen["feasible"]:
-        entries.append(star(label=choice_text(cube, chosen)))
+        entries.append(star(label=set_text(cube, chosen)))
     lines = list(notes)
     if part.title:
         lines.append(f"At {part.title}.")

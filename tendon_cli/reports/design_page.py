@@ -48,6 +48,7 @@ from tendon_cli.studies.study import keys
 from tendon_cli.tables.schema import as_numpy, finite_or_none
 
 RESULTS = (
+    "tolerance_length",
     "tolerance",
     "served",
     "served_at",
@@ -62,6 +63,7 @@ RESULTS = (
 )
 """Columns of numbers that the page shows, the most useful first."""
 GOALS = (
+    "tolerance_length",
     "tolerance",
     "served",
     "pretension",
@@ -170,7 +172,7 @@ def _answers(
         "array": pack_numbers(read["on_front"]),
     }
     goals = [name for name in GOALS if name in records]
-    display = [goals.index(name) for name in ("max_tension", "tolerance") if name in goals]
+    display = [goals.index(name) for name in ("max_tension", "tolerance_length") if name in goals]
     display += [0, min(1, len(goals) - 1)]
     return {
         "columns": records,
@@ -225,7 +227,7 @@ def _no_value(read: Mapping[str, ColumnArray], name: str) -> str:
     is_empty = np.isnan(read[name])
     if not (is_empty & read["feasible"].astype(bool)).any():
         return "no window"
-    if name == "pretension_to":
+    if name in ("pretension_to", "tolerance_length"):
         return "no window, or nothing bounds it above"
     return "no value"
 

@@ -27,6 +27,7 @@ from tendon_cli.space.axis import (
     PRETENSION,
     READ,
     REFERENCE,
+    SAMPLE_AXES,
     SLACK,
     SPRING_AT,
     Axis,
@@ -70,6 +71,25 @@ class Space:
     def whole(self) -> Box:
         """Box of all rows."""
         return tuple(slice(0, length) for length in self.shape)
+
+    @cached_property
+    def rows_by_value(self) -> Rows:
+        """Rows in ascending order of their values, the axes in order of their keys.
+
+        Members of a sample, and listed points, keep their order and come first.
+        """
+        columns = []
+        others = []
+        places = self.places(np.arange(len(self)))
+        for axis in self.axes:
+            if axis.key in SAMPLE_AXES or not axis.key:
+                columns.append(places[axis.key])
+            else:
+                others.append(axis)
+        for axis in sorted(others, key=lambda axis: axis.key):
+            rank = np.argsort(np.argsort(axis.values, kind="stable"))
+            columns.append(rank[places[axis.key]])
+        return np.lexsort(columns[::-1]) if columns else np.zeros(1, dtype=np.int64)
 
     def _of_roles(self, *roles: Role) -> Space:
         """Return the product of the axes of some roles, with the same single numbers."""

@@ -206,8 +206,9 @@ def summarise(choices: Solutions, question: Question) -> Note:
     left = []
     if choices.feasible.any():
         stages = Order.of(question).stages(choices.select(choices.feasible))
-        for counts in stages:
-            left.append([[[*map(repr, scores)], count] for scores, count in counts.items()])
+        left = [
+            [[[*map(repr, scores)], count] for scores, count in counts.items()] for counts in stages
+        ]
     return {
         "choices": len(choices),
         "feasible": int(choices.feasible.sum()),
@@ -349,8 +350,8 @@ def refine_choice(solver: Solver, order: Order, start: Solutions) -> Solutions |
     if order.is_front:
         after = best.scores(goals)[0]
         keeps_rules = np.all(order.first_scores(best)[0] >= first_before - EQUAL)
-        is_better = np.all(after >= before) and np.any(after > before + EQUAL * scale)
-        is_better = bool(is_better and keeps_rules)
+        gains = np.all(after >= before) and np.any(after > before + EQUAL * scale)
+        is_better = bool(gains and keeps_rules)
     return best if best.feasible.item() and is_better else None
 
 

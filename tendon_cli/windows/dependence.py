@@ -3,8 +3,8 @@
 A window does not depend on a number if all choices that differ in it alone have the same window. A
 part of the grid may hold some of these choices only, so that each part gives digests instead: for
 each value of a number, the sum of pseudo-random integers, one for each choice with this value, that
-follow from its window and its other numbers. The sums of all parts are the same for all values if no
-window depends on the number; by chance they are so for one question in 10^19.
+follow from its window and its other numbers. Added up over all parts, the sums of all values are
+the same if no window depends on the number; by chance they are so for one question in 10^19.
 """
 
 from __future__ import annotations

@@ -101,7 +101,8 @@ class Order:
     def precedes(self, solutions: Solutions, other: Solutions) -> bool:
         """Return True if a choice comes before another by a rule; ties are broken by none."""
         both = np.vstack([self.scores(solutions), self.scores(other)])
-        return last_stage(both[:, :-1]).tolist() == [0]
+        left = last_stage(both[:, :-1])
+        return len(left) == 1 and left[0] == 0
 
     def rank(self, points: Points, rows: Selection) -> Rows:
         """Return the ranks of choices by the values of their axes, the axes in order of their keys.
@@ -128,10 +129,7 @@ class Order:
         Of those that tie, the first few by their axes are kept.
         """
         scores = self.scores(solutions)
-        places = np.flatnonzero(self._may_be_left(scores)[-1])
-        tie = np.zeros(len(places), dtype=np.int64)
-        for of_rule in scores[places].T[:-1]:
-            tie = _groups_of_equals(tie, of_rule)
+        places, tie = _may_be_left(scores)[-1]
         of_torque = _within_groups(tie, scores[places][:, -1])
         rank = self.rank(solutions.points, places)
         kept = []
@@ -142,32 +140,16 @@ class Order:
             kept.append(np.union1d(first, in_order[:MOST_TIED]))
         return places[np.unique(np.concatenate(kept))]
 
-    def _may_be_left(self, scores: Array) -> list[Flags]:
-        """Return True where a choice may be left by each rule but the last, (choices,) each.
-
-        A choice is not left by a rule if another, equal by all rules before, is better by it.
-        """
-        is_left = np.ones(len(scores), dtype=np.bool_)
-        group = np.zeros(len(scores), dtype=np.int64)
-        stages = []
-        for of_rule in scores.T[:-1]:
-            places = np.flatnonzero(is_left)
-            is_left = np.zeros(len(scores), dtype=np.bool_)
-            is_left[places] = _within_groups(group[places], of_rule[places])
-            places = np.flatnonzero(is_left)
-            group[places] = _groups_of_equals(group[places], of_rule[places])
-            stages.append(is_left)
-        return stages
-
     # --- Counting ---------------------------------------------------------------------------------
 
     def stages(self, solutions: Solutions) -> Stages:
         """Return how many choices of a part each rule but the last may leave, by their scores."""
         scores = self.scores(solutions)
         counted = []
-        for place, is_left in enumerate(self._may_be_left(scores)):
-            rows = map(tuple, scores[is_left, : place + 1].tolist())
-            counted.append(Counter(rows))
+        for place, (left, group) in enumerate(_may_be_left(scores)):
+            _, first, counts = np.unique(group, return_index=True, return_counts=True)
+            rows = scores[left[first], : place + 1].tolist()
+            counted.append(Counter(dict(zip(map(tuple, rows), counts.tolist(), strict=True))))
         return counted
 
     def count_left(self, stages: Iterable[Stages]) -> list[int]:
@@ -198,6 +180,26 @@ def last_stage(scores: Array) -> Rows:
     return rows
 
 
+def _may_be_left(scores: Array) -> list[tuple[Rows, Rows]]:
+    """Return the choices that each rule but the last may leave, and the groups of equal ones.
+
+    A choice is not left by a rule if another, equal by all rules before, is better by it.
+
+    Args:
+        scores: Scores of choices, (choices, rules).
+    """
+    left = np.arange(len(scores))
+    group = np.zeros(len(scores), dtype=np.int64)
+    stages = []
+    for of_rule in scores.T[:-1]:
+        values = of_rule[left]
+        is_left = _within_groups(group, values)
+        left = left[is_left]
+        group = _groups_of_equals(group[is_left], values[is_left])
+        stages.append((left, group))
+    return stages
+
+
 def _least_equal(top: float) -> float:
     """Return the smallest value that ties with the largest one."""
     return float(top - EQUAL * abs(top)) if np.isfinite(top) else float(top)
@@ -210,6 +212,8 @@ def _groups_of_equals(group: Rows, values: Array) -> Rows:
         group: Number of the group of each value, (values,).
         values: The values.
     """
+    if (values == values[0]).all():
+        return group
     order = np.lexsort((values, group))
     in_order = np.column_stack([group, values])[order]
     begins = (in_order[1:] != in_order[:-1]).any(axis=1)

@@ -276,8 +276,10 @@ def _common_windows(
     """
     # A condition that no pretension suits leaves no window at all, and is the reason: argmax takes
     # the first NaN.
-    low_condition = np.argmax(ends.low, axis=1)
-    high_condition = np.argmin(ends.high, axis=1)
+    # Conditions that bind equally are told apart by their values, not by their order.
+    order = question.conditions.rows_by_value
+    low_condition = order[np.argmax(ends.low[:, order], axis=1)]
+    high_condition = order[np.argmin(ends.high[:, order], axis=1)]
     low = _pick(ends.low, low_condition)
     high = _pick(ends.high, high_condition)
     covered = question.groups.coverage(group_low, group_high, serve=question.serve)
@@ -293,7 +295,8 @@ def _common_windows(
         ):
             end[rows] = covered_end[rows]
             is_at_end = of_conditions[rows] == covered_end[rows, np.newaxis]
-            condition[rows] = np.argmax(is_at_end & has_window[rows], axis=1)
+            binds = is_at_end & has_window[rows]
+            condition[rows] = order[np.argmax(binds[:, order], axis=1)]
     return _CommonWindows(
         low=low,
         high=high,
@@ -346,7 +349,7 @@ def _reserve(accuracy: Accuracy, per_length: Array) -> Array:
         accuracy: Accuracy of setting.
         per_length: Growth of what is read per length taken from both tendons, (choices,), N/m.
     """
-    if accuracy.tension is not None:
+    if accuracy.length is None:
         return np.full(len(per_length), accuracy.tension)
     return np.asarray(accuracy.length * per_length)
 

@@ -74,7 +74,8 @@ def test_a_pretension_suits_a_stiffer_spring_with_a_smaller_spool():
     )
     text = " ".join(answer.text.split())
     assert text.startswith(
-        "A pretension of 148 N suits all 4 conditions; anything from 122.1 to 173.9 N does, 18 %"
+        "A pretension of 131.7 N suits all 4 conditions; anything from 122.1 to 173.9 N does,"
+        " 5.4 mm (18 %) either way."
     )
 
 
@@ -260,7 +261,7 @@ def test_the_best_rows_are_those_of_the_table_and_the_text_names_an_end_of_a_ran
     of_grid = answer.choices[~answer.choices["refined"]]
     assert record["feasible"] == int(of_grid["feasible"].sum())
     assert record["choices"] == 24
-    assert "K is at its upper end, K 6 kN/m: widen the range" in answer.text
+    assert "η is at its lower end, η 0.55: widen the range" in answer.text
 
 
 # --- Sensitivities --------------------------------------------------------------------------------

@@ -67,9 +67,9 @@ def test_an_answer_stopped_while_it_refines_ends_before_the_next_windows(
 def test_a_signal_while_an_answer_is_worked_out_ends_with_its_code(
     tendon, study, workplace, monkeypatch
 ):
-    def interrupt(_):
+    def interrupt(_, choices):
         signal.raise_signal(signal.SIGINT)
-        return 0
+        return choices.select([0])
 
     file = study(RANGES + '[design]\nmaximise = ["tolerance", "served"]\n')
     with monkeypatch.context() as patch:

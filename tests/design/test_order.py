@@ -1,0 +1,283 @@
+"""The order of choices: what is named first, by which rule, and that no list's order decides.
+
+The order is checked against an independent one, worked out from the table of all choices.
+"""
+
+import numpy as np
+import pytest
+
+import tendon_cli as tendon
+from tendon_cli.answers import choices as choices_module
+from tendon_cli.windows import solutions as solutions_module
+from tendon_cli.windows.order import Order
+from tendon_cli.windows.question import question_of
+from tendon_cli.windows.solutions import solve
+from tendon_cli.windows.solver import Solver
+
+from .studies import NO_UPPER_END
+
+STEPS = {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 4}}
+LOADS = {"load": {"mass": ["0 kg", "10 kg", "3 kg"]}, "motion": STEPS}
+SUITS = {
+    **LOADS,
+    "spring": {"stiffness": ["3 kN/m", "12 kN/m", "5 kN/m"]},
+    "spool": {"ratio": [0.6, 0.5], "flexor_radius": ["40 mm", "30 mm"]},
+}
+TIED = {
+    **LOADS,
+    "spring": {"stiffness": ["5 kN/m", "8 kN/m"]},
+    "spool": {"ratio": 0.5},
+    # Nothing that a limit needs follows from the strap, so that its widths tie in everything.
+    "arm": {"contact_width": ["60 mm", "40 mm", "50 mm"]},
+}
+PEOPLE = {**SUITS, "people": {"count": 8}}
+OPEN = {**SUITS, "joint": NO_UPPER_END}
+CASES = {
+    **LOADS,
+    "cases": [
+        {"name": "long", "arm": {"b1": "150 mm"}},
+        {"name": "short", "arm": {"b1": "120 mm"}},
+    ],
+    "anchor": {"stiffness": ["100 kN/m", "20 kN/m"]},
+    "spring": {"stiffness": ["8 kN/m", "5 kN/m"]},
+    "spool": {"ratio": [0.5, 0.45]},
+}
+FRONT = {**SUITS, "design": {"minimise": ["max_tension", "max_spring_extension"]}}
+NONE = {
+    "motion": STEPS,
+    "load": {"mass": 5.0},
+    "spring": {"stiffness": ["3 kN/m", "2 kN/m"]},
+    "limits": {"max_tension": "100 N"},
+}
+
+
+def listed(content, path=()):
+    """Yield the path of every list of a study."""
+    for key, value in content.items():
+        if isinstance(value, dict) and key != "joint":
+            yield from listed(value, (*path, key))
+        elif isinstance(value, list):
+            yield (*path, key)
+
+
+def with_list(content, path, values):
+    """Return a study with one of its lists replaced."""
+    key, *rest = path
+    inner = with_list(content[key], rest, values) if rest else values
+    return {**content, key: inner}
+
+
+def at(content, path):
+    """Return the list of a study at a path."""
+    for key in path:
+        content = content[key]
+    return content
+
+
+def told(content):
+    """Return the choice named first without its row, and the first sentences."""
+    answer = tendon.design(content, jobs=1)
+    best = answer.record["best"]
+    if best is not None:
+        by_place = ("choice", "from_condition", "to_condition")
+        best = {key: value for key, value in best.items() if key not in by_place}
+    return best, answer.record["blocks"][0], answer.record["decided"]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [SUITS, TIED, PEOPLE, OPEN, CASES, FRONT, NONE],
+    ids=["suits", "tied", "people", "open", "cases", "front", "none"],
+)
+def test_the_order_of_a_list_decides_nothing(content):
+    expected = told(content)
+    for path in listed(content):
+        values = at(content, path)
+        for order in (values[::-1], [*values[1:], values[0]])[: len(values) - 1]:
+            assert told(with_list(content, path, order)) == expected, (path, order)
+
+
+def solved_question(content):
+    """Return a question and all its choices, solved."""
+    question = question_of(tendon.study(content))
+    return question, solve(Solver(question), question.all_points())
+
+
+def first_by_hand(content, accuracy):
+    """Return the row that comes first, worked out by sorting all solved choices."""
+    question, solved = solved_question(content)
+    length = np.minimum(solved.tolerance_length, 3.0 * accuracy)
+    axes = {axis.key: solved.points.columns[axis.column] for axis in question.choices.axes}
+    columns = [
+        np.where(solved.feasible, -length, 1.0).round(12),
+        solved.worst.max_tension.round(7),
+        np.abs(solved.worst.peak_motor_torque).round(9),
+        *(axes[key] for key in sorted(axes)),
+    ]
+    return int(np.lexsort(columns[::-1])[0])
+
+
+@pytest.mark.parametrize(
+    "content", [SUITS, TIED, PEOPLE, OPEN], ids=["suits", "tied", "people", "open"]
+)
+@pytest.mark.parametrize("accuracy", [0.0, 0.001, 0.002, 0.02])
+def test_the_first_choice_is_that_of_an_independent_sort(content, accuracy):
+    with_accuracy = {**content, "setting": {"accuracy": f"{accuracy} m"}}
+    question, solved = solved_question(with_accuracy)
+    feasible = np.flatnonzero(solved.feasible)
+    first = feasible[Order.of(question).best(solved.select(feasible))]
+    assert first == first_by_hand(with_accuracy, accuracy)
+
+
+def test_enough_tolerance_is_enough_and_then_the_tension_decides():
+    answer = tendon.design(SUITS, jobs=1)
+    enough = answer.choices[answer.choices["tolerance_length"] >= 6e-3]
+    decided = answer.record["decided"]
+    assert answer.record["best"]["max_tension"] == pytest.approx(
+        enough["max_tension"].min(), rel=1e-5
+    )
+    assert decided["rule"] == "max_tension"
+    assert decided["choices"] == len(enough) < answer.record["feasible"]
+    sentence = f"the least tension of the {len(enough)} choices that can be set well enough (6 mm)"
+    assert sentence in " ".join(answer.text.split())
+
+
+def test_without_a_choice_that_can_be_set_well_enough_the_widest_comes_first():
+    answer = tendon.design({**SUITS, "setting": {"accuracy": "20 mm"}}, jobs=1)
+    assert answer.record["decided"]["rule"] == "settable"
+    widest = answer.choices["tolerance_length"].max()
+    assert answer.record["best"]["tolerance_length"] == pytest.approx(widest, rel=1e-5)
+    text = " ".join(answer.text.split())
+    assert "None of 12 choices can be set well enough (60 mm); it comes nearest" in text
+
+
+def test_a_window_without_an_upper_end_is_enough_and_never_a_share():
+    answer = tendon.design({**OPEN, "setting": {"accuracy": "90 mm"}}, jobs=1)
+    best = answer.record["best"]
+    assert best["pretension_to"] is None
+    assert best["tolerance_length"] is None
+    assert answer.record["decided"]["is_settable"]
+    assert best["max_tension"] == answer.choices["max_tension"].min()
+    assert "100 %" not in answer.text
+    assert best["pretension"] > best["pretension_from"]
+
+
+def test_ties_are_named_with_what_breaks_them_and_numbers_without_effect_too():
+    decided = tendon.design(TIED, jobs=1).record["decided"]
+    assert decided["ties"] == 3
+    assert [row["arm_contact_width"] for row in decided["tied"]] == [0.04, 0.05, 0.06]
+    assert decided["broken_by"] == ["arm.contact_width"]
+    assert decided["no_effect"] == ["arm.contact_width"]
+    answer = tendon.design(SUITS, jobs=1)
+    decided = answer.record["decided"]
+    assert decided["broken_by"] == ["peak_motor_torque"]
+    assert decided["no_effect"] == ["spool.flexor_radius"]
+    text = " ".join(answer.text.split())
+    assert "R_f does not matter here: no window depends on it" in text
+    assert "2 choices tie:" in text
+    assert "the least motor torque decides" in text
+
+
+def test_a_number_that_moves_one_window_of_many_matters():
+    limit = {"limits": {"peak_motor_torque": "11 N m"}}
+    windows = tendon.design({**SUITS, **limit}, jobs=1)
+    depends = windows.choices.pivot_table(
+        index=["spring_stiffness", "spool_ratio"],
+        columns="spool_flexor_radius",
+        values="pretension_to",
+    )
+    assert (depends.nunique(axis=1) > 1).any()
+    decided = windows.record["decided"]
+    assert decided is None or decided["no_effect"] == []
+
+
+@pytest.mark.parametrize("length", [1, 5])
+@pytest.mark.parametrize(
+    "content", [SUITS, TIED, FRONT, PEOPLE], ids=["suits", "tied", "front", "people"]
+)
+def test_the_answer_does_not_depend_on_how_the_work_is_cut(monkeypatch, content, length):
+    whole = tendon.design(content, jobs=1).record
+    monkeypatch.setattr(choices_module, "CHOICES_PER_PART", length)
+    cut = tendon.design(content, jobs=1).record
+    for name in ("best", "best_by", "decided", "front", "conflicts", "text"):
+        assert cut[name] == whole[name], name
+
+
+def test_any_cut_into_parts_keeps_what_may_be_first_and_counts_it():
+    question, solutions = solved_question(SUITS)
+    random = np.random.default_rng(3)
+    order = Order.of(question)
+    for _ in range(100):
+        # Values that tie, nearly tie, and form chains of near ties.
+        near = random.integers(-4, 5, len(solutions)) * 0.4e-9
+        settable = np.where(random.random(len(solutions)) < 0.5, 1.0, 0.5 + near)
+        tension = 100.0 * (1.0 + random.integers(-3, 4, len(solutions)) * 0.5e-9)
+        advice = random.integers(0, 4, len(solutions))
+        worst = solutions.worst.with_values(slice(None), solutions.worst)
+        worst.max_tension[:] = tension
+        varied = type(solutions)(
+            **{**vars(solutions), "settable": settable, "worst": worst, "advice": advice}
+        ).select(solutions.feasible)
+        whole = order.best(varied)
+        count = order.count_left([order.stages(varied)])
+        cuts = np.sort(random.integers(1, len(varied), 2))
+        parts = np.split(np.arange(len(varied)), cuts)
+        kept = []
+        stages = []
+        for part in parts:
+            if len(part):
+                selected = varied.select(part)
+                kept.append(part[order.may_be_first(selected)])
+                stages.append(order.stages(selected))
+        rows = np.concatenate(kept)
+        assert rows[order.best(varied.select(rows))] == whole
+        assert order.count_left(stages) == count
+
+
+def test_advice_comes_before_tolerance_and_tension_unless_it_is_off():
+    question, solutions = solved_question(SUITS)
+    feasible = solutions.select(solutions.feasible)
+    order = Order.of(question)
+    first = order.best(feasible)
+    without = question_of(tendon.study({**SUITS, "design": {"advice": False}}))
+    for code in (1, 2, 6):
+        advice = np.zeros(len(feasible), dtype=np.int64)
+        advice[first] = code
+        failing = type(feasible)(**{**vars(feasible), "advice": advice})
+        assert order.best(failing) != first
+        assert Order.of(without).best(failing) == first
+    # What cannot be built comes after what fails the rest of the advice.
+    everything = np.full(len(feasible), 1)
+    everything[3] = 6
+    assert order.best(type(feasible)(**{**vars(feasible), "advice": everything})) == 3
+
+
+def test_goals_replace_tolerance_and_tension():
+    answer = tendon.design({**SUITS, "design": {"maximise": ["tolerance_length"]}}, jobs=1)
+    best = answer.record["best"]
+    assert best["tolerance_length"] == pytest.approx(answer.choices["tolerance_length"].max())
+    assert answer.record["decided"]["rule"] == "tolerance_length"
+    torque = {"minimise": ["peak_motor_torque"]}
+    best = tendon.design({**SUITS, "design": torque}, jobs=1)
+    least = best.choices.loc[best.choices["feasible"], "peak_motor_torque"].abs().min()
+    assert abs(best.record["best"]["peak_motor_torque"]) == pytest.approx(least)
+
+
+def test_between_the_points_the_search_keeps_the_order():
+    springs = {"stiffness": {"from": "2 kN/m", "to": "12 kN/m", "num": 4}}
+    content = {**LOADS, "spring": springs, "spool": {"ratio": 0.5}}
+    answer = tendon.design(content, jobs=1)
+    best = answer.record["best"]
+    grid = answer.choices[~answer.choices["refined"] & (answer.choices["tolerance_length"] >= 6e-3)]
+    assert best["tolerance_length"] >= 6e-3 * (1.0 - 1e-9)
+    assert best["max_tension"] <= grid["max_tension"].min()
+    assert best["refined"]
+    # With one number the best lies where the tolerance is just enough: a softer one has too little.
+    softer = {**content, "spring": {"stiffness": 0.999 * best["spring_stiffness"]}}
+    assert tendon.design(softer, jobs=1).choices["tolerance_length"].item() < 6e-3
+
+
+def test_the_window_solver_cuts_nothing_that_the_order_needs(monkeypatch):
+    expected = told(SUITS)
+    monkeypatch.setattr(solutions_module, "_WINDOWS_AT_ONCE", 5)
+    assert told(SUITS) == expected
