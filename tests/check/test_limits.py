@@ -46,7 +46,10 @@ BADNESS = {
     "min_extensor_tension": lambda states: -states.filter(like="extensor_tension_").min(axis=1),
     # The springs are equal: the larger tension stretches its spring more.
     "max_spring_extension": lambda states: states.filter(like="tension_distal").max(axis=1),
-    "max_contact_pressure": lambda states: states["extensor_tension_distal"],
+    # The strap presses from 10 degrees on.
+    "max_contact_pressure": lambda states: states["extensor_tension_distal"].where(
+        states["elbow_angle"] > np.radians(9.99), 0.0
+    ),
 }
 """Functions of the table of states that are largest in the state that breaks a limit most."""
 
