@@ -19,6 +19,7 @@ from tendon_cli.answer_record import (
     ConflictRecord,
     FixRecord,
     RelaxationRecord,
+    VerifiedRecord,
 )
 from tendon_cli.answers.limit_curves import curves_of
 from tendon_cli.answers.question_facts import (
@@ -30,13 +31,14 @@ from tendon_cli.answers.question_facts import (
 from tendon_cli.answers.remedies import fixes, relaxations, sampled
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.answers.setup import drift_record, remarks, setting_record
-from tendon_cli.answers.tables import as_records, choice_columns, choice_rows
+from tendon_cli.answers.tables import VERIFIED, as_records, choice_columns, choice_rows
 from tendon_cli.answers.text_notes import (
     PROOF_METHOD,
     note_on_remedies,
     note_on_worst_values,
     scope_words,
 )
+from tendon_cli.answers.verified_record import fresh_record, verified_record
 from tendon_cli.engine.task import Note
 from tendon_cli.model.kinematics import Rows
 from tendon_cli.model.window import Ends
@@ -45,9 +47,11 @@ from tendon_cli.space.axis import evenly_spaced
 from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows import candidates
 from tendon_cli.windows.candidates import LimitPair
+from tendon_cli.windows.coverage import ROUNDING
 from tendon_cli.windows.question import Question, rows_to_prove
 from tendon_cli.windows.solutions import Solutions, solve
 from tendon_cli.windows.solver import Solver
+from tendon_cli.windows.verification import Verified, Verifier
 
 _REFINED_ON_FRONT = 24
 """Most choices of a front that are refined between the points of the grid."""
@@ -69,6 +73,8 @@ class NamedChoices:
     """Choices that no other beats, in the order of the first goal; None without several goals."""
     given_up: float | None = None
     """Largest share of the span of any goal on the front that the best compromise gives up."""
+    verified: dict[int, VerifiedRecord] = field(default_factory=dict)
+    """Judgements of a fresh sample by the rows of the choices."""
     places: dict[tuple[Any, ...], int] = field(default_factory=dict)
     """Order of choices between the points of the grid in the table, by their values."""
 
@@ -115,6 +121,24 @@ class NamedChoices:
         if self.front is not None:
             self.front = certify_all(solver, self.front, certificates)
 
+    def verify(self, verifier: Verifier | None, proved: Solutions | None) -> None:
+        """Have a fresh sample judge all choices that the answer names.
+
+        Args:
+            verifier: Judge; None without a fresh sample.
+            proved: Choices that the study names to be proved.
+        """
+        choices = [choice for choice in (*self.best.values(), self.front, proved) if choice]
+        if verifier is None or not choices:
+            return
+        named = Solutions.concatenate(choices)
+        _, first = np.unique(named.row, return_index=True)
+        for place in first:
+            choice = named.select([place])
+            judged = verifier.judge(choice)
+            if judged is not None:
+                self.verified[choice.row.item()] = verified_record(judged)
+
     @property
     def rows_on_front(self) -> Rows:
         """Rows of the choices that no other beats; none if the study leaves its goals open."""
@@ -129,7 +153,8 @@ class NamedChoices:
         is_refined = choices.row >= len(self.question.choices)
         on_front = np.isin(choices.row, self.rows_on_front)
         rows = choice_rows(self.question, choices, is_refined) | {"on_front": on_front}
-        records = as_records(choice_columns(self.question), rows)
+        columns = choice_columns(self.question)
+        records = as_records(tuple(one for one in columns if one.name not in VERIFIED), rows)
         return [
             self._record(number, record)
             for number, record in zip(choices.row.tolist(), records, strict=True)
@@ -142,7 +167,12 @@ class NamedChoices:
             binds = row[f"{end}_by"] is not None
             condition = row[f"{end}_condition"]
             under[f"{end}_under"] = condition_values(self.question, condition) if binds else {}
-        return cast("ChoiceRecord", {"choice": number, **row, **under})
+        judged = self.verified.get(number)
+        feasible = row["feasible"]
+        if judged is not None:
+            feasible = feasible and judged["value"] >= self.question.serve - ROUNDING
+        own = {"choice": number, **row, **under, "feasible": feasible, "served_verified": judged}
+        return cast("ChoiceRecord", own)
 
 
 def _front(solver: Solver, feasible: Solutions, bests: list[Solutions]) -> Solutions:
@@ -190,9 +220,20 @@ def certify_all(solver: Solver, choices: Solutions, certificates: Certificates) 
     return Solutions.concatenate(proved)
 
 
-def make_record(
-    solver: Solver, notes: Sequence[Note]
-) -> tuple[AnswerResults, Solutions, ChoiceRecord]:
+@dataclass(frozen=True, eq=False)
+class Made:
+    """The record of an answer, and the choice that its part on persons or draws is about."""
+
+    record: AnswerResults
+    chosen: Solutions
+    """Choice that is named first, or else the one that serves most."""
+    row: ChoiceRecord
+    """Its row in the table."""
+    judged: Verified | None
+    """Judgement of a fresh sample on it; None without one."""
+
+
+def make_record(solver: Solver, notes: Sequence[Note]) -> Made:
     """Make the record of an answer.
 
     Choices that may matter are solved again, since the notes have only their rows. A choice that
@@ -203,8 +244,7 @@ def make_record(
         notes: Notes of all parts.
 
     Returns:
-        The record; the choice that is named first, or else the one that serves most; its row in
-        the table.
+        The record, and the choice that is named first, or else the one that serves most.
     """
     question = solver.question
     to_prove = rows_to_prove(question)
@@ -229,6 +269,8 @@ def make_record(
         is_unchanged = ~np.isin(relevant.row, [choice.row.item() for choice in lost])
         relevant = Solutions.concatenate([relevant.select(is_unchanged), *lost])
         feasible -= len(lost)
+    verifier = Verifier.of(solver)
+    named.verify(verifier, proved)
     chosen = next(iter(named.best.values()), None)
     between = None
     ends = None
@@ -246,6 +288,7 @@ def make_record(
         "conditions": len(question.conditions),
         "feasible": feasible,
         "serve": question.serve,
+        "verified_by": None if verifier is None else fresh_record(verifier.sample),
         **_best_record(solver, named, chosen, ends),
         "between_samples": between,
         "proved": [] if proved is None else named.records(proved),
@@ -255,7 +298,8 @@ def make_record(
         "notes": [*_notes(question), *notes_on_remedies],
         "population": None,
     }
-    return record, named_first, named.records(named_first)[0]
+    judged = None if verifier is None else verifier.judge(named_first)
+    return Made(record, named_first, named.records(named_first)[0], judged)
 
 
 def _lost_windows(relevant: Solutions, certificates: Certificates) -> list[Solutions]:

@@ -149,6 +149,7 @@ def _fix(solver: Solver, points: Points, key: str, before: float) -> FixRecord:
             "max_contact_pressure": None,
             "printed": "",
             "printed_pretension": "",
+            "served_verified": None,
         }
     change, opening = min(openings, key=lambda of: abs(np.log(of[1].value / before)))
     solved = change.solve(solver, np.array([opening.value]), points, with_worst=True)
@@ -166,6 +167,7 @@ def _fix(solver: Solver, points: Points, key: str, before: float) -> FixRecord:
         "max_contact_pressure": finite_or_none(solved.worst.max_contact_pressure[0]),
         "printed": printed.text,
         "printed_pretension": printed.pretension,
+        "served_verified": None,
     }
 
 
@@ -238,6 +240,7 @@ def _relaxation(solver: Solver, change: Change) -> RelaxationRecord:
             "values": {},
             "pretension": None,
             "served": float(at_farthest.served.max()),
+            "served_verified": None,
         }
     printed = printed_value(solver, change, opening)
     solved = printed.solved
@@ -257,4 +260,5 @@ def _relaxation(solver: Solver, change: Change) -> RelaxationRecord:
         "values": values,
         "pretension": float(best.pretension[0]),
         "served": float(best.served_at[0]),
+        "served_verified": None,
     }
