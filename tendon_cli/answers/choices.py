@@ -200,7 +200,9 @@ class Choices(Task):
         named = named_rows(answer)
         if "choices" in self.last_files:
             # The table says what the study's own sample does; only feasible choices are refined.
-            refined = [{**row, "feasible": True} for row in named if row["refined"]]
+            refined = [row.copy() for row in named if row["refined"]]
+            for row in refined:
+                row["feasible"] = True
             yield self._file_of_rows("choices", self.tables["choices"] - 1, refined)
         yield self._file_of_rows("named", 0, named)
         population = answer["population"]

@@ -228,7 +228,7 @@ def _by_sex_of_fresh(question: Question, judged: Verified) -> list[SexRecord]:
         return []
     sexes = np.array(judged.sample.sexes)
     shares: list[SexRecord] = []
-    for sex in dict.fromkeys(judged.sample.sexes):
+    for sex in dict.fromkeys(sexes.tolist()):
         is_served = judged.is_served[sexes == sex]
         share = float(is_served.mean())
         persons = len(is_served)

@@ -28,7 +28,13 @@ from tendon_cli.answers.question_facts import (
     notes_of,
     question_record,
 )
-from tendon_cli.answers.remedies import fixes, relaxations, sampled
+from tendon_cli.answers.remedies import (
+    choices_to_relax_for,
+    fixes,
+    relaxations,
+    sampled,
+    thinned,
+)
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.answers.setup import drift_record, remarks, setting_record
 from tendon_cli.answers.tables import VERIFIED, as_records, choice_columns, choice_rows
@@ -36,11 +42,13 @@ from tendon_cli.answers.text_notes import (
     PROOF_METHOD,
     note_on_remedies,
     note_on_worst_values,
+    note_without_fresh_sample,
     scope_words,
 )
 from tendon_cli.answers.verified_record import fresh_record, verified_record
 from tendon_cli.engine.task import Note
 from tendon_cli.model.kinematics import Rows
+from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
 from tendon_cli.model.window import Ends
 from tendon_cli.proof.certify import Certificate, certify
 from tendon_cli.space.axis import evenly_spaced
@@ -56,6 +64,8 @@ from tendon_cli.windows.verification import Verified, Verifier
 _REFINED_ON_FRONT = 24
 """Most choices of a front that are refined between the points of the grid."""
 
+Remedies = tuple[list[FixRecord], list[RelaxationRecord], list[str]]
+"""Fixes, relaxations, and notes on how they were found."""
 Certificates = dict[tuple[float, ...], Certificate]
 """Certificates by the values that their choices have of each axis, in the order of the proofs."""
 
@@ -281,7 +291,13 @@ def make_record(solver: Solver, notes: Sequence[Note]) -> Made:
     named_first = chosen
     if named_first is None:
         named_first = relevant.select([int(np.argmax(relevant.served))])
-    fixed, relaxed, notes_on_remedies = _remedies(solver, relevant, conflicts, chosen)
+    is_refuted = chosen is not None and not named.records(chosen)[0]["feasible"]
+    if chosen is None:
+        fixed, relaxed, notes_on_remedies = _remedies(solver, relevant, conflicts, verifier)
+    elif is_refuted and verifier is not None:
+        fixed, relaxed, notes_on_remedies = _remedies_of_refuted(verifier, chosen)
+    else:
+        fixed, relaxed, notes_on_remedies = [], [], []
     record: AnswerResults = {
         "question": question_record(question),
         "choices": sum(note["choices"] for note in notes),
@@ -295,7 +311,7 @@ def make_record(solver: Solver, notes: Sequence[Note]) -> Made:
         "conflicts": [*_conflicts(named, relevant, conflicts)],
         "fixes": fixed,
         "would_take": relaxed,
-        "notes": [*_notes(question), *notes_on_remedies],
+        "notes": [*_notes(question, verifier), *notes_on_remedies],
         "population": None,
     }
     judged = None if verifier is None else verifier.judge(named_first)
@@ -382,19 +398,23 @@ def _window_for_all(question: Question, ends: Ends) -> list[float | None] | None
     return [low, finite_or_none(high)]
 
 
-def _notes(question: Question) -> Iterator[str]:
-    """Yield the notes of a question, and one on the worst values if not all choices have them."""
+def _notes(question: Question, verifier: Verifier | None) -> Iterator[str]:
+    """Yield the notes of a question, and on worst values and a fresh sample if these are missing."""
     yield from notes_of(question)
+    if verifier is None and question.conditions.groups is not None:
+        is_wanted = question.study.design.verify > 0
+        yield note_without_fresh_sample(question.groups.noun, is_wanted=is_wanted)
     if candidates.leaves_out(question):
         yield note_on_worst_values(len(question.choices))
 
 
 def _remedies(
-    solver: Solver, relevant: Solutions, conflicts: Counter[LimitPair], chosen: Solutions | None
-) -> tuple[list[FixRecord], list[RelaxationRecord], list[str]]:
-    """Return fixes, relaxations, and notes on them, if no choice has a window."""
-    if chosen is not None:
-        return [], [], []
+    solver: Solver,
+    relevant: Solutions,
+    conflicts: Counter[LimitPair],
+    verifier: Verifier | None,
+) -> Remedies:
+    """Return fixes, relaxations, and notes on them, where no choice has a window."""
     question = solver.question
     groups = question.groups
     closest = candidates.nearest(relevant)
@@ -403,7 +423,27 @@ def _remedies(
     if len(tried.groups) < len(groups):
         notes.append(note_on_remedies(len(tried.groups), len(groups), groups.noun))
     limits = {limit for pair in conflicts for limit in pair}
-    return fixes(solver.for_question(tried), closest), relaxations(solver, limits), notes
+    points = choices_to_relax_for(question)
+    return (
+        fixes(solver.for_question(tried), closest, verifier),
+        relaxations(solver, limits, points, verifier),
+        notes,
+    )
+
+
+def _remedies_of_refuted(verifier: Verifier, chosen: Solutions) -> Remedies:
+    """Return fixes, relaxations and notes for a choice that the fresh sample refutes.
+
+    They are sought with some of the fresh sample, and hold for all of it.
+    """
+    few = verifier.solver.for_question(thinned(verifier.solver.question))
+    codes = (chosen.from_binding.by[0], chosen.to_binding.by[0])
+    limits = {LIMIT_NAMES[code] for code in codes if code != NOTHING}
+    return (
+        fixes(few, chosen, verifier),
+        relaxations(few, limits, chosen.points, verifier),
+        [],
+    )
 
 
 def _conflicts(
