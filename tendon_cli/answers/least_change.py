@@ -23,7 +23,7 @@ from tendon_cli.windows.solutions import Solutions, solve
 from tendon_cli.windows.solver import Solver
 from tendon_cli.windows.verification import Verified, Verifier
 
-_BEYOND = (0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 1.0)
+_BEYOND = (0.0, 0.01, 0.03, 0.1, 0.3, 1.0)
 """Shares of the way to the farthest value at which a fresh sample tries whether enough is served,
 where the study's own sample has found a value too little."""
 _DIGITS = range(3, 16)

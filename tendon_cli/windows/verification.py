@@ -105,6 +105,8 @@ class Verifier:
         group_low, group_high = groups.windows(ends.low, ends.high)
         is_served = serves(group_low, group_high, pretension)
         value = float(groups.share(is_served)[0])
+        if np.ptp(groups.weighting) == 0.0:
+            value = float(np.mean(is_served))  # without the rounding of a weighted sum
         effective = effective_count_of_strata(
             is_served[0], self.sample.weighting, self.sample.strata
         )

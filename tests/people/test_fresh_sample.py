@@ -237,18 +237,13 @@ def test_over_300_repeats_the_share_is_unbiased_and_its_interval_covers():
 
 # --- The answer -----------------------------------------------------------------------------------
 
-REFUTED = {"spring": {"stiffness": [4.5e3, 4.6e3]}, "spool": {"ratio": [0.5, 0.51]}}
+REFUTED = {"spring": {"stiffness": [4.3e3, 4.4e3]}, "spool": {"ratio": [0.5, 0.51]}}
 
 
 @pytest.fixture(scope="module")
 def refuted():
     """Return an answer whose choice serves enough of its own sample, and not of the fresh one."""
-    for seed in range(40):
-        answer = tendon.design(study_of(people(40, seed, by="sex"), LOADS, REFUTED))
-        best = answer.best
-        if best and not best["feasible"]:
-            return answer
-    raise AssertionError("no seed gives such a sample")
+    return tendon.design(study_of(people(40, by="sex"), LOADS, REFUTED))
 
 
 def test_a_choice_that_the_fresh_sample_refutes_is_said_so_and_not_replaced(refuted):
