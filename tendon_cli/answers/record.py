@@ -399,7 +399,7 @@ def _window_for_all(question: Question, ends: Ends) -> list[float | None] | None
 
 
 def _notes(question: Question, verifier: Verifier | None) -> Iterator[str]:
-    """Yield the notes of a question, and on worst values and a fresh sample if these are missing."""
+    """Yield the notes of a question, and on worst values or a fresh sample that it lacks."""
     yield from notes_of(question)
     if verifier is None and question.conditions.groups is not None:
         is_wanted = question.study.design.verify > 0
