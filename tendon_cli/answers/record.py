@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -64,10 +64,16 @@ from tendon_cli.windows.verification import Verified, Verifier
 _REFINED_ON_FRONT = 24
 """Most choices of a front that are refined between the points of the grid."""
 
-Remedies = tuple[list[FixRecord], list[RelaxationRecord], list[str]]
-"""Fixes, relaxations, and notes on how they were found."""
 Certificates = dict[tuple[float, ...], Certificate]
 """Certificates by the values that their choices have of each axis, in the order of the proofs."""
+
+
+class Remedies(NamedTuple):
+    """Changes that would give a window, and notes on how they were found."""
+
+    fixes: Sequence[FixRecord] = ()
+    relaxations: Sequence[RelaxationRecord] = ()
+    notes: Sequence[str] = ()
 
 
 @dataclass(eq=False)
@@ -292,12 +298,11 @@ def make_record(solver: Solver, notes: Sequence[Note]) -> Made:
     if named_first is None:
         named_first = relevant.select([int(np.argmax(relevant.served))])
     is_refuted = chosen is not None and not named.records(chosen)[0]["feasible"]
+    remedies = Remedies()
     if chosen is None:
-        fixed, relaxed, notes_on_remedies = _remedies(solver, relevant, conflicts, verifier)
+        remedies = _remedies(solver, relevant, conflicts, verifier)
     elif is_refuted and verifier is not None:
-        fixed, relaxed, notes_on_remedies = _remedies_of_refuted(verifier, chosen)
-    else:
-        fixed, relaxed, notes_on_remedies = [], [], []
+        remedies = _remedies_of_refuted(verifier, chosen)
     record: AnswerResults = {
         "question": question_record(question),
         "choices": sum(note["choices"] for note in notes),
@@ -309,9 +314,9 @@ def make_record(solver: Solver, notes: Sequence[Note]) -> Made:
         "between_samples": between,
         "proved": [] if proved is None else named.records(proved),
         "conflicts": [*_conflicts(named, relevant, conflicts)],
-        "fixes": fixed,
-        "would_take": relaxed,
-        "notes": [*_notes(question, verifier), *notes_on_remedies],
+        "fixes": [*remedies.fixes],
+        "would_take": [*remedies.relaxations],
+        "notes": [*_notes(question, verifier), *remedies.notes],
         "population": None,
     }
     judged = None if verifier is None else verifier.judge(named_first)
@@ -424,7 +429,7 @@ def _remedies(
         notes.append(note_on_remedies(len(tried.groups), len(groups), groups.noun))
     limits = {limit for pair in conflicts for limit in pair}
     points = choices_to_relax_for(question)
-    return (
+    return Remedies(
         fixes(solver.for_question(tried), closest, verifier),
         relaxations(solver, limits, points, verifier),
         notes,
@@ -439,11 +444,7 @@ def _remedies_of_refuted(verifier: Verifier, chosen: Solutions) -> Remedies:
     few = verifier.solver.for_question(thinned(verifier.solver.question))
     codes = (chosen.from_binding.by[0], chosen.to_binding.by[0])
     limits = {LIMIT_NAMES[code] for code in codes if code != NOTHING}
-    return (
-        fixes(few, chosen, verifier),
-        relaxations(few, limits, chosen.points, verifier),
-        [],
-    )
+    return Remedies(fixes(few, chosen, verifier), relaxations(few, limits, chosen.points, verifier))
 
 
 def _conflicts(
