@@ -25,8 +25,10 @@ stiffness = "7 kN/m"
 ratio = 0.6
 [load]
 mass = {LOADS}
+[design]
+serve = 0.5
 """
-"""Study of one choice for people."""
+"""Study of one choice for people, which serves enough of them."""
 
 
 def states_study(pretensions: int, springs: int, ratios: int) -> str:
