@@ -20,9 +20,9 @@ from tendon_cli.windows.solver import Solver
 if TYPE_CHECKING:
     from tendon_cli.studies.fresh_sample import FreshSample
 
-_POSTURES = 9
-"""Postures of the upper arm at which an interval of them is judged: limits are linear in its sine
-and cosine, so that over 40° they miss 0.1 % of the arm's weight between."""
+_POSTURE_STEP = np.radians(5.0)
+"""Largest step between postures of the upper arm at which an interval of them is judged, rad.
+Limits are linear in its sine and cosine, so that they miss 0.1 % of the arm's weight between."""
 _INSIDE = 3
 """Values at which any other interval is judged in which limits are not linear."""
 
@@ -137,7 +137,10 @@ def _with_inside(question: Question, axis: Axis) -> Axis:
     """
     if axis.key not in question.whole_intervals:
         return axis
-    count = _POSTURES if axis.key == LEAN else _INSIDE
     ends = axis.numbers[axis.key]
+    count = _INSIDE
+    if axis.key == LEAN:
+        steps = np.ceil(np.ptp(ends) / _POSTURE_STEP - ROUNDING)
+        count = 1 + max(1, int(steps))
     values = np.linspace(ends[0], ends[-1], count)
     return replace(axis, numbers={axis.key: values}, is_interval=False)
