@@ -33,6 +33,7 @@ _SECTIONS = {
     "memory": sections.memory,
     "start": starts.start_up,
     "figures": starts.figures,
+    "verify": starts.fresh_sample,
     "joblib": sections.plain_script,
 }
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 
+from benchmarks import studies
 from benchmarks.machine import ROOT
 from benchmarks.measure import Times, Took, interleaved, run
 from benchmarks.report import Ratio
@@ -37,6 +38,35 @@ def start_up(bench: Bench) -> None:
         _of_minima("small study / importing its libraries", small, libraries, 1.5),
         _of_minima("tendon --help / import typer", helped, typer, 1.3),
         Ratio("import tendon_cli beyond import typer, ms", beyond_typer, 10.0, processor=worked),
+    )
+
+
+def fresh_sample(bench: Bench) -> None:
+    """Measure what judging one choice by 10,000 fresh persons adds to an answer."""
+    bench.report.heading(
+        f"Fresh sample of 10,000 for one choice (of the minima of"
+        f" {bench.small_rounds} interleaved runs)"
+    )
+    study = bench.study(studies.ONE_SUIT)
+
+    def answered(verify: int) -> Took:
+        folder = bench.fresh("answer")
+        setting = ["--set", f"design.verify={verify}"]
+        words = ["design", str(study), "--out", str(folder), "--quiet", "--no-figures", *setting]
+        return run([*TENDON, *words])
+
+    judged, alone = _measured(
+        bench,
+        {
+            "answer with a fresh sample": lambda: answered(10_000),
+            "answer without one": lambda: answered(0),
+        },
+    )
+    more = min(judged.seconds) - min(alone.seconds)
+    worked = min(judged.processor) - min(alone.processor)
+    note = f"{min(judged.seconds):.2f} s, {min(alone.seconds):.2f} s"
+    bench.report.add(
+        Ratio("seconds more for the fresh sample", more, 1.0, note=note, processor=worked)
     )
 
 

@@ -15,6 +15,21 @@ takes less."""
 KEPT = '[output]\nstates = ["status", "flexor_tension_distal", "motor_torque"]\n'
 """End of a study that writes only three columns of its states."""
 
+ONE_SUIT = f"""
+name = "one-suit"
+[people]
+count = 500
+[spring]
+stiffness = "7 kN/m"
+[spool]
+ratio = 0.6
+[load]
+mass = {LOADS}
+[design]
+serve = 0.5
+"""
+"""Study of one choice for people, which serves enough of them."""
+
 
 def states_study(pretensions: int, springs: int, ratios: int) -> str:
     """Return a study with both tables, over pretension, springs, spool and four loads.

@@ -89,6 +89,17 @@ class QuestionRecord(TypedDict):
 
 # --- Choices --------------------------------------------------------------------------------------
 
+VerifiedRecord = TypedDict(
+    "VerifiedRecord",
+    {"value": float, "interval_95": Interval, "of": int, "from": float | None, "to": float | None},
+)
+"""Judgement of a fresh sample on a choice at its pretension.
+
+`value` is the share that it serves, `interval_95` that of all who could have been drawn, and `of`
+the number of persons or draws. From `from` to `to`, N, at least `serve` are served; `from` is null
+if no pretension serves so many, `to` also if nothing bounds it.
+"""
+
 
 class ChoiceRecord(TypedDict):
     """A row of `choices.parquet`, with its place; it has a value for the column of each axis, too.
@@ -159,7 +170,10 @@ class ChoiceRecord(TypedDict):
     between_samples: str
     """Status of the window between the samples: one of `say.STATUSES`."""
     feasible: bool
-    """True if it has a window; if the pretension is given, one that serves enough."""
+    """True if it has a window; if the pretension is given, one that serves enough; and if a fresh
+    sample judges it, that its pretension serves enough of it."""
+    served_verified: VerifiedRecord | None
+    """Judgement of a fresh sample; null without one, and for choices that are not named."""
     on_front: bool
     """True if no other choice is as good in every goal and better in one."""
 
@@ -449,6 +463,8 @@ class FixRecord(TypedDict):
     """The value with its unit, rounded so that it gives a window when it is typed in."""
     printed_pretension: str
     """A pretension in the window of the printed value, N."""
+    served_verified: VerifiedRecord | None
+    """Judgement of a fresh sample on the printed value at that pretension; null without one."""
 
 
 class RelaxationRecord(TypedDict):
@@ -472,6 +488,8 @@ class RelaxationRecord(TypedDict):
     """Its pretension, N."""
     served: float
     """Share that it serves; without one the largest share at the farthest value."""
+    served_verified: VerifiedRecord | None
+    """Judgement of a fresh sample; null without one."""
 
 
 # --- Persons and draws ----------------------------------------------------------------------------
@@ -606,6 +624,9 @@ class PopulationRecord(TypedDict):
     served: float
     """Share that the pretension serves."""
     interval_95: Interval
+    served_verified: VerifiedRecord | None
+    """Judgement of a fresh sample; null without one. The rest is of the study's own sample, but
+    for `by` and `curve`, which are of the fresh one if its persons are drawn."""
     largest_share: float
     """Largest share that one pretension serves."""
     largest_share_at: float | None
@@ -657,6 +678,17 @@ class BestRecord(TypedDict):
     """Motion of the ends of the best choice's window, the largest per 1 % first."""
 
 
+class FreshRecord(TypedDict):
+    """The fresh sample that judges the choices that an answer names."""
+
+    count: int
+    """Number of members."""
+    persons: int
+    """Number of persons of a file, for all of whom there are draws; 0 without a file."""
+    kind: Literal["persons", "draws"]
+    """Noun for the members: persons are drawn, too, or draws alone."""
+
+
 class AnswerResults(BestRecord):
     """Answer without the facts of the run."""
 
@@ -669,6 +701,9 @@ class AnswerResults(BestRecord):
     """Number of choices that have a window."""
     serve: float
     """Share that a window must serve."""
+    verified_by: FreshRecord | None
+    """Fresh sample that judges the named choices; null without persons and draws, or if the study
+    wants none."""
     between_samples: BetweenSamples | None
     """Proof of the windows; null if no choice has one."""
     proved: list[ChoiceRecord]

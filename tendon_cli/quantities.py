@@ -205,6 +205,11 @@ _OF_WINDOWS = (
     _quantity("set_flexor_tension_motor", "set F_I^f", "force", "tension to set in the flexor at the motor"),
     _quantity("set_extensor_tension_motor", "set F_I^e", "force", "tension to set in the extensor at the motor"),
     _quantity("tolerance_length", "±l", "length", "half the window as a length taken from both tendons"),
+    _quantity("served_verified", "served*", "number", "share of a fresh sample that the pretension serves"),
+    _quantity("served_verified_low", "served* low", "number", "lower end of the 95 % interval of served_verified"),
+    _quantity("served_verified_high", "served* high", "number", "upper end of the 95 % interval of served_verified"),
+    _quantity("verified_from", "from*", "force", "smallest pretension that serves enough of the fresh sample"),
+    _quantity("verified_to", "to*", "force", "largest pretension that serves enough of the fresh sample"),
     _quantity("served_at", "served at", "number", "share of people, draws or conditions that the pretension serves"),
 )  # fmt: skip
 

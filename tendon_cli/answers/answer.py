@@ -44,8 +44,8 @@ class Answer(Result):
 
     @property
     def is_negative(self) -> bool:
-        """True if no choice has a window."""
-        return not self.feasible
+        """True if no choice has a window, or if the fresh sample refutes the one named first."""
+        return self.best is None or not self.best["feasible"]
 
     @property
     def _answer(self) -> AnswerRecord:
@@ -68,6 +68,8 @@ class Answer(Result):
         """
         import pandas as pd
 
+        from tendon_cli.answers.tables import flat
+
         rows = dict(self._answer["best_by"])
         candidates = self.front or ([self.best] if self.best else [])
         goals = [Goal(**goal) for goal in self._answer["goals"]]
@@ -76,7 +78,8 @@ class Answer(Result):
                 column = [value_of(row, goal.column) for row in candidates]
                 values = np.array(column, dtype=np.float64)
                 rows[goal.column] = candidates[int(np.argmax(goal.score(values)))]
-        table = pd.DataFrame.from_dict(rows, orient="index")
+        flat_rows = {column: flat(row) for column, row in rows.items()}
+        table = pd.DataFrame.from_dict(flat_rows, orient="index")
         return table.drop(columns=["from_under", "to_under"], errors="ignore")
 
     @property

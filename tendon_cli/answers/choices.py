@@ -10,7 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from tendon_cli.answer_record import ChoiceRecord, PopulationRecord, as_answer, value_of
+from tendon_cli.answer_record import ChoiceRecord, PopulationRecord, as_answer
 from tendon_cli.answers import tables as answer_tables
 from tendon_cli.answers.decision import is_of_order
 from tendon_cli.answers.design_kind import DESIGN
@@ -176,10 +176,13 @@ class Choices(Task):
 
     def results(self, notes: Sequence[Note], proving: Callable[[int, int], None]) -> dict[str, Any]:
         """Return the record of the answer, from the notes of all parts."""
-        record, chosen, row = make_record(self.solver, notes, proving)
+        made = make_record(self.solver, notes, proving)
+        record = made.record
         if self.persons is not None:
-            windows = GroupWindows.of(self.solver, chosen.points)
-            record["population"] = population(self.solver, chosen, row, windows)
+            windows = GroupWindows.of(self.solver, made.chosen.points)
+            record["population"] = population(
+                self.solver, made.chosen, made.row, windows, made.judged
+            )
         return {**record, "blocks": [*answer_blocks(record)], "text": answer_text(record)}
 
     def warnings(self, record: Mapping[str, Any]) -> list[str]:  # noqa: ARG002
@@ -198,7 +201,10 @@ class Choices(Task):
         answer = as_answer(record)
         named = named_rows(answer)
         if "choices" in self.last_files:
-            refined = [row for row in named if value_of(row, "refined")]
+            # The table says what the study's own sample does; only feasible choices are refined.
+            refined = [row.copy() for row in named if row["refined"]]
+            for row in refined:
+                row["feasible"] = True
             yield self._file_of_rows("choices", self.tables["choices"] - 1, refined)
         yield self._file_of_rows("named", 0, named)
         population = answer["population"]

@@ -21,7 +21,11 @@ from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import Solutions, solve
 from tendon_cli.windows.solver import Solver
+from tendon_cli.windows.verification import Verified, Verifier
 
+_BEYOND = (0.0, 0.01, 0.03, 0.1, 0.3, 1.0)
+"""Shares of the way to the farthest value at which a fresh sample tries whether enough is served,
+where the study's own sample has found a value too little."""
 _DIGITS = range(3, 16)
 """Numbers of significant digits with which a value is printed."""
 
@@ -70,6 +74,18 @@ class Change:
     def toward(self) -> float:
         """Infinity or minus infinity: the direction of the change."""
         return np.inf if self.farthest > self.before else -np.inf
+
+    def beyond(self, value: float, share: float) -> float:
+        """Return the value at a share of the way from a value to the farthest, SI."""
+        if self.is_geometric:
+            return float(value * (self.farthest / value) ** share)
+        return value + share * (self.farthest - value)
+
+    def applied(self, question: Question, value: float, points: Points) -> tuple[Question, Points]:
+        """Return a question and choices with a value of the number, SI."""
+        if self._is_of_choices(question):
+            return question, points.with_numbers({self.key: np.full(len(points), value)})
+        return self._changed(question, value), points
 
     def solve(
         self, solver: Solver, values: Array, points: Points, *, with_worst: bool = False
@@ -172,6 +188,37 @@ def least_change(solver: Solver, change: Change) -> Opening | None:
     else:
         last_empty = change.before
     return _narrow_down(solver, change, space, last_empty, Opening(open_value, trial.points))
+
+
+def least_on_fresh_sample(verifier: Verifier, change: Change, opening: Opening) -> Opening | None:
+    """Return the least value, from an opening on, that serves enough of a fresh sample.
+
+    A value that is just enough for the sample by which it was found is as often too little for
+    another.
+
+    Args:
+        verifier: Judge by the fresh sample.
+        change: The change.
+        opening: Opening by the study's own sample.
+
+    Returns:
+        The value and the choices with a window; None if no value up to the farthest serves enough.
+    """
+    for share in _BEYOND:
+        value = change.beyond(opening.value, share)
+        solved = change.solve(verifier.solver, np.array([value]), opening.points)
+        if solved.feasible.any():
+            return Opening(value, opening.points.select(solved.feasible))
+    return None
+
+
+def judge_change(
+    verifier: Verifier, change: Change, printed: PrintedValue, points: Points
+) -> Verified | None:
+    """Return the judgement of a fresh sample on the first of some choices at a printed value."""
+    question, changed = change.applied(verifier.solver.question, printed.value, points)
+    pretension = float(printed.solved.pretension[0])
+    return verifier.for_question(question).judge_at(changed.select([0]), pretension)
 
 
 def printed_value(solver: Solver, change: Change, opening: Opening) -> PrintedValue:

@@ -33,6 +33,7 @@ from tendon_cli.answers.text_people import (
     population_title,
     reason_words,
 )
+from tendon_cli.answers.verified_record import fresh_record, verified_record
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, Codes
@@ -51,6 +52,7 @@ from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import Solutions
 from tendon_cli.windows.solver import Solver
 from tendon_cli.windows.study_arm import study_arm
+from tendon_cli.windows.verification import Verified
 
 MOST_SIZES = 3
 _MOST_ALONG = 16
@@ -120,7 +122,11 @@ def person_of(question: Question, groups: Rows) -> Rows:
 
 
 def population(
-    solver: Solver, chosen: Solutions, row: ChoiceRecord, windows: GroupWindows
+    solver: Solver,
+    chosen: Solutions,
+    row: ChoiceRecord,
+    windows: GroupWindows,
+    judged: Verified | None = None,
 ) -> PopulationRecord:
     """Return the record of a choice for persons or draws: whom it serves, and why not the others.
 
@@ -129,6 +135,8 @@ def population(
         chosen: The choice.
         row: Its row of the table.
         windows: Its windows for all groups.
+        judged: Judgement of a fresh sample on it, which then gives the shares by sex and the curve
+            if it has persons or draws of its own.
     """
     question = solver.question
     groups = question.groups
@@ -137,6 +145,10 @@ def population(
     served = float(chosen.served_at[0])
     largest_share = float(chosen.served[0])
     curve = coverage.curve(windows.low, windows.high, groups.weighting)
+    by = [] if people is None else _by_sex(question, people, windows.served(pretension))
+    if judged is not None and not judged.sample.persons:
+        curve = coverage.curve(*judged.windows, judged.sample.weighting)
+        by = _by_sex_of_fresh(question, judged)
     count = len(curve.pretension)
     thinned = evenly_spaced(count, _MOST_OF_CURVE)
     record: PopulationRecord = {
@@ -150,10 +162,11 @@ def population(
         "pretension": row["pretension"],
         "served": served,
         "interval_95": groups.interval(served),
+        "served_verified": None if judged is None else verified_record(judged),
         "largest_share": largest_share,
         "largest_share_at": curve.best if largest_share > 0.0 else None,
         "set": {} if people is None else _spread_of_settings(question, chosen),
-        "by": [] if people is None else _by_sex(question, people, windows.served(pretension)),
+        "by": by,
         "curve": {
             "pretension": curve.pretension[thinned].tolist(),
             "share": curve.share[thinned].tolist(),
@@ -165,7 +178,8 @@ def population(
         "sobol": indices(solver, chosen.points),
         "title": "",
     }
-    record["title"] = population_title(question_record(question), record)
+    fresh = None if judged is None else fresh_record(judged.sample)
+    record["title"] = population_title(question_record(question), record, fresh, question.serve)
     return record
 
 
@@ -204,6 +218,27 @@ def _by_sex(question: Question, people: Population, served: Flags) -> list[SexRe
                 "persons": persons,
                 "served": share,
                 "interval_95": [*say.interval(share, effective)],
+            }
+        )
+    return shares
+
+
+def _by_sex_of_fresh(question: Question, judged: Verified) -> list[SexRecord]:
+    """Return the share that a pretension serves among the men and women of a fresh sample."""
+    if question.study.design.by != "sex":
+        return []
+    sexes = np.array(judged.sample.sexes)
+    shares: list[SexRecord] = []
+    for sex in dict.fromkeys(sexes.tolist()):
+        is_served = judged.is_served[sexes == sex]
+        share = float(is_served.mean())
+        persons = len(is_served)
+        shares.append(
+            {
+                "sex": sex,
+                "persons": persons,
+                "served": share,
+                "interval_95": [*say.interval(share, persons)],
             }
         )
     return shares

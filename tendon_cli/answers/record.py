@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from tendon_cli.answer_record import (
     ConflictRecord,
     FixRecord,
     RelaxationRecord,
+    VerifiedRecord,
 )
 from tendon_cli.answers.decision import decision_record
 from tendon_cli.answers.limit_curves import curves_of
@@ -29,34 +30,53 @@ from tendon_cli.answers.question_facts import (
     notes_of,
     question_record,
 )
-from tendon_cli.answers.remedies import fixes, relaxations, sampled
+from tendon_cli.answers.remedies import (
+    choices_to_relax_for,
+    fixes,
+    relaxations,
+    sampled,
+    thinned,
+)
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.answers.setup import drift_record, setting_record
-from tendon_cli.answers.tables import as_records, choice_columns, choice_rows
+from tendon_cli.answers.tables import VERIFIED, as_records, choice_columns, choice_rows
 from tendon_cli.answers.text_notes import (
     PROOF_METHOD,
     note_on_remedies,
     note_on_worst_values,
+    note_without_fresh_sample,
     scope_words,
 )
+from tendon_cli.answers.verified_record import fresh_record, verified_record
 from tendon_cli.engine.task import Note
 from tendon_cli.model.kinematics import Rows
+from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
 from tendon_cli.model.window import Ends
 from tendon_cli.proof.certify import Certificate, Report, certify
 from tendon_cli.space.axis import evenly_spaced
 from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows import candidates
 from tendon_cli.windows.candidates import LimitPair
+from tendon_cli.windows.coverage import ROUNDING
 from tendon_cli.windows.order import EQUAL, Order
 from tendon_cli.windows.question import Question, rows_to_prove
 from tendon_cli.windows.solutions import Solutions, solve
 from tendon_cli.windows.solver import Solver
+from tendon_cli.windows.verification import Verified, Verifier
 
 _REFINED_ON_FRONT = 24
 """Most choices of a front that are refined between the points of the grid."""
 
 Certificates = dict[tuple[float, ...], Certificate]
 """Certificates by the values that their choices have of each axis, in the order of the proofs."""
+
+
+class Remedies(NamedTuple):
+    """Changes that would give a window, and notes on how they were found."""
+
+    fixes: Sequence[FixRecord] = ()
+    relaxations: Sequence[RelaxationRecord] = ()
+    notes: Sequence[str] = ()
 
 
 @dataclass(eq=False)
@@ -72,6 +92,8 @@ class NamedChoices:
     """Choices that no other beats, in the order of the first goal; None without several goals."""
     given_up: float | None = None
     """Largest share of the span of any goal on the front that the best compromise gives up."""
+    verified: dict[int, VerifiedRecord] = field(default_factory=dict)
+    """Judgements of a fresh sample by the rows of the choices."""
     places: dict[tuple[Any, ...], int] = field(default_factory=dict)
     """Order of choices between the points of the grid in the table, by their values."""
 
@@ -114,6 +136,24 @@ class NamedChoices:
         if self.front is not None:
             self.front = certify_all(solver, self.front, certificates, report)
 
+    def verify(self, verifier: Verifier | None, proved: Solutions | None) -> None:
+        """Have a fresh sample judge all choices that the answer names.
+
+        Args:
+            verifier: Judge; None without a fresh sample.
+            proved: Choices that the study names to be proved.
+        """
+        choices = [choice for choice in (*self.best.values(), self.front, proved) if choice]
+        if verifier is None or not choices:
+            return
+        named = Solutions.concatenate(choices)
+        _, first = np.unique(named.row, return_index=True)
+        for place in first:
+            choice = named.select([place])
+            judged = verifier.judge(choice)
+            if judged is not None:
+                self.verified[choice.row.item()] = verified_record(judged)
+
     @property
     def rows_on_front(self) -> Rows:
         """Rows of the choices that no other beats; none if the study leaves its goals open."""
@@ -128,7 +168,8 @@ class NamedChoices:
         is_refined = choices.row >= len(self.question.choices)
         on_front = np.isin(choices.row, self.rows_on_front)
         rows = choice_rows(self.question, choices, is_refined) | {"on_front": on_front}
-        records = as_records(choice_columns(self.question), rows)
+        columns = choice_columns(self.question)
+        records = as_records(tuple(one for one in columns if one.name not in VERIFIED), rows)
         return [
             self._record(number, record)
             for number, record in zip(choices.row.tolist(), records, strict=True)
@@ -141,7 +182,12 @@ class NamedChoices:
             binds = row[f"{end}_by"] is not None
             condition = row[f"{end}_condition"]
             under[f"{end}_under"] = condition_values(self.question, condition) if binds else {}
-        return cast("ChoiceRecord", {"choice": number, **row, **under})
+        judged = self.verified.get(number)
+        feasible = row["feasible"]
+        if judged is not None:
+            feasible = feasible and judged["value"] >= self.question.serve - ROUNDING
+        own = {"choice": number, **row, **under, "feasible": feasible, "served_verified": judged}
+        return cast("ChoiceRecord", own)
 
 
 def _front(solver: Solver, feasible: Solutions, bests: list[Solutions]) -> Solutions:
@@ -196,9 +242,20 @@ def certify_all(
     return Solutions.concatenate(proved)
 
 
-def make_record(
-    solver: Solver, notes: Sequence[Note], report: Report
-) -> tuple[AnswerResults, Solutions, ChoiceRecord]:
+@dataclass(frozen=True, eq=False)
+class Made:
+    """The record of an answer, and the choice that its part on persons or draws is about."""
+
+    record: AnswerResults
+    chosen: Solutions
+    """Choice that is named first, or else the one that serves most."""
+    row: ChoiceRecord
+    """Its row in the table."""
+    judged: Verified | None
+    """Judgement of a fresh sample on it; None without one."""
+
+
+def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
     """Make the record of an answer.
 
     Choices that may matter are solved again, since the notes have only their rows. A choice that
@@ -210,8 +267,7 @@ def make_record(
         report: Called as each proof goes on.
 
     Returns:
-        The record; the choice that is named first, or else the one that serves most; its row in
-        the table.
+        The record, and the choice that is named first, or else the one that serves most.
     """
     question = solver.question
     to_prove = rows_to_prove(question)
@@ -237,6 +293,8 @@ def make_record(
         is_unchanged = ~np.isin(relevant.row, [choice.row.item() for choice in lost])
         relevant = Solutions.concatenate([relevant.select(is_unchanged), *lost])
         feasible -= len(lost)
+    verifier = Verifier.of(solver)
+    named.verify(verifier, proved)
     chosen = next(iter(named.best.values()), None)
     between = None
     ends = None
@@ -247,27 +305,34 @@ def make_record(
     named_first = chosen
     if named_first is None:
         named_first = candidates.nearest(question, relevant)
-    fixed, relaxed, notes_on_remedies = _remedies(solver, relevant, conflicts, chosen)
+    is_refuted = chosen is not None and not named.records(chosen)[0]["feasible"]
+    remedies = Remedies()
+    if chosen is None:
+        remedies = _remedies(solver, relevant, conflicts, verifier)
+    elif is_refuted and verifier is not None:
+        remedies = _remedies_of_refuted(verifier, chosen)
     record: AnswerResults = {
         "question": question_record(question),
         "choices": sum(note["choices"] for note in notes),
         "conditions": len(question.conditions),
         "feasible": feasible,
         "serve": question.serve,
+        "verified_by": None if verifier is None else fresh_record(verifier.sample),
         **_best_record(solver, named, chosen, ends),
         "between_samples": between,
         "proved": [] if proved is None else named.records(proved),
         "conflicts": [*_conflicts(named, relevant, conflicts)],
-        "fixes": fixed,
-        "would_take": relaxed,
-        "notes": [*_notes(question), *notes_on_remedies],
+        "fixes": [*remedies.fixes],
+        "would_take": [*remedies.relaxations],
+        "notes": [*_notes(question, verifier), *remedies.notes],
         "population": None,
     }
     setting = record["setting"]
     if chosen is not None and setting is not None:
         accuracy = setting["accuracy"]
         record["decided"] = decision_record(question, notes, of_grid, chosen, accuracy)
-    return record, named_first, named.records(named_first)[0]
+    judged = None if verifier is None else verifier.judge(named_first)
+    return Made(record, named_first, named.records(named_first)[0], judged)
 
 
 def _lost_windows(relevant: Solutions, certificates: Certificates) -> list[Solutions]:
@@ -352,19 +417,23 @@ def _window_for_all(question: Question, ends: Ends) -> list[float | None] | None
     return [low, finite_or_none(high)]
 
 
-def _notes(question: Question) -> Iterator[str]:
-    """Yield the notes of a question, and one on the worst values if not all choices have them."""
+def _notes(question: Question, verifier: Verifier | None) -> Iterator[str]:
+    """Yield the notes of a question, and on worst values or a fresh sample that it lacks."""
     yield from notes_of(question)
+    if verifier is None and question.conditions.groups is not None:
+        is_wanted = question.study.design.verify > 0
+        yield note_without_fresh_sample(question.groups.noun, is_wanted=is_wanted)
     if candidates.leaves_out(question):
         yield note_on_worst_values(len(question.choices))
 
 
 def _remedies(
-    solver: Solver, relevant: Solutions, conflicts: Counter[LimitPair], chosen: Solutions | None
-) -> tuple[list[FixRecord], list[RelaxationRecord], list[str]]:
-    """Return fixes, relaxations, and notes on them, if no choice has a window."""
-    if chosen is not None:
-        return [], [], []
+    solver: Solver,
+    relevant: Solutions,
+    conflicts: Counter[LimitPair],
+    verifier: Verifier | None,
+) -> Remedies:
+    """Return fixes, relaxations, and notes on them, where no choice has a window."""
     question = solver.question
     groups = question.groups
     closest = candidates.nearest(question, relevant)
@@ -373,7 +442,23 @@ def _remedies(
     if len(tried.groups) < len(groups):
         notes.append(note_on_remedies(len(tried.groups), len(groups), groups.noun))
     limits = {limit for pair in conflicts for limit in pair}
-    return fixes(solver.for_question(tried), closest), relaxations(solver, limits), notes
+    points = choices_to_relax_for(question)
+    return Remedies(
+        fixes(solver.for_question(tried), closest, verifier),
+        relaxations(solver, limits, points, verifier),
+        notes,
+    )
+
+
+def _remedies_of_refuted(verifier: Verifier, chosen: Solutions) -> Remedies:
+    """Return fixes, relaxations and notes for a choice that the fresh sample refutes.
+
+    They are sought with some of the fresh sample, and hold for all of it.
+    """
+    few = verifier.solver.for_question(thinned(verifier.solver.question))
+    codes = (chosen.from_binding.by[0], chosen.to_binding.by[0])
+    limits = {LIMIT_NAMES[code] for code in codes if code != NOTHING}
+    return Remedies(fixes(few, chosen, verifier), relaxations(few, limits, chosen.points, verifier))
 
 
 def _conflicts(

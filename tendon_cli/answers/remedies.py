@@ -18,11 +18,14 @@ from tendon_cli.answers.least_change import (
     SCAN,
     Change,
     Opening,
+    judge_change,
     least_change,
+    least_on_fresh_sample,
     printed_value,
 )
 from tendon_cli.answers.question_facts import recorded_value
-from tendon_cli.model.kinematics import Rows, Spline
+from tendon_cli.answers.verified_record import verified_record
+from tendon_cli.model.kinematics import Spline
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.space.axis import evenly_spaced
 from tendon_cli.tables.schema import finite_or_none
@@ -31,6 +34,7 @@ from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import Solutions
 from tendon_cli.windows.solver import Solver
+from tendon_cli.windows.verification import Verifier
 
 PARAMETERS = {
     "spring.stiffness": (200.0, 5e4),
@@ -71,19 +75,24 @@ _FIRMEST = 1e5
 # --- Fixes ----------------------------------------------------------------------------------------
 
 
-def fixes(solver: Solver, choice: Solutions) -> list[FixRecord]:
+def fixes(solver: Solver, choice: Solutions, verifier: Verifier | None = None) -> list[FixRecord]:
     """Return the least change of each parameter alone that gives one choice a window, as recorded.
 
     The parameter that changes by the smallest factor comes first. Values are SI. `after` is null if
     no value within the plausible range gives a window. Otherwise `printed` is a value that a study
     can have, rounded so that it gives one, too, and `printed_pretension` is a pretension in that
-    window, N.
+    window, N. If a fresh sample judges, the window is that of the sample.
+
+    Args:
+        solver: Solver of the question.
+        choice: The choice.
+        verifier: Judge by a fresh sample; None without one.
     """
     all_fixes = []
     for key in PARAMETERS:
         before = _current_value(solver.question, choice.points, key)
         if 0.0 < before < np.inf:
-            all_fixes.append(_fix(solver, choice.points, key, before))
+            all_fixes.append(_fix(solver, choice.points, key, before, verifier))
     return sorted(
         all_fixes,
         key=lambda fix: abs(np.log(fix["after"] / fix["before"])) if fix["after"] else np.inf,
@@ -96,10 +105,7 @@ def sampled(question: Question, choice: Solutions) -> Question:
     They are the groups that bind the choice, and others at random.
     """
     groups = len(question.groups)
-    states = len(question.conditions) * question.states_per_design
-    if question.bounds.of_motion:
-        states *= _OF_MOTOR
-    most = max(_FEW, groups * _MOST_OF_ONE // states)
+    most = _groups_to_try(question)
     if most >= groups:
         return question
     ends = np.array([choice.from_binding.condition[0], choice.to_binding.condition[0]])
@@ -107,6 +113,21 @@ def sampled(question: Question, choice: Solutions) -> Question:
     order = np.random.default_rng(1).permutation(groups)
     chosen = np.concatenate([binding, order[~np.isin(order, binding)]])[:most]
     return question.for_groups(np.sort(chosen))
+
+
+def thinned(question: Question) -> Question:
+    """Return the question for evenly spaced groups if all are too many to try changes for."""
+    groups = len(question.groups)
+    most = _groups_to_try(question)
+    return question if most >= groups else question.for_groups(evenly_spaced(groups, most))
+
+
+def _groups_to_try(question: Question) -> int:
+    """Return the number of groups for which changes are tried, at most."""
+    states = len(question.conditions) * question.states_per_design
+    if question.bounds.of_motion:
+        states *= _OF_MOTOR
+    return max(_FEW, len(question.groups) * _MOST_OF_ONE // states)
 
 
 def _current_value(question: Question, points: Points, key: str) -> float:
@@ -122,7 +143,9 @@ def _current_value(question: Question, points: Points, key: str) -> float:
     return np.nan if isinstance(value, Spline) else float(np.asarray(value).item())
 
 
-def _fix(solver: Solver, points: Points, key: str, before: float) -> FixRecord:
+def _fix(
+    solver: Solver, points: Points, key: str, before: float, verifier: Verifier | None
+) -> FixRecord:
     """Return the record of the least change of one parameter that gives a choice a window."""
     low, high = PARAMETERS[key]
     ends = []
@@ -134,6 +157,8 @@ def _fix(solver: Solver, points: Points, key: str, before: float) -> FixRecord:
     for end in ends:
         change = Change(key, before, end, points, SCAN, is_geometric=True)
         opening = least_change(solver, change)
+        if opening is not None and verifier is not None:
+            opening = least_on_fresh_sample(verifier, change, opening)
         if opening is not None:
             openings.append((change, opening))
     if not openings:
@@ -150,10 +175,13 @@ def _fix(solver: Solver, points: Points, key: str, before: float) -> FixRecord:
             "max_contact_pressure": None,
             "printed": "",
             "printed_pretension": "",
+            "served_verified": None,
         }
     change, opening = min(openings, key=lambda of: abs(np.log(of[1].value / before)))
-    solved = change.solve(solver, np.array([opening.value]), points, with_worst=True)
-    printed = printed_value(solver, change, opening)
+    judging = solver if verifier is None else verifier.solver
+    solved = change.solve(judging, np.array([opening.value]), points, with_worst=True)
+    printed = printed_value(judging, change, opening)
+    judged = None if verifier is None else judge_change(verifier, change, printed, points)
     return {
         "parameter": key,
         "before": before,
@@ -167,31 +195,38 @@ def _fix(solver: Solver, points: Points, key: str, before: float) -> FixRecord:
         "max_contact_pressure": finite_or_none(solved.worst.max_contact_pressure[0]),
         "printed": printed.text,
         "printed_pretension": printed.pretension,
+        "served_verified": None if judged is None else verified_record(judged),
     }
 
 
-def relaxations(solver: Solver, limits: set[str]) -> list[RelaxationRecord]:
+def choices_to_relax_for(question: Question) -> Points:
+    """Return all choices of the grid, or evenly spaced ones if they are too many to try."""
+    count = len(question.choices)
+    states = len(question.conditions) * question.states_per_design
+    return question.points(evenly_spaced(count, max(1, _MOST_OF_ALL // states)))
+
+
+def relaxations(
+    solver: Solver, limits: set[str], points: Points, verifier: Verifier | None = None
+) -> list[RelaxationRecord]:
     """Return the least change of each demand that gives some choice a window, as recorded.
 
     Args:
         solver: Solver of the question.
         limits: Limits that leave choices without a window.
+        points: Choices that are tried.
+        verifier: Judge by a fresh sample, which the window then serves; None without one.
 
     Returns:
         Records, SI. `after` is null if even `farthest` gives no window; `served` is then the
         largest share, else that of the choice that is named, at `pretension`, N.
     """
-    question = solver.question
-    count = len(question.choices)
-    states = len(question.conditions) * question.states_per_design
-    most = max(1, _MOST_OF_ALL // states)
-    rows = evenly_spaced(count, most)
-    return [_relaxation(solver, change) for change in _demands(question, limits, rows)]
+    demands = _demands(solver.question, limits, points)
+    return [_relaxation(solver, change, verifier) for change in demands]
 
 
-def _demands(question: Question, limits: set[str], rows: Rows) -> Iterator[Change]:
+def _demands(question: Question, limits: set[str], points: Points) -> Iterator[Change]:
     """Yield the changes of the demands of a study that could be relaxed."""
-    points = question.points(rows)
     for name in sorted(limits & set(question.bounds)):
         value = float(question.bounds[name])
         is_stiffness = name == "min_elbow_stiffness"
@@ -207,7 +242,7 @@ def _demands(question: Question, limits: set[str], rows: Rows) -> Iterator[Chang
     single = question.choices.single
     of_choices = []
     if "max_contact_pressure" in limits:
-        same_width = np.full(len(rows), single.get(_WIDTH, np.nan))
+        same_width = np.full(len(points), single.get(_WIDTH, np.nan))
         widths = np.asarray(points.numbers.get(_WIDTH, same_width))
         widest = points.select(widths == widths.max())
         of_choices.append(Change(_WIDTH, float(widths.max()), _WIDEST, widest, BISECTION))
@@ -233,9 +268,16 @@ def _best_opened(question: Question, solved: Solutions) -> Solutions:
     return with_window.select(tied[[np.argmin(rank)]])
 
 
-def _relaxation(solver: Solver, change: Change) -> RelaxationRecord:
+def _relaxation(solver: Solver, change: Change, verifier: Verifier | None) -> RelaxationRecord:
     """Return the record of the least change of one demand."""
+    judging = solver
     opening = least_change(solver, change)
+    if opening is not None and verifier is not None:
+        at_opening = change.solve(solver, np.array([opening.value]), opening.points)
+        best = _best_opened(solver.question, at_opening)
+        chosen = Opening(opening.value, best.points)
+        opening = least_on_fresh_sample(verifier, change, chosen)
+        judging = verifier.solver
     if opening is None:
         at_farthest = change.solve(solver, np.array([change.farthest]), change.points)
         return {
@@ -248,10 +290,11 @@ def _relaxation(solver: Solver, change: Change) -> RelaxationRecord:
             "values": {},
             "pretension": None,
             "served": float(at_farthest.served.max()),
+            "served_verified": None,
         }
-    printed = printed_value(solver, change, opening)
-    solved = printed.solved
-    best = _best_opened(solver.question, solved)
+    printed = printed_value(judging, change, opening)
+    best = _best_opened(solver.question, printed.solved)
+    judged = None if verifier is None else judge_change(verifier, change, printed, opening.points)
     values: Values = {}
     for axis in solver.question.choices.axes:
         place_or_value = best.points.columns[axis.column][0]
@@ -267,4 +310,5 @@ def _relaxation(solver: Solver, change: Change) -> RelaxationRecord:
         "values": values,
         "pretension": float(best.pretension[0]),
         "served": float(best.served_at[0]),
+        "served_verified": None if judged is None else verified_record(judged),
     }

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answer_record import ChoiceRecord, value_of
+from tendon_cli.answer_record import ChoiceRecord
 from tendon_cli.answers.people import GroupWindows, people_of
 from tendon_cli.answers.setup import SETTING_COLUMNS, settings
 from tendon_cli.engine.table_columns import axis_column, columns_set_by_names
@@ -36,7 +36,15 @@ from tendon_cli.windows.worst import WORST
 
 _LIMITS = ("", *LIMIT_NAMES)
 """Names of limits by their code plus one, because the code NOTHING is -1."""
-OF_THE_WHOLE = ("between_samples", "on_front")
+VERIFIED = (
+    "served_verified",
+    "served_verified_low",
+    "served_verified_high",
+    "verified_from",
+    "verified_to",
+)
+"""Columns of the judgement of a fresh sample: share, its 95 % interval, and window."""
+OF_THE_WHOLE = ("between_samples", "on_front", *VERIFIED)
 """Columns of choices that only the whole answer decides."""
 _BINDS = tuple(
     Column(f"{end}_condition", "count", "1", "row of conditions that binds")
@@ -92,6 +100,7 @@ def choice_columns(question: Question) -> tuple[Column, ...]:
         Column(
             "on_front", "truth", "1", "no other choice is as good in every goal and better in one"
         ),
+        *_of_quantities(*VERIFIED, read=read),
     )
 
 
@@ -333,14 +342,23 @@ def _as_list(column: Column, values: np.ndarray[Any, Any]) -> list[Any]:
 
 
 def from_records(columns: tuple[Column, ...], records: Sequence[ChoiceRecord]) -> ColumnArrays:
-    """Return rows of a record, as `as_records` gives them, as they are written."""
+    """Return choices of a record as rows as they are written."""
+    rows = [flat(record) for record in records]
     return {
         column.name: np.array(
-            [as_value(column, value_of(record, column.name)) for record in records],
-            dtype=column.dtype,
+            [as_value(column, row[column.name]) for row in rows], dtype=column.dtype
         )
         for column in columns
     }
+
+
+def flat(record: ChoiceRecord) -> dict[str, Any]:
+    """Return a recorded choice with the judgement of a fresh sample in columns of its own."""
+    judged = record["served_verified"]
+    values: Sequence[float | None] = [None] * len(VERIFIED)
+    if judged is not None:
+        values = [judged["value"], *judged["interval_95"], judged["from"], judged["to"]]
+    return {**record, **dict(zip(VERIFIED, values, strict=True))}
 
 
 def as_value(column: Column, value: Any) -> Any:

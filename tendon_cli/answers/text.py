@@ -11,9 +11,11 @@ from tendon_cli.answer_record import (
     AnswerResults,
     ChoiceRecord,
     ConflictRecord,
+    FreshRecord,
     GoalRecord,
     QuestionRecord,
     SensitivityRecord,
+    VerifiedRecord,
     value_of,
 )
 from tendon_cli.answers import phrases
@@ -30,6 +32,7 @@ from tendon_cli.answers.text_order import (
 from tendon_cli.answers.text_parts import HEADING, but_words, parts_words
 from tendon_cli.answers.text_people import population_blocks
 from tendon_cli.answers.text_remedies import fixes_table, relaxations_words
+from tendon_cli.answers.text_verified import is_enough, is_undecided, share_words, verdict
 from tendon_cli.studies.axis_words import parameter
 from tendon_cli.studies.study import keys
 
@@ -77,10 +80,20 @@ def _answer(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Block]:
     """Yield the answer if a choice has a window."""
     question = record["question"]
     first_sentence = f"{_first_sentence(record, best)} {but_words(record)}".rstrip()
+    own_sample = ""
+    if best["served_verified"] is not None:
+        own_sample = f" for the study's own {_everyone(question)}"
     if record["between_samples"] is not None:
-        first_sentence += f" {say.proof_sentence(record['between_samples'])}"
+        proof = say.proof_sentence(record["between_samples"])
+        if own_sample:
+            proof = f"The window{own_sample} is {proof[0].lower()}{proof[1:]}"
+        first_sentence += f" {proof}"
     yield say.sentence(first_sentence)
-    yield from _list("Why", _why(record, best))
+    yield from _list(f"Why,{own_sample}" if own_sample else "Why", _why(record, best))
+    changes = relaxations_words(record, record["would_take"])
+    yield from _list("What it would take, all else equal", changes)
+    if record["fixes"]:
+        yield from fixes_table(record["fixes"])
     setting = record["setting"]
     if setting is not None:
         yield from _list(bench_heading(question, setting), to_set(record, best, setting))
@@ -104,6 +117,11 @@ def _first_sentence(record: AnswerResults, best: ChoiceRecord) -> str:
     start = f"{choice}: a {noun}" if choice else f"A {noun}"
     rule = why_first(record)
     rule = f" {rule}" if rule else ""
+    judged = best["served_verified"]
+    fresh = record["verified_by"]
+    if judged is not None and fresh is not None:
+        start = f"{start} of {_pretension(best)}{where}"
+        return f"{start} {_judged(record, best, fresh, judged)}.{rule}"
     served = best["served_at"]
     whom = _all_of(question) if served >= 1.0 else f"{say.percent(served)} of {_everyone(question)}"
     if question["pretension"] is not None:
@@ -122,6 +140,30 @@ def _first_sentence(record: AnswerResults, best: ChoiceRecord) -> str:
             is_same = (all_low, all_high) == (low, high)
             then += ", all of them " + ("there" if is_same else _span(all_low, all_high))
     return f"{start} of {_pretension(best)}{where} {then}.{rule}"
+
+
+def _judged(
+    record: AnswerResults, best: ChoiceRecord, fresh: FreshRecord, judged: VerifiedRecord
+) -> str:
+    """Say whom the best pretension serves in a fresh sample, and what would serve enough of it."""
+    question = record["question"]
+    serve = record["serve"]
+    is_short = not is_enough(judged, serve) and not is_undecided(judged, serve)
+    serves = "serves only" if is_short else "serves"
+    share = f"{serves} {share_words(fresh, judged, serve)}{verdict(fresh, judged, serve)}"
+    enough = "all" if serve >= 1.0 else f"at least {say.percent(serve)}"
+    if judged["from"] is None:
+        noun, _ = say.setting_words(question["read"])
+        return f"{share}; no {noun} serves {enough} of them"
+    low, high = _finite_window([judged["from"], judged["to"]])
+    if question["pretension"] is not None:
+        window: ChoiceRecord = {
+            **best,
+            "pretension_from": judged["from"],
+            "pretension_to": judged["to"],
+        }
+        return f"{share}; {phrases.margins(question, window)}, which serves {enough} of them"
+    return f"{share}; {enough} of them are served {_span(low, high)}"
 
 
 def _finite_window(window: Sequence[float | None]) -> tuple[float, float]:
@@ -303,7 +345,7 @@ def _no_window(record: AnswerResults) -> Iterator[say.Block]:
     yield say.sentence(f"{start} {whom}{whichever}.")
     reasons = (text for conflict in record["conflicts"] for text in _conflict(record, conflict))
     yield from _list("Why", reasons)
-    changes = relaxations_words(question, record["would_take"])
+    changes = relaxations_words(record, record["would_take"])
     yield from _list("What it would take, all else equal", changes)
     if record["fixes"]:
         yield from fixes_table(record["fixes"])

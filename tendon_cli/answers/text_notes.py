@@ -79,6 +79,21 @@ def note_on_worst_values(choices: int) -> str:
     )
 
 
+def note_without_fresh_sample(counted: str, *, is_wanted: bool) -> str:
+    """Note that what was chosen is judged by those by whom it was chosen, and why.
+
+    Args:
+        counted: Noun for these: "persons", "draws" or "pairs".
+        is_wanted: True if the study wants a fresh sample, but draws nothing.
+    """
+    if is_wanted:
+        return f"no fresh sample judges the choice: nothing is drawn for these {counted}"
+    return (
+        f"the choice is judged by the {counted} by which it was chosen, so that the share is"
+        " likely to be too large ([design] verify = 0)"
+    )
+
+
 def note_on_remedies(tried: int, groups: int, counted: str) -> str:
     """Note that what would help is worked out for some of all persons, draws or pairs alone."""
     return (

@@ -8,6 +8,7 @@ from tendon_cli import say
 from tendon_cli.answer_record import (
     AnswerResults,
     AxisRecord,
+    FreshRecord,
     PopulationRecord,
     QuestionRecord,
     ReasonRecord,
@@ -23,6 +24,7 @@ from tendon_cli.answers.phrases import (
     everyone,
     value_words,
 )
+from tendon_cli.answers.text_verified import share_words
 from tendon_cli.studies.study import keys
 
 MORE = "more"
@@ -50,9 +52,24 @@ _LEAST_INDEX = 1e-4
 # --- Words that the record holds ------------------------------------------------------------------
 
 
-def population_title(question: QuestionRecord, population: PopulationRecord) -> str:
-    """Say the choice, its pretension and the share that it serves, for figures and pages."""
+def population_title(
+    question: QuestionRecord,
+    population: PopulationRecord,
+    fresh: FreshRecord | None,
+    serve: float,
+) -> str:
+    """Say the choice, its pretension and the share that it serves, for figures and pages.
+
+    Args:
+        question: The question.
+        population: The choice for persons or draws.
+        fresh: Fresh sample that judges it; None without one.
+        serve: Share that is enough.
+    """
+    judged = population["served_verified"]
     share = f"serves {population_share(population)}"
+    if fresh is not None and judged is not None:
+        share = f"serves {share_words(fresh, judged, serve)}"
     if population["pretension"] is not None:
         share = f"{say.number(population['pretension'])} N {share}"
     choice = choice_words(question, population["values"])
@@ -86,9 +103,17 @@ def population_blocks(record: AnswerResults, population: PopulationRecord) -> It
     counts = population["counts"]
     choice = choice_words(question, population["values"])
     served = _served(population)
+    by_sex = "; ".join(_of_sex(share) for share in population["by"])
+    fresh = record["verified_by"]
+    judged = population["served_verified"]
     items = [f"{choice}: {served}" if choice else served]
-    if population["by"]:
-        items.append("; ".join(_of_sex(share) for share in population["by"]))
+    if judged is not None and fresh is not None and population["pretension"] is not None:
+        pretension = say.number(population["pretension"])
+        items = [f"{pretension} N serves {share_words(fresh, judged, record['serve'])}", by_sex]
+        items.append(f"in the study's own sample {served}")
+    else:
+        items.append(by_sex)
+    items = [item for item in items if item]
     items += [_not_served(population, reason) for reason in population["not_served"]]
     yield say.heading("For whom" if "person" in counts else "How sure")
     yield from say.items(items)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from tendon_cli import say
-from tendon_cli.answer_record import FixRecord, QuestionRecord, RelaxationRecord
+from tendon_cli.answer_record import AnswerResults, FixRecord, RelaxationRecord
 from tendon_cli.answers.phrases import COSTS, costs, value_words
+from tendon_cli.answers.text_verified import share_words
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.studies.axis_words import parameter
 from tendon_cli.studies.study import keys
@@ -21,14 +22,18 @@ _DEMANDS = {
 
 def fixes_table(fixes: Sequence[FixRecord]) -> Iterator[say.Block]:
     """Yield the table of the value that each parameter alone would have to take."""
-    lines = [["", "N", *COSTS.values()]]
+    is_judged = any(fix["served_verified"] is not None for fix in fixes)
+    lines = [["", "N", *(["served"] if is_judged else []), *COSTS.values()]]
     idle = []
     for fix in fixes:
         if fix["after"] is None:
             idle.append(keys()[fix["parameter"]].number.quantity.symbol)
             continue
         before = parameter(fix["parameter"], fix["before"])
-        lines.append([f"{before} to {fix['printed']}", fix["printed_pretension"], *costs(fix)])
+        judged = fix["served_verified"]
+        share = [] if judged is None else [say.percent(judged["value"])]
+        changed = f"{before} to {fix['printed']}"
+        lines.append([changed, fix["printed_pretension"], *share, *costs(fix)])
     yield say.heading("What would help, all else equal")
     if len(lines) > 1:
         yield say.table(lines)
@@ -45,9 +50,11 @@ def quantity_of_demand(key: str) -> Quantity:
 
 
 def relaxations_words(
-    question: QuestionRecord, relaxations: Sequence[RelaxationRecord]
+    answer: AnswerResults, relaxations: Sequence[RelaxationRecord]
 ) -> Iterator[str]:
     """Say the value that each demand would have to take, and the suit that then serves."""
+    question = answer["question"]
+    fresh = answer["verified_by"]
     not_enough = []
     for record in relaxations:
         key = record["key"]
@@ -62,6 +69,10 @@ def relaxations_words(
         suit = [value_words(axis, record["values"][axis["column"]]) for axis in others]
         suit.append(f"{say.number(record['pretension'])} N")
         share = "all" if record["served"] >= 1.0 else f"{say.percent(record['served'])} of the"
-        yield f"{changed}: {', '.join(suit)} serves {share} {question['counted']}"
+        whom = f"{share} {question['counted']}"
+        judged = record["served_verified"]
+        if judged is not None and fresh is not None:
+            whom = share_words(fresh, judged, answer["serve"])
+        yield f"{changed}: {', '.join(suit)} serves {whom}"
     if not_enough:
         yield f"not enough alone: {', '.join(not_enough)}"

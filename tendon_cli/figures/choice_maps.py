@@ -340,8 +340,8 @@ def draw_tolerance(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Pa
         for fault, hatch in faults.items():
             cells = np.ma.masked_where(part.faults != fault, np.zeros(part.low.shape))
             clear = ListedColormap([(0.0, 0.0, 0.0, 0.0)])
-            style: dict[str, Any] = {"hatch": hatch, "edgecolor": INK, "linewidth": 0.0}
-            panel.pcolor(x.edges, y.edges, cells, cmap=clear, **style)
+            hatched: dict[str, Any] = {"hatch": hatch, "edgecolor": INK, "linewidth": 0.0}
+            panel.pcolor(x.edges, y.edges, cells, cmap=clear, **hatched)
         _draw_outline(panel, part, settable)
     return page
 

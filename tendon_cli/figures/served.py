@@ -98,7 +98,7 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
     styles = [_reason_style(place) for place in range(len(reasons))]
     key = _window_key(low, high, is_served)
     if np.isfinite(band).all():
-        label = f"between these lines {say.percent(record['serve'])} or more are served"
+        label = f"between these lines {say.percent(record['serve'])} or more of them are served"
         key.append(Line2D([], [], label=label, **_LIMIT))
     for reason, style in zip(reasons, styles, strict=True):
         key.append(Line2D([], [], label=plain(reason["text"], width=60, lines=2), **style))

@@ -201,13 +201,21 @@ def sampled_share(served: float, count: int, noun: str, effective: float | None 
     """
     if count == 1:
         return f"this {noun}" if served > 0.5 else f"not this {noun}"
-    low, high = interval(served, effective or count)
+    span = interval_text(served, *interval(served, effective or count))
     if served >= 1.0:
-        return f"all {counted(count, noun)} (at least {_bound(low, ROUND_FLOOR)} %)"
+        return f"all {counted(count, noun)} ({span})"
     if served <= 0.0:
-        return f"none of {counted(count, noun)} (at most {_bound(high, ROUND_CEILING)} %)"
-    span = f"{_bound(low, ROUND_FLOOR)} to {_bound(high, ROUND_CEILING)} %"
+        return f"none of {counted(count, noun)} ({span})"
     return f"{percent(served)} of {counted(count, noun)} ({span})"
+
+
+def interval_text(served: float, low: float, high: float) -> str:
+    """Write the interval of a share, rounded outward: "at least 99.6 %", "96.3 to 98.3 %"."""
+    if served >= 1.0:
+        return f"at least {_bound(low, ROUND_FLOOR)} %"
+    if served <= 0.0:
+        return f"at most {_bound(high, ROUND_CEILING)} %"
+    return f"{_bound(low, ROUND_FLOOR)} to {_bound(high, ROUND_CEILING)} %"
 
 
 def _bound(share: float, rounding: str) -> str:

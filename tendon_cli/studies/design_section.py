@@ -19,6 +19,8 @@ from tendon_cli.units import described
 
 MOST_DRAWS = 2**20
 """Largest number of draws of the uncertain numbers."""
+MOST_VERIFIED = 10**6
+"""Largest number of persons or draws of a fresh sample."""
 _LEAST_SERVED = 1e-6
 """Smallest share that must be served: nobody is no goal."""
 PLACES = ("reserve", "middle", "least")
@@ -155,6 +157,10 @@ class Goals(Part):
     )
     by: Literal["sex"] | None = field_default(
         None, description="also give shares by this column of the people"
+    )
+    verify: Annotated[int, *whole_number(0, MOST_VERIFIED)] = field_default(
+        10_000,
+        description="number of fresh persons or draws that judge what was chosen; 0 for none",
     )
     pretension: Annotated[str | StudyNumber, _PretensionOrPlace("pretension", 0.0, 1e5)] = (
         field_default(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -36,6 +36,9 @@ from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import Grid, StudyNumber, draw_numbers
 from tendon_cli.units import shorten
+
+if TYPE_CHECKING:
+    from tendon_cli.studies.people.population import Population
 
 MAX_FRICTION_EXPONENT = 100.0
 """Largest μφ: a tendon that loses 43 orders of magnitude of its tension is a slip of the pen."""
@@ -163,12 +166,15 @@ def case_place(study: Study, name: str) -> int:
     return names.index(name)
 
 
-def person_axis(study: Study, drawn_once: Mapping[str, Array]) -> NamedAxis:
+def person_axis(
+    study: Study, drawn_once: Mapping[str, Array], population: Population | None = None
+) -> NamedAxis:
     """Return the axis of a study's persons.
 
     Args:
         study: A study with people.
         drawn_once: Uncertain numbers of which each person has one value, by dotted key, SI.
+        population: Other persons in place of the study's own.
 
     Raises:
         ValueError: The study has no people.
@@ -178,7 +184,7 @@ def person_axis(study: Study, drawn_once: Mapping[str, Array]) -> NamedAxis:
 
     if study.people is None:
         raise ValueError("a study without people has no axis of persons")
-    people = study.people.population
+    people = study.people.population if population is None else population
     sets, scales = arms_of(people, study.body_numbers, study.measured_anchors)
     dimension = study.joint.scale_with
     if dimension is not None:

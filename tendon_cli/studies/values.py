@@ -79,6 +79,29 @@ def quantile(distribution: Uncertain, share: Array) -> Array:
     return np.asarray(np.clip(value, distribution.low, distribution.high))
 
 
+Stream = tuple[int, ...]
+"""Words that tell a stream of random numbers from the others of the same seed."""
+OF_THE_STUDY: Stream = ()
+"""Streams of the persons and draws of the study itself."""
+OF_FRESH_BODIES: Stream = (1,)
+"""Stream of the bodies of a fresh sample."""
+OF_FRESH_DRAWS: Stream = (2,)
+"""Stream of the uncertain numbers of a fresh sample."""
+
+
+def random_numbers(seed: int, purpose: int, stream: Stream = OF_THE_STUDY) -> np.random.Generator:
+    """Return a generator of random numbers.
+
+    Generators of different streams of a seed are independent, however many numbers are drawn.
+
+    Args:
+        seed: Seed of the study.
+        purpose: Number that tells what is drawn, such as bodies of women.
+        stream: The stream.
+    """
+    return np.random.default_rng(np.random.SeedSequence([seed, purpose], spawn_key=stream))
+
+
 def draw_numbers(uncertain: Mapping[str, Uncertain], count: int, seed: int) -> dict[str, Array]:
     """Draw values of uncertain numbers by scrambled Sobol points.
 
@@ -92,10 +115,31 @@ def draw_numbers(uncertain: Mapping[str, Uncertain], count: int, seed: int) -> d
     """
     from scipy.stats import qmc
 
-    generator = np.random.default_rng([seed, len(uncertain)])
+    generator = random_numbers(seed, len(uncertain))
     points = qmc.Sobol(len(uncertain), scramble=True, rng=generator)
     power = max(0, count - 1).bit_length()
-    shares = points.random_base2(power)[:count]  # (count, numbers)
+    return _at_shares(uncertain, points.random_base2(power)[:count])
+
+
+def draw_fresh_numbers(
+    uncertain: Mapping[str, Uncertain], count: int, seed: int
+) -> dict[str, Array]:
+    """Draw independent values of uncertain numbers from a stream that no study draws from.
+
+    Args:
+        uncertain: The distribution of each number, by its key.
+        count: Number of draws.
+        seed: Seed of the study's own draws.
+
+    Returns:
+        The draws of each number, by its key, shape (count,), SI.
+    """
+    random = random_numbers(seed, len(uncertain), OF_FRESH_DRAWS)
+    return _at_shares(uncertain, random.random((count, len(uncertain))))
+
+
+def _at_shares(uncertain: Mapping[str, Uncertain], shares: Array) -> dict[str, Array]:
+    """Return the values of uncertain numbers, by key, at shares, (count, numbers)."""
     return {
         key: quantile(known, shares[:, at]) for at, (key, known) in enumerate(uncertain.items())
     }

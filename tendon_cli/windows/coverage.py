@@ -118,6 +118,30 @@ def effective_count(weighting: Array) -> float:
     return float(1.0 / np.sum(np.square(normalise(weighting))))
 
 
+def effective_count_of_strata(
+    is_served: Flags, weighting: Array, strata: npt.NDArray[np.int64]
+) -> float:
+    """Return the size of a simple sample whose share would be known as well.
+
+    It is p(1 − p) over the variance of the share p of a stratified sample, Σ W² q(1 − q)/n (Cochran
+    1977, 5.2), with the weight W, the size n and the share q of each stratum; q has half a member
+    more on either side, so that a stratum that is served as a whole is not taken as certain. It is
+    at least the size by weights alone.
+
+    Args:
+        is_served: True for members that are served, (members,).
+        weighting: Weights of the members, equal within a stratum.
+        strata: Stratum of each member, from 0.
+    """
+    weights = normalise(weighting)
+    size = np.bincount(strata)
+    weight = np.bincount(strata, weights)
+    share = (np.bincount(strata, is_served) + 0.5) / (size + 1.0)
+    variance = float(np.sum(np.square(weight) * share * (1.0 - share) / size))
+    of_all = float(weights @ is_served)
+    return max(of_all * (1.0 - of_all) / variance, effective_count(weighting))
+
+
 def share_at(pretension: Array | float, low: Array, high: Array, weighting: Array) -> Array:
     """Return the share of windows that contain each pretension.
 

@@ -257,6 +257,11 @@ class Solver:
             covered = question.groups.coverage(*of_groups, serve=question.serve)
             low += [covered.low, covered.best_low]
             high += [covered.high, covered.best_high]
+        given = question.placement.given
+        if given is not None:
+            at_given = np.full(len(ends.low), given)
+            low.append(at_given)
+            high.append(at_given)
         return _near_any(ends.low, low), _near_any(ends.high, high)
 
     # --- The worst at a pretension ----------------------------------------------------------------

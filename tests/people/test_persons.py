@@ -88,7 +88,8 @@ def test_few_persons_are_served_by_the_share_of_their_draws():
 
 def test_one_person_is_this_person_with_and_without_draws():
     def text_for_one(suit):
-        answer = tendon.design(tendon.study({**suit, "people": {"count": 1}}))
+        alone = {"people": {"count": 1}, "design": {"verify": 0}}
+        answer = tendon.design(tendon.study({**suit, **alone}))
         return " ".join(answer.text.split())
 
     with_draws = text_for_one(FEW)

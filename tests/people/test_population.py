@@ -65,7 +65,11 @@ def test_text_and_figures_say_whom_the_choice_serves(answer):
     assert again.up_to_date
 
 
-NOBODY_ENOUGH = PEOPLE | {"spring": {"stiffness": 3e3}, "spool": {"ratio": [1.0, 0.7, 0.6]}}
+NOBODY_ENOUGH = PEOPLE | {
+    "spring": {"stiffness": 3e3},
+    "spool": {"ratio": [1.0, 0.7, 0.6]},
+    "design": {"verify": 0},  # a fresh sample would ask for more than the least change
+}
 
 
 def is_feasible(content):

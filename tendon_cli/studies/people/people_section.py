@@ -15,7 +15,7 @@ from tendon_cli.errors import Fault
 from tendon_cli.studies.design_section import Seed
 from tendon_cli.studies.fields import SingleField, fault, whole_number
 from tendon_cli.studies.parts import FileName, Part, field_default
-from tendon_cli.studies.values import StudyNumber
+from tendon_cli.studies.values import OF_FRESH_BODIES, StudyNumber
 
 if TYPE_CHECKING:
     from tendon_cli.studies.people.population import Population
@@ -137,6 +137,31 @@ class People(Part):
         content = unpacked(self.content)
         return read_population(
             content, where, self.survey, self.sex, women, self.completions, self.seed
+        )
+
+    def fresh(self, count: int) -> "Population":
+        """Return a fresh sample of about so many bodies, none of which is among the study's own.
+
+        Persons of a survey are drawn anew. Those of a file are the same: for each of them, what
+        was not measured is drawn anew if the study draws it.
+        """
+        from tendon_cli.studies.people.population import draw, read_population
+
+        women = self.women.single if self.women is not None else None
+        if self.content is None:
+            return draw(self.survey, self.sex, count, self.seed, women, OF_FRESH_BODIES)
+        completions = None
+        if self.completions is not None:
+            completions = max(1, count // len(self.population.persons))
+        return read_population(
+            unpacked(self.content),
+            "people",
+            self.survey,
+            self.sex,
+            women,
+            completions,
+            self.seed,
+            OF_FRESH_BODIES,
         )
 
     @property

@@ -21,6 +21,7 @@ from tendon_cli.model.kinematics import Array
 from tendon_cli.studies.magnitude import Slip
 from tendon_cli.studies.people.persons_csv import read_persons
 from tendon_cli.studies.people.survey import LEAST, SEXES, Survey, scattered
+from tendon_cli.studies.values import OF_THE_STUDY, Stream, random_numbers
 
 MOST_BODIES = 10**6
 """Largest number of bodies that are drawn to complete the persons of a file."""
@@ -85,7 +86,14 @@ class Population:
         )
 
 
-def draw(survey: Survey, sex: str, count: int, seed: int, women: float | None = None) -> Population:
+def draw(
+    survey: Survey,
+    sex: str,
+    count: int,
+    seed: int,
+    women: float | None = None,
+    stream: Stream = OF_THE_STUDY,
+) -> Population:
     """Draw persons of a survey, men first.
 
     For each sex, the first persons of a seed are the same whatever the count.
@@ -96,6 +104,7 @@ def draw(survey: Survey, sex: str, count: int, seed: int, women: float | None = 
         count: Number of persons.
         seed: Seed of the draws.
         women: Share of women among both; by default the survey's.
+        stream: Stream of the draws.
     """
     both = survey.share_of_women if women is None else women
     share = {"male": 0.0, "female": 1.0}.get(sex, both)
@@ -106,7 +115,7 @@ def draw(survey: Survey, sex: str, count: int, seed: int, women: float | None = 
     for number, (word, persons) in enumerate((("man", count - females), ("woman", females))):
         kind = SEXES[number]
         statistics = survey.of(kind)
-        random = np.random.default_rng([seed, number])
+        random = random_numbers(seed, number, stream)
         normal = random.standard_normal((persons, len(DIMENSIONS)))
         mean = np.tile(statistics.mean, (persons, 1))
         bodies = scattered(mean, statistics.factor, normal)
@@ -135,6 +144,7 @@ def read_population(
     women: float | None = None,
     completions: int | None = None,
     seed: int = 1,
+    stream: Stream = OF_THE_STUDY,
 ) -> Population:
     """Return the persons of a CSV file, completed by a survey.
 
@@ -149,6 +159,7 @@ def read_population(
         women: Share of women among both; by default the survey's.
         completions: Number of bodies that are drawn for each person; None draws nothing.
         seed: Seed of the draws.
+        stream: Stream of the draws.
 
     Raises:
         InputError: The file cannot be used.
@@ -173,7 +184,7 @@ def read_population(
         weighting = np.repeat(weighting / completions, completions)
         if not isinstance(sexes, str):
             sexes = np.repeat(sexes, completions)
-        normal = np.random.default_rng([seed, len(SEXES)]).standard_normal(values.shape)
+        normal = random_numbers(seed, len(SEXES), stream).standard_normal(values.shape)
     known_sexes: tuple[str, ...] = ()
     if not isinstance(sexes, str) or sexes in SEXES:
         known_sexes = tuple(np.broadcast_to(sexes, len(names)).tolist())

@@ -1,0 +1,114 @@
+"""A fresh sample of a study: persons or draws that had no part in a choice, and so may judge it.
+
+Whoever chooses among suits by a sample takes the one that this sample happens to favour, so that
+its share among the same persons is too large. Fresh ones of the same law come from other streams of
+the same seeds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tendon_cli.model.kinematics import Array, Rows
+from tendon_cli.space.axis import DRAW_AXIS, Axis
+from tendon_cli.studies.people.people_section import People
+from tendon_cli.studies.people.population import Population
+from tendon_cli.studies.spaces import person_axis
+from tendon_cli.studies.study import Study
+from tendon_cli.studies.values import draw_fresh_numbers
+
+
+@dataclass(frozen=True, eq=False)
+class FreshSample:
+    """Fresh persons with a draw each of the uncertain numbers, or fresh draws."""
+
+    axis: Axis
+    """Axis of the members, in place of the study's axes of persons and draws."""
+    strata: Rows
+    """Stratum of each member, (members,): a sex, or a person of a file, of whom the sample has
+    given numbers. Members of a stratum have one weight."""
+    sexes: tuple[str, ...] = ()
+    """"male" or "female" for each person that is drawn; empty if that is not known."""
+    persons: int = 0
+    """Number of persons of a file, for all of whom there are draws; 0 if persons, too, are drawn,
+    or if there are none."""
+    draws_persons: bool = False
+    """True if the members are persons that are drawn."""
+
+    def __len__(self) -> int:
+        return len(self.strata)
+
+    @property
+    def weighting(self) -> Array:
+        """Weight of each member, (members,)."""
+        return np.ones(len(self)) if self.axis.weighting is None else self.axis.weighting
+
+
+def fresh_sample(study: Study) -> FreshSample | None:
+    """Return a fresh sample of a study, of about as many members as `[design] verify` says.
+
+    The members of persons of a file are the same persons, each with as many draws of what was not
+    measured, if the study completes it, and of the uncertain numbers.
+
+    Returns:
+        The sample; None if the study wants none, or draws nothing.
+    """
+    count = study.design.verify
+    if not count:
+        return None
+    is_uncertain = study.uncertainty is not None and bool(study.uncertain)
+    if study.people is None:
+        if not is_uncertain:
+            return None
+        numbers = _uncertain_numbers(study, count)
+        return FreshSample(_axis(numbers, np.ones(count)), np.zeros(count, dtype=np.int64))
+    if study.people.is_from_file:
+        return _of_file(study, study.people, count, is_uncertain=is_uncertain)
+    people = study.people.fresh(count)
+    axis = person_axis(study, _uncertain_numbers(study, count), people)
+    return FreshSample(
+        _axis(dict(axis.numbers), people.weighting),
+        np.unique(people.sexes, return_inverse=True)[1],
+        sexes=people.sexes,
+        draws_persons=True,
+    )
+
+
+def _of_file(study: Study, people: People, count: int, *, is_uncertain: bool) -> FreshSample | None:
+    """Return the fresh sample of persons of a file; None if nothing is drawn for them."""
+    bodies = people.fresh(count)
+    persons = len(bodies.persons)
+    draws = max(1, count // persons)
+    if not (is_uncertain or _differ(bodies)):
+        return None
+    repeats = draws // bodies.completions
+    rows = np.repeat(np.arange(len(bodies)), repeats)
+    numbers = {key: values[rows] for key, values in person_axis(study, {}, bodies).numbers.items()}
+    drawn = _uncertain_numbers(study, len(rows))
+    return FreshSample(
+        _axis(drawn | numbers, bodies.weighting[rows]),
+        np.repeat(np.arange(persons), draws),
+        persons=persons,
+    )
+
+
+def _differ(people: Population) -> bool:
+    """Return True if the bodies drawn for a person may differ."""
+    bodies = people.values.reshape(len(people.persons), people.completions, -1)
+    is_alone = people.completions == 1
+    return not is_alone and bool(np.ptp(bodies, axis=1).any())
+
+
+def _uncertain_numbers(study: Study, count: int) -> dict[str, Array]:
+    """Return fresh draws of the uncertain numbers, (count,) each; none if the study draws none."""
+    if study.uncertainty is None or not study.uncertain:
+        return {}
+    return draw_fresh_numbers(study.uncertain, count, study.uncertainty.seed)
+
+
+def _axis(numbers: dict[str, Array], weighting: Array) -> Axis:
+    """Return the axis of the members of a sample."""
+    axis = Axis.of_points(numbers, len(weighting))
+    return replace(axis, key=DRAW_AXIS, role="draw", weighting=weighting)

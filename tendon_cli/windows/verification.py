@@ -1,0 +1,146 @@
+"""Chosen designs judged by a fresh sample: the share that their pretension serves, and a window."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from tendon_cli import say
+from tendon_cli.model.kinematics import Array, Flags
+from tendon_cli.space.axis import SAMPLE_AXES, Axis
+from tendon_cli.space.space import Space
+from tendon_cli.windows.coverage import ROUNDING, effective_count_of_strata, serves
+from tendon_cli.windows.points import Points
+from tendon_cli.windows.question import LEAN, Question
+from tendon_cli.windows.solutions import Solutions
+from tendon_cli.windows.solver import Solver
+
+if TYPE_CHECKING:
+    from tendon_cli.studies.fresh_sample import FreshSample
+
+_POSTURE_STEP = np.radians(5.0)
+"""Largest step between postures of the upper arm at which an interval of them is judged, rad.
+Limits are linear in its sine and cosine, so that they miss 0.1 % of the arm's weight between."""
+_INSIDE = 3
+"""Values at which any other interval is judged in which limits are not linear."""
+
+
+@dataclass(frozen=True, eq=False)
+class Verified:
+    """Judgement of a fresh sample on one choice at its pretension."""
+
+    value: float
+    """Share that the pretension serves."""
+    interval: tuple[float, float]
+    """95 % interval of that share among all who could have been drawn."""
+    sample: FreshSample
+    low: float
+    """Lower end of the widest interval of pretension that serves enough, N; NaN if none does."""
+    high: float
+    """Upper end, N; infinite if nothing bounds it."""
+    is_served: Flags
+    """True for the members that the pretension serves, (members,)."""
+    windows: tuple[Array, Array]
+    """Lower and upper ends of the members' windows, (members,) each, N."""
+
+    def is_enough(self, serve: float) -> bool:
+        """Return True if the share is at least `serve`, apart from rounding."""
+        return self.value >= serve - ROUNDING
+
+
+@dataclass(frozen=True, eq=False)
+class Verifier:
+    """Judge of choices by a fresh sample."""
+
+    solver: Solver
+    """Solver of the same question under the conditions of the sample."""
+    sample: FreshSample
+
+    @classmethod
+    def of(cls, solver: Solver) -> Self | None:
+        """Return the judge of a question's choices; None if it has no fresh sample."""
+        question = solver.question
+        counted = {axis.key for axis in question.conditions.axes if axis.role == "draw"}
+        if not counted or not counted <= set(SAMPLE_AXES):
+            return None
+        # A question without persons and draws does without the import.
+        from tendon_cli.studies.fresh_sample import fresh_sample
+
+        sample = fresh_sample(question.study)
+        if sample is None:
+            return None
+        others = [
+            _with_inside(question, axis)
+            for axis in question.conditions.axes
+            if axis.key not in SAMPLE_AXES
+        ]
+        conditions = Space((sample.axis, *others)).grouped()
+        return cls(solver.for_question(replace(question, conditions=conditions)), sample)
+
+    def for_question(self, question: Question) -> Self:
+        """Return the judge with the same sample, but with other limits or numbers.
+
+        Args:
+            question: Question under the conditions of the sample.
+        """
+        return replace(self, solver=self.solver.for_question(question))
+
+    def judge(self, choice: Solutions) -> Verified | None:
+        """Judge one choice at its pretension; return None if it has no pretension."""
+        pretension = float(choice.pretension[0])
+        return None if np.isnan(pretension) else self.judge_at(choice.points, pretension)
+
+    def judge_at(self, points: Points, pretension: float) -> Verified:
+        """Judge one choice at a pretension, N.
+
+        Raises:
+            Stopped: The run was cancelled.
+        """
+        question = self.solver.question
+        placement = replace(question.placement, given=pretension)
+        ends = self.solver.for_question(replace(question, placement=placement)).ends(points)
+        groups = question.groups
+        group_low, group_high = groups.windows(ends.low, ends.high)
+        is_served = serves(group_low, group_high, pretension)
+        value = float(groups.share(is_served)[0])
+        if np.ptp(groups.weighting) == 0.0:
+            value = float(np.mean(is_served))  # without the rounding of a weighted sum
+        effective = effective_count_of_strata(
+            is_served[0], self.sample.weighting, self.sample.strata
+        )
+        covered = groups.coverage(group_low, group_high, serve=question.serve)
+        low = float(covered.low[0])
+        high = float(covered.high[0])
+        if question.serve >= 1.0:
+            common_low = float(group_low.max())
+            common_high = float(group_high.min())
+            has_window = common_low <= common_high
+            low = common_low if has_window else np.nan
+            high = common_high if has_window else np.nan
+        return Verified(
+            value=value,
+            interval=say.interval(value, effective),
+            sample=self.sample,
+            low=low,
+            high=high,
+            is_served=is_served[0],
+            windows=(group_low[0], group_high[0]),
+        )
+
+
+def _with_inside(question: Question, axis: Axis) -> Axis:
+    """Return an axis of conditions with values inside an interval that may be worse than its ends.
+
+    A proof sees to these in the study's own sample.
+    """
+    if axis.key not in question.whole_intervals:
+        return axis
+    ends = axis.numbers[axis.key]
+    count = _INSIDE
+    if axis.key == LEAN:
+        steps = np.ceil(np.ptp(ends) / _POSTURE_STEP - ROUNDING)
+        count = 1 + max(1, int(steps))
+    values = np.linspace(ends[0], ends[-1], count)
+    return replace(axis, numbers={axis.key: values}, is_interval=False)
