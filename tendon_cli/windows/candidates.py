@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -176,7 +177,10 @@ def solve_part(solver: Solver, rows: Rows) -> Solutions:
             break
         solved = solved.with_worst(question, missing, worst_of(missing))
     left = np.flatnonzero(~solved.has_worst)
-    return solved.with_worst(question, left, Worst.unknown(len(left)), has_worst=False)
+    # What the bounds say of advice stays: a choice that fails it by a bound surely fails it.
+    advice = solved.advice
+    solved = solved.with_worst(question, left, Worst.unknown(len(left)), has_worst=False)
+    return replace(solved, advice=advice)
 
 
 def _as_bounds(bounds: Worst, known: Worst) -> Worst:
