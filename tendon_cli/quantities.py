@@ -110,6 +110,7 @@ _OF_STUDIES = (
     _quantity("spring_free_length", "L_free", "length", "length of the flexor's spring without load"),
     _quantity("anchor_stiffness", "K_t", "stiffness", "stiffness of tissue and cuff behind the tendon's anchor"),
     _quantity("setting_angle", "θ_0", "angle", "angle of the joint at which the pretension is set"),
+    _quantity("reading_error", "ε_r", "force", "error of the gauge by which the pretension is read"),
     _quantity("model_pretension", "F₀", "force", "pretension of the model for what is read"),
     _quantity("flexor_radius", "R_f", "length", "radius of the flexor part of the spool"),
     _quantity("spool_ratio", "η", "number", "extensor over flexor radius of the spool, R_e / R_f"),

@@ -20,6 +20,7 @@ from tendon_cli.answer_record import (
     FixRecord,
     RelaxationRecord,
 )
+from tendon_cli.answers.exact_numbers import exact_numbers
 from tendon_cli.answers.limit_curves import curves_of
 from tendon_cli.answers.question_facts import (
     condition_values,
@@ -318,12 +319,14 @@ def _best_record(
         "drift": None,
         "remarks": [],
         "sensitivities": [],
+        "taken_as_exact": [],
     }
     if chosen is not None:
         record["setting"] = setting_record(question, chosen)
         record["drift"] = drift_record(question, chosen)
         record["remarks"] = [*remarks(solver, chosen)]
         record["sensitivities"] = sensitivities(solver, chosen)
+        record["taken_as_exact"] = exact_numbers(question, record["sensitivities"])
     return record
 
 

@@ -24,7 +24,7 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.model.reversal import Drift, drift
-from tendon_cli.model.setting import all_readings, pretension_per_length
+from tendon_cli.model.setting import all_readings, pretension_per_length, reading_per_length
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, Axis
 from tendon_cli.studies.spaces import wearer_axis
@@ -137,6 +137,7 @@ def setting_record(question: Question, choice: Solutions) -> SettingRecord:
         "read": posture.read,
         "on_wearer": wearer_axis(question.study) is not None,
         "newtons_per_metre": float(_of_designs(pretension_per_length(design), 1)[0]),
+        "read_per_metre": float(_of_designs(reading_per_length(design), 1)[0]),
     }
 
 

@@ -19,6 +19,7 @@ from tendon_cli.answer_record import (
 from tendon_cli.answers import phrases
 from tendon_cli.answers.phrases import COSTS, choice_words, costs, window_of
 from tendon_cli.answers.text_bench import bench_heading, drift_words, remarks_words, to_set
+from tendon_cli.answers.text_exact import exact_words
 from tendon_cli.answers.text_people import population_blocks
 from tendon_cli.answers.text_remedies import fixes_table, relaxations_words
 from tendon_cli.studies.axis_words import parameter
@@ -79,6 +80,9 @@ def _answer(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Block]:
         yield from _list(bench_heading(question, setting), to_set(record, best, setting))
     yield from _list("Before you build it", remarks_words(record))
     yield from _list("What moves the window most, per 1 %", _moves(record["sensitivities"]))
+    exact = exact_words(record["taken_as_exact"])
+    if exact:
+        yield say.sentence(exact)
     yield from _alternatives(record, best)
     yield from _list("Choices to be proved", (_proved(question, row) for row in record["proved"]))
     if record["choices"] > 1:

@@ -110,6 +110,8 @@ class Posture:
     """Mass in the hand, kg."""
     after_flexion: Flag = False
     """True after flexion, else after extension."""
+    reading_error: Real = 0.0
+    """Error of the gauge: what it shows above what it should, in the unit of the reading."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,6 +141,11 @@ class Design:
     given: Mapping[str, Real] = field(default_factory=dict)
     """Numbers that only a limit needs, by key (`limits.GIVEN`); those of the flexor if both sides
     have them."""
+
+    @property
+    def shows_f0(self) -> bool:
+        """True if what is read of every design is F0 itself, without an error."""
+        return self.read == F0 and not np.any(self.setting.reading_error)
 
     @property
     def bend_follows_joint(self) -> bool:

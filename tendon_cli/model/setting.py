@@ -30,6 +30,11 @@ def pretension_per_length(design: Design) -> Array:
     return np.asarray((1.0 + np.asarray(design.ratio)) / setting_of(design).coupling.compliance)
 
 
+def reading_per_length(design: Design) -> Array:
+    """Return the growth of what is read per length taken from both tendons, its unit per metre."""
+    return np.asarray(Reading.of(design).gain * pretension_per_length(design))
+
+
 @dataclass(frozen=True, eq=False)
 class Reading:
     """Tension that a gauge shows at F0: floor + gain max(F0 - F*, lowest), N."""
@@ -49,18 +54,21 @@ class Reading:
 
         Args:
             design: Designs.
-            read: One of READINGS, by default the design's own; F0 shows itself.
+            read: One of READINGS, as it is without an error of the gauge; by default the design's
+                own, with its error. F0 shows itself.
         """
+        error = design.setting.reading_error if read is None else 0.0
         read = design.read if read is None else read
         if read == F0:
-            return cls(np.zeros(()), np.ones(()), np.zeros(()), np.full((), -np.inf))
+            return cls(np.asarray(error), np.ones(()), np.zeros(()), np.full((), -np.inf))
         state = setting_of(design)
         side, _, end = read.partition(" at ")
         response = state.response
         capstan = getattr(state, side).capstan if end == "motor" else 1.0
         floor = getattr(response, f"{side}_floor")
         gain = getattr(response, f"{side}_gain")
-        return cls(floor / capstan, gain / capstan, response.required, response.lowest)
+        shown_floor = np.asarray(floor / capstan + error)
+        return cls(shown_floor, gain / capstan, response.required, response.lowest)
 
     def shown(self, pretension: Real) -> Array:
         """Return the reading at F0, N.
@@ -114,7 +122,7 @@ def pretension_of(design: Design, reading: Real) -> Array:
 
 def with_set_pretension(design: Design) -> Design:
     """Return a design whose pretension, given as a reading, is converted to F0; `read` stays."""
-    if design.read == F0:
+    if design.shows_f0:
         return design
     pretension = pretension_of(design, design.flexor.pretension)
     return replace(

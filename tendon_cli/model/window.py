@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds, bound_ends
-from tendon_cli.model.design import F0, Design
+from tendon_cli.model.design import Design
 from tendon_cli.model.extremes import Extremes, nan_where
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import (
@@ -208,7 +208,7 @@ def as_read(ends: AnyEnds, design: Design) -> AnyEnds:
 
 def reading_of(pretension: Array, design: Design) -> Array:
     """Return pretensions of designs, N, in the reading in which the design's own is given, N."""
-    if design.read == F0:
+    if design.shows_f0:
         return pretension
     with np.errstate(invalid="ignore"):
         return reading_at(design, pretension[..., np.newaxis, np.newaxis])[..., 0, 0]

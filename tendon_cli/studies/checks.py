@@ -40,6 +40,7 @@ _GIVEN_BY: tuple[tuple[str, tuple[str, ...], str], ...] = (
 """Tables and their keys that cannot be given with another key, which also gives them."""
 _PART_OF = (
     ("joint", ("smoothing", "scale_with"), "excursion", "measured travels"),
+    ("joint", ("stiffness_with",), "stiffness", "the joint's own stiffness"),
     ("motion", ("cutoff", "reversal", "inertia"), "trajectory", "a trajectory"),
 )
 """Tables and their keys that need another key of the table, with a phrase for the whole."""
@@ -125,6 +126,17 @@ def check_intervals_are_served(study: Study) -> None:
     )
     hint = "leave out design.serve, or list single values"
     faults = [Fault(key, problem, hint) for key in study.intervals]
+    if faults:
+        raise StudyError(faults)
+
+
+def check_cases_are_exact(study: Study) -> None:
+    """Check that no case of a study sets a number that is drawn.
+
+    Raises:
+        StudyError: A case does.
+    """
+    faults = [*_drawn_case_faults(study)]
     if faults:
         raise StudyError(faults)
 
@@ -408,11 +420,20 @@ def _case_faults(study: Study) -> Iterator[Fault]:
             problem = "is an axis of this study, so a case cannot set it"
             yield Fault(f"cases.{at}.{key}", problem)
         for key in numbers:
-            if study.uncertainty is not None and key in study.uncertain:
-                problem = "is uncertain in this study and drawn, so a case cannot set it"
-                yield Fault(f"cases.{at}.{key}", problem)
             if key in study.body_numbers:
                 hint = (
                     f"give {key} in the study, too: then it holds for everyone, except in this case"
                 )
                 yield Fault(f"cases.{at}.{key}", "comes from the body of each person", hint)
+    yield from _drawn_case_faults(study)
+
+
+def _drawn_case_faults(study: Study) -> Iterator[Fault]:
+    """Yield a fault for each number of a case that is drawn."""
+    drawn = study.uncertain if study.drawing is not None else {}
+    for at, case in enumerate(study.cases):
+        for key in case_numbers(case):
+            if key in drawn:
+                problem = "is uncertain in this study and drawn, so a case cannot set it"
+                hint = "[uncertainty] draws = 0 takes its middle in the other cases"
+                yield Fault(f"cases.{at}.{key}", problem, hint)

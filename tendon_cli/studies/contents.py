@@ -156,7 +156,14 @@ _CaseName = Annotated[
     AfterValidator(_check_printable),
 ]
 
-_SAME_FOR_ALL_CASES = ("smoothing", "scale_with", "read", "anchors")
+_SAME_FOR_ALL_CASES = (
+    "smoothing",
+    "scale_with",
+    "stiffness_with",
+    "read",
+    "reading_error",
+    "anchors",
+)
 """Keys that a case cannot override."""
 
 DESIGN_PARTS: dict[str, type[Part]] = {

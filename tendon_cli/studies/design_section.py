@@ -150,7 +150,7 @@ class Goals(Part):
 
 
 def _check_power_of_two(value: int) -> int:
-    """Return a power of two; refuse any other number."""
+    """Return 0 or a power of two; refuse any other number."""
     if value.bit_count() > 1:
         near = 1 << value.bit_length() - 1
         problem = f"{value:,} is not possible, expected a power of two, {MOST_DRAWS:,} at most"
@@ -178,10 +178,13 @@ class Uncertainty(Part):
 
     draws: Annotated[
         int,
-        *whole_number(1, MOST_DRAWS),
+        *whole_number(0, MOST_DRAWS),
         AfterValidator(_check_power_of_two),
-        WithJsonSchema({"enum": [2**power for power in range(MOST_DRAWS.bit_length())]}),
-    ] = field_default(256, description="number of draws, a power of two")
+        WithJsonSchema({"enum": [0, *(2**power for power in range(MOST_DRAWS.bit_length()))]}),
+    ] = field_default(
+        256,
+        description="number of draws, a power of two; 0 takes the middle of every uncertain number",
+    )
     seed: Seed = field_default(1, description="the same seed gives the same draws")
     cross: TruthValue | None = field_default(
         None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from fractions import Fraction
@@ -266,6 +267,29 @@ class NumberField(SingleField):
             schema_table({"from": finite, "to": finite}, 2),
             {"type": "string", "pattern": rf"^{quantity}(\+/-|\+-|±|\s+to\s+){quantity}$"},
         ]
+
+
+@dataclass(frozen=True)
+class ErrorField(NumberField):
+    """Mark of a field that is an error around 0, of which a study states the standard deviation."""
+
+    def read(self, value: object) -> StudyNumber | None:
+        """Return the error as an uncertain number; None for a key that is not given.
+
+        Raises:
+            PydanticCustomError: The value is not one standard deviation within the bounds.
+        """
+        deviation = SingleField.read(self, value)
+        if deviation is None or isinstance(value, StudyNumber) or not deviation.single:
+            return deviation
+        spread = deviation.single
+        document = si_document(spread, self.quantity.dimension)
+        distribution = Uncertain("normal", 0.0, spread, -math.inf, math.inf, document)
+        return StudyNumber((0.0,), is_axis=False, uncertain=distribution)
+
+    def _json_choices(self) -> list[dict[str, Any]]:
+        """Return the schema of the one form that the field takes."""
+        return [self._json_one()]
 
 
 def _two_numbers(text: str, separator: re.Pattern[str]) -> tuple[str, str] | None:

@@ -13,7 +13,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstra
 from tendon_cli.quantities import OF_STATES
 from tendon_cli.studies.angle_curves import EXCURSION, TORQUE, TRAJECTORY, BendField, CurveTable
 from tendon_cli.studies.fields import SingleField, WordField, fault, hint_at_nearest, one_or_many
-from tendon_cli.studies.number import NumberField
+from tendon_cli.studies.number import ErrorField, NumberField
 from tendon_cli.studies.values import RIGID, StudyNumber
 from tendon_cli.units import shorten
 
@@ -227,6 +227,11 @@ class Joint(Part):
     )
     stiffness: Annotated[StudyNumber | None, NumberField("joint_stiffness", 0.0, 1e6)] = None
     rest_angle: Annotated[StudyNumber | None, NumberField("rest_angle", **FULL_TURNS)] = None
+    stiffness_with: Literal["arm_volume"] | None = field_default(
+        None,
+        description="with people: the joint's stiffness, stated for the mean man, in proportion to "
+        "the volume of the arm",
+    )
 
 
 class Spool(Part):
@@ -256,6 +261,12 @@ class Setting(Part):
     ] = field_default(
         "pretension",
         description="meaning of the study's pretension: F0 of the model, or the reading of a gauge",
+    )
+    reading_error: Annotated[StudyNumber | None, ErrorField("reading_error", 0.0, 1e5)] = (
+        field_default(
+            None,
+            description="standard deviation of the error of the gauge, which is drawn",
+        )
     )
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.errors import Fault, UsageError
+from tendon_cli.model.body import stiffness_scale
 from tendon_cli.model.design import F0, READINGS
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.setting import Reading
@@ -120,14 +121,14 @@ def named_axes(study: Study) -> tuple[NamedAxis, ...]:
     axes: list[NamedAxis] = []
     if study.cases:
         axes.append(case_axis(study))
-    uncertainty = study.uncertainty if study.uncertain else None
+    drawing = study.drawing
     if study.people is not None:
         drawn_once: Mapping[str, Array] = {}
-        if uncertainty is not None and not study.draws:
-            drawn_once = draw_numbers(study.uncertain, study.people.persons, uncertainty.seed)
+        if drawing is not None and not study.draws:
+            drawn_once = draw_numbers(study.uncertain, study.people.persons, drawing.seed)
         axes.append(person_axis(study, drawn_once))
-    if uncertainty is not None and study.draws:
-        numbers = draw_numbers(study.uncertain, study.draws, uncertainty.seed)
+    if drawing is not None and study.draws:
+        numbers = draw_numbers(study.uncertain, study.draws, drawing.seed)
         names = tuple(f"draw {at + 1}" for at in range(study.draws))
         axes.append(NamedAxis.of(DRAW_AXIS, names, numbers, "draw"))
     return tuple(axes)
@@ -185,6 +186,8 @@ def person_axis(study: Study, drawn_once: Mapping[str, Array]) -> NamedAxis:
         measured_on = getattr(people.reference, dimension)
         of_persons = np.asarray(getattr(people.body, dimension))
         scales[EXCURSION] = of_persons / measured_on
+    if study.joint.stiffness_with is not None:
+        scales["joint.stiffness"] = stiffness_scale(people.body, people.reference)
     scaling = {scale_of(key): values for key, values in scales.items()}
     numbers = {**drawn_once, **sets, **scaling}
     return NamedAxis.of(PERSON_AXIS, people.names, numbers, "draw", people.weighting)

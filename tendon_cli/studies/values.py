@@ -38,7 +38,7 @@ class Uncertain:
     """Smallest possible value, SI."""
     high: float
     """Largest possible value, SI."""
-    document: Mapping[str, float | str] | str
+    document: Mapping[str, float | str] | str | float
     """The number as a study file would say it, in SI, exactly."""
 
     @property

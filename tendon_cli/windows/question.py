@@ -19,13 +19,14 @@ from tendon_cli.space.axis import (
     PERSON_AXIS,
     PRETENSION,
     READ,
+    READING_ERROR,
     Axis,
     Numbers,
     overlay,
     split_side,
 )
 from tendon_cli.space.space import Space
-from tendon_cli.studies.checks import check_intervals_are_served
+from tendon_cli.studies.checks import check_cases_are_exact, check_intervals_are_served
 from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import StudyNumber
@@ -302,7 +303,8 @@ class Question:
     @property
     def is_f0(self) -> bool:
         """True if pretensions are those of the model, F0, and not readings of a gauge."""
-        return READINGS[int(self.choices.single.get(READ, 0.0))] == F0
+        has_errors = any(READING_ERROR in axis.numbers for axis in self.conditions.axes)
+        return READINGS[int(self.choices.single.get(READ, 0.0))] == F0 and not has_errors
 
 
 def select_numbers(numbers: Numbers, rows: Rows | slice) -> dict[str, Array]:
@@ -313,9 +315,13 @@ def select_numbers(numbers: Numbers, rows: Rows | slice) -> dict[str, Array]:
 def question_of(study: Study) -> Question:
     """Return the question that a study asks of `tendon design`.
 
+    Uncertain numbers are drawn whether or not the study has `[uncertainty]`.
+
     Raises:
         StudyError: It has intervals, but asks to serve a share of single conditions.
     """
+    study = study.drawn()
+    check_cases_are_exact(study)
     check_intervals_are_served(study)
     space = space_of(study).without_pretension()
     pretension = study.design.pretension
