@@ -45,6 +45,15 @@ class AxisRecord(TypedDict):
     keys; null for another axis. Rows told by no number, or by many, are left out."""
 
 
+class AccuracyRecord(TypedDict):
+    """Accuracy with which a suit can be set: one of both."""
+
+    length: float | None
+    """Length of both tendons, m."""
+    tension: float | None
+    """Tension of the kind that is read, N."""
+
+
 class QuestionRecord(TypedDict):
     """The question that is answered, as far as words about the answer need it."""
 
@@ -68,6 +77,14 @@ class QuestionRecord(TypedDict):
     """Numbers of persons ("person") and draws ("draw")."""
     ranked_by: list[GoalRecord]
     """Goals by which the best are named: those of the study, or the usual ones."""
+    accuracy: AccuracyRecord
+    """Accuracy with which a suit can be set."""
+    needed: float
+    """Tolerance that is enough, as a multiple of the accuracy."""
+    has_goals: bool
+    """True if the study states goals."""
+    place: str
+    """Place in its window at which a choice is set: "reserve", "middle" or "least"."""
 
 
 # --- Choices --------------------------------------------------------------------------------------
@@ -221,7 +238,16 @@ class SettingRecord(TypedDict):
     newtons_per_metre: float
     """Pretension F0 that a metre taken from both tendons adds, N/m."""
     read_per_metre: float
-    """Growth of what is read if a metre is taken from both tendons, its unit per metre."""
+    """Growth of what is read per metre taken from both tendons, its unit per metre."""
+    accuracy: float
+    """Accuracy of setting as a length of both tendons, m."""
+    reserve: float
+    """Tension of the kind that is read that this accuracy is worth, N."""
+    too_long: float | None
+    """Length by which both tendons may be too long for the pretension, m; null without a window
+    around it."""
+    too_short: float | None
+    """Length by which both may be too short, m; null if nothing bounds the window above, too."""
 
 
 class DriftRecord(TypedDict):
@@ -281,6 +307,31 @@ class ExactRecord(TypedDict):
     """Change of the lower end if the number grows by it, N; null if the end has no slope."""
     moves_to: float | None
     """Change of the upper end, N."""
+
+
+class DecisionRecord(TypedDict):
+    """Rule by which the best choice is named before all others, and choices that tie with it."""
+
+    rule: str | None
+    """Last rule that left fewer choices than the one before it: "built", "served_enough",
+    "advised", "settable" or the column of a goal; "front" with several goals; null if there is one
+    choice with a window, or if all of them tie."""
+    choices: int
+    """Number of choices among which this rule decides."""
+    left: int
+    """Number of choices that it leaves."""
+    is_settable: bool
+    """True if the tolerance of the best choice is enough."""
+    needed: float
+    """Tolerance that is enough, as a length of both tendons, m."""
+    ties: int
+    """Number of choices that tie, with the best one; 1 if none does."""
+    tied: list[Values]
+    """Values of the first few of these."""
+    broken_by: list[str]
+    """Column of the motor torque, or keys of the axes, that break the tie, in this order."""
+    no_effect: list[str]
+    """Keys of the choices' axes on which no window depends."""
 
 
 # --- No window ------------------------------------------------------------------------------------
@@ -514,6 +565,8 @@ class BestRecord(TypedDict):
     """The best choice; with several goals the best compromise; null if none has a window."""
     best_by: dict[str, ChoiceRecord]
     """Best choice by each usual goal's column, if the study names no goals."""
+    decided: DecisionRecord | None
+    """Rule by which the best choice is named first; null without one."""
     given_up: float | None
     """Largest share of the range of any goal that the best compromise gives up."""
     window_for_all: Sequence[float | None] | None

@@ -12,6 +12,7 @@ import numpy as np
 
 from tendon_cli.answer_record import ChoiceRecord, PopulationRecord, as_answer, value_of
 from tendon_cli.answers import tables as answer_tables
+from tendon_cli.answers.decision import is_of_order
 from tendon_cli.answers.design_kind import DESIGN
 from tendon_cli.answers.people import GroupWindows, people_of, population
 from tendon_cli.answers.record import make_record, named_rows
@@ -149,7 +150,7 @@ class Choices(Task):
         for table, target in tables.items():
             count = self.rows(table, index)
             target.fill(count, columns_writer(rows[table], (count,)))
-        return summarise(solutions, self.question.goals)
+        return summarise(solutions, self.question)
 
     def is_note(self, index: int, note: Any) -> bool:
         """Return True if the note of a part is as `fill` gives it."""
@@ -161,6 +162,7 @@ class Choices(Task):
                 note["choices"] == len(part)
                 and all(type(count) is int and 0 <= count <= len(part) for count in counts)
                 and all(isinstance(name, str) for name in names)
+                and is_of_order(self.question, note)
                 and isinstance(note["rows"], list)
                 and all(type(row) is int and row in part for row in note["rows"])
             )

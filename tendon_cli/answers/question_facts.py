@@ -12,6 +12,7 @@ from tendon_cli.answers.text_notes import question_notes
 from tendon_cli.space.axis import Axis, NamedAxis
 from tendon_cli.studies.values import RIGID
 from tendon_cli.windows.question import Goal, Question
+from tendon_cli.windows.solutions import NEEDED
 
 
 def question_record(question: Question) -> QuestionRecord:
@@ -29,6 +30,13 @@ def question_record(question: Question) -> QuestionRecord:
         "groups": len(groups),
         "counts": dict(groups.counts),
         "ranked_by": [goal_record(goal) for goal in question.ranking],
+        "accuracy": {
+            "length": study.setting.accuracy.length,
+            "tension": study.setting.accuracy.tension,
+        },
+        "needed": NEEDED,
+        "has_goals": bool(question.goals),
+        "place": question.placement.point,
     }
 
 

@@ -20,6 +20,7 @@ from tendon_cli.answer_record import (
     FixRecord,
     RelaxationRecord,
 )
+from tendon_cli.answers.decision import decision_record
 from tendon_cli.answers.exact_numbers import exact_numbers
 from tendon_cli.answers.limit_curves import curves_of
 from tendon_cli.answers.question_facts import (
@@ -46,6 +47,7 @@ from tendon_cli.space.axis import evenly_spaced
 from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows import candidates
 from tendon_cli.windows.candidates import LimitPair
+from tendon_cli.windows.order import EQUAL, Order
 from tendon_cli.windows.question import Question, rows_to_prove
 from tendon_cli.windows.solutions import Solutions, solve
 from tendon_cli.windows.solver import Solver
@@ -77,25 +79,21 @@ class NamedChoices:
     def of(cls, solver: Solver, choices: Solutions) -> NamedChoices:
         """Return the best of some choices, refined between the points of the grid if possible."""
         question = solver.question
-        goals = question.goals
         named = cls(question)
         feasible = choices.select(choices.feasible)
         if not len(feasible):
             return named
-        for goal in question.ranking:
-            scores = feasible.scores((goal,))[:, 0]
-            start = feasible.select([candidates.best_of(feasible, scores)])
-            best = candidates.refine_choice(solver, (goal,), start) or start
-            before = start.scores((goal,)).item()
-            after = best.scores((goal,)).item()
-            named.best[goal.column] = best
-            if after != before and before:
-                named.gains[goal.column] = (after - before) / abs(before)
-        if len(goals) > 1:
+        for name, order in candidates.orders_of(question).items():
+            start = feasible.select([order.best(feasible)])
+            best = candidates.refine_choice(solver, order, start) or start
+            named.best[name] = best
+            if best is not start:
+                named.gains |= _gain(order, start, best)
+        if len(question.goals) > 1:
             on_front = _front(solver, feasible, list(named.best.values()))
             named.front = named.with_rows(on_front)
-            scores = named.front.scores(goals)
-            named.best = {"": named.front.select([candidates.compromise(scores)])}
+            scores = named.front.scores(question.goals)
+            named.best = {"": candidates.compromise(question, named.front)}
             named.given_up = float(candidates.losses(scores).max(axis=1).min())
         named.best = {column: named.with_rows(choice) for column, choice in named.best.items()}
         return named
@@ -155,22 +153,26 @@ def _front(solver: Solver, feasible: Solutions, bests: list[Solutions]) -> Solut
         bests: The best choice by each goal.
     """
     question = solver.question
-    goals = question.goals
-
-    def front_of(choices: Solutions) -> Solutions:
-        """Select the front, in the order of the first goal."""
-        unbeaten = choices.select(candidates.front(choices.scores(goals)))
-        return unbeaten.select(np.argsort(-unbeaten.scores(goals)[:, 0], kind="stable"))
-
-    on_front = front_of(feasible)
+    on_front = candidates.front_of(question, feasible)
     count = len(on_front)
     if count > _REFINED_ON_FRONT and any(axis.is_range for axis in question.choices.axes):
         on_front = on_front.select(evenly_spaced(count, _REFINED_ON_FRONT))
     choices = []
     for place in range(len(on_front)):
         choice = on_front.select([place])
-        choices.append(candidates.refine_choice(solver, goals, choice) or choice)
-    return front_of(Solutions.concatenate(choices + bests))
+        refined = candidates.refine_choice(solver, Order.of(question), choice)
+        choices.append(refined or choice)
+    return candidates.front_of(question, Solutions.concatenate(choices + bests))
+
+
+def _gain(order: Order, start: Solutions, best: Solutions) -> dict[str, float]:
+    """Return the share of its score that a refined choice gains, by the goal that decides it."""
+    for goal in order.goals:
+        before = start.scores((goal,)).item()
+        after = best.scores((goal,)).item()
+        if before and after > before + EQUAL * abs(before):
+            return {goal.column: (after - before) / abs(before)}
+    return {}
 
 
 def certify_all(solver: Solver, choices: Solutions, certificates: Certificates) -> Solutions:
@@ -212,6 +214,7 @@ def make_record(
     relevant_rows = [row for note in notes for row in note["rows"]]
     rows = np.unique([*relevant_rows, *to_prove.tolist()])
     relevant = solve(solver, question.points(rows))
+    of_grid = relevant
     feasible = sum(note["feasible"] for note in notes)
     conflicts = Counter[LimitPair]()
     for note in notes:
@@ -239,7 +242,7 @@ def make_record(
         ends = of_chosen.ends
     named_first = chosen
     if named_first is None:
-        named_first = relevant.select([int(np.argmax(relevant.served))])
+        named_first = candidates.nearest(question, relevant)
     fixed, relaxed, notes_on_remedies = _remedies(solver, relevant, conflicts, chosen)
     record: AnswerResults = {
         "question": question_record(question),
@@ -256,6 +259,10 @@ def make_record(
         "notes": [*_notes(question), *notes_on_remedies],
         "population": None,
     }
+    setting = record["setting"]
+    if chosen is not None and setting is not None:
+        accuracy = setting["accuracy"]
+        record["decided"] = decision_record(question, notes, of_grid, chosen, accuracy)
     return record, named_first, named.records(named_first)[0]
 
 
@@ -310,7 +317,8 @@ def _best_record(
     record: BestRecord = {
         "goals": [goal_record(goal) for goal in question.goals],
         "best": next(iter(best.values()), None),
-        "best_by": {} if question.goals else best,
+        "best_by": {column: row for column, row in best.items() if column and not question.goals},
+        "decided": None,
         "given_up": named.given_up,
         "window_for_all": None if ends is None else _window_for_all(question, ends),
         "gains": named.gains,
@@ -356,7 +364,7 @@ def _remedies(
         return [], [], []
     question = solver.question
     groups = question.groups
-    closest = candidates.nearest(relevant)
+    closest = candidates.nearest(question, relevant)
     tried = sampled(question, closest)
     notes = []
     if len(tried.groups) < len(groups):
@@ -374,8 +382,8 @@ def _conflicts(
     window; null if there is no such distance.
     """
     rows_of_pairs = candidates.conflicts_of(relevant)
-    for pair, count in conflicts.most_common():
-        closest = candidates.nearest(relevant.select(rows_of_pairs[pair]))
+    for pair, count in sorted(conflicts.items(), key=lambda of_pair: (-of_pair[1], of_pair[0])):
+        closest = candidates.nearest(named.question, relevant.select(rows_of_pairs[pair]))
         gap = float(closest.pretension_from[0]) - float(closest.pretension_to[0])
         yield {
             "limits": list(pair),

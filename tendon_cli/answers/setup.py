@@ -24,14 +24,14 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.model.reversal import Drift, drift
-from tendon_cli.model.setting import all_readings, pretension_per_length, reading_per_length
+from tendon_cli.model.setting import all_readings, pretension_per_length
 from tendon_cli.quantities import SIDES
-from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, Axis
 from tendon_cli.studies.spaces import wearer_axis
-from tendon_cli.windows.points import Points
+from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import Solutions
 from tendon_cli.windows.solver import Solver
+from tendon_cli.windows.study_arm import of_designs, study_arm, tension_per_length
 
 SETTING_COLUMNS = (*SET_AT_JOINT, *SET_AT_MOTOR)
 """Columns of the tensions to set, at the joint and at the motor, N."""
@@ -59,67 +59,12 @@ _BEYOND = 1.1
 # --- What to set ----------------------------------------------------------------------------------
 
 
-def study_arm(question: Question, points: Points, whom: Axis | None = None) -> Design:
-    """Return choices on the study's own arm, or on the bodies of all persons.
-
-    The numbers of a draw are left out, and every other condition has its first value.
-
-    Args:
-        question: The question.
-        points: The choices at their pretensions.
-        whom: Axis of the persons or draws; None for the study's own arm, which is that of the
-            wearer if the anchors were measured on one.
-    """
-    if whom is None:
-        whom = wearer_axis(question.study)
-    count = 1 if whom is None else len(whom)
-    under: dict[str, Array] = {}
-    for axis in question.conditions.axes:
-        if axis.key not in (PERSON_AXIS, DRAW_AXIS):
-            for key, values in axis.numbers.items():
-                under[key] = np.repeat(values[:1], count)
-    if whom is not None:
-        under |= whom.numbers
-    return question.designs(points, under)
-
-
 def settings(design: Design, count: int) -> dict[str, Array]:
     """Return the tensions to set for `count` designs: the columns `SETTING_COLUMNS`, N."""
     readings = all_readings(design, design.flexor.pretension)
     values = [readings[f"{side} at {end}"] for end in ("joint", "motor") for side in SIDES]
     columns = zip(SETTING_COLUMNS, values, strict=True)
-    return {name: _of_designs(value, count) for name, value in columns}
-
-
-def _of_designs(values: Array, count: int) -> Array:
-    """Return values that broadcast to `count` designs as one for each, (count,)."""
-    return np.broadcast_to(np.asarray(values).reshape(-1), (count,)).copy()
-
-
-def setting_columns(
-    question: Question, points: Points, low: Array, high: Array, pretension: Array
-) -> dict[str, Array]:
-    """Return the tensions to set for choices, N, and half the window as a length of both tendons.
-
-    Args:
-        question: The question.
-        points: The choices.
-        low: Lower ends of their windows, (choices,), N.
-        high: Upper ends.
-        pretension: Pretensions of the choices, (choices,), N.
-
-    Returns:
-        The columns `SETTING_COLUMNS` and `tolerance_length`, m, NaN for an empty or endless window.
-    """
-    count = len(low)
-    design = study_arm(question, points.at_pretension(pretension))
-    with np.errstate(invalid="ignore"):
-        at_low = study_arm(question, points.at_pretension(low)).flexor.pretension
-        at_high = study_arm(question, points.at_pretension(high)).flexor.pretension
-        width = _of_designs(np.asarray(at_high), count) - _of_designs(np.asarray(at_low), count)
-        length = 0.5 * width / _of_designs(pretension_per_length(design), count)
-    is_closed = (low <= high) & np.isfinite(high)
-    return {**settings(design, count), "tolerance_length": np.where(is_closed, length, np.nan)}
+    return {name: of_designs(value, count) for name, value in columns}
 
 
 # --- The record -----------------------------------------------------------------------------------
@@ -129,6 +74,12 @@ def setting_record(question: Question, choice: Solutions) -> SettingRecord:
     """Return the posture in which a choice is set, and the pretension that shorter tendons add."""
     design = study_arm(question, choice.points.at_pretension(choice.pretension))
     posture = question.study.setting
+    per_length = float(tension_per_length(question, choice.points)[0])
+    reserve = float(choice.reserve[0])
+    pretension = float(choice.pretension[0])
+    too_long = (pretension - float(choice.pretension_from[0])) / per_length
+    too_short = (float(choice.pretension_to[0]) - pretension) / per_length
+    is_within = too_long >= 0.0 and too_short >= 0.0
     return {
         "angle": float(posture.angle.array[0]),
         "upper_arm_angle": float(posture.upper_arm_angle.array[0]),
@@ -136,8 +87,12 @@ def setting_record(question: Question, choice: Solutions) -> SettingRecord:
         "after": posture.after,
         "read": posture.read,
         "on_wearer": wearer_axis(question.study) is not None,
-        "newtons_per_metre": float(_of_designs(pretension_per_length(design), 1)[0]),
-        "read_per_metre": float(_of_designs(reading_per_length(design), 1)[0]),
+        "newtons_per_metre": float(of_designs(pretension_per_length(design), 1)[0]),
+        "read_per_metre": per_length,
+        "accuracy": reserve / per_length,
+        "reserve": reserve,
+        "too_long": too_long if is_within else None,
+        "too_short": finite_or_none(too_short) if is_within else None,
     }
 
 

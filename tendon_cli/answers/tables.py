@@ -14,7 +14,7 @@ import numpy as np
 from tendon_cli import say
 from tendon_cli.answer_record import ChoiceRecord, value_of
 from tendon_cli.answers.people import GroupWindows, people_of
-from tendon_cli.answers.setup import SETTING_COLUMNS, setting_columns, settings, study_arm
+from tendon_cli.answers.setup import SETTING_COLUMNS, settings
 from tendon_cli.engine.table_columns import axis_column, columns_set_by_names
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.design import F0
@@ -30,6 +30,7 @@ from tendon_cli.windows.coverage import share_served
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import End, Solutions
+from tendon_cli.windows.study_arm import study_arm
 from tendon_cli.windows.worst import WORST
 
 _LIMITS = ("", *LIMIT_NAMES)
@@ -114,7 +115,8 @@ def choice_rows(question: Question, choices: Solutions, refined: Flags) -> Colum
         choices: The choices.
         refined: True for a choice between the points of the grid.
     """
-    rows: ColumnArrays = {
+    at_pretension = choices.points.at_pretension(choices.pretension)
+    return {
         **choices.points.columns,
         **_set_by_names(question.choices, question.choices.at(choices.points.numbers)),
         "refined": refined,
@@ -128,16 +130,11 @@ def choice_rows(question: Question, choices: Solutions, refined: Flags) -> Colum
         "served_at": choices.served_at,
         "pretension": choices.pretension,
         **{name: getattr(choices.worst, name) for name in WORST},
+        **settings(study_arm(question, at_pretension), len(choices)),
+        "tolerance_length": _finite(choices.tolerance_length),
         "between_samples": choices.between_samples,
         "feasible": choices.feasible,
     }
-    return rows | setting_columns(
-        question,
-        choices.points,
-        choices.pretension_from,
-        choices.pretension_to,
-        choices.pretension,
-    )
 
 
 def _of_end(question: Question, choices: Solutions, end: End) -> ColumnArrays:

@@ -20,6 +20,14 @@ from tendon_cli.answers import phrases
 from tendon_cli.answers.phrases import COSTS, choice_words, costs, window_of
 from tendon_cli.answers.text_bench import bench_heading, drift_words, remarks_words, to_set
 from tendon_cli.answers.text_exact import exact_words
+from tendon_cli.answers.text_order import (
+    goal_name,
+    ties_words,
+    tolerance_millimetres,
+    tolerance_percent,
+    tolerance_words,
+    why_first,
+)
 from tendon_cli.answers.text_people import population_blocks
 from tendon_cli.answers.text_remedies import fixes_table, relaxations_words
 from tendon_cli.studies.axis_words import parameter
@@ -29,8 +37,6 @@ _MOST_ALTERNATIVES = 8
 _MOST_MOVES = 5
 _LEAST_MOVE = 1e-3
 """Motion of an end per 1 % of a number below which it is not printed, N."""
-_HARDLY_ANY = 1e-4
-"""Tolerance up to which it is printed as 0."""
 _WORST = {
     "max_tension": "a tension of",
     "max_spring_extension": "a spring extension of",
@@ -105,7 +111,7 @@ def _first_sentence(record: AnswerResults, best: ChoiceRecord) -> str:
         pretension = say.number(question["pretension"])
         margins = phrases.margins(question, best)
         return f"{start} of {pretension} N{where} suits {whom}; {margins}."
-    either_way = f", {_tolerance(best)} % either way" if np.isfinite(high) else ""
+    either_way = f", {tolerance_words(best)} either way" if np.isfinite(high) else ""
     if record["serve"] >= 1.0 or question["groups"] == 1:
         then = f"suits {whom}; anything {_span(low, high)} does{either_way}"
     else:
@@ -116,7 +122,8 @@ def _first_sentence(record: AnswerResults, best: ChoiceRecord) -> str:
             all_low, all_high = _finite_window(window_for_all)
             is_same = (all_low, all_high) == (low, high)
             then += ", all of them " + ("there" if is_same else _span(all_low, all_high))
-    return f"{start} of {_pretension(best)}{where} {then}.{_why_first(record)}"
+    rule = why_first(record)
+    return f"{start} of {_pretension(best)}{where} {then}.{f' {rule}' if rule else ''}"
 
 
 def _finite_window(window: Sequence[float | None]) -> tuple[float, float]:
@@ -141,14 +148,6 @@ def _span(low: float, high: float) -> str:
     return f"from {say.number(low)} N on"
 
 
-def _tolerance(row: ChoiceRecord) -> str:
-    """Say the tolerance in percent, "0" if there is hardly any."""
-    tolerance = row["tolerance"]
-    if tolerance is not None and tolerance > _HARDLY_ANY:
-        return say.number(100.0 * tolerance, 2)
-    return "0"
-
-
 def _everyone(question: QuestionRecord) -> str:
     """Say who or what a share is counted in: "1,000 persons"."""
     return phrases.everyone(question["counts"], question["groups"], question["counted"])
@@ -165,30 +164,9 @@ def _all_of(question: QuestionRecord) -> str:
     return f"all {whom}"
 
 
-def _why_first(record: AnswerResults) -> str:
-    """Say why this choice is named first."""
-    if record["choices"] == 1:
-        return ""
-    if len(record["front"]) == 1:
-        return " It is the best in every goal."
-    if record["given_up"] is not None:
-        share = say.percent(record["given_up"])
-        return (
-            f" It is the best compromise on the front: it gives up at most {share} of the range of"
-            " any goal."
-        )
-    choices = say.counted(record["choices"], "choice")
-    return f" It has the {_superlative(record['question']['ranked_by'][0])} of {choices}."
-
-
 def _superlative(goal: GoalRecord) -> str:
     """Say what is best by a goal: "largest tolerance"."""
-    return f"{'largest' if goal['maximise'] else 'smallest'} {_name(goal['column'])}"
-
-
-def _name(column: str) -> str:
-    """Say the name of a column without its extreme: "tension" of "max tension"."""
-    return say.column(column).removeprefix("max ").removeprefix("min ").removeprefix("peak ")
+    return f"{'largest' if goal['maximise'] else 'smallest'} {goal_name(goal['column'])}"
 
 
 def _why(record: AnswerResults, best: ChoiceRecord) -> Iterator[str]:
@@ -202,6 +180,7 @@ def _why(record: AnswerResults, best: ChoiceRecord) -> Iterator[str]:
         if value:
             worst.append(f"{words} {say.quantity(name, value)}")
     yield f"at {_pretension(best)} the worst is {say.join_words(worst)}"
+    yield from ties_words(record)
     yield from _edges(question, best)
 
 
@@ -261,7 +240,8 @@ def _alternatives(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Blo
     else:
         head = "Best by"
         best_by = {goals[0]["column"]: best} if record["goals"] else record["best_by"]
-        rows = [
+        rows = [] if record["goals"] else [("named first", best)]
+        rows += [
             (_superlative(goal), best_by[goal["column"]])
             for goal in goals
             if goal["column"] in best_by
@@ -273,7 +253,8 @@ def _alternatives(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Blo
     yield _table_of_choices(record, rows)
     if record["gains"]:
         gains = [
-            f"{_name(column)} by {say.percent(gain)}" for column, gain in record["gains"].items()
+            f"{goal_name(column)} by {say.percent(gain)}"
+            for column, gain in record["gains"].items()
         ]
         yield from say.items(
             [f"~ between the points of the grid; better than it in {', '.join(gains)}"]
@@ -284,7 +265,7 @@ def _table_of_choices(record: AnswerResults, rows: Sequence[tuple[str, ChoiceRec
     """Return a table of choices, each with a name, its window, pretension and costs."""
     shows_share = record["serve"] < 1.0
     share_head = ["served"] if shows_share else []
-    lines = [["", "", "window N", "±%", "N", *share_head, *COSTS.values()]]
+    lines = [["", "", "window N", "±mm", "±%", "N", *share_head, *COSTS.values()]]
     for name, row in rows:
         low, high = window_of(row) or (np.nan, np.nan)
         mark = "~" if row["refined"] else ""
@@ -296,7 +277,8 @@ def _table_of_choices(record: AnswerResults, rows: Sequence[tuple[str, ChoiceRec
                 name,
                 mark + choice_words(record["question"], row),
                 f"{say.number(low, 3)} {upper}",
-                _tolerance(row),
+                tolerance_millimetres(row),
+                tolerance_percent(row),
                 "-" if pretension is None else say.number(pretension, 3),
                 *share,
                 *costs(row),

@@ -31,7 +31,11 @@ def pretension_per_length(design: Design) -> Array:
 
 
 def reading_per_length(design: Design) -> Array:
-    """Return the growth of what is read per length taken from both tendons, its unit per metre."""
+    """Return the growth of what is read per length taken from both tendons, its unit per metre.
+
+    It is that of F0, (1 + η)/(η c_f + c_e), times the gain of the reading while the tendon that is
+    read is taut.
+    """
     return np.asarray(Reading.of(design).gain * pretension_per_length(design))
 
 

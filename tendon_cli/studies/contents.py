@@ -13,6 +13,7 @@ from pydantic.fields import FieldInfo
 
 from tendon_cli.quantities import PLAUSIBLE
 from tendon_cli.space.axis import split_side
+from tendon_cli.studies.accuracy import Accuracy
 from tendon_cli.studies.angle_curves import CurveColumns, CurveTable
 from tendon_cli.studies.fields import SingleField, WordField, fault
 from tendon_cli.studies.number import NumberField
@@ -99,7 +100,7 @@ def part_document(part: Part) -> dict[str, Any]:
     for name, field in type(part).model_fields.items():
         value = None if field.exclude else getattr(part, name)
         mark = _number_mark(field)
-        if isinstance(value, CurveTable):
+        if isinstance(value, (CurveTable, Accuracy)):
             content[name] = value.document()
         elif isinstance(value, Part):
             content[name] = part_document(value)
@@ -163,6 +164,7 @@ _SAME_FOR_ALL_CASES = (
     "read",
     "reading_error",
     "anchors",
+    "accuracy",
 )
 """Keys that a case cannot override."""
 

@@ -21,13 +21,14 @@ MOST_DRAWS = 2**20
 """Largest number of draws of the uncertain numbers."""
 _LEAST_SERVED = 1e-6
 """Smallest share that must be served: nobody is no goal."""
-PLACES = ("middle", "least")
+PLACES = ("reserve", "middle", "least")
 """Words for the place in its window of pretension that a choice is set to."""
 CHOICE_RESULTS = (
     "pretension_from",
     "pretension_to",
     "windows",
     "tolerance",
+    "tolerance_length",
     "served",
     "served_at",
     "pretension",
@@ -84,7 +85,7 @@ else:  # a field for each limit of the model's table
 
 @dataclass(frozen=True)
 class _PretensionOrPlace(SingleField):
-    """Mark of a field that is a pretension, or one of two words for a place in a window."""
+    """Mark of a field that is a pretension, or a word for a place in a window."""
 
     def read(self, value: object) -> Any:
         """Return a word as it is, and any other text or number as one value.
@@ -93,7 +94,7 @@ class _PretensionOrPlace(SingleField):
             PydanticCustomError: The value is neither.
         """
         if isinstance(value, str) and value.isalpha() and value not in PLACES:
-            hint = '"middle", "least" or a pretension such as "38 N"'
+            hint = '"reserve", "middle", "least" or a pretension such as "38 N"'
             raise fault(f"{described(value)} is not a place in a window", hint)
         return value if value in PLACES else super().read(value)
 
@@ -119,6 +120,21 @@ RowWords = Annotated[
 """One row of a table or a list of them, as numbers or words."""
 
 
+def _read_truth_value(value: object) -> object:
+    """Return a truth value from one, or from its word, as the command line has it."""
+    if isinstance(value, bool) or value in ("true", "false"):
+        return value is True or value == "true"
+    raise fault(f"{described(value)} is not possible, expected true or false")
+
+
+Seed = Annotated[int, *whole_number(0, 2**63 - 1)]
+"""Seed of random draws."""
+TruthValue = Annotated[
+    bool, BeforeValidator(_read_truth_value), WithJsonSchema({"type": "boolean"})
+]
+"""True or false, or the word for it."""
+
+
 class Goals(Part):
     """Goals of `tendon design`, which chooses among the axes that are not its conditions."""
 
@@ -142,10 +158,15 @@ class Goals(Part):
     )
     pretension: Annotated[str | StudyNumber, _PretensionOrPlace("pretension", 0.0, 1e5)] = (
         field_default(
-            "middle",
+            "reserve",
             description="place in its window at which a choice is set, or one pretension for all "
-            "choices",
+            "choices; reserve: the least and the accuracy of setting, the middle at most",
         )
+    )
+    advice: TruthValue = field_default(
+        True,
+        description="prefer choices that can be built and keep the advice on straps, ropes and "
+        "springs",
     )
 
 
@@ -156,21 +177,6 @@ def _check_power_of_two(value: int) -> int:
         problem = f"{value:,} is not possible, expected a power of two, {MOST_DRAWS:,} at most"
         raise fault(problem, f"such as {near}")
     return value
-
-
-def _read_truth_value(value: object) -> object:
-    """Return a truth value from one, or from its word, as the command line has it."""
-    if isinstance(value, bool) or value in ("true", "false"):
-        return value is True or value == "true"
-    raise fault(f"{described(value)} is not possible, expected true or false")
-
-
-Seed = Annotated[int, *whole_number(0, 2**63 - 1)]
-"""Seed of random draws."""
-TruthValue = Annotated[
-    bool, BeforeValidator(_read_truth_value), WithJsonSchema({"type": "boolean"})
-]
-"""True or false, or the word for it."""
 
 
 class Uncertainty(Part):

@@ -344,14 +344,18 @@ class SingleField(FieldMark):
 
     def _json_finite(self) -> dict[str, Any]:
         """Return the schema of one finite number: bare, or text with a unit."""
+        number: dict[str, Any] = {"type": "number", "minimum": self.low, "maximum": self.high}
+        if self.quantity.dimension == "angle":
+            number = {"const": 0}
+        return {"anyOf": [number, self.text_schema()]}
+
+    def text_schema(self) -> dict[str, Any]:
+        """Return the schema of one finite number as text with a unit."""
         dimension = self.quantity.dimension
         units = "|".join(re.escape(unit) for unit in known_units(dimension))
         optional = "?" if dimension == "number" else ""
         pattern = rf"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{{1,3}})?\s*({units}){optional}\s*$"
-        number: dict[str, Any] = {"type": "number", "minimum": self.low, "maximum": self.high}
-        if dimension == "angle":
-            number = {"const": 0}
-        return {"anyOf": [number, {"type": "string", "pattern": pattern}]}
+        return {"type": "string", "pattern": pattern}
 
 
 @dataclass(frozen=True)

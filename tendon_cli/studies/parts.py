@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
 
 from tendon_cli.quantities import OF_STATES
+from tendon_cli.studies.accuracy import Accuracy, AccuracyField
 from tendon_cli.studies.angle_curves import EXCURSION, TORQUE, TRAJECTORY, BendField, CurveTable
 from tendon_cli.studies.fields import SingleField, WordField, fault, hint_at_nearest, one_or_many
 from tendon_cli.studies.number import ErrorField, NumberField
@@ -267,6 +268,11 @@ class Setting(Part):
             None,
             description="standard deviation of the error of the gauge, which is drawn",
         )
+    )
+    accuracy: Annotated[Accuracy, AccuracyField()] = field_default(
+        "2 mm",
+        description="how well the pretension can be set: a length of both tendons, or a tension of "
+        "the kind that is read",
     )
 
 

@@ -12,8 +12,10 @@ from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
 from tendon_cli.space.axis import Axis
 from tendon_cli.windows.by_choice import ColumnArrays
+from tendon_cli.windows.dependence import digests_of_windows
+from tendon_cli.windows.order import EQUAL, LEAST_TORQUE, Order, last_stage
 from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import SERVED, USUAL, Goal, Question
+from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import Solutions, solve, solve_windows
 from tendon_cli.windows.solver import Solver
 from tendon_cli.windows.worst import WORST, Worst
@@ -28,7 +30,13 @@ STATES_FOR_ALL = 2**30
 """Most states, under persons or draws, for which all choices have worst values."""
 
 _PENALTY = 1e3
-"""Cost of a share of a goal that is lost; choices without a window cost twice this, and more."""
+"""Cost of a share of a goal that is lost on the way to a better front."""
+_WEIGHT = 1e6
+"""Weight of a goal over the next one, whose gains do not count before its own."""
+_BREAKS_RULE = 1e15
+"""Cost of a rule before all goals that the start keeps and a choice does not."""
+_NO_WINDOW = 1e18
+"""Cost of a choice without a window."""
 _AT_ONCE_PER_RANGE = 10
 """Points of a generation, for each range that is searched."""
 _GENERATIONS = 120
@@ -73,11 +81,13 @@ def conflicts_of(solutions: Solutions) -> dict[LimitPair, Rows]:
     return conflicts
 
 
-def nearest(solutions: Solutions) -> Solutions:
+def nearest(question: Question, solutions: Solutions) -> Solutions:
     """Return the choice nearest to a window: it serves most, and of these misses by least."""
     gap = _relative_gap(solutions)
-    order = np.lexsort((solutions.row, np.where(np.isnan(gap), np.inf, gap), -solutions.served))
-    return solutions.select(order[:1])
+    scores = np.column_stack([solutions.served, np.where(np.isnan(gap), -np.inf, -gap)])
+    tied = last_stage(scores)
+    rank = Order.of(question).rank(solutions.points, tied)
+    return solutions.select(tied[[np.argmin(rank)]])
 
 
 def _relative_gap(solutions: Solutions) -> Array:
@@ -88,33 +98,37 @@ def _relative_gap(solutions: Solutions) -> Array:
         return np.asarray((low - high) / (np.abs(low) + np.abs(high)))
 
 
-def best_of(solutions: Solutions, scores: Array) -> int:
-    """Return the place of the choice with the highest of the scores, (choices,).
+def orders_of(question: Question) -> dict[str, Order]:
+    """Return the orders by which an answer names a best choice, by name, the main one first.
 
-    The tolerance decides among equal scores, such as those of all choices that serve everyone.
+    With several goals it names a front, and the best by each. Without goals the best in the usual
+    order has an empty name, and the best by each usual goal follows.
     """
-    tolerance = solutions.scores((Goal("tolerance", maximise=True),))[:, 0]
-    return int(np.lexsort((-tolerance, -scores))[0])
+    by_goal = {goal.column: Order(question, (goal,)) for goal in question.ranking}
+    return by_goal if question.goals else {"": Order.of(question), **by_goal}
 
 
-def relevant(solutions: Solutions, goals: tuple[Goal, ...]) -> Rows:
+def relevant(solutions: Solutions, question: Question) -> Rows:
     """Return the places of choices that an answer may name, ascending.
 
-    They are the best by each goal, the front, the one that serves most, and for each conflict the
-    one that is nearest to a window.
+    They are those that may be the best by each order, or tie with it; the front; the one that
+    serves most; and for each conflict the one that is nearest to a window.
     """
-    places = [np.array([np.argmax(solutions.served)])]
+    places = [_places_of(solutions, nearest(question, solutions))]
     if solutions.feasible.any():
         feasible = np.flatnonzero(solutions.feasible)
         selected = solutions.select(feasible)
-        scores = selected.scores(goals or (SERVED, *USUAL))
-        places += [feasible[[best_of(selected, of_goal)]] for of_goal in scores.T]
-        if len(goals) > 1:
-            places.append(feasible[front(scores)])
+        places += [feasible[order.may_be_first(selected)] for order in orders_of(question).values()]
+        if len(question.goals) > 1:
+            places.append(_places_of(solutions, front_of(question, selected)))
     for rows in conflicts_of(solutions).values():
-        is_nearest = solutions.row[rows] == nearest(solutions.select(rows)).row
-        places.append(rows[is_nearest])
+        places.append(_places_of(solutions, nearest(question, solutions.select(rows))))
     return np.unique(np.concatenate(places))
+
+
+def _places_of(solutions: Solutions, selected: Solutions) -> Rows:
+    """Return the places of selected choices of the grid, ascending."""
+    return np.flatnonzero(np.isin(solutions.row, selected.row))
 
 
 def leaves_out(question: Question) -> bool:
@@ -145,7 +159,7 @@ def solve_part(solver: Solver, rows: Rows) -> Solutions:
         """Return the worst values of some choices over all conditions that they serve."""
         return solver.worst(points.select(places), solved.pretension[places], served[places])
 
-    first = np.array([np.argmax(solved.served)])
+    first = _places_of(solved, nearest(question, solved))
     severest = solver.severest_conditions(
         points.select(first), solved.pretension[first], served[first], _SEVEREST
     )
@@ -155,7 +169,7 @@ def solve_part(solver: Solver, rows: Rows) -> Solutions:
     solved = solved.with_worst(slice(None), _as_bounds(bounds, known), has_worst=False)
     solved = solved.with_worst(first, known)
     while True:
-        places = relevant(solved, question.goals)
+        places = relevant(solved, question)
         missing = places[~solved.has_worst[places]]
         if not len(missing):
             break
@@ -181,18 +195,44 @@ def _as_bounds(bounds: Worst, known: Worst) -> Worst:
     return Worst(**columns)
 
 
-def summarise(choices: Solutions, goals: tuple[Goal, ...]) -> Note:
-    """Return the note of a part for JSON: counts, conflicts, and the rows that may be named."""
+def summarise(choices: Solutions, question: Question) -> Note:
+    """Return the note of a part for JSON: counts, conflicts, and the rows that may be named.
+
+    `left` has, for each rule of the order, the numbers of choices that it may leave, by their
+    scores as text; `windows` tells for each axis whether the windows depend on it.
+    """
     conflicts = conflicts_of(choices)
+    left = []
+    if choices.feasible.any():
+        stages = Order.of(question).stages(choices.select(choices.feasible))
+        for counts in stages:
+            left.append([[[*map(repr, scores)], count] for scores, count in counts.items()])
     return {
         "choices": len(choices),
         "feasible": int(choices.feasible.sum()),
         "conflicts": [[list(pair), len(rows)] for pair, rows in conflicts.items()],
-        "rows": choices.row[relevant(choices, goals)].tolist(),
+        "rows": choices.row[relevant(choices, question)].tolist(),
+        "left": left,
+        "windows": digests_of_windows(question, choices),
     }
 
 
 # --- Comparing ------------------------------------------------------------------------------------
+
+
+def front_of(question: Question, solutions: Solutions) -> Solutions:
+    """Select the choices that no other beats in every goal, in the order of the first goal.
+
+    They are the best by the rules that come before all goals. Of choices that are equal in every
+    goal, the one that breaks the tie is selected.
+    """
+    order = Order.of(question)
+    best = order.with_first(solutions)
+    torque = best.scores((LEAST_TORQUE,))[:, 0]
+    best = best.select(np.lexsort((order.rank(best.points, slice(None)), -torque)))
+    scores = best.scores(question.goals)
+    unbeaten = front(scores)
+    return best.select(unbeaten[np.argsort(-scores[unbeaten, 0], kind="stable")])
 
 
 def front(scores: Array) -> Rows:
@@ -219,10 +259,13 @@ def losses(scores: Array) -> Array:
     return np.asarray((scores.max(axis=0) - scores) / np.where(span > 0.0, span, 1.0))
 
 
-def compromise(scores: Array) -> int:
-    """Return the row of a front, (rows, goals), whose largest loss in any goal is the smallest."""
-    lost = losses(scores)
-    return int(np.lexsort((lost.sum(axis=1), lost.max(axis=1)))[0])
+def compromise(question: Question, choices: Solutions) -> Solutions:
+    """Return the choice of a front whose largest loss in any goal is the smallest."""
+    lost = losses(choices.scores(question.goals))
+    torque = choices.scores((LEAST_TORQUE,))[:, 0]
+    tied = last_stage(np.column_stack([-lost.max(axis=1), -lost.sum(axis=1), torque]))
+    rank = Order.of(question).rank(choices.points, tied)
+    return choices.select(tied[[np.argmin(rank)]])
 
 
 # --- Between the points of the grid ---------------------------------------------------------------
@@ -234,8 +277,9 @@ def may_refine(question: Question) -> bool:
 
 
 def _ranges(question: Question) -> list[Axis]:
-    """Return the axes between whose points a choice can lie."""
-    return [axis for axis in question.choices.axes if axis.is_range]
+    """Return the axes between whose points a choice can lie, in the order of their keys."""
+    ranges = [axis for axis in question.choices.axes if axis.is_range]
+    return sorted(ranges, key=lambda axis: axis.key)
 
 
 def _generations(question: Question) -> int:
@@ -245,15 +289,15 @@ def _generations(question: Question) -> int:
     return min(_GENERATIONS, int(_STATES / max(at_once, 1)))
 
 
-def refine_choice(solver: Solver, goals: tuple[Goal, ...], start: Solutions) -> Solutions | None:
+def refine_choice(solver: Solver, order: Order, start: Solutions) -> Solutions | None:
     """Search for a better choice between the points of the grid.
 
-    With one goal it is the best; with several it is as good in all of them, and better in their
-    sum.
+    It comes before `start` in the order. For a front it is as good in all goals, and better in
+    their sum.
 
     Args:
         solver: Solver of the question.
-        goals: Goals by which it is better.
+        order: Order by which it is better.
         start: A choice of the grid with a window.
 
     Returns:
@@ -265,9 +309,14 @@ def refine_choice(solver: Solver, goals: tuple[Goal, ...], start: Solutions) -> 
         return None
     axes = _ranges(question)
     generations = _generations(question)
+    goals = order.goals
     before = start.scores(goals)[0]
+    first_before = order.first_scores(start)[0]
     scale = np.maximum(np.abs(before), 1e-300)
-    with_worst = any(goal.column in WORST for goal in goals)
+    weights = _WEIGHT ** np.arange(len(goals) - 1, -1, -1.0)
+    if order.is_front:
+        weights = np.ones(len(goals))
+    with_worst = question.study.design.advice or any(goal.column in WORST for goal in goals)
 
     def choices_at(places: Array) -> Points:
         """Return choices at places, (choices, ranges), 0 to 1; the rest is as in `start`."""
@@ -281,19 +330,27 @@ def refine_choice(solver: Solver, goals: tuple[Goal, ...], start: Solutions) -> 
     def cost(places: Array) -> Array:
         """Return the cost of choices at places, (ranges, choices), the less the better."""
         tried = solve(solver, choices_at(places.T), with_worst=with_worst)
-        gain = (tried.scores(goals) - before) / scale  # (choices, goals)
-        lost = np.sum(np.maximum(0.0, -gain), axis=1) if len(goals) > 1 else 0.0
-        of_feasible = -np.sum(gain, axis=1) + _PENALTY * lost
+        with np.errstate(invalid="ignore"):
+            gain = (tried.scores(goals) - before) / scale  # (choices, goals)
+        of_feasible = -gain @ weights
+        if order.is_front:
+            of_feasible += _PENALTY * np.sum(np.maximum(0.0, -gain), axis=1)
+        breaks_rule = (order.first_scores(tried) < first_before - EQUAL).any(axis=1)
+        of_feasible = of_feasible + np.where(breaks_rule, _BREAKS_RULE, 0.0)
         costs = np.where(tried.feasible, of_feasible, _cost_without_window(question, tried))
-        return np.asarray(np.where(np.isfinite(costs), costs, 4.0 * _PENALTY))
+        return np.asarray(np.where(np.isfinite(costs), costs, 2.0 * _NO_WINDOW))
 
     place = np.array([_place(axis, float(start.points.columns[axis.column][0])) for axis in axes])
     steps = np.array([1.0 / (len(axis) - 1) for axis in axes])
     point = _evolve(cost, place, steps, generations)
     best = solve(solver, choices_at(point[np.newaxis]))
-    after = best.scores(goals)[0]
-    is_better = np.all(after >= before) and np.any(after > before + 1e-9 * scale)
-    return best if is_better else None
+    is_better = order.precedes(best, start)
+    if order.is_front:
+        after = best.scores(goals)[0]
+        keeps_rules = np.all(order.first_scores(best)[0] >= first_before - EQUAL)
+        is_better = np.all(after >= before) and np.any(after > before + EQUAL * scale)
+        is_better = bool(is_better and keeps_rules)
+    return best if best.feasible.item() and is_better else None
 
 
 def _value(axis: Axis, place: Array) -> Array:
@@ -315,8 +372,8 @@ def _place(axis: Axis, value: float) -> float:
 def _cost_without_window(question: Question, solutions: Solutions) -> Array:
     """Return the cost of choices without a window: the less, the nearer they are to one."""
     if question.serve >= 1.0:
-        return 2.0 * _PENALTY + _relative_gap(solutions)
-    return np.asarray(2.0 * _PENALTY + (question.serve - solutions.served))
+        return _NO_WINDOW * (1.0 + 0.1 * _relative_gap(solutions))
+    return np.asarray(_NO_WINDOW * (1.0 + 0.1 * (question.serve - solutions.served)))
 
 
 def _evolve(cost: Callable[[Array], Array], start: Array, steps: Array, generations: int) -> Array:

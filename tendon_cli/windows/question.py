@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal, Self
+from typing import Literal, Self, cast
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from tendon_cli.space.axis import (
     PRETENSION,
     READ,
     READING_ERROR,
+    SAMPLE_AXES,
     Axis,
     Numbers,
     overlay,
@@ -27,7 +28,7 @@ from tendon_cli.space.axis import (
 )
 from tendon_cli.space.space import Space
 from tendon_cli.studies.checks import check_cases_are_exact, check_intervals_are_served
-from tendon_cli.studies.spaces import space_of
+from tendon_cli.studies.spaces import space_of, wearer_axis
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import StudyNumber
 from tendon_cli.units import shorten
@@ -65,13 +66,13 @@ class Goal:
 
 
 USUAL = (
-    Goal("tolerance", maximise=True),
+    Goal("tolerance_length", maximise=True),
     Goal("pretension", maximise=False),
     Goal("max_tension", maximise=False),
     Goal("max_spring_extension", maximise=False),
     Goal("peak_motor_torque", maximise=False),
 )
-"""An answer names the best choice by each of these if the study names no goal."""
+"""An answer names the best choice by each of these, too, if the study names no goal."""
 SERVED = Goal("served", maximise=True)
 """The largest share served; it comes before the usual goals if there are people or draws."""
 
@@ -83,23 +84,36 @@ def goals_of(study: Study) -> tuple[Goal, ...]:
     return (*smallest, *largest)
 
 
+Place = Literal["least", "reserve", "middle"]
+"""Point of a window of pretension."""
+
+
 @dataclass(frozen=True)
 class Placement:
     """Pretension at which choices are set: a point of each one's window, or given for all."""
 
-    point: Literal["least", "middle"] = "middle"
-    """Point of the window: its lower end, or its middle."""
+    point: Place = "reserve"
+    """Point of the window: its lower end, this end and a reserve for how well a suit can be set, or
+    its middle."""
     given: float | None = None
     """Pretension of every choice, N, if the question gives one; windows are solved nevertheless."""
 
-    def within(self, low: Array, high: Array) -> Array:
+    def within(self, low: Array, high: Array, reserve: Array) -> Array:
         """Return the pretension of this point of windows, N.
 
-        Twice the lower end is taken for the middle if nothing bounds a window above.
+        A reserve does not reach beyond the middle. If nothing bounds a window above, it has no
+        middle, and twice the lower end is taken for it where the study asks for the middle.
+
+        Args:
+            low: Lower ends, (choices,), N.
+            high: Upper ends; infinite if nothing bounds a window above.
+            reserve: Tension that the accuracy of setting is worth, N.
         """
         if self.point == "least":
             return low
-        return np.where(np.isinf(high), 2.0 * low, 0.5 * (low + high))
+        if self.point == "middle":
+            return np.where(np.isinf(high), 2.0 * low, 0.5 * (low + high))
+        return np.minimum(low + reserve, 0.5 * (low + high))
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,6 +129,8 @@ class Question:
     serve: float = 1.0
     """Share of persons, draws or conditions that a window must serve."""
     placement: Placement = Placement()
+    arm: Numbers = field(default_factory=dict)
+    """Numbers of the conditions that hold where a suit is set, (1,) each."""
 
     @property
     def ranking(self) -> tuple[Goal, ...]:
@@ -312,6 +328,23 @@ def select_numbers(numbers: Numbers, rows: Rows | slice) -> dict[str, Array]:
     return {key: values[rows] for key, values in numbers.items()}
 
 
+def arm_numbers(study: Study, conditions: Space) -> dict[str, Array]:
+    """Return the numbers of the conditions that hold where a suit is set, (1,) each.
+
+    Of several values it is the least, and of several cases the first by name, whatever their order
+    in the study. The numbers of a draw are left out, and so are those of people, but for the wearer
+    on whom the anchors were measured.
+    """
+    numbers: dict[str, Array] = {}
+    for axis in conditions.axes:
+        if axis.key not in SAMPLE_AXES:
+            place = int(np.argmin(axis.values))
+            least = {key: values[place : place + 1] for key, values in axis.numbers.items()}
+            numbers = overlay(numbers, least)
+    wearer = wearer_axis(study)
+    return numbers if wearer is None else overlay(numbers, wearer.numbers)
+
+
 def question_of(study: Study) -> Question:
     """Return the question that a study asks of `tendon design`.
 
@@ -325,9 +358,10 @@ def question_of(study: Study) -> Question:
     check_intervals_are_served(study)
     space = space_of(study).without_pretension()
     pretension = study.design.pretension
-    placement = Placement("least" if pretension == "least" else "middle")
     if isinstance(pretension, StudyNumber):
-        placement = Placement("least", pretension.single)
+        placement = Placement(given=pretension.single)
+    else:
+        placement = Placement(cast("Place", pretension))
     return Question(
         study=study,
         choices=space.choices,
@@ -336,6 +370,7 @@ def question_of(study: Study) -> Question:
         goals=goals_of(study),
         serve=study.serve,
         placement=placement,
+        arm=arm_numbers(study, space.conditions),
     )
 
 

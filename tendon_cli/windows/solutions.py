@@ -12,16 +12,20 @@ from tendon_cli.model import window
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import Codes
 from tendon_cli.model.window import Ends, Window
+from tendon_cli.studies.accuracy import Accuracy
 from tendon_cli.windows.by_choice import ByChoice, Selection
 from tendon_cli.windows.coverage import ROUNDING, serves
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Goal, Question
 from tendon_cli.windows.solver import Solver
+from tendon_cli.windows.study_arm import tension_per_length
 from tendon_cli.windows.worst import WORST, Worst
 
 End = Literal["from", "to"]
 """Lower or upper end of a window, as in the names of columns."""
 
+NEEDED = 3.0
+"""Tolerance that is enough, as a multiple of the accuracy with which a suit can be set."""
 _WINDOWS_AT_ONCE = 2**19
 """Windows, choices times conditions, that are solved together."""
 
@@ -59,6 +63,12 @@ class Solutions(ByChoice):
     """Number of intervals of pretension that serve enough; the widest is the window."""
     tolerance: Array
     """Share by which the pretension may be off: 1 if nothing bounds the window above."""
+    tolerance_length: Array
+    """Half the window as a length taken from both tendons, m; infinite if nothing bounds it."""
+    settable: Array
+    """Share of the tolerance needed that the window has, 1 at most: of `NEEDED` accuracies."""
+    reserve: Array
+    """Tension of the kind that is read that the accuracy of setting is worth, N."""
     served: Array
     """Largest share that one pretension serves."""
     served_at: Array
@@ -73,6 +83,11 @@ class Solutions(ByChoice):
     """True where the worst values are known."""
     between_samples: npt.NDArray[np.int64]
     """Place in `say.STATUSES`: the result of the proof that the window holds at every angle."""
+    advice: npt.NDArray[np.int64]
+    """Advice that the choice fails at its pretension, as the sum of codes; 0 if it keeps all.
+
+    The lowest bit is set if the choice cannot be built: the flexor's spring has no room.
+    """
 
     def __len__(self) -> int:
         return len(self.points)
@@ -172,10 +187,12 @@ def solve_windows(
     common = _common_windows(question, ends, group_low, group_high)
     low = common.low
     high = common.high
+    per_length = tension_per_length(question, points)
+    reserve = _reserve(question.study.setting.accuracy, per_length)
     placement = question.placement
     if placement.given is None:
-        at_best = placement.within(common.best_low, common.best_high)
-        pretension = np.where(low <= high, placement.within(low, high), at_best)
+        at_best = placement.within(common.best_low, common.best_high, reserve)
+        pretension = np.where(low <= high, placement.within(low, high, reserve), at_best)
     else:
         pretension = np.full(count, placement.given)
     is_served = serves(group_low, group_high, pretension[:, np.newaxis])  # (choices, groups)
@@ -203,6 +220,9 @@ def solve_windows(
         ),
         windows=common.windows,
         tolerance=_tolerance(low, high),
+        tolerance_length=_half_window(low, high) / per_length,
+        settable=_settable(_half_window(low, high), reserve),
+        reserve=reserve,
         served=common.served,
         served_at=served_at,
         pretension=pretension,
@@ -210,6 +230,7 @@ def solve_windows(
         worst=Worst.unknown(count),
         has_worst=np.zeros(count, dtype=np.bool_),
         between_samples=np.zeros(count, dtype=np.int64),
+        advice=np.zeros(count, dtype=np.int64),
     )
     return solved, is_served[:, groups.of]
 
@@ -309,3 +330,36 @@ def _tolerance(low: Array, high: Array) -> Array:
     share = np.where(high == 0.0, 0.0, share)  # a window from 0 to 0 tolerates nothing
     share = np.where(np.isinf(high), 1.0, share)
     return np.where(low <= high, share, np.nan)
+
+
+def _reserve(accuracy: Accuracy, per_length: Array) -> Array:
+    """Return the tension that the accuracy of setting is worth, (choices,), N.
+
+    Args:
+        accuracy: Accuracy of setting.
+        per_length: Growth of what is read per length taken from both tendons, (choices,), N/m.
+    """
+    if accuracy.tension is not None:
+        return np.full(len(per_length), accuracy.tension)
+    return np.asarray(accuracy.length * per_length)
+
+
+def _half_window(low: Array, high: Array) -> Array:
+    """Return half the width of windows, N; infinite without an upper end, NaN without a window."""
+    with np.errstate(invalid="ignore"):
+        half = 0.5 * (high - low)
+    return np.where(low <= high, half, np.nan)
+
+
+def _settable(half_window: Array, reserve: Array) -> Array:
+    """Return the share of the tolerance needed that windows have, 1 at most; NaN without a window.
+
+    Args:
+        half_window: Half the width of windows, (choices,), N.
+        reserve: Tension that the accuracy of setting is worth, N.
+    """
+    needed = NEEDED * reserve
+    enough = half_window >= needed
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = half_window / needed
+    return np.where(enough, 1.0, share)

@@ -17,6 +17,16 @@ RANGES = (
     "[spool]\nratio = { from = 0.5, to = 1.0, num = 6 }\n" + LOADS
 )
 
+_ANGLES = [10.0 * place for place in range(10)]
+NO_UPPER_END = {
+    "excursion": {
+        "angle": [f"{angle} deg" for angle in _ANGLES],
+        "flexor": [f"{0.87 * angle - 0.003 * angle**2} mm" for angle in _ANGLES],
+        "extensor": [f"{0.78 * angle + 0.0006 * angle**2} mm" for angle in _ANGLES],
+    }
+}
+"""Joint whose moment arms make it the stiffer the more pretension there is: windows are open."""
+
 
 def question_from(text, folder):
     """Return the question of a study given as text."""

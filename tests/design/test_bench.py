@@ -7,9 +7,12 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.answers.setup import setting_columns, settings, study_arm
+from tendon_cli.answers.setup import settings
 from tendon_cli.model.setting import pretension_per_length
 from tendon_cli.windows.question import question_of
+from tendon_cli.windows.study_arm import study_arm
+
+from .studies import NO_UPPER_END
 
 SUIT = {
     "spring": {"stiffness": "5 kN/m"},
@@ -19,8 +22,9 @@ SUIT = {
 
 
 def answered(**content):
-    """Answer the question about the suit with some tables replaced."""
-    return tendon.design(tendon.study({**SUIT, **content}))
+    """Answer the question about the suit, set to the middle, with some tables replaced."""
+    at_middle = {"design": {"pretension": "middle"}}
+    return tendon.design(tendon.study({**SUIT, **at_middle, **content}))
 
 
 @pytest.fixture(scope="module")
@@ -74,13 +78,12 @@ def test_the_tensions_to_set_are_those_of_the_study_arm(whom):
 
 
 def test_a_window_without_an_end_has_no_length():
-    question = question_of(tendon.study(SUIT))
-    low = np.array([100.0, 120.0, 100.0])
-    high = np.array([np.inf, 110.0, 120.0])
-    pretension = np.full(3, 110.0)
-    points = question.all_points().repeat(3)
-    length = setting_columns(question, points, low, high, pretension)["tolerance_length"]
-    np.testing.assert_array_equal(np.isnan(length), [True, True, False])
+    choices = tendon.design(SUIT | {"joint": NO_UPPER_END}).choices
+    assert choices["feasible"].all()
+    assert choices["pretension_to"].isna().all()
+    assert choices["tolerance_length"].isna().all()
+    choices = tendon.design(SUIT | {"spring": {"stiffness": ["1 kN/m", "5 kN/m"]}}).choices
+    np.testing.assert_array_equal(choices["tolerance_length"].isna(), ~choices["feasible"])
 
 
 def test_the_text_says_which_tensions_to_set_and_how_far_the_arm_drifts(answer):

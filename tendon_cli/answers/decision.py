@@ -1,0 +1,119 @@
+"""The rule by which an answer names one choice before all others, and what ties with it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from tendon_cli.answer_record import DecisionRecord, Values
+from tendon_cli.answers.question_facts import recorded_value
+from tendon_cli.engine.task import Note
+from tendon_cli.model.kinematics import Rows
+from tendon_cli.windows.dependence import without_effect
+from tendon_cli.windows.order import LEAST_TORQUE, MOST_TIED, Order, Stages, last_stage
+from tendon_cli.windows.points import Points
+from tendon_cli.windows.question import Question
+from tendon_cli.windows.solutions import NEEDED, Solutions
+
+
+def decision_record(
+    question: Question, notes: Sequence[Note], choices: Solutions, best: Solutions, accuracy: float
+) -> DecisionRecord:
+    """Return the rule by which a choice is named first.
+
+    Args:
+        question: The question.
+        notes: Notes of all parts.
+        choices: Choices of the grid that may be named, before any proof.
+        best: The choice.
+        accuracy: Accuracy of setting as a length of both tendons, m.
+    """
+    order = Order.of(question)
+    feasible = sum(note["feasible"] for note in notes)
+    left = [feasible, *order.count_left(_stages(note["left"]) for note in notes if note["left"])]
+    rules: list[str] = [*order.rules[:-1]]
+    if order.is_front:
+        rules = [*order.rules[: -1 - len(order.goals)], "front"]
+        left = [*left[: len(rules)], 1]
+    deciding = [place for place in range(len(rules)) if left[place + 1] < left[place]]
+    decided_by = deciding[-1] if deciding else None
+    record: DecisionRecord = {
+        "rule": None if decided_by is None else rules[decided_by],
+        "choices": feasible if decided_by is None else left[decided_by],
+        "left": left[-1],
+        "is_settable": bool(best.settable[0] >= 1.0),
+        "needed": NEEDED * accuracy,
+        "ties": 1,
+        "tied": [],
+        "broken_by": [],
+        "no_effect": without_effect(note["windows"] for note in notes),
+    }
+    is_of_grid = best.row[0] < len(question.choices)
+    if is_of_grid and left[-1] > 1:
+        with_window = choices.select(choices.feasible)
+        scores = order.scores(with_window)
+        tied = last_stage(scores[:, :-1])
+        rank = order.rank(with_window.points, tied)
+        in_order = tied[np.argsort(rank)]
+        record["ties"] = left[-1]
+        record["tied"] = _values(question, with_window.points, in_order[:MOST_TIED])
+        record["broken_by"] = _broken_by(order, with_window, tied)
+    return record
+
+
+def is_of_order(question: Question, note: Note) -> bool:
+    """Return True if a note tells which choices the rules leave, and has digests of windows.
+
+    Raises:
+        KeyError: An entry is missing.
+        TypeError: An entry is of another type.
+        ValueError: A text is no number.
+    """
+    stages = _stages(note["left"])
+    rules = Order.of(question).rules[:-1]
+    tells_all = len(stages) == (len(rules) if note["feasible"] else 0)
+    counts = [count for counts in stages for count in counts.values()]
+    lengths = {axis.key: len(axis) for axis in question.choices.axes}
+    digests = note["windows"]
+    values = [int(text, 16) for texts in digests.values() for text in texts]
+    return (
+        tells_all
+        and all(len(scores) == place + 1 for place, of in enumerate(stages) for scores in of)
+        and all(type(count) is int and 0 < count <= note["choices"] for count in counts)
+        and all(len(texts) == lengths[key] for key, texts in digests.items())
+        and all(0 <= value < 2**64 for value in values)
+    )
+
+
+def _stages(left: list[list[tuple[list[str], int]]]) -> Stages:
+    """Return the stages of a part from its note."""
+    return [
+        Counter({tuple(map(float, scores)): count for scores, count in of_rule}) for of_rule in left
+    ]
+
+
+def _values(question: Question, points: Points, rows: Rows) -> list[Values]:
+    """Return the values of some choices by the columns of their axes."""
+    values: list[Values] = []
+    for row in rows:
+        of_row: Values = {}
+        for axis in question.choices.axes:
+            value = points.columns[axis.column][row]
+            of_row[axis.column] = recorded_value(axis.names[value] if axis.names else float(value))
+        values.append(of_row)
+    return values
+
+
+def _broken_by(order: Order, choices: Solutions, tied: Rows) -> list[str]:
+    """Return what breaks a tie: the motor torque, and the axes if several have the least."""
+    torque = choices.select(tied).scores((LEAST_TORQUE,))
+    least = tied[last_stage(torque)]
+    broken_by = [LEAST_TORQUE.column] if len(least) < len(tied) else []
+    if len(least) > 1:
+        columns = choices.points.columns
+        for axis in sorted(order.question.choices.axes, key=lambda axis: axis.key):
+            if len(np.unique(columns[axis.column][least])) > 1:
+                broken_by.append(axis.key)
+    return broken_by

@@ -1,0 +1,180 @@
+"""The rule by which an answer names one choice first, and what ties with it, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tendon_cli import say
+from tendon_cli.answer_record import AnswerResults, ChoiceRecord, DecisionRecord, QuestionRecord
+from tendon_cli.answers.phrases import choice_words
+from tendon_cli.studies.study import keys
+
+_HARDLY_ANY = 1e-4
+"""Share of the pretension up to which a tolerance is printed as 0."""
+_SHORTEST = 1e-6
+"""Length up to which a tolerance is printed as 0, m."""
+
+
+# --- Why it is named first ------------------------------------------------------------------------
+
+
+def why_first(record: AnswerResults) -> str:
+    """Say by which rule the best choice is named first; empty if there is only one choice."""
+    decided = record["decided"]
+    if decided is None or record["choices"] == 1:
+        return ""
+    if len(record["front"]) == 1:
+        return "It is the best in every goal."
+    if record["given_up"] is not None:
+        share = say.percent(record["given_up"])
+        return (
+            f"It is the best compromise on the front: it gives up at most {share} of the range of"
+            " any goal."
+        )
+    question = record["question"]
+    among = f"{_of_choices(decided)}{_left_before(question, decided)}"
+    rule = decided["rule"]
+    if rule is None:
+        if decided["choices"] == 1:
+            return "It is the only choice that has a window."
+        return f"It ties with the others of {_of_choices(decided)} that have a window."
+    if rule == "settable":
+        return _why_settable(record, decided)
+    said_of_rule = {
+        "built": "can be built",
+        "advised": "keeps the advice",
+        "served_enough": f"serves {say.percent(record['serve'])}",
+    }
+    if rule in said_of_rule:
+        only = "the only one" if decided["left"] == 1 else "one of the few"
+        return f"It is {only} of {among} that {said_of_rule[rule]}."
+    return f"It {_superlative_of(record, rule)} of the {among}."
+
+
+def _of_choices(decided: DecisionRecord) -> str:
+    """Count the choices among which a rule decides: "12 choices"."""
+    return say.counted(decided["choices"], "choice")
+
+
+def _left_before(question: QuestionRecord, decided: DecisionRecord) -> str:
+    """Say what the choices have in common among which a goal decides."""
+    if decided["rule"] != "max_tension" or question["has_goals"]:
+        return " that have a window"
+    if not decided["is_settable"]:
+        return " that can be set equally well"
+    return f" that can be set well enough ({needed_words(question, decided)})"
+
+
+def needed_words(question: QuestionRecord, decided: DecisionRecord) -> str:
+    """Say which tolerance is enough: "6 mm", or "15 N" if the accuracy is a tension."""
+    tension = question["accuracy"]["tension"]
+    if tension is not None:
+        return f"{say.number(question['needed'] * tension, 3)} N"
+    return say.quantity("tolerance_length", decided["needed"], 3)
+
+
+def _why_settable(record: AnswerResults, decided: DecisionRecord) -> str:
+    """Say that a choice can be set best, or alone well enough."""
+    question = record["question"]
+    best = record["best"]
+    needed = needed_words(question, decided)
+    if decided["is_settable"]:
+        return (
+            f"It is the only one of {_of_choices(decided)} that can be set well enough ({needed})."
+        )
+    words = f"None of {_of_choices(decided)} can be set well enough ({needed})"
+    if best is None or best["tolerance_length"] is None:
+        return f"{words}."
+    length = say.quantity("tolerance_length", best["tolerance_length"], 2)
+    return f"{words}; it comes nearest with {length} either way."
+
+
+def _superlative_of(record: AnswerResults, column: str) -> str:
+    """Say what a choice has by the goal that decides: "needs the least tension"."""
+    if column == "max_tension" and not record["question"]["has_goals"]:
+        return "needs the least tension"
+    maximise = any(goal["maximise"] for goal in record["goals"] if goal["column"] == column)
+    return f"has the {'largest' if maximise else 'smallest'} {goal_name(column)}"
+
+
+def goal_name(column: str) -> str:
+    """Say the name of a column without its extreme: "tension" of "max tension"."""
+    if column == "tolerance_length":
+        return "tolerance"
+    return say.column(column).removeprefix("max ").removeprefix("min ").removeprefix("peak ")
+
+
+# --- Ties -----------------------------------------------------------------------------------------
+
+
+def ties_words(record: AnswerResults) -> Iterator[str]:
+    """Say which choices tie with the best one, what breaks the tie, and what does not matter."""
+    decided = record["decided"]
+    if decided is None:
+        return
+    question = record["question"]
+    if decided["ties"] > 1:
+        named = [choice_words(question, values) for values in decided["tied"]]
+        more = decided["ties"] - len(named)
+        if more > 0:
+            named.append(f"{more:,} more")
+        yield f"{decided['ties']:,} choices tie: {_listed(named)}; {_breaks(decided)}"
+    symbols = [_symbol(key) for key in decided["no_effect"]]
+    if symbols:
+        do = "does" if len(symbols) == 1 else "do"
+        it = "it" if len(symbols) == 1 else "them"
+        yield f"{say.join_words(symbols)} {do} not matter here: no window depends on {it}"
+
+
+def _listed(choices: list[str]) -> str:
+    """List choices, whose own values may be parted by commas."""
+    if any(", " in words for words in choices):
+        return "; ".join(choices)
+    return say.join_words(choices)
+
+
+def _breaks(decided: DecisionRecord) -> str:
+    """Say what breaks a tie: "the least motor torque decides, then the smaller R_f"."""
+    words = []
+    for key in decided["broken_by"]:
+        if key == "peak_motor_torque":
+            words.append("the least motor torque decides")
+        elif words:
+            words.append(f"then the smaller {_symbol(key)}")
+        else:
+            words.append(f"the smaller {_symbol(key)} decides")
+    return ", ".join(words)
+
+
+def _symbol(key: str) -> str:
+    """Say the number of an axis by its symbol, or a named axis by its name."""
+    return keys()[key].number.quantity.symbol if key in keys() else key
+
+
+# --- How far the setting may be off -----------------------------------------------------------------
+
+
+def tolerance_words(row: ChoiceRecord) -> str:
+    """Say how far the setting may be off: "8.1 mm (31 %)"; "no upper end" if nothing bounds it."""
+    length = row["tolerance_length"]
+    if length is None:
+        return "no upper end"
+    return f"{tolerance_millimetres(row)} mm ({tolerance_percent(row)} %)"
+
+
+def tolerance_percent(row: ChoiceRecord) -> str:
+    """Say the tolerance in percent, "0" if there is hardly any, "-" without an upper end."""
+    tolerance = row["tolerance"]
+    if row["tolerance_length"] is None:
+        return "-"
+    if tolerance is not None and tolerance > _HARDLY_ANY:
+        return say.number(100.0 * tolerance, 2)
+    return "0"
+
+
+def tolerance_millimetres(row: ChoiceRecord) -> str:
+    """Say the tolerance in millimetres, "-" without an upper end."""
+    length = row["tolerance_length"]
+    if length is None:
+        return "-"
+    return say.number(1e3 * length, 2) if length > _SHORTEST else "0"

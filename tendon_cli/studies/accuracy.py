@@ -1,0 +1,72 @@
+"""Accuracy with which a suit can be set: a length of tendon, or a tension that is read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import GetJsonSchemaHandler
+from pydantic_core import CoreSchema
+
+from tendon_cli.studies.fields import FieldMark, SingleField, fault
+from tendon_cli.units import UnitError, described, parse_measure
+
+_EXPECTED = 'a length of tendon such as "2 mm", or a tension such as "5 N"'
+_LENGTH = SingleField("tolerance_length", 0.0, 0.1)
+_TENSION = SingleField("pretension", 0.0, 1e4)
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Accuracy of setting: a length of both tendons or a tension; the other one is None."""
+
+    length: float | None
+    """Length of both tendons, m."""
+    tension: float | None
+    """Tension of the kind that the study reads, N."""
+
+    def document(self) -> str:
+        """Return the accuracy as a study file would say it, in SI, exactly."""
+        if self.length is not None:
+            return f"{self.length!r} m"
+        return f"{self.tension!r} N"
+
+
+class AccuracyField(FieldMark):
+    """Mark of a field that is a length or a tension; the unit says which."""
+
+    def read(self, value: object) -> Accuracy:
+        """Return what the file says as `Accuracy`.
+
+        Raises:
+            PydanticCustomError: The value is neither a length nor a tension within the bounds.
+        """
+        if isinstance(value, Accuracy):
+            return value
+        if not isinstance(value, str):
+            if value == 0 and not isinstance(value, bool):
+                return Accuracy(length=0.0, tension=None)
+            hint = None
+            if isinstance(value, (int, float)) and not isinstance(value, bool):
+                hint = f'write "{value} mm" or "{value} N"'
+            problem = f"{described(value)} is neither a length nor a tension, expected {_EXPECTED}"
+            raise fault(problem, hint)
+        try:
+            measure = parse_measure(value, "force")
+        except UnitError:
+            pass
+        else:
+            return Accuracy(length=None, tension=_TENSION.bounded(measure))
+        try:
+            measure = parse_measure(value, "length")
+        except UnitError as error:
+            problem = f"{described(value)} is neither a length nor a tension, expected {_EXPECTED}"
+            raise fault(problem, error.hint) from None
+        return Accuracy(length=_LENGTH.bounded(measure), tension=None)
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        of_length = _LENGTH.text_schema()
+        of_tension = _TENSION.text_schema()
+        return {"anyOf": [of_length, of_tension, {"const": 0}]}

@@ -1,0 +1,39 @@
+"""The study's own arm, on which a suit is set, and the tension that a length of tendon is worth.
+
+With people it is the mean man's, or that of the wearer on whom the anchors were measured.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tendon_cli.model.design import Design
+from tendon_cli.model.kinematics import Array
+from tendon_cli.model.setting import reading_per_length
+from tendon_cli.space.axis import Axis
+from tendon_cli.windows.points import Points
+from tendon_cli.windows.question import Question
+
+
+def study_arm(question: Question, points: Points, whom: Axis | None = None) -> Design:
+    """Return choices on the study's own arm, or on the bodies of all persons.
+
+    Args:
+        question: The question.
+        points: The choices; at their pretensions if these matter.
+        whom: Axis of the persons or draws; None for the study's own arm.
+    """
+    if whom is None:
+        return question.designs(points, question.arm)
+    under = {key: np.repeat(values, len(whom)) for key, values in question.arm.items()}
+    return question.designs(points, {**under, **whom.numbers})
+
+
+def of_designs(values: Array, count: int) -> Array:
+    """Return values that broadcast to `count` designs as one for each, (count,)."""
+    return np.broadcast_to(np.asarray(values).reshape(-1), (count,)).copy()
+
+
+def tension_per_length(question: Question, points: Points) -> Array:
+    """Return the tension that is read of a length taken from both tendons, (choices,), N/m."""
+    return of_designs(reading_per_length(study_arm(question, points)), len(points))
