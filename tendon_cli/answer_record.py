@@ -60,9 +60,11 @@ class QuestionRecord(TypedDict):
     joint: str
     """Name of the joint: "elbow"."""
     read: str
-    """Gauge by which a pretension is read: "F0", "flexor at joint"."""
+    """Gauge by which a pretension is read: "pretension" (F0), "flexor at joint"."""
+    unit: str
+    """Unit of what is read, "N" or "N m"; that of pretensions, windows and their ends."""
     pretension: float | None
-    """Pretension of every choice, N, if the question gives one."""
+    """Pretension of every choice, in this unit, if the question gives one."""
     limits: dict[str, float]
     """Limits of the study, SI."""
     choices: list[AxisRecord]

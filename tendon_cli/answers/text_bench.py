@@ -92,9 +92,10 @@ def _per_mm(question: QuestionRecord, setting: SettingRecord) -> str:
     """Say what 1 mm taken from both tendons adds to the reading, and to F0 if this is another."""
     of_f0 = f"{say.number(1e-3 * setting['newtons_per_metre'], 2)} N"
     noun, where = say.setting_words(question["read"])
-    if not where:
+    if noun == "pretension":
         return f"{of_f0} of {noun}"
-    return f"{say.number(1e-3 * setting['read_per_metre'], 2)} N of {noun}{where} ({of_f0} of F0)"
+    of_reading = f"{say.number(1e-3 * setting['read_per_metre'], 2)} {question['unit']}"
+    return f"{of_reading} of {noun}{where} ({of_f0} of F0)"
 
 
 def _in_how_many(question: QuestionRecord) -> str:

@@ -19,9 +19,9 @@ _DEMANDS = {
 }
 
 
-def fixes_table(fixes: Sequence[FixRecord]) -> Iterator[say.Block]:
+def fixes_table(question: QuestionRecord, fixes: Sequence[FixRecord]) -> Iterator[say.Block]:
     """Yield the table of the value that each parameter alone would have to take."""
-    lines = [["", "N", *COSTS.values()]]
+    lines = [["", question["unit"], *COSTS.values()]]
     idle = []
     for fix in fixes:
         if fix["after"] is None:
@@ -60,7 +60,7 @@ def relaxations_words(
         changed = text.format(record["printed"], say.quantity(quantity, record["before"]))
         others = [axis for axis in question["choices"] if axis["key"] != key]
         suit = [value_words(axis, record["values"][axis["column"]]) for axis in others]
-        suit.append(f"{say.number(record['pretension'])} N")
+        suit.append(f"{say.number(record['pretension'])} {question['unit']}")
         share = "all" if record["served"] >= 1.0 else f"{say.percent(record['served'])} of the"
         yield f"{changed}: {', '.join(suit)} serves {share} {question['counted']}"
     if not_enough:

@@ -22,6 +22,7 @@ from tendon_cli.cube.choice_grid import (
 )
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
+from tendon_cli.cube.labels import reading_unit
 from tendon_cli.figures.backend import Axes, Line2D, ListedColormap, Patch, mpl
 from tendon_cli.figures.frame import Page, framed, source_of
 from tendon_cli.figures.scales import Scale, axis_scale, off_default
@@ -225,7 +226,7 @@ def draw_tolerance(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Pa
     if percent.count():
         most = max(float(percent.max()), 1e-9)
         texts = [
-            _window_text(low, high)
+            _window_text(low, high, reading_unit(cube.document))
             for low, high in zip(part.low.ravel(), part.high.ravel(), strict=True)
         ]
         is_dark = percent.filled(0.0) > 0.55 * most
@@ -255,13 +256,18 @@ def _backgrounds(reasons: ColumnArray) -> dict[str, dict[str, Any]]:
     return backgrounds
 
 
-def _window_text(low: float, high: float) -> str:
-    """Write a window in N; empty if there is none."""
+def _window_text(low: float, high: float, unit: str) -> str:
+    """Write a window; empty if there is none."""
     if np.isnan(high):
         return ""
     if np.isinf(high):
-        return f"from {low:.0f} N"
-    return f"{low:.0f}–{high:.0f} N"
+        return f"from {_short(low)} {unit}"
+    return f"{_short(low)}–{_short(high)} {unit}"
+
+
+def _short(value: float) -> str:
+    """Write a number without decimals, or a small one to two digits."""
+    return f"{value:.0f}" if abs(value) >= 10.0 or value == 0.0 else f"{value:.2g}"
 
 
 def draw_served(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page | None:

@@ -94,8 +94,17 @@ class Side:
 STANDARD_GRAVITY = 9.81
 """g in m/s², as the paper's findings assume."""
 F0 = "pretension"
-READINGS = (F0, "flexor at joint", "extensor at joint", "flexor at motor", "extensor at motor")
-"""Readings of a pretension: F0 of the model, or a tension in the posture in which it is set."""
+MOTOR_TORQUE = "motor torque"
+READINGS = (
+    F0,
+    "flexor at joint",
+    "extensor at joint",
+    "flexor at motor",
+    "extensor at motor",
+    MOTOR_TORQUE,
+)
+"""Readings of a pretension: F0 of the model, or a tension or the torque of the motor in the posture
+in which it is set."""
 
 
 @dataclass(frozen=True, eq=False)

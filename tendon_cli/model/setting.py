@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_cli.model.actuator import State
-from tendon_cli.model.design import F0, READINGS, Design
+from tendon_cli.model.design import F0, MOTOR_TORQUE, READINGS, Design
 from tendon_cli.model.kinematics import Array, Real
 
 
@@ -41,16 +41,19 @@ def reading_per_length(design: Design) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """Tension that a gauge shows at F0: floor + gain max(F0 - F*, lowest), N."""
+    """Reading of a gauge at F0: floor + gain max(F0 - F*, lowest).
+
+    It is a tension, N, or the torque of the motor, R_f (x / e_f - η y / e_e), N m.
+    """
 
     floor: Array
-    """Tension at F*, N."""
+    """Reading at F*, N or N m."""
     gain: Array
-    """Growth of the tension with F0 above F*."""
+    """Growth of the reading with F0 above F*, 1 or m; a torque may fall."""
     required: Array
     """F*, the smallest pretension that keeps the posture taut, N."""
     lowest: Array
-    """Least value of F0 - F* that the tension follows, N."""
+    """Least value of F0 - F* that the reading follows, N."""
 
     @classmethod
     def of(cls, design: Design, read: str | None = None) -> Reading:
@@ -66,6 +69,8 @@ class Reading:
         if read == F0:
             return cls(np.asarray(error), np.ones(()), np.zeros(()), np.full((), -np.inf))
         state = setting_of(design)
+        if read == MOTOR_TORQUE:
+            return cls._of_torque(state, error)
         side, _, end = read.partition(" at ")
         response = state.response
         capstan = getattr(state, side).capstan if end == "motor" else 1.0
@@ -74,8 +79,17 @@ class Reading:
         shown_floor = np.asarray(floor / capstan + error)
         return cls(shown_floor, gain / capstan, response.required, response.lowest)
 
+    @classmethod
+    def _of_torque(cls, state: State, error: Real) -> Reading:
+        """Return the torque of the motor in a state, with an error of its gauge, N m."""
+        response = state.response
+        flexor_arm, extensor_arm = state.motor_arms
+        floor = response.flexor_floor * flexor_arm - response.extensor_floor * extensor_arm
+        gain = response.flexor_gain * flexor_arm - response.extensor_gain * extensor_arm
+        return cls(np.asarray(floor + error), gain, response.required, response.lowest)
+
     def shown(self, pretension: Real) -> Array:
-        """Return the reading at F0, N.
+        """Return the reading at F0, N or N m.
 
         Args:
             pretension: F0, N.
@@ -89,13 +103,13 @@ class Reading:
         Below what a slack tendon shows there is no such F0, and the result is too low.
 
         Args:
-            shown: Reading, N.
+            shown: Reading, N or N m.
         """
         return np.asarray(self.required + (shown - self.floor) / self.gain)
 
 
 def all_readings(design: Design, pretension: Real) -> dict[str, Array]:
-    """Return the tensions that gauges show at F0, by the names of READINGS, N.
+    """Return what gauges show at F0, by the names of READINGS, N or N m.
 
     Args:
         design: Designs.
@@ -105,7 +119,7 @@ def all_readings(design: Design, pretension: Real) -> dict[str, Array]:
 
 
 def reading_at(design: Design, pretension: Real) -> Array:
-    """Return the reading at F0, of the kind in which the design's pretension is given, N.
+    """Return the reading at F0, of the kind in which the design's pretension is given.
 
     Args:
         design: Designs.
@@ -119,7 +133,7 @@ def pretension_of(design: Design, reading: Real) -> Array:
 
     Args:
         design: Designs.
-        reading: Tension that the gauge shows, N.
+        reading: Tension or torque that the gauge shows, N or N m.
     """
     return Reading.of(design).pretension(reading)
 

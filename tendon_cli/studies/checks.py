@@ -10,12 +10,13 @@ from tendon_cli.errors import Fault, StudyError
 from tendon_cli.model.design import F0
 from tendon_cli.model.forms import Need
 from tendon_cli.model.limits import LIMITS, SPEED
-from tendon_cli.quantities import SIDES
+from tendon_cli.quantities import SIDES, dimension_of_reading
 from tendon_cli.space.axis import (
     DRAW_AXIS,
     NAMED_AXES,
     PERSON_AXIS,
     PRETENSION,
+    READING_ERROR,
     of_side,
     split_side,
 )
@@ -29,7 +30,7 @@ from tendon_cli.studies.measured_motion import trajectory_fault
 from tendon_cli.studies.spaces import word_of
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import Grid
-from tendon_cli.units import shorten
+from tendon_cli.units import shorten, wanted
 
 _LEAVE_ONE_OUT = "leave one of them out"
 _GIVEN_BY: tuple[tuple[str, tuple[str, ...], str], ...] = (
@@ -70,6 +71,7 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
         *_output_faults(study, at_fault),
         *_rest_angle_faults(study, at_fault),
         *_reading_faults(study),
+        *_reading_unit_faults(study),
         *_null_limit_faults(study, at_fault),
         *_case_faults(study),
         *_anchor_faults(study, at_fault),
@@ -94,9 +96,14 @@ def without_intervals(study: Study) -> Study:
     """Return the study if it can be swept.
 
     Raises:
-        StudyError: It has intervals, which hold no single values to sweep over.
+        StudyError: It has intervals, which hold no single values to sweep over, or no pretension in
+            the unit of its gauge.
     """
     faults = []
+    is_default = "pretension" not in study.tendon.model_fields_set
+    if is_default and dimension_of_reading(study.setting.read) == "torque":
+        problem = f'is needed with setting.read = "{study.setting.read}"'
+        faults.append(Fault(PRETENSION, problem, 'such as "1.2 N m"'))
     for key, values in study.numbers.items():
         if values.is_interval and isinstance(values.source, Grid):
             ends = f"from = {values.source.start.quoted}, to = {values.source.stop.quoted}"
@@ -253,6 +260,34 @@ def _reading_faults(study: Study) -> Iterator[Fault]:
     problem = f"cannot be given with {reading}, which is a single reading for both sides"
     for key in sorted({of_side(PRETENSION, side) for side in SIDES} & given):
         yield Fault(key, problem, "leave it out")
+
+
+def _reading_unit_faults(study: Study) -> Iterator[Fault]:
+    """Yield a fault for each reading that is stated in another unit than its gauge shows."""
+    read = study.setting.read
+    wanted_dimension = dimension_of_reading(read)
+    stated = {
+        "design.pretension": getattr(study.design.pretension, "dimension", None),
+        "limits.max_pretension": getattr(
+            getattr(study.limits, "max_pretension", None), "dimension", None
+        ),
+        READING_ERROR: getattr(study.setting.reading_error, "dimension", None),
+    }
+    if "pretension" in study.tendon.model_fields_set:
+        stated[PRETENSION] = getattr(study.tendon.pretension, "dimension", None)
+    for at, case in enumerate(study.cases):
+        of_case = getattr(getattr(case, "tendon", None), "pretension", None)
+        stated[f"cases.{at}.{PRETENSION}"] = getattr(of_case, "dimension", None)
+    accuracy = study.setting.accuracy
+    if accuracy.tension is not None:
+        stated["setting.accuracy"] = accuracy.dimension
+    for key, dimension in stated.items():
+        if dimension is not None and dimension != wanted_dimension:
+            kind = {"force": "tension", "torque": "torque"}[dimension]
+            problem = (
+                f'is a {kind}, but setting.read = "{read}", expected {wanted(wanted_dimension)}'
+            )
+            yield Fault(key, problem)
 
 
 def _null_limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:

@@ -31,6 +31,7 @@ from tendon_cli.studies.parts import (
     Spring,
     Tendon,
 )
+from tendon_cli.studies.reading_fields import ReadingField, SingleReadingField
 from tendon_cli.studies.values import StudyNumber
 
 _NOTABLE_SHARE = 1e-3
@@ -187,9 +188,8 @@ def _overriding_table(part: type[Part]) -> type[Part]:
         inner = _table_type(field)
         kind: Any = field.annotation
         if number is not None:
-            kind = Annotated[
-                StudyNumber, SingleField(number.name, number.low, number.high, number.word)
-            ]
+            single = SingleReadingField if isinstance(number, ReadingField) else SingleField
+            kind = Annotated[StudyNumber, single(number.name, number.low, number.high, number.word)]
         elif words is not None:
             kind = Literal[words]
         elif inner is not None:

@@ -14,6 +14,7 @@ from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.fields import SingleField, fault, whole_number
 from tendon_cli.studies.parts import Part, Words, field_default
+from tendon_cli.studies.reading_fields import SingleReadingField
 from tendon_cli.studies.values import StudyNumber
 from tendon_cli.units import described
 
@@ -44,7 +45,8 @@ CHOICE_RESULTS = (
 def _field_of(limit: DesignLimit) -> tuple[Any, Any]:
     """Return the field of a limit in a study, and its default."""
     default = None if limit.default is None else f"{limit.default:g} {QUANTITIES[limit.name].unit}"
-    return Annotated[StudyNumber | None, SingleField(limit.name, *limit.accepts)], default
+    kind = SingleReadingField if limit.name == "max_pretension" else SingleField
+    return Annotated[StudyNumber | None, kind(limit.name, *limit.accepts)], default
 
 
 class _Limits(Part, Mapping[str, float]):
@@ -84,7 +86,7 @@ else:  # a field for each limit of the model's table
 
 
 @dataclass(frozen=True)
-class _PretensionOrPlace(SingleField):
+class _PretensionOrPlace(SingleReadingField):
     """Mark of a field that is a pretension, or a word for a place in a window."""
 
     def read(self, value: object) -> Any:

@@ -292,6 +292,17 @@ class ErrorField(NumberField):
         return [self._json_one()]
 
 
+def parts_of_text(text: str) -> tuple[str, ...]:
+    """Return the numbers of a text with one number, or with two as "a +/- b" or "a to b"."""
+    if len(text) > _LONGEST:
+        return ()
+    for separator in (_PLUS_MINUS, _TO):
+        parts = _two_numbers(text, separator)
+        if parts is not None:
+            return parts
+    return (text,)
+
+
 def _two_numbers(text: str, separator: re.Pattern[str]) -> tuple[str, str] | None:
     """Split a text into two numbers; None if it does not hold the separator.
 

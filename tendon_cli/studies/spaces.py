@@ -9,10 +9,10 @@ import numpy as np
 
 from tendon_cli.errors import Fault, UsageError
 from tendon_cli.model.body import stiffness_scale
-from tendon_cli.model.design import F0, READINGS
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.design import F0, MOTOR_TORQUE, READINGS
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.setting import Reading
-from tendon_cli.quantities import SIDES
+from tendon_cli.quantities import SIDES, unit_of_reading
 from tendon_cli.space.axis import (
     AFTER,
     CASE_AXIS,
@@ -287,11 +287,45 @@ def _reading_faults(study: Study) -> Iterator[Fault]:
     if len(space) > _MOST_READINGS:
         return
     design = space.design()
-    least = float(np.nanmax(Reading.of(design).shown(0.0)))
+    reading = Reading.of(design)
+    falling = np.asarray(reading.gain) <= 0.0
+    if falling.any():
+        yield _undetermined_fault(space, falling)
+        return
+    is_stated = study.setting.read != MOTOR_TORQUE or "pretension" in study.tendon.model_fields_set
+    if not is_stated:
+        return
+    least = float(np.nanmax(reading.shown(0.0)))
     if np.nanmin(design.flexor.pretension) < -_NO_TENSION:
-        shown = f"which shows {least:.4g} N or more in the setting of every design"
+        unit = unit_of_reading(design.read)
+        shown = f"which shows {least:.4g} {unit} or more in the setting of every design"
         problem = f"cannot be read as {design.read}, {shown}"
-        yield Fault(PRETENSION, problem, f"such as {1.5 * least:.0f} N, or another [setting]")
+        yield Fault(PRETENSION, problem, f"such as {1.5 * least:.2g} {unit}, or another [setting]")
+
+
+def _undetermined_fault(space: Space, falling: Flags) -> Fault:
+    """Return the fault of a gauge that shows no more when the pretension grows.
+
+    Args:
+        space: Space of the study.
+        falling: True for designs in which it shows no more.
+    """
+    designs = np.broadcast_to(falling, (*space.shape, 1, 1)).reshape(space.shape)
+    where = ""
+    if len(space) > 1:
+        first = np.unravel_index(int(np.argmax(designs)), space.shape)
+        values = [
+            f"{axis.key} = {axis.names[place] if axis.names else format(axis.values[place], '.6g')}"
+            for axis, place in zip(space.axes, first, strict=True)
+        ]
+        count = f"{np.count_nonzero(designs):,} of {len(space):,} designs"
+        where = f" in {count}, first with {', '.join(values)}"
+    problem = (
+        f"does not tell the pretension{where}: friction and the moment arms let the torque of the"
+        " motor fall, or stay, as both tendons tighten"
+    )
+    hint = 'another gauge, such as read = "flexor at motor", or leave these values out'
+    return Fault("setting.read", problem, hint)
 
 
 def _friction_faults(study: Study) -> Iterator[Fault]:

@@ -151,6 +151,9 @@ class StudyNumber:
     """Distribution of a single value around the one in `source`; None for an exact number."""
     is_interval: bool = False
     """True if every value between two is meant; `source` is then a grid of these two."""
+    dimension: str | None = None
+    """Dimension in which a reading is stated, a force or a torque; None for a bare number and for
+    any other quantity."""
 
     @classmethod
     def of(cls, value: float) -> StudyNumber:
