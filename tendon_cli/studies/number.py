@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Literal
 
-from pydantic_core import PydanticCustomError
+from pydantic import GetJsonSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError
 
 from tendon_cli.studies.fields import SingleField, fault, fault_inside
 from tendon_cli.studies.values import MAX_AXIS_LENGTH, Grid, StudyNumber, Uncertain, si_document
@@ -287,9 +288,13 @@ class ErrorField(NumberField):
         distribution = Uncertain("normal", 0.0, spread, -math.inf, math.inf, document)
         return StudyNumber((0.0,), is_axis=False, uncertain=distribution)
 
-    def _json_choices(self) -> list[dict[str, Any]]:
-        """Return the schema of the one form that the field takes."""
-        return [self._json_one()]
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Return the JSON schema of the standard deviation."""
+        schema = super().__get_pydantic_json_schema__(core, handler)
+        meaning = f"Standard deviation, drawn around 0, of {schema['description']}"
+        return {**schema, "description": meaning, "anyOf": [self._json_one()]}
 
 
 def parts_of_text(text: str) -> tuple[str, ...]:

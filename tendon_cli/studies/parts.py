@@ -270,10 +270,7 @@ class Setting(Part):
         description="meaning of the study's pretension: F0 of the model, or the reading of a gauge",
     )
     reading_error: Annotated[StudyNumber | None, ReadingErrorField("reading_error", 0.0, 1e5)] = (
-        field_default(
-            None,
-            description="standard deviation of the error of the gauge, which is drawn",
-        )
+        None
     )
     accuracy: Annotated[Accuracy, AccuracyField()] = field_default(
         "2 mm",
