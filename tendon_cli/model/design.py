@@ -95,14 +95,8 @@ STANDARD_GRAVITY = 9.81
 """g in m/s², as the paper's findings assume."""
 F0 = "pretension"
 MOTOR_TORQUE = "motor torque"
-READINGS = (
-    F0,
-    "flexor at joint",
-    "extensor at joint",
-    "flexor at motor",
-    "extensor at motor",
-    MOTOR_TORQUE,
-)
+TENSIONS = ("flexor at joint", "extensor at joint", "flexor at motor", "extensor at motor")
+READINGS = (F0, *TENSIONS, MOTOR_TORQUE)
 """Readings of a pretension: F0 of the model, or a tension or the torque of the motor in the posture
 in which it is set."""
 

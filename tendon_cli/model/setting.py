@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_cli.model.actuator import State
-from tendon_cli.model.design import F0, MOTOR_TORQUE, READINGS, Design
+from tendon_cli.model.design import F0, MOTOR_TORQUE, TENSIONS, Design
 from tendon_cli.model.kinematics import Array, Real
 
 
@@ -61,7 +61,7 @@ class Reading:
 
         Args:
             design: Designs.
-            read: One of READINGS, as it is without an error of the gauge; by default the design's
+            read: A reading (`design.READINGS`), as it is without an error of the gauge; by default the design's
                 own, with its error. F0 shows itself.
         """
         error = design.setting.reading_error if read is None else 0.0
@@ -109,13 +109,13 @@ class Reading:
 
 
 def all_readings(design: Design, pretension: Real) -> dict[str, Array]:
-    """Return what gauges show at F0, by the names of READINGS, N or N m.
+    """Return the tensions that gauges show at F0, by the names of TENSIONS, N.
 
     Args:
         design: Designs.
         pretension: F0, N.
     """
-    return {read: Reading.of(design, read).shown(pretension) for read in READINGS if read != F0}
+    return {read: Reading.of(design, read).shown(pretension) for read in TENSIONS}
 
 
 def reading_at(design: Design, pretension: Real) -> Array:

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.errors import Fault, UsageError
+from tendon_cli.errors import Fault, StudyError, UsageError
 from tendon_cli.model.body import stiffness_scale
-from tendon_cli.model.design import F0, MOTOR_TORQUE, READINGS
+from tendon_cli.model.design import F0, MOTOR_TORQUE, READINGS, Design
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.setting import Reading
 from tendon_cli.quantities import SIDES, unit_of_reading
@@ -279,23 +279,46 @@ def _measured_anchor_faults(study: Study) -> Iterator[Fault]:
         yield Fault(key, problem, f"a study for each person; {scaled}")
 
 
+def check_reading(study: Study) -> None:
+    """Check that the gauge of a study tells the pretension, in every draw too.
+
+    Raises:
+        StudyError: It does not.
+    """
+    if study.setting.read != MOTOR_TORQUE:
+        return  # a tension grows with the pretension
+    space = space_of(study)
+    if len(space) > _MOST_READINGS:
+        return
+    falling = _does_not_tell(space.design())
+    if falling.any():
+        raise StudyError([_undetermined_fault(space, falling)])
+
+
+def _does_not_tell(design: Design) -> Flags:
+    """Return True for designs whose reading does not grow with the pretension."""
+    return np.asarray(np.asarray(Reading.of(design).gain) <= 0.0)
+
+
 def _reading_faults(study: Study) -> Iterator[Fault]:
-    """Yield a fault if a gauge cannot show the stated pretension: it shows more at F0 = 0."""
+    """Yield a fault if a gauge does not tell the pretension, or cannot show the stated one.
+
+    A gauge shows what it shows at F0 = 0, or more.
+    """
     if study.setting.read == F0:
         return
     space = space_of(study)
     if len(space) > _MOST_READINGS:
         return
     design = space.design()
-    reading = Reading.of(design)
-    falling = np.asarray(reading.gain) <= 0.0
+    falling = _does_not_tell(design)
     if falling.any():
         yield _undetermined_fault(space, falling)
         return
-    is_stated = study.setting.read != MOTOR_TORQUE or "pretension" in study.tendon.model_fields_set
-    if not is_stated:
-        return
-    least = float(np.nanmax(reading.shown(0.0)))
+    is_torque = study.setting.read == MOTOR_TORQUE
+    if is_torque and "pretension" not in study.tendon.model_fields_set:
+        return  # the default is a tension
+    least = float(np.nanmax(Reading.of(design).shown(0.0)))
     if np.nanmin(design.flexor.pretension) < -_NO_TENSION:
         unit = unit_of_reading(design.read)
         shown = f"which shows {least:.4g} {unit} or more in the setting of every design"

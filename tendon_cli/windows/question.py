@@ -28,7 +28,7 @@ from tendon_cli.space.axis import (
 )
 from tendon_cli.space.space import Space
 from tendon_cli.studies.checks import check_cases_are_exact, check_intervals_are_served
-from tendon_cli.studies.spaces import space_of, wearer_axis
+from tendon_cli.studies.spaces import check_reading, space_of, wearer_axis
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import StudyNumber
 from tendon_cli.units import shorten
@@ -355,6 +355,7 @@ def question_of(study: Study) -> Question:
     """
     study = study.drawn()
     check_cases_are_exact(study)
+    check_reading(study)
     check_intervals_are_served(study)
     space = space_of(study).without_pretension()
     pretension = study.design.pretension

@@ -112,6 +112,24 @@ def test_a_torque_that_falls_as_both_tendons_tighten_is_refused():
         study_from(equal)
 
 
+def test_a_draw_in_which_the_torque_falls_is_refused():
+    rough = SUIT | TORQUE | {"sheath": {"friction": "0.07 +/- 0.1"}}
+    with pytest.raises(StudyError, match=r"does not tell the pretension in [0-9]+ of 512 designs"):
+        tendon.design(rough)
+    assert len(tendon.sweep(rough | {"tendon": {"pretension": "1.5 N m"}}).designs) == 2
+
+
+def test_no_change_helps_that_makes_the_torque_fall():
+    # From 0 N m on no window is left; a larger spool of the extensor would turn the reading around.
+    narrow = {"load": {"mass": ["0 kg", "30 kg"]}}
+    fixes = tendon.design(SUIT | TORQUE | narrow).record["fixes"]
+    for fix in fixes:
+        if fix["after"] is not None:
+            table, name = fix["parameter"].split(".")
+            content = SUIT | TORQUE | narrow
+            study_from(content | {table: content.get(table, {}) | {name: fix["after"]}})
+
+
 def test_the_study_reads_back_from_its_document():
     content = {"setting": {"read": "motor torque", "reading_error": "0.05 N m"}}
     study = study_from(SUIT | content | {"tendon": {"pretension": "1.5 N m"}})
