@@ -122,7 +122,7 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
     name = pretension_name(record["study"])
     panels[0].set_ylabel(f"{name} ({record['question']['unit']})")
     if len(low) > 1:
-        read = name.partition(" ")[0]
+        read = name.partition(" in the ")[0]
         panels[0].set_xlabel(f"{kind}, in the order of the least {read} they need (%)")
     if has_bodies:
         groups = [members(rows, reason, pretension) for reason in reasons]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.cube.columns import TableColumns
 from tendon_cli.errors import StudyError
 from tendon_cli.studies.load import study_from
 from tests.people import plain_suit
@@ -58,6 +59,15 @@ def test_a_sweep_takes_a_torque_and_has_columns_in_newton_metres():
     }
     state = tendon.sweep({**SUIT, "load": {"mass": "0 kg"}, **TORQUE, **still}).states
     assert state["motor_torque"].item() == pytest.approx(1.5, rel=1e-12)
+
+
+def test_rows_are_shown_in_newton_metres(tmp_path):
+    answer = tendon.design(SUIT | TORQUE, tmp_path / "answer")
+    table = TableColumns.of(answer.table("choices").schema)
+    assert table.quantities["pretension"].shown_in == "N m"
+    assert table.quantities["pretension_from"].dimension == "torque"
+    assert table.quantities["max_tension"].shown_in == "N"
+    assert answer.record["question"]["unit"] == "N m"
 
 
 def test_texts_say_newton_metres():
