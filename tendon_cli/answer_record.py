@@ -60,9 +60,11 @@ class QuestionRecord(TypedDict):
     joint: str
     """Name of the joint: "elbow"."""
     read: str
-    """Gauge by which a pretension is read: "F0", "flexor at joint"."""
+    """Gauge by which a pretension is read: "pretension" (F0), "flexor at joint"."""
+    unit: str
+    """Unit of what is read, "N" or "N m"; that of pretensions, windows and their ends."""
     pretension: float | None
-    """Pretension of every choice, N, if the question gives one."""
+    """Pretension of every choice, in this unit, if the question gives one."""
     limits: dict[str, float]
     """Limits of the study, SI."""
     choices: list[AxisRecord]
@@ -252,9 +254,9 @@ class SettingRecord(TypedDict):
     on_wearer: bool
     """True if the tensions to set are those on the person on whom the anchors were measured."""
     newtons_per_metre: float
-    """Pretension that a metre taken from both tendons adds, N/m."""
+    """Pretension F0 that a metre taken from both tendons adds, N/m."""
     read_per_metre: float
-    """Growth of what is read per metre taken from both tendons, N/m."""
+    """Growth of what is read per metre taken from both tendons, its unit per metre."""
     accuracy: float
     """Accuracy of setting as a length of both tendons, m."""
     reserve: float
@@ -393,6 +395,25 @@ class SensitivityRecord(TypedDict):
     """True if the same limit binds in the same state when the number is 1 % off."""
     per_percent: float
     """Motion of the end when the number grows by 1 %, N."""
+
+
+class ExactRecord(TypedDict):
+    """Effect of the usual error of a number that the study takes as exact, to first order."""
+
+    key: str
+    """Dotted key of the number."""
+    value: float
+    """Value of the number, SI."""
+    deviation: float
+    """Usual standard deviation of such a number, SI."""
+    deviation_words: str
+    """The deviation in words: "5 mm", "20 %", "a factor of 2"."""
+    source: str
+    """Reason why such a number deviates."""
+    moves_from: float | None
+    """Change of the lower end if the number grows by it, N; null if the end has no slope."""
+    moves_to: float | None
+    """Change of the upper end, N."""
 
 
 class DecisionRecord(TypedDict):
@@ -632,7 +653,7 @@ class PopulationRecord(TypedDict):
     largest_share_at: float | None
     """Pretension that serves this share, N; null if none serves anybody."""
     set: dict[str, list[float]]
-    """Range over persons of each tension to set, N; empty without people."""
+    """Range over persons, draws or pairs of both of each tension to set, N."""
     by: list[SexRecord]
     """Shares among men and women, if the study asks for them."""
     curve: ShareCurve
@@ -676,6 +697,8 @@ class BestRecord(TypedDict):
     """Parts that the choice named first needs; null if no choice has a window."""
     sensitivities: list[SensitivityRecord]
     """Motion of the ends of the best choice's window, the largest per 1 % first."""
+    taken_as_exact: list[ExactRecord]
+    """Numbers that the study takes as exact, the one that moves an end most first."""
 
 
 class FreshRecord(TypedDict):

@@ -113,6 +113,7 @@ _OF_STUDIES = (
     _quantity("spring_free_length", "L_free", "length", "length of the flexor's spring without load"),
     _quantity("anchor_stiffness", "K_t", "stiffness", "stiffness of tissue and cuff behind the tendon's anchor"),
     _quantity("setting_angle", "θ_0", "angle", "angle of the joint at which the pretension is set"),
+    _quantity("reading_error", "ε_r", "force", "error of the gauge by which the pretension is read"),
     _quantity("model_pretension", "F₀", "force", "pretension of the model for what is read"),
     _quantity("flexor_radius", "R_f", "length", "radius of the flexor part of the spool"),
     _quantity("spool_ratio", "η", "number", "extensor over flexor radius of the spool, R_e / R_f"),
@@ -307,4 +308,28 @@ The ranges are wide, so that a value outside of one is most likely a slip.
 """
 
 AS_READ = ("pretension", "pretension_from", "pretension_to", "required_pretension", "margin")
-"""Columns of pretensions, or of tensions if the study sets a tension instead (`setting.read`)."""
+"""Columns of pretensions, or of what the study sets instead (`setting.read`)."""
+_OF_READINGS = {"motor torque": "peak_motor_torque"}
+"""Quantity of a reading that is no tension."""
+
+
+def dimension_of_reading(read: str) -> str:
+    """Return the dimension of what is read: "force" or "torque"."""
+    return QUANTITIES[_OF_READINGS.get(read, "pretension")].dimension
+
+
+def unit_of_reading(read: str) -> str:
+    """Return the SI unit of what is read: "N" or "N m"."""
+    return SI_UNIT[dimension_of_reading(read)]
+
+
+def in_unit_of_reading(quantity: Quantity, read: str) -> Quantity:
+    """Return a quantity of a pretension in the dimension of what is read; any other as it is."""
+    if quantity.dimension != "force" or quantity.name not in (*AS_READ, *_READ_LIMITS):
+        return quantity
+    unit = unit_of_reading(read)
+    return replace(quantity, dimension=dimension_of_reading(read), unit=unit, shown_in=unit)
+
+
+_READ_LIMITS = ("max_pretension", "reading_error")
+"""Further numbers in the unit of the reading, without a column of their own."""

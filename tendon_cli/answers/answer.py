@@ -154,6 +154,7 @@ class Answer(Result):
         import pyarrow.compute as pc  # only who asks for this pays for its import
 
         from tendon_cli.answers.tables import choice_columns
+        from tendon_cli.quantities import unit_of_reading
         from tendon_cli.windows.question import question_of
         from tendon_cli.windows.solver import Solver
 
@@ -174,7 +175,7 @@ class Answer(Result):
                 ("window_to", ends.high, "largest"),
             ):
                 attributes = {
-                    "units": "N",
+                    "units": unit_of_reading(question.study.setting.read),
                     "long_name": f"{which} pretension",
                     "description": f"{which} {_UNDER}",
                 }

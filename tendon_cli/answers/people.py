@@ -48,10 +48,9 @@ from tendon_cli.windows.coverage import (
     serves,
 )
 from tendon_cli.windows.points import Points
-from tendon_cli.windows.question import Question
+from tendon_cli.windows.question import Question, select_numbers
 from tendon_cli.windows.solutions import Solutions
 from tendon_cli.windows.solver import Solver
-from tendon_cli.windows.study_arm import study_arm
 from tendon_cli.windows.verification import Verified
 
 MOST_SIZES = 3
@@ -165,7 +164,7 @@ def population(
         "served_verified": None if judged is None else verified_record(judged),
         "largest_share": largest_share,
         "largest_share_at": curve.best if largest_share > 0.0 else None,
-        "set": {} if people is None else _spread_of_settings(question, chosen),
+        "set": _spread_of_settings(question, chosen),
         "by": by,
         "curve": {
             "pretension": curve.pretension[thinned].tolist(),
@@ -184,16 +183,16 @@ def population(
 
 
 def _spread_of_settings(question: Question, chosen: Solutions) -> dict[str, list[float]]:
-    """Return the range over persons of each tension to set at the choice's pretension, N.
+    """Return the range over persons and draws of each tension to set at the pretension, N.
 
-    It holds nine persons in ten, or all of them if they are few; it is empty without people.
+    It holds nine in ten of them, or all if they are few.
     """
-    axis = question.group_axis
-    if axis is None:
-        return {}
-    design = study_arm(question, chosen.points.at_pretension(chosen.pretension), axis)
-    shares = (0.05, 0.95) if question.groups.counts[PERSON_AXIS] >= FEW_PERSONS else (0.0, 1.0)
-    tensions = settings(design, len(axis))
+    groups = question.groups
+    first_conditions = np.flatnonzero(np.diff(groups.of, prepend=-1))
+    numbers = select_numbers(question.condition_numbers, first_conditions)
+    design = question.designs(chosen.points.at_pretension(chosen.pretension), numbers)
+    shares = (0.05, 0.95) if len(groups) >= FEW_PERSONS else (0.0, 1.0)
+    tensions = settings(design, len(groups))
     return {name: np.quantile(values, shares).tolist() for name, values in tensions.items()}
 
 

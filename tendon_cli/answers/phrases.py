@@ -97,7 +97,7 @@ def everyone(counts: Mapping[str, int], count: int, kind: str) -> str:
 
 def broken(question: QuestionRecord, limit: str) -> str:
     """Say what happens if a limit of the study is not kept."""
-    return say.limit_words(limit, question["limits"]).broken
+    return say.limit_words(limit, question["limits"], question["read"]).broken
 
 
 # --- Windows --------------------------------------------------------------------------------------
@@ -159,7 +159,7 @@ def lower_words(question: QuestionRecord, row: ChoiceRecord) -> str:
     if end.pretension < 0.0:
         return "no lower limit: no pretension is needed"
     value = say.number(end.pretension)
-    return f"below {value} N {broken(question, end.limit)}{where(question, end)}"
+    return f"below {value} {question['unit']} {broken(question, end.limit)}{where(question, end)}"
 
 
 def upper_words(question: QuestionRecord, row: ChoiceRecord) -> str:
@@ -168,7 +168,7 @@ def upper_words(question: QuestionRecord, row: ChoiceRecord) -> str:
     if end.limit is None or end.pretension is None:
         return "no upper limit"
     value = say.number(end.pretension)
-    return f"above {value} N {broken(question, end.limit)}{where(question, end)}"
+    return f"above {value} {question['unit']} {broken(question, end.limit)}{where(question, end)}"
 
 
 def gap_words(question: QuestionRecord, row: ChoiceRecord, gap: float | None) -> Iterator[str]:
@@ -185,13 +185,14 @@ def gap_words(question: QuestionRecord, row: ChoiceRecord, gap: float | None) ->
     upper = upper_end(row)
     if upper.pretension is None or upper.limit is None or upper.pretension >= 0.0:
         yield f"{lower_words(question, row)},"
-        apart = "" if gap is None else f": {say.number(gap, 3)} N apart"
+        apart = "" if gap is None else f": {say.number(gap, 3)} {question['unit']} apart"
         yield f"{upper_words(question, row)}{apart}"
         return
     if lower.limit != upper.limit:
         yield lower_words(question, row)
     noun, _ = say.setting_words(question["read"])
-    yield f"at any {noun}, even 0 N, {broken(question, upper.limit)}{where(question, upper)}"
+    is_broken = broken(question, upper.limit)
+    yield f"at any {noun}, even 0 {question['unit']}, {is_broken}{where(question, upper)}"
 
 
 def where(question: QuestionRecord, end: WindowEnd) -> str:
@@ -211,13 +212,14 @@ def margins(question: QuestionRecord, row: ChoiceRecord) -> str:
     if pretension is None or window is None or window[0] > window[1]:
         return "there is no window"
     low, high = window
-    span = say.window_text(low, high)
+    unit = question["unit"]
+    span = say.window_text(low, high, unit=unit)
     if pretension < low:
-        return f"it is {say.number(low - pretension, 3)} N less than the window, {span}"
+        return f"it is {say.number(low - pretension, 3)} {unit} less than the window, {span}"
     if pretension > high:
-        return f"it is {say.number(pretension - high, 3)} N more than the window, {span}"
-    lower = f"{say.number(pretension - low, 3)} N above the lower end"
+        return f"it is {say.number(pretension - high, 3)} {unit} more than the window, {span}"
+    lower = f"{say.number(pretension - low, 3)} {unit} above the lower end"
     upper = ""
     if not np.isinf(high):
-        upper = f" and {say.number(high - pretension, 3)} N below the upper end"
+        upper = f" and {say.number(high - pretension, 3)} {unit} below the upper end"
     return f"that is {lower}{upper} of the window, {span}"

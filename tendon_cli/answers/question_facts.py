@@ -9,6 +9,7 @@ import numpy as np
 
 from tendon_cli.answer_record import AxisRecord, GoalRecord, QuestionRecord, Value, Values
 from tendon_cli.answers.text_notes import question_notes
+from tendon_cli.quantities import unit_of_reading
 from tendon_cli.space.axis import Axis, NamedAxis
 from tendon_cli.studies.values import RIGID
 from tendon_cli.windows.question import Goal, Question
@@ -22,6 +23,7 @@ def question_record(question: Question) -> QuestionRecord:
     return {
         "joint": str(study.joint.name),
         "read": study.setting.read,
+        "unit": unit_of_reading(study.setting.read),
         "pretension": question.placement.given,
         "limits": dict(study.limits.items()),
         "choices": [_axis_record(axis) for axis in question.choices.axes],

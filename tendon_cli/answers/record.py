@@ -22,6 +22,7 @@ from tendon_cli.answer_record import (
     VerifiedRecord,
 )
 from tendon_cli.answers.decision import decision_record
+from tendon_cli.answers.exact_numbers import exact_numbers
 from tendon_cli.answers.limit_curves import curves_of
 from tendon_cli.answers.needed_parts import parts_record
 from tendon_cli.answers.question_facts import (
@@ -396,6 +397,7 @@ def _best_record(
         "drift": None,
         "parts_needed": None,
         "sensitivities": [],
+        "taken_as_exact": [],
     }
     if chosen is not None:
         record["setting"] = setting_record(question, chosen)
@@ -403,6 +405,7 @@ def _best_record(
         if ends is not None:
             record["parts_needed"] = parts_record(solver, chosen, ends)
         record["sensitivities"] = sensitivities(solver, chosen)
+        record["taken_as_exact"] = exact_numbers(question, record["sensitivities"])
     return record
 
 

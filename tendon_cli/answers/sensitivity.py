@@ -304,7 +304,8 @@ def indices(solver: Solver, points: Points) -> list[SobolRecord]:
     """
     question = solver.question
     study = question.study
-    if study.uncertainty is None or not study.uncertain:
+    drawing = study.drawing
+    if drawing is None:
         return []
     people = study.people.population if study.people is not None else None
     person_axis = question.axes.get(PERSON_AXIS)
@@ -334,4 +335,4 @@ def indices(solver: Solver, points: Points) -> list[SobolRecord]:
         return np.concatenate(varied.groups.windows(windows.low, windows.high))
 
     ends = ("pretension_from", "pretension_to")
-    return list(sobol(ends_at, inputs, ends, int(2**exponent), study.uncertainty.seed))
+    return list(sobol(ends_at, inputs, ends, int(2**exponent), drawing.seed))

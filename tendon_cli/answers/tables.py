@@ -20,7 +20,7 @@ from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.design import F0
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import LIMIT_NAMES
-from tendon_cli.quantities import QUANTITIES
+from tendon_cli.quantities import QUANTITIES, unit_of_reading
 from tendon_cli.space.axis import Axis, split_side
 from tendon_cli.space.space import Space
 from tendon_cli.studies.values import RIGID
@@ -295,7 +295,8 @@ def _of_quantities(*names: str, read: str = F0) -> tuple[Column, ...]:
     for name in names:
         column = Column.of(QUANTITIES[name])
         if name.startswith("pretension") and read != F0:
-            column = replace(column, long_name=f"{column.long_name}, read as {read}")
+            long_name = f"{column.long_name}, read as {read}"
+            column = replace(column, unit=unit_of_reading(read), long_name=long_name)
         columns.append(column)
     return tuple(columns)
 

@@ -21,6 +21,7 @@ from tendon_cli.answer_record import (
 from tendon_cli.answers import phrases
 from tendon_cli.answers.phrases import COSTS, choice_words, costs, window_of
 from tendon_cli.answers.text_bench import bench_heading, drift_words, to_set
+from tendon_cli.answers.text_exact import exact_words
 from tendon_cli.answers.text_order import (
     goal_name,
     ties_words,
@@ -93,12 +94,17 @@ def _answer(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Block]:
     changes = relaxations_words(record, record["would_take"])
     yield from _list("What it would take, all else equal", changes)
     if record["fixes"]:
-        yield from fixes_table(record["fixes"])
+        yield from fixes_table(question, record["fixes"])
     setting = record["setting"]
     if setting is not None:
         yield from _list(bench_heading(question, setting), to_set(record, best, setting))
     yield from _list(HEADING, parts_words(record))
-    yield from _list("What moves the window most, per 1 %", _moves(record["sensitivities"]))
+    yield from _list(
+        "What moves the window most, per 1 %", _moves(question, record["sensitivities"])
+    )
+    exact = exact_words(question, record["taken_as_exact"])
+    if exact:
+        yield say.sentence(exact)
     yield from _alternatives(record, best)
     yield from _list("Choices to be proved", (_proved(question, row) for row in record["proved"]))
     if record["choices"] > 1:
@@ -111,6 +117,7 @@ def _answer(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Block]:
 def _first_sentence(record: AnswerResults, best: ChoiceRecord) -> str:
     """Say the best pretension, whom it serves, and the window."""
     question = record["question"]
+    unit = question["unit"]
     noun, where = say.setting_words(question["read"])
     low, high = window_of(best) or (np.nan, np.nan)
     choice = choice_words(question, best)
@@ -120,26 +127,26 @@ def _first_sentence(record: AnswerResults, best: ChoiceRecord) -> str:
     judged = best["served_verified"]
     fresh = record["verified_by"]
     if judged is not None and fresh is not None:
-        start = f"{start} of {_pretension(best)}{where}"
+        start = f"{start} of {_pretension(best, unit)}{where}"
         return f"{start} {_judged(record, best, fresh, judged)}.{rule}"
     served = best["served_at"]
     whom = _all_of(question) if served >= 1.0 else f"{say.percent(served)} of {_everyone(question)}"
     if question["pretension"] is not None:
         pretension = say.number(question["pretension"])
         margins = phrases.margins(question, best)
-        return f"{start} of {pretension} N{where} suits {whom}; {margins}.{rule}"
+        return f"{start} of {pretension} {unit}{where} suits {whom}; {margins}.{rule}"
     either_way = f", {tolerance_words(best)} either way" if np.isfinite(high) else ""
     if record["serve"] >= 1.0 or question["groups"] == 1:
-        then = f"suits {whom}; anything {_span(low, high)} does{either_way}"
+        then = f"suits {whom}; anything {_span(low, high, unit)} does{either_way}"
     else:
         enough = say.percent(record["serve"])
-        then = f"serves {whom}; at least {enough} are served {_span(low, high)}{either_way}"
+        then = f"serves {whom}; at least {enough} are served {_span(low, high, unit)}{either_way}"
         window_for_all = record["window_for_all"]
         if window_for_all is not None:
             all_low, all_high = _finite_window(window_for_all)
             is_same = (all_low, all_high) == (low, high)
-            then += ", all of them " + ("there" if is_same else _span(all_low, all_high))
-    return f"{start} of {_pretension(best)}{where} {then}.{rule}"
+            then += ", all of them " + ("there" if is_same else _span(all_low, all_high, unit))
+    return f"{start} of {_pretension(best, unit)}{where} {then}.{rule}"
 
 
 def _judged(
@@ -163,7 +170,7 @@ def _judged(
             "pretension_to": judged["to"],
         }
         return f"{share}; {phrases.margins(question, window)}, which serves {enough} of them"
-    return f"{share}; {enough} of them are served {_span(low, high)}"
+    return f"{share}; {enough} of them are served {_span(low, high, question['unit'])}"
 
 
 def _finite_window(window: Sequence[float | None]) -> tuple[float, float]:
@@ -172,20 +179,20 @@ def _finite_window(window: Sequence[float | None]) -> tuple[float, float]:
     return -np.inf if low is None else low, np.inf if high is None else high
 
 
-def _pretension(row: ChoiceRecord) -> str:
+def _pretension(row: ChoiceRecord, unit: str) -> str:
     """Say the pretension of a choice, rounded so that it stays in its window."""
     pretension = row["pretension"]
     window = window_of(row)
     if pretension is None or window is None:
         return "-"
-    return f"{say.number_within(pretension, *window)} N"
+    return f"{say.number_within(pretension, *window)} {unit}"
 
 
-def _span(low: float, high: float) -> str:
+def _span(low: float, high: float, unit: str) -> str:
     """Say a window: "from 100 to 120 N"."""
     if np.isfinite(high):
-        return f"from {say.number(low)} to {say.number(high)} N"
-    return f"from {say.number(low)} N on"
+        return f"from {say.number(low)} to {say.number(high)} {unit}"
+    return f"from {say.number(low)} {unit} on"
 
 
 def _everyone(question: QuestionRecord) -> str:
@@ -219,7 +226,7 @@ def _why(record: AnswerResults, best: ChoiceRecord) -> Iterator[str]:
         value = value_of(best, name)
         if value:
             worst.append(f"{words} {say.quantity(name, value)}")
-    yield f"at {_pretension(best)} the worst is {say.join_words(worst)}"
+    yield f"at {_pretension(best, question['unit'])} the worst is {say.join_words(worst)}"
     yield from ties_words(record)
     yield from _edges(question, best)
 
@@ -229,7 +236,8 @@ def _proved(question: QuestionRecord, row: ChoiceRecord) -> str:
     result = "no window"
     window = window_of(row)
     if row["feasible"] and window is not None:
-        result = f"{say.window_text(*window)}, {say.proved_word(row['between_samples'])}"
+        span = say.window_text(*window, unit=question["unit"])
+        result = f"{span}, {say.proved_word(row['between_samples'])}"
     return f"{choice_words(question, row) or 'the design'}: {result}"
 
 
@@ -246,25 +254,25 @@ def _edges(question: QuestionRecord, best: ChoiceRecord) -> Iterator[str]:
                 yield f"{symbol} is at its {word} end, {at_edge}: widen the range"
 
 
-def _moves(moves: Sequence[SensitivityRecord]) -> Iterator[str]:
+def _moves(question: QuestionRecord, moves: Sequence[SensitivityRecord]) -> Iterator[str]:
     """Say which numbers move the ends of the window most."""
     for end, word in (("from", "lower"), ("to", "upper")):
         of_end = [
             move for move in moves if move["end"] == end and abs(move["per_percent"]) >= _LEAST_MOVE
         ]
         if of_end:
-            yield f"{word} end: {', '.join(_move(move) for move in of_end[:_MOST_MOVES])}"
+            yield f"{word} end: {', '.join(_move(question, move) for move in of_end[:_MOST_MOVES])}"
     if any(not move["steady"] for move in moves):
         yield "* within 1 % another limit or state takes over"
 
 
-def _move(move: SensitivityRecord) -> str:
+def _move(question: QuestionRecord, move: SensitivityRecord) -> str:
     """Say how a number moves an end: "K +1.2 N"."""
     key = move["key"]
     name = say.column(key.removeprefix("limits."))
     if key in keys():
         name = keys()[key].number.quantity.symbol
-    return f"{name} {move['per_percent']:+.2g} N{'' if move['steady'] else '*'}"
+    return f"{name} {move['per_percent']:+.2g} {question['unit']}{'' if move['steady'] else '*'}"
 
 
 # --- Other choices --------------------------------------------------------------------------------
@@ -305,7 +313,8 @@ def _table_of_choices(record: AnswerResults, rows: Sequence[tuple[str, ChoiceRec
     """Return a table of choices, each with a name, its window, pretension and costs."""
     shows_share = record["serve"] < 1.0
     share_head = ["served"] if shows_share else []
-    lines = [["", "", "window N", "±mm", "±%", "N", *share_head, *COSTS.values()]]
+    unit = record["question"]["unit"]
+    lines = [["", "", f"window {unit}", "±mm", "±%", unit, *share_head, *COSTS.values()]]
     for name, row in rows:
         low, high = window_of(row) or (np.nan, np.nan)
         mark = "~" if row["refined"] else ""
@@ -341,14 +350,15 @@ def _no_window(record: AnswerResults) -> Iterator[say.Block]:
         whom = f"{say.percent(record['serve'])} of {_everyone(question)}"
     start = f"No {noun}{where} suits"
     if question["pretension"] is not None:
-        start = f"A {noun} of {say.number(question['pretension'])} N{where} does not suit"
+        given = f"{say.number(question['pretension'])} {question['unit']}"
+        start = f"A {noun} of {given}{where} does not suit"
     yield say.sentence(f"{start} {whom}{whichever}.")
     reasons = (text for conflict in record["conflicts"] for text in _conflict(record, conflict))
     yield from _list("Why", reasons)
     changes = relaxations_words(record, record["would_take"])
     yield from _list("What it would take, all else equal", changes)
     if record["fixes"]:
-        yield from fixes_table(record["fixes"])
+        yield from fixes_table(question, record["fixes"])
 
 
 def _in_choices(question: QuestionRecord, conflict: ConflictRecord) -> str:
@@ -358,8 +368,9 @@ def _in_choices(question: QuestionRecord, conflict: ConflictRecord) -> str:
     has_window = window_of(conflict["nearest"]) is not None
     if question["pretension"] is not None and has_window and len(limits) == 1:
         broken = phrases.broken(question, limits[0])
-        return f"in {choices} {say.number(question['pretension'])} N does not work: {broken}"
-    return f"in {choices} {say.conflict(limits, question['limits'])}"
+        given = f"{say.number(question['pretension'])} {question['unit']}"
+        return f"in {choices} {given} does not work: {broken}"
+    return f"in {choices} {say.conflict(limits, question['limits'], question['read'])}"
 
 
 def _conflict(record: AnswerResults, conflict: ConflictRecord) -> Iterator[str]:
@@ -389,4 +400,4 @@ def _conflict(record: AnswerResults, conflict: ConflictRecord) -> Iterator[str]:
         served = f"{say.percent(row['served'])} of the {question['counted']}"
         pretension = row["pretension"]
         if pretension is not None:
-            yield f"one pretension, {say.number(pretension, 3)} N, suits {served}"
+            yield f"one pretension, {say.number(pretension, 3)} {question['unit']}, suits {served}"

@@ -59,32 +59,51 @@ def _posture(joint: str, setting: SettingRecord) -> str:
 
 def to_set(record: AnswerResults, best: ChoiceRecord, setting: SettingRecord) -> Iterator[str]:
     """Say the tensions to set at the joint and at the motor, and the effect of shorter tendons."""
-    counts = record["question"]["counts"]
+    question = record["question"]
     flexor, extensor = (say.quantity(name, value_of(best, name), 4) for name in SET_AT_JOINT)
     yield f"{flexor} in the flexor and {extensor} in the extensor at the joint"
     flexor, extensor = (say.quantity(name, value_of(best, name), 4) for name in SET_AT_MOTOR)
     yield f"{flexor} and {extensor} at the motor"
     population = record["population"]
-    if population is not None and PERSON_AXIS in counts:
-        spreads = {name: population["set"][name] for name in SET_AT_JOINT}
-        is_one_body = all(low == high for low, high in spreads.values())
-        if not (setting["on_wearer"] and is_one_body):
-            flexor, extensor = (_spread(name, ends) for name, ends in spreads.items())
-            whom = _persons(counts[PERSON_AXIS])
-            yield f"on {whom} {flexor} in the flexor and {extensor} in the extensor at the joint"
+    if population is not None:
+        is_motor = question["read"].endswith("motor")
+        names = SET_AT_MOTOR if is_motor else SET_AT_JOINT
+        spreads = {name: population["set"][name] for name in names}
+        flexor, extensor = (_spread(name, ends) for name, ends in spreads.items())
+        is_one_body = " to " not in flexor + extensor
+        is_known = setting["on_wearer"] or PERSON_AXIS not in question["counts"]
+        if not (is_known and is_one_body):
+            whom = _in_how_many(question)
+            end = "motor" if is_motor else "joint"
+            yield f"{whom} {flexor} in the flexor and {extensor} in the extensor at the {end}"
     length = best["tolerance_length"]
     window = ""
     if length is not None:
         window = f", so the window is ± {say.quantity('tolerance_length', length, 2)}"
-    per_mm = say.number(1e-3 * setting["newtons_per_metre"], 2)
-    yield f"1 mm taken from both tendons adds {per_mm} N{window}"
+    yield f"1 mm taken from both tendons adds {_per_mm(question, setting)}{window}"
 
 
-def _persons(count: int) -> str:
-    """Say for whom a range of tensions holds."""
-    if count >= FEW_PERSONS:
-        return "nine persons of ten"
-    return "these persons" if count > 1 else "this person"
+def _per_mm(question: QuestionRecord, setting: SettingRecord) -> str:
+    """Say what 1 mm taken from both tendons adds to the reading, and to F0 if this is another."""
+    of_f0 = f"{say.number(1e-3 * setting['newtons_per_metre'], 2)} N"
+    noun, where = say.setting_words(question["read"])
+    if noun == "pretension":
+        return f"{of_f0} of {noun}"
+    of_reading = f"{say.number(1e-3 * setting['read_per_metre'], 2)} {question['unit']}"
+    return f"{of_reading} of {noun}{where} ({of_f0} of F0)"
+
+
+def _in_how_many(question: QuestionRecord) -> str:
+    """Say for whom, or in which draws, a range of tensions holds."""
+    persons = question["counts"].get(PERSON_AXIS, 0)
+    is_of_ten = question["groups"] >= FEW_PERSONS
+    if persons == question["groups"]:
+        if is_of_ten:
+            return "on nine persons of ten"
+        return "on these persons" if persons > 1 else "on this person"
+    return (
+        f"in nine {question['counted']} of ten" if is_of_ten else f"in these {question['counted']}"
+    )
 
 
 def _spread(name: str, ends: Sequence[float]) -> str:

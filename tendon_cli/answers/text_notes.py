@@ -65,9 +65,13 @@ def question_notes(
         )
     if study.people is not None and study.people.content is None:
         yield from study.people.population.notes
-    if study.uncertain and study.uncertainty is None:
-        yield "uncertain numbers are taken at their middle; [uncertainty] draws them"
-    if study.uncertainty is not None and not study.uncertain:
+    if study.uncertain and study.drawing is None:
+        yield (
+            f"uncertain numbers have their middle ({', '.join(study.uncertain)}), since the study"
+            " has draws = 0 under [uncertainty]"
+        )
+    asks_for_draws = study.uncertainty is not None and study.uncertainty.draws > 0
+    if asks_for_draws and not study.uncertain:
         yield "nothing in this study is uncertain, so that [uncertainty] draws nothing"
 
 

@@ -69,7 +69,7 @@ def needed_words(question: QuestionRecord, decided: DecisionRecord) -> str:
     """Say which tolerance is enough: "6 mm", or "15 N" if the accuracy is a tension."""
     tension = question["accuracy"]["tension"]
     if tension is not None:
-        return f"{say.number(question['needed'] * tension, 3)} N"
+        return f"{say.number(question['needed'] * tension, 3)} {question['unit']}"
     return say.quantity("tolerance_length", decided["needed"], 3)
 
 

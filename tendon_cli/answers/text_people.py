@@ -71,7 +71,7 @@ def population_title(
     if fresh is not None and judged is not None:
         share = f"serves {share_words(fresh, judged, serve)}"
     if population["pretension"] is not None:
-        share = f"{say.number(population['pretension'])} N {share}"
+        share = f"{say.number(population['pretension'])} {question['unit']} {share}"
     choice = choice_words(question, population["values"])
     return f"{choice}, {share}" if choice else share
 
@@ -102,14 +102,17 @@ def population_blocks(record: AnswerResults, population: PopulationRecord) -> It
     question = record["question"]
     counts = population["counts"]
     choice = choice_words(question, population["values"])
-    served = _served(population)
+    served = _served(population, question["unit"])
     by_sex = "; ".join(_of_sex(share) for share in population["by"])
     fresh = record["verified_by"]
     judged = population["served_verified"]
     items = [f"{choice}: {served}" if choice else served]
     if judged is not None and fresh is not None and population["pretension"] is not None:
         pretension = say.number(population["pretension"])
-        items = [f"{pretension} N serves {share_words(fresh, judged, record['serve'])}", by_sex]
+        items = [
+            f"{pretension} {question['unit']} serves {share_words(fresh, judged, record['serve'])}",
+            by_sex,
+        ]
         items.append(f"in the study's own sample {served}")
     else:
         items.append(by_sex)
@@ -125,8 +128,8 @@ def population_blocks(record: AnswerResults, population: PopulationRecord) -> It
         for axis in question["choices"]:
             sizes = population["sizes"].get(axis["column"])
             if sizes:
-                yield from _sizes(axis, sizes, persons, of_draws)
-    yield from _sobol(population["sobol"])
+                yield from _sizes(axis, sizes, persons, of_draws, question["unit"])
+    yield from _sobol(population["sobol"], question["unit"])
 
 
 def population_share(population: PopulationRecord) -> str:
@@ -151,7 +154,7 @@ def population_share(population: PopulationRecord) -> str:
     return say.sampled_share(served, count, kind.removesuffix("s"), population["effective_count"])
 
 
-def _served(population: PopulationRecord) -> str:
+def _served(population: PopulationRecord, unit: str) -> str:
     """Say the share that the pretension serves, and the pretension that would serve most."""
     most = population["largest_share"]
     is_single = population["count"] == 1
@@ -161,10 +164,10 @@ def _served(population: PopulationRecord) -> str:
         whom = everyone(population["counts"], population["count"], population["kind"])
         return f"no pretension serves {'' if is_single else 'any of '}{whom}"
     verb = "works for" if is_single else "serves"
-    words = f"{say.number(pretension)} N {verb} {population_share(population)}"
+    words = f"{say.number(pretension)} {unit} {verb} {population_share(population)}"
     if most - population["served"] < _LEAST_GAIN:
         return words
-    return f"{words}; {say.number(best)} N would serve {say.percent(most)}"
+    return f"{words}; {say.number(best)} {unit} would serve {say.percent(most)}"
 
 
 def _of_sex(share: SexRecord) -> str:
@@ -199,7 +202,7 @@ def _not_served(population: PopulationRecord, reason: ReasonRecord) -> str:
 
 
 def _sizes(
-    axis: AxisRecord, sizes: Sequence[SizeRecord], of_all: int, of_draws: str
+    axis: AxisRecord, sizes: Sequence[SizeRecord], of_all: int, of_draws: str, unit: str
 ) -> Iterator[say.Block]:
     """Yield the best few suits along an axis.
 
@@ -208,6 +211,7 @@ def _sizes(
         sizes: The best suit, the best two, the best three.
         of_all: Number of all persons.
         of_draws: Words for the share of the draws that must be served; empty without draws.
+        unit: Unit of the pretension.
     """
     first = sizes[0]
     persons = ""
@@ -225,7 +229,7 @@ def _sizes(
         served_before = size["served"]
         share = say.sampled_share(size["served"], size["persons"], "person") + of_draws
         suits = [
-            f"{value_words(axis, suit['value'])} at {say.number(suit['pretension'])} N"
+            f"{value_words(axis, suit['value'])} at {say.number(suit['pretension'])} {unit}"
             for suit in size["choices"]
         ]
         yield from say.items([f"{suits_in_words}: {share}, {' and '.join(suits) or 'none'}"])
@@ -234,7 +238,7 @@ def _sizes(
 # --- Sobol indices --------------------------------------------------------------------------------
 
 
-def _sobol(ends: Sequence[SobolRecord]) -> Iterator[say.Block]:
+def _sobol(ends: Sequence[SobolRecord], unit: str) -> Iterator[say.Block]:
     """Yield a table of the Sobol indices of each end of a window, the largest first."""
     if not ends:
         return
@@ -242,7 +246,7 @@ def _sobol(ends: Sequence[SobolRecord]) -> Iterator[say.Block]:
     for record in ends:
         end = "lower" if record["end"] == "pretension_from" else "upper"
         deviation = say.number(record["standard_deviation"], 2)
-        rows = [[f"{end} end, standard deviation {deviation} N", "first order", "total"]]
+        rows = [[f"{end} end, standard deviation {deviation} {unit}", "first order", "total"]]
         for index in sorted(record["inputs"].values(), key=lambda index: -index["total"]):
             first = _index(index["first"], index["first_standard_error"])
             total = _index(index["total"], index["total_standard_error"])

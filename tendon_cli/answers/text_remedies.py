@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from tendon_cli import say
-from tendon_cli.answer_record import AnswerResults, FixRecord, RelaxationRecord
+from tendon_cli.answer_record import AnswerResults, FixRecord, QuestionRecord, RelaxationRecord
 from tendon_cli.answers.phrases import COSTS, costs, value_words
 from tendon_cli.answers.text_verified import share_words
 from tendon_cli.quantities import QUANTITIES, Quantity
@@ -20,10 +20,10 @@ _DEMANDS = {
 }
 
 
-def fixes_table(fixes: Sequence[FixRecord]) -> Iterator[say.Block]:
+def fixes_table(question: QuestionRecord, fixes: Sequence[FixRecord]) -> Iterator[say.Block]:
     """Yield the table of the value that each parameter alone would have to take."""
     is_judged = any(fix["served_verified"] is not None for fix in fixes)
-    lines = [["", "N", *(["served"] if is_judged else []), *COSTS.values()]]
+    lines = [["", question["unit"], *(["served"] if is_judged else []), *COSTS.values()]]
     idle = []
     for fix in fixes:
         if fix["after"] is None:
@@ -67,7 +67,7 @@ def relaxations_words(
         changed = text.format(record["printed"], say.quantity(quantity, record["before"]))
         others = [axis for axis in question["choices"] if axis["key"] != key]
         suit = [value_words(axis, record["values"][axis["column"]]) for axis in others]
-        suit.append(f"{say.number(record['pretension'])} N")
+        suit.append(f"{say.number(record['pretension'])} {question['unit']}")
         share = "all" if record["served"] >= 1.0 else f"{say.percent(record['served'])} of the"
         whom = f"{share} {question['counted']}"
         judged = record["served_verified"]

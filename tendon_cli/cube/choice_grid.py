@@ -181,7 +181,7 @@ def _scope_texts(
     """
     pretension = "the pretension"
     if best["pretension"] is not None:
-        pretension = say.quantity("pretension", best["pretension"])
+        pretension = f"{say.number(best['pretension'], 3)} {record['question']['unit']}"
     lines = "all conditions" if of_all else f"the conditions that {pretension} serves"
     window = "works at every angle"
     room = "works at that angle" if of_all else "works at that angle for those served"

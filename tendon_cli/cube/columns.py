@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from tendon_cli.quantities import OF_FIGURES, QUANTITIES, SIDES, Quantity
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.filters import Condition, Filter, read_filter
 from tendon_cli.studies.study import keys
-from tendon_cli.units import shorten
+from tendon_cli.units import SI_UNIT, shorten
 
 ColumnArray = npt.NDArray[Any]
 """Numbers, NaN where there is none; truths as 1 and 0; words, "" where there is none."""
@@ -148,13 +148,17 @@ def with_derived(held: Mapping[str, Quantity | None]) -> dict[str, Quantity | No
 
 
 def quantity_in(field: pa.Field) -> Quantity:
-    """Return the quantity of a column; an unknown one has the column's name and unit."""
+    """Return the quantity of a column, as it is read; an unknown one has the name and the unit."""
     metadata = field.metadata or {}
     name = metadata.get(b"quantity", b"").decode()
     unit = metadata.get(b"unit", b"1").decode()
     words = say.spaced(field.name)
     unknown = Quantity(field.name, words, "number", unit, unit, field.name)
-    return QUANTITIES.get(name, unknown)
+    known = QUANTITIES.get(name, unknown)
+    if unit == known.unit:
+        return known
+    dimension = next((key for key, si in SI_UNIT.items() if si == unit), known.dimension)
+    return replace(known, dimension=dimension, unit=unit, shown_in=unit)
 
 
 def _is_number(kind: pa.DataType) -> bool:

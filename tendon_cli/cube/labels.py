@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.quantities import AS_READ, SIDES, Quantity
+from tendon_cli.quantities import AS_READ, SIDES, Quantity, in_unit_of_reading, unit_of_reading
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.axis_words import told_words
 from tendon_cli.studies.contents import column_of, keys
@@ -142,11 +142,17 @@ def reading(document: Mapping[str, Any]) -> str:
     return "".join(say.setting_words(document.get("setting", {}).get("read", "pretension")))
 
 
+def reading_unit(document: Mapping[str, Any]) -> str:
+    """Return the unit of what somebody sets in the study: "N" or "N m"."""
+    return unit_of_reading(document.get("setting", {}).get("read", "pretension"))
+
+
 def as_read(quantity: Quantity, document: Mapping[str, Any]) -> Quantity:
     """Return a quantity of pretension renamed to what the study sets; any other as it is."""
     words = reading(document)
     if quantity.name not in AS_READ or words == "pretension":
         return quantity
+    quantity = in_unit_of_reading(quantity, document["setting"]["read"])
     name = say.column(quantity.name).replace("pretension", words)
     symbol_set = quantity.symbol.replace("F₀*", "F_set^*").replace("F₀", "F_set")
     return replace(quantity, name=name, symbol=symbol_set)

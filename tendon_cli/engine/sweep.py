@@ -220,6 +220,13 @@ class Sweep(Task):
         """Return the warnings that a reader of the tables needs first."""
         warnings = super().warnings(record)
         states = record["states"]
+        uncertain = self.study.uncertain
+        if uncertain and self.study.drawing is None:
+            names = ", ".join(uncertain)
+            warnings.append(
+                f"uncertain numbers have their middle ({names}); [uncertainty] with draws above 0"
+                " draws them"
+            )
         remark = kernel.missing_compiler_hint()
         if remark:
             warnings.append(remark)

@@ -16,7 +16,15 @@ from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.model.design import F0
 from tendon_cli.model.kinematics import Spline
 from tendon_cli.model.statics import STATUS_NAMES
-from tendon_cli.quantities import AS_READ, OF_DESIGNS, OF_STATES, QUANTITIES, SIDES, Quantity
+from tendon_cli.quantities import (
+    AS_READ,
+    OF_DESIGNS,
+    OF_STATES,
+    QUANTITIES,
+    SIDES,
+    Quantity,
+    unit_of_reading,
+)
 from tendon_cli.space.axis import SLACK, Axis, Varying, of_side, split_side
 from tendon_cli.space.space import ANCHORS, Space
 from tendon_cli.studies.axis_words import axis_meaning
@@ -184,7 +192,8 @@ class PlanColumns:
         read = self.plan.study.setting.read
         if read == F0 or column.name not in AS_READ:
             return column
-        return replace(column, long_name=f"{column.long_name}, read as {read}")
+        long_name = f"{column.long_name}, read as {read}"
+        return replace(column, unit=unit_of_reading(read), long_name=long_name)
 
     def _keys(self) -> dict[str, None]:
         """Return the common keys of numbers that have a column, each once and in order.

@@ -13,7 +13,7 @@ from tendon_cli import say
 from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, as_answer, value_of
 from tendon_cli.cube.choice_grid import pretension_name, served_words
 from tendon_cli.cube.cube import Cube, choices_of
-from tendon_cli.cube.labels import ColumnLabel
+from tendon_cli.cube.labels import ColumnLabel, reading_unit
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import Axes, FigureCanvasAgg, Line2D, Patch
 from tendon_cli.figures.choice_maps import (
@@ -177,7 +177,7 @@ def draw_windows(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page
     grid = page.figure.subplots(rows, columns, squeeze=False)
     for panel, axis, part in zip(grid.flat, along, parts, strict=False):
         _draw_window(panel, part)
-        panel.set_ylabel(f"{pretension_name(cube.document)} (N)")
+        panel.set_ylabel(f"{pretension_name(cube.document)} ({reading_unit(cube.document)})")
         if chosen["feasible"]:
             place = place_of(cube, axis, value_of(chosen, axis.column), part.scales[0])
             style: dict[str, Any] = {"color": INK, "markersize": 9, "clip_on": False}

@@ -22,6 +22,7 @@ from tendon_cli.cube.choice_grid import (
 )
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
+from tendon_cli.cube.labels import reading_unit
 from tendon_cli.figures.backend import Axes, Line2D, ListedColormap, Patch, mpl
 from tendon_cli.figures.frame import Page, framed, source_of
 from tendon_cli.figures.scales import Scale, axis_scale, off_default
@@ -214,7 +215,7 @@ def set_text(cube: Cube, choice: ChoiceRecord) -> str:
     if choice["pretension"] is None:
         return choice_text(cube, choice)
     pretension = say.number(choice["pretension"])
-    return f"{choice_text(cube, choice)}: set to {pretension} N"
+    return f"{choice_text(cube, choice)}: set to {pretension} {reading_unit(cube.document)}"
 
 
 def is_settable(record: AnswerRecord, length: ColumnArray, half: ColumnArray) -> ColumnArray:
@@ -324,7 +325,7 @@ def draw_tolerance(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Pa
         most = 1e3 * longest or 1.0
         millimetres = np.minimum(1e3 * part.length, most)
         masked = np.ma.masked_where(~has_window, millimetres)
-        texts = _tolerance_texts(part)
+        texts = _tolerance_texts(part, reading_unit(cube.document))
         is_dark = masked.filled(0.0) > 0.55 * most
         _draw_cells(
             panel,
@@ -353,7 +354,7 @@ def _fault_hatches(faults: ColumnArray) -> dict[str, str]:
     return {kind: _FAULT_HATCHES[min(place, last)] for place, kind in enumerate(kinds)}
 
 
-def _tolerance_texts(part: Slice) -> list[str]:
+def _tolerance_texts(part: Slice, unit: str) -> list[str]:
     """Write each window with its tolerance in millimetres and percent, row by row.
 
     Narrow cells have a line for each, and the narrowest the millimetres alone.
@@ -368,7 +369,7 @@ def _tolerance_texts(part: Slice) -> list[str]:
     texts = []
     columns = (part.low, part.high, part.length, part.columns["tolerance"])
     for low, high, length, share in zip(*(values.ravel() for values in columns), strict=True):
-        window = _window_text(low, high)
+        window = _window_text(low, high, unit)
         millimetres = f"{say.number(1e3 * length, 2)} mm"
         percent = f"{100.0 * share:.0f} %"
         if not np.isfinite(length):
@@ -409,13 +410,18 @@ def _backgrounds(reasons: ColumnArray) -> dict[str, dict[str, Any]]:
     return backgrounds
 
 
-def _window_text(low: float, high: float) -> str:
-    """Write a window in N; empty if there is none."""
+def _window_text(low: float, high: float, unit: str) -> str:
+    """Write a window; empty if there is none."""
     if np.isnan(high):
         return ""
     if np.isinf(high):
-        return f"from {low:.0f} N"
-    return f"{low:.0f}–{high:.0f} N"
+        return f"from {_short(low)} {unit}"
+    return f"{_short(low)}–{_short(high)} {unit}"
+
+
+def _short(value: float) -> str:
+    """Write a number without decimals, or a small one to two digits."""
+    return f"{value:.0f}" if abs(value) >= 10.0 or value == 0.0 else f"{value:.2g}"
 
 
 def draw_served(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page | None:

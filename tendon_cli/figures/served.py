@@ -118,11 +118,11 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
     page = framed(population["title"], 68.0, key, notes, study=source_of(record))
     shape: dict[str, Any] = {"ncols": 2, "width_ratios": [1.5, 1.0]} if has_bodies else {}
     panels = page.figure.subplots(1, squeeze=False, **shape)[0]
-    _draw_windows(panels[0], low, high, is_served, band, pretension)
+    _draw_windows(panels[0], low, high, is_served, band, pretension, record["question"]["unit"])
     name = pretension_name(record["study"])
-    panels[0].set_ylabel(f"{name} (N)")
+    panels[0].set_ylabel(f"{name} ({record['question']['unit']})")
     if len(low) > 1:
-        read = name.partition(" ")[0]
+        read = name.partition(" in the ")[0]
         panels[0].set_xlabel(f"{kind}, in the order of the least {read} they need (%)")
     if has_bodies:
         groups = [members(rows, reason, pretension) for reason in reasons]
@@ -226,6 +226,7 @@ def _draw_windows(
     is_served: Flags,
     band: tuple[float, float],
     pretension: float,
+    unit: str,
 ) -> None:
     """Draw windows as lines, in the order of their lower ends.
 
@@ -236,6 +237,7 @@ def _draw_windows(
         is_served: True for those whom the pretension serves.
         band: Pretensions that serve enough, N; NaN if there are none.
         pretension: The pretension chosen, N; NaN if there is none.
+        unit: Unit of what is read.
     """
     balanced = np.flatnonzero(~np.isnan(low))
     order = balanced[np.lexsort((high[balanced], low[balanced]))]
@@ -264,7 +266,7 @@ def _draw_windows(
     if np.isfinite(pretension):
         axes.axhline(pretension, color=INK, linewidth=0.9, zorder=4)
         axes.annotate(
-            f"{pretension:.4g} N",
+            f"{pretension:.4g} {unit}",
             (0.01, pretension),
             xycoords=("axes fraction", "data"),
             xytext=(0, 2),
@@ -295,11 +297,11 @@ def how_sure(record: AnswerRecord) -> Page:
     panels = page.figure.subplots(1, len(widths), width_ratios=widths, squeeze=False)[0]
     _draw_probability(panels[0], record)
     for place, (axes, end) in enumerate(zip(panels[1:], ends, strict=True)):
-        _draw_bars(axes, end, with_names=place == 0)
+        _draw_bars(axes, end, record["question"]["unit"], with_names=place == 0)
     return page
 
 
-def _draw_bars(axes: Axes, end: SobolRecord, *, with_names: bool) -> None:
+def _draw_bars(axes: Axes, end: SobolRecord, unit: str, *, with_names: bool) -> None:
     """Draw the Sobol indices of one end of the window, in per cent of its variance."""
     inputs = end["inputs"].values()
     place = np.arange(len(inputs), dtype=np.float64)[::-1]
@@ -314,7 +316,7 @@ def _draw_bars(axes: Axes, end: SobolRecord, *, with_names: bool) -> None:
     axes.set_xlim(left=0.0)
     which = "lower" if end["end"] == "pretension_from" else "upper"
     deviation = say.number(end["standard_deviation"], 2)
-    axes.set_title(plain(f"{which} end, ± {deviation} N"), loc="left")
+    axes.set_title(plain(f"{which} end, ± {deviation} {unit}"), loc="left")
 
 
 def _draw_probability(axes: Axes, record: AnswerRecord) -> None:
@@ -343,7 +345,7 @@ def _draw_probability(axes: Axes, record: AnswerRecord) -> None:
     if np.isfinite(chosen):
         axes.axvline(chosen, color=INK, linewidth=0.9)
         axes.annotate(
-            f"{chosen:.4g} N",
+            f"{chosen:.4g} {record['question']['unit']}",
             (chosen, 0.02),
             xycoords=("data", "axes fraction"),
             xytext=(3, 0),
@@ -353,4 +355,4 @@ def _draw_probability(axes: Axes, record: AnswerRecord) -> None:
         axes.set_xlim(pretension[0], pretension[-1])
     axes.set_ylim(0.0, 104.0)
     axes.set_ylabel("in the window (%), band of 95 %")
-    axes.set_xlabel(f"{pretension_name(record['study'])} (N)")
+    axes.set_xlabel(f"{pretension_name(record['study'])} ({record['question']['unit']})")

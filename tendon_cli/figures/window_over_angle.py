@@ -15,7 +15,7 @@ from tendon_cli import say
 from tendon_cli.answer_record import AnswerRecord, ChoiceRecord
 from tendon_cli.cube.choice_grid import over_angle, pretension_name
 from tendon_cli.cube.cube import Cube
-from tendon_cli.cube.labels import without_formulas
+from tendon_cli.cube.labels import reading_unit, without_formulas
 from tendon_cli.figures.backend import Axes, Line2D, Patch
 from tendon_cli.figures.choice_maps import answer_page, choice_text
 from tendon_cli.figures.frame import Page
@@ -68,7 +68,7 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page
     panel.set_xlim(*_room_around(drawn.angle))
     panel.set_ylim(0.0, top)
     panel.set_xlabel("elbow angle θ (deg)")
-    panel.set_ylabel(f"{pretension_name(cube.document)} (N)")
+    panel.set_ylabel(f"{pretension_name(cube.document)} ({reading_unit(cube.document)})")
     for end, bounds, tightest, samples, value in zip(
         ("from", "to"), drawn.ends, drawn.tightest, drawn.at_samples, drawn.window, strict=True
     ):
@@ -80,7 +80,7 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page
             panel.plot(drawn.angle, binding, color=colour, gid="binds", **_BOUND)
         panel.plot(drawn.samples, samples, "o", color=INK, markersize=2.4, zorder=4, gid="samples")
         if np.isfinite(value):
-            _mark_end(panel, chosen, end, value)
+            _mark_end(panel, chosen, end, value, reading_unit(cube.document))
     pretension = chosen["pretension"]
     if pretension is not None:
         panel.axhline(pretension, color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)))
@@ -121,14 +121,14 @@ def _key(window: str, at_angle: str) -> list[Any]:
     ]
 
 
-def _mark_end(panel: Axes, chosen: Mapping[str, Any], end: str, value: float) -> None:
-    """Mark an end of the window ("from" or "to") where it binds, and write its value in N.
+def _mark_end(panel: Axes, chosen: Mapping[str, Any], end: str, value: float, unit: str) -> None:
+    """Mark an end of the window ("from" or "to") where it binds, and write its value.
 
     An end that no state sets, such as the smallest pretension at all, is written at the left.
     """
     left, right = panel.get_xlim()
     angle = left
-    text = f"{say.number(value)} N"
+    text = f"{say.number(value)} {unit}"
     if chosen[f"{end}_elbow_angle"] is not None:
         angle = float(np.degrees(chosen[f"{end}_elbow_angle"]))
         text += f" at {say.number(angle, 3)}°"

@@ -68,6 +68,26 @@ def anchor_scales(body: Body, reference: Body) -> dict[str, Array]:
     }
 
 
+def arm_volume(body: Body) -> Array:
+    """Return l_ar C_bi² + l_rs C_fo², the volume of a cylindrical upper arm and forearm times 4π.
+
+    The passive stiffness of the elbow grows with the volume of the arm (Wiegner & Watts 1986).
+    """
+    upper_arm = np.multiply(body.acromion_radiale_length, np.square(body.biceps_circumference))
+    forearm = np.multiply(body.radiale_stylion_length, np.square(body.forearm_circumference))
+    return np.asarray(upper_arm + forearm)
+
+
+def stiffness_scale(body: Body, reference: Body) -> Array:
+    """Return the ratio of the joint's stiffness on a body to that on the reference.
+
+    Args:
+        body: Body that wears the suit.
+        reference: Body for which the stiffness is stated.
+    """
+    return np.asarray(arm_volume(body) / arm_volume(reference))
+
+
 def forearm_mass(body: Body) -> Array:
     """Return the mass of forearm and hand, kg."""
     return np.asarray(np.multiply(FOREARM_MASS_SHARE, body.weight))

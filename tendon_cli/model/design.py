@@ -118,8 +118,11 @@ class Side:
 STANDARD_GRAVITY = 9.81
 """g in m/s², as the paper's findings assume."""
 F0 = "pretension"
-READINGS = (F0, "flexor at joint", "extensor at joint", "flexor at motor", "extensor at motor")
-"""Readings of a pretension: F0 of the model, or a tension in the posture in which it is set."""
+MOTOR_TORQUE = "motor torque"
+TENSIONS = ("flexor at joint", "extensor at joint", "flexor at motor", "extensor at motor")
+READINGS = (F0, *TENSIONS, MOTOR_TORQUE)
+"""Readings of a pretension: F0 of the model, or a tension or the torque of the motor in the posture
+in which it is set."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +137,8 @@ class Posture:
     """Mass in the hand, kg."""
     after_flexion: Flag = False
     """True after flexion, else after extension."""
+    reading_error: Real = 0.0
+    """Error of the gauge: what it shows above what it should, in the unit of the reading."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,6 +168,11 @@ class Design:
     given: Mapping[str, Real] = field(default_factory=dict)
     """Numbers that only a limit needs, by key (`limits.GIVEN`); those of the flexor if both sides
     have them."""
+
+    @property
+    def shows_f0(self) -> bool:
+        """True if what is read of every design is F0 itself, without an error."""
+        return self.read == F0 and not np.any(self.setting.reading_error)
 
     @property
     def bend_follows_joint(self) -> bool:

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from tendon_cli.model.actuator import State
-from tendon_cli.model.design import F0, Design
+from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import LIMITS, contact_pressure, spring_room
 from tendon_cli.model.setting import Reading
@@ -238,7 +238,7 @@ def nan_where(is_missing: Flags, values: Array) -> Array:
 
 def as_read(columns: Extremes, design: Design) -> Extremes:
     """Return the columns with pretensions in the reading in which the design's own is given."""
-    if design.read == F0:
+    if design.shows_f0:
         return columns
     reading = Reading.of(design)
     pretension = design.flexor.pretension

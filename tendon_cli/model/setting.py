@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_cli.model.actuator import State
-from tendon_cli.model.design import F0, READINGS, Design
+from tendon_cli.model.design import F0, MOTOR_TORQUE, TENSIONS, Design
 from tendon_cli.model.kinematics import Array, Real
 
 
@@ -31,7 +31,7 @@ def pretension_per_length(design: Design) -> Array:
 
 
 def reading_per_length(design: Design) -> Array:
-    """Return the growth of what is read per length taken from both tendons, N/m.
+    """Return the growth of what is read per length taken from both tendons, its unit per metre.
 
     It is that of F0, (1 + η)/(η c_f + c_e), times the gain of the reading while the tendon that is
     read is taut.
@@ -41,16 +41,19 @@ def reading_per_length(design: Design) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """Tension that a gauge shows at F0: floor + gain max(F0 - F*, lowest), N."""
+    """Reading of a gauge at F0: floor + gain max(F0 - F*, lowest).
+
+    It is a tension, N, or the torque of the motor, R_f (x / e_f - η y / e_e), N m.
+    """
 
     floor: Array
-    """Tension at F*, N."""
+    """Reading at F*, N or N m."""
     gain: Array
-    """Growth of the tension with F0 above F*."""
+    """Growth of the reading with F0 above F*, 1 or m; a torque may fall."""
     required: Array
     """F*, the smallest pretension that keeps the posture taut, N."""
     lowest: Array
-    """Least value of F0 - F* that the tension follows, N."""
+    """Least value of F0 - F* that the reading follows, N."""
 
     @classmethod
     def of(cls, design: Design, read: str | None = None) -> Reading:
@@ -58,21 +61,35 @@ class Reading:
 
         Args:
             design: Designs.
-            read: One of READINGS, by default the design's own; F0 shows itself.
+            read: A reading (`design.READINGS`), as it is without an error of the gauge; by default
+                the design's own, with its error. F0 shows itself.
         """
+        error = design.setting.reading_error if read is None else 0.0
         read = design.read if read is None else read
         if read == F0:
-            return cls(np.zeros(()), np.ones(()), np.zeros(()), np.full((), -np.inf))
+            return cls(np.asarray(error), np.ones(()), np.zeros(()), np.full((), -np.inf))
         state = setting_of(design)
+        if read == MOTOR_TORQUE:
+            return cls._of_torque(state, error)
         side, _, end = read.partition(" at ")
         response = state.response
         capstan = getattr(state, side).capstan if end == "motor" else 1.0
         floor = getattr(response, f"{side}_floor")
         gain = getattr(response, f"{side}_gain")
-        return cls(floor / capstan, gain / capstan, response.required, response.lowest)
+        shown_floor = np.asarray(floor / capstan + error)
+        return cls(shown_floor, gain / capstan, response.required, response.lowest)
+
+    @classmethod
+    def _of_torque(cls, state: State, error: Real) -> Reading:
+        """Return the torque of the motor in a state, with an error of its gauge, N m."""
+        response = state.response
+        flexor_arm, extensor_arm = state.motor_arms
+        floor = response.flexor_floor * flexor_arm - response.extensor_floor * extensor_arm
+        gain = response.flexor_gain * flexor_arm - response.extensor_gain * extensor_arm
+        return cls(np.asarray(floor + error), gain, response.required, response.lowest)
 
     def shown(self, pretension: Real) -> Array:
-        """Return the reading at F0, N.
+        """Return the reading at F0, N or N m.
 
         Args:
             pretension: F0, N.
@@ -86,23 +103,23 @@ class Reading:
         Below what a slack tendon shows there is no such F0, and the result is too low.
 
         Args:
-            shown: Reading, N.
+            shown: Reading, N or N m.
         """
         return np.asarray(self.required + (shown - self.floor) / self.gain)
 
 
 def all_readings(design: Design, pretension: Real) -> dict[str, Array]:
-    """Return the tensions that gauges show at F0, by the names of READINGS, N.
+    """Return the tensions that gauges show at F0, by the names of TENSIONS, N.
 
     Args:
         design: Designs.
         pretension: F0, N.
     """
-    return {read: Reading.of(design, read).shown(pretension) for read in READINGS if read != F0}
+    return {read: Reading.of(design, read).shown(pretension) for read in TENSIONS}
 
 
 def reading_at(design: Design, pretension: Real) -> Array:
-    """Return the reading at F0, of the kind in which the design's pretension is given, N.
+    """Return the reading at F0, of the kind in which the design's pretension is given.
 
     Args:
         design: Designs.
@@ -116,14 +133,14 @@ def pretension_of(design: Design, reading: Real) -> Array:
 
     Args:
         design: Designs.
-        reading: Tension that the gauge shows, N.
+        reading: Tension or torque that the gauge shows, N or N m.
     """
     return Reading.of(design).pretension(reading)
 
 
 def with_set_pretension(design: Design) -> Design:
     """Return a design whose pretension, given as a reading, is converted to F0; `read` stays."""
-    if design.read == F0:
+    if design.shows_f0:
         return design
     pretension = pretension_of(design, design.flexor.pretension)
     return replace(

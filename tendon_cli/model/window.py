@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds, bound_ends
-from tendon_cli.model.design import F0, Design
+from tendon_cli.model.design import Design
 from tendon_cli.model.extremes import Extremes, nan_where
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import (
@@ -28,7 +28,7 @@ from tendon_cli.model.limits import (
     PRETENSION,
     Codes,
 )
-from tendon_cli.model.setting import pretension_of, reading_at
+from tendon_cli.model.setting import Reading, pretension_of, reading_at
 from tendon_cli.model.statics import SLACK_TOLERANCE
 
 Element = TypeVar("Element", bound=np.generic)
@@ -202,13 +202,23 @@ def _ceiling(design: Design, bounds: Bounds) -> Array:
 
 
 def as_read(ends: AnyEnds, design: Design) -> AnyEnds:
-    """Return ends in the reading in which the design's pretension is given."""
-    return replace(ends, low=reading_of(ends.low, design), high=reading_of(ends.high, design))
+    """Return ends in the reading in which the design's pretension is given.
+
+    They are NaN where the reading does not grow with the pretension, and so does not tell it.
+    """
+    if design.shows_f0:
+        return ends
+    tells = _drop_state_axes(Reading.of(design).gain > 0.0)
+    return replace(
+        ends,
+        low=np.where(tells, reading_of(ends.low, design), np.nan),
+        high=np.where(tells, reading_of(ends.high, design), np.nan),
+    )
 
 
 def reading_of(pretension: Array, design: Design) -> Array:
     """Return pretensions of designs, N, in the reading in which the design's own is given, N."""
-    if design.read == F0:
+    if design.shows_f0:
         return pretension
     with np.errstate(invalid="ignore"):
         return reading_at(design, pretension[..., np.newaxis, np.newaxis])[..., 0, 0]

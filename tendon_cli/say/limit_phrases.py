@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from tendon_cli.answer_record import BetweenSamples
 from tendon_cli.model.forms import LimitWords
 from tendon_cli.model.limits import ALWAYS, LIMITS
+from tendon_cli.quantities import QUANTITIES, in_unit_of_reading
 from tendon_cli.say.words import number, quantity
 
 _STABLE = LimitWords(
@@ -18,27 +19,30 @@ _STABLE = LimitWords(
 )
 
 
-def limit_words(limit: str, bounds: Mapping[str, float]) -> LimitWords:
+def limit_words(limit: str, bounds: Mapping[str, float], read: str = "pretension") -> LimitWords:
     """Return the phrases for a limit, with its bound in them.
 
     Args:
         limit: Name of the limit; `min_elbow_stiffness` means stability if its bound is 0 or absent.
         bounds: Limits of the study by name, SI.
+        read: Gauge by which a pretension is read.
     """
     if limit == "min_elbow_stiffness" and bounds.get(limit, 0.0) == 0.0:
         return _STABLE
     words = ALWAYS[limit] if limit in ALWAYS else LIMITS[limit].words
-    bound = quantity(limit, bounds[limit]) if limit in bounds else "its limit"
+    bound = "its limit"
+    if limit in bounds:
+        bound = quantity(in_unit_of_reading(QUANTITIES[limit], read), bounds[limit])
     return LimitWords(**{name: text.format(bound) for name, text in vars(words).items()})
 
 
-def conflict(limits: Sequence[str], bounds: Mapping[str, float]) -> str:
+def conflict(limits: Sequence[str], bounds: Mapping[str, float], read: str = "pretension") -> str:
     """Explain why no pretension is left.
 
     "the pretension that prevents slack already makes the elbow unstable": the first limit asks for
     more pretension, the second for less. A single limit is broken at any pretension.
     """
-    words = [limit_words(limit, bounds) for limit in limits]
+    words = [limit_words(limit, bounds, read) for limit in limits]
     if len(words) == 1:
         return f"{words[0].broken} at any pretension"
     return f"the pretension that {words[0].keeps} already {words[1].breaks}"

@@ -260,12 +260,13 @@ def join_words(words: Sequence[str], last: str = "and") -> str:
 def setting_words(read: str) -> tuple[str, str]:
     """Return the word for the number that is set, and the place where it is read.
 
-    "flexor at joint" is "tension" and " in the flexor at the joint"; a pretension has no place.
+    "flexor at joint" is "tension" and " in the flexor at the joint"; a pretension and the torque of
+    the motor have no place.
     """
     side, _, end = read.partition(" at ")
     if end:
         return "tension", f" in the {side} at the {end}"
-    return "pretension", ""
+    return read, ""
 
 
 def wrap(text: str, indent: str = "") -> list[str]:

@@ -33,6 +33,8 @@ AFTER = "setting.after"
 """1 if the pretension is set after flexion."""
 READ = "setting.read"
 """Index into `READINGS`: how the pretension is read."""
+READING_ERROR = "setting.reading_error"
+"""Error of the gauge by which the pretension is read, in the unit of the reading."""
 WORDS = (REFERENCE, SLACK, SPRING_AT, AFTER, READ)
 
 Role = Literal["choice", "condition", "draw", "pretension"]

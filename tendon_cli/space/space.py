@@ -26,6 +26,7 @@ from tendon_cli.space.axis import (
     AFTER,
     PRETENSION,
     READ,
+    READING_ERROR,
     REFERENCE,
     SAMPLE_AXES,
     SLACK,
@@ -330,6 +331,7 @@ _SETTING = {
     "angle": "setting.angle",
     "upper_arm_angle": "setting.upper_arm_angle",
     "load_mass": "setting.load",
+    "reading_error": READING_ERROR,
 }
 _SIDE = {
     "friction": "sheath.friction",

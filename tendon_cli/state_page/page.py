@@ -20,7 +20,7 @@ from tendon_cli.files import result_path
 from tendon_cli.model.actuator import State
 from tendon_cli.model.statics import NO_EQUILIBRIUM, STATUS_NAMES
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.space.axis import CASE_AXIS, PRETENSION
+from tendon_cli.space.axis import CASE_AXIS, PRETENSION, READING_ERROR
 from tendon_cli.state_page.lines import (
     PageLine,
     cycle_lines,
@@ -33,7 +33,7 @@ from tendon_cli.studies.load import AnyStudy, any_study
 from tendon_cli.studies.people.person import PersonStudy, person_study
 from tendon_cli.studies.spaces import case_place
 from tendon_cli.studies.study import Study, keys
-from tendon_cli.studies.values import draw_numbers, si_document
+from tendon_cli.studies.values import StudyNumber, draw_numbers, si_document
 
 
 @dataclass(frozen=True, repr=False)
@@ -168,7 +168,7 @@ def _null_unless_finite(value: float) -> float | None:
 
 def _nominal(study: Study) -> tuple[Study, list[str]]:
     """Return a study with its uncertain numbers at their middle, and notes that say so."""
-    if study.uncertainty is None or not study.uncertain:
+    if not study.uncertain:
         return study, []
     chooses = " or ".join(f"--set {key}=..." for key in study.uncertain)
     note = (
@@ -184,25 +184,32 @@ def _drawn(study: Study, draw: int) -> tuple[Study, list[str]]:
     Raises:
         UsageError: Nothing is drawn in the study, or it does not have this draw.
     """
-    uncertainty = study.uncertainty
-    if uncertainty is None or not study.uncertain:
-        hint = "[uncertainty] draws numbers such as friction = { mean = 0.07, std = 0.01 }"
+    study = study.drawn()
+    drawing = study.drawing
+    if drawing is None:
+        hint = "a number such as friction = { mean = 0.07, std = 0.01 } is drawn"
         raise UsageError("nothing is drawn in this study", where="--draw", hint=hint)
     count = study.draws or len(study.people.population if study.people is not None else ())
     if not 1 <= draw <= count:
         raise UsageError(f"there is no draw {draw}", where="--draw", hint=f"1 to {count}")
-    draws = draw_numbers(study.uncertain, count, uncertainty.seed)
+    draws = draw_numbers(study.uncertain, count, drawing.seed)
     values = {key: float(of_draws[draw - 1]) for key, of_draws in draws.items()}
     texts = [f"{key} = {value:.6g}" for key, value in values.items()]
     note = f"draw {draw} of {count}: {', '.join(texts)}"
-    if "pretension" not in study.tendon.model_fields_set:
-        # The same as in the table of states, where one default holds for all draws.
-        values[PRETENSION] = study.numbers[PRETENSION].single
-    given = {
+    error = values.pop(READING_ERROR, None)
+    given: dict[str, Any] = {
         key: si_document(value, keys()[key].number.quantity.dimension)
         for key, value in values.items()
     }
-    return study.replaced({"uncertainty": None}).vary(**given), [note]
+    if "pretension" not in study.tendon.model_fields_set:
+        # The same as in the table of states, where one default holds for all draws.
+        given[PRETENSION] = study.numbers[PRETENSION].single
+    drawn = study.replaced({"uncertainty": None}).vary(**given)
+    if error is not None:
+        # A study file states the standard deviation of the error, and not one error.
+        known = {"reading_error": StudyNumber.of(error)}
+        drawn = drawn.replaced({"setting": drawn.setting.model_copy(update=known)})
+    return drawn, [note]
 
 
 def _no_equilibrium(elbow_torque: float) -> str:

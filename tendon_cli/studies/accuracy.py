@@ -9,11 +9,12 @@ from pydantic import GetJsonSchemaHandler
 from pydantic_core import CoreSchema
 
 from tendon_cli.studies.fields import FieldMark, SingleField, fault
-from tendon_cli.units import UnitError, described, parse_measure
+from tendon_cli.studies.reading_fields import SingleReadingField, dimension_of
+from tendon_cli.units import SI_UNIT, UnitError, described, parse_measure
 
 _EXPECTED = 'a length of tendon such as "2 mm", or a tension such as "5 N"'
 _LENGTH = SingleField("tolerance_length", 0.0, 0.1)
-_TENSION = SingleField("pretension", 0.0, 1e4)
+_TENSION = SingleReadingField("pretension", 0.0, 1e4)
 
 
 @dataclass(frozen=True)
@@ -23,13 +24,15 @@ class Accuracy:
     length: float | None
     """Length of both tendons, m."""
     tension: float | None
-    """Tension of the kind that the study reads, N."""
+    """Tension of the kind that the study reads, N, or torque, N m."""
+    dimension: str = "force"
+    """Dimension of what is read: "force" or "torque"."""
 
     def document(self) -> str:
         """Return the accuracy as a study file would say it, in SI, exactly."""
         if self.length is not None:
             return f"{self.length!r} m"
-        return f"{self.tension!r} N"
+        return f"{self.tension!r} {SI_UNIT[self.dimension]}"
 
 
 class AccuracyField(FieldMark):
@@ -51,12 +54,10 @@ class AccuracyField(FieldMark):
                 hint = f'write "{value} mm" or "{value} N"'
             problem = f"{described(value)} is neither a length nor a tension, expected {_EXPECTED}"
             raise fault(problem, hint)
-        try:
-            measure = parse_measure(value, "force")
-        except UnitError:
-            pass
-        else:
-            return Accuracy(length=None, tension=_TENSION.bounded(measure))
+        dimension = dimension_of(value)
+        if dimension is not None:
+            measure = parse_measure(value, dimension)
+            return Accuracy(None, _TENSION.bounded(measure), dimension)
         try:
             measure = parse_measure(value, "length")
         except UnitError as error:

@@ -10,12 +10,13 @@ from tendon_cli.errors import Fault, StudyError
 from tendon_cli.model.design import F0
 from tendon_cli.model.forms import Need
 from tendon_cli.model.limits import LIMITS, SPEED
-from tendon_cli.quantities import SIDES
+from tendon_cli.quantities import SIDES, dimension_of_reading
 from tendon_cli.space.axis import (
     DRAW_AXIS,
     NAMED_AXES,
     PERSON_AXIS,
     PRETENSION,
+    READING_ERROR,
     of_side,
     split_side,
 )
@@ -30,7 +31,7 @@ from tendon_cli.studies.measured_motion import trajectory_fault
 from tendon_cli.studies.spaces import word_of
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import Grid
-from tendon_cli.units import shorten
+from tendon_cli.units import shorten, wanted
 
 _LEAVE_ONE_OUT = "leave one of them out"
 _GIVEN_BY: tuple[tuple[str, tuple[str, ...], str], ...] = (
@@ -41,6 +42,7 @@ _GIVEN_BY: tuple[tuple[str, tuple[str, ...], str], ...] = (
 """Tables and their keys that cannot be given with another key, which also gives them."""
 _PART_OF = (
     ("joint", ("smoothing", "scale_with"), "excursion", "measured travels"),
+    ("joint", ("stiffness_with",), "stiffness", "the joint's own stiffness"),
     ("motion", ("cutoff", "reversal", "inertia"), "trajectory", "a trajectory"),
 )
 """Tables and their keys that need another key of the table, with a phrase for the whole."""
@@ -70,6 +72,7 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
         *_output_faults(study, at_fault),
         *_rest_angle_faults(study, at_fault),
         *_reading_faults(study),
+        *_reading_unit_faults(study),
         *_null_limit_faults(study, at_fault),
         *_case_faults(study),
         *_anchor_faults(study, at_fault),
@@ -94,9 +97,14 @@ def without_intervals(study: Study) -> Study:
     """Return the study if it can be swept.
 
     Raises:
-        StudyError: It has intervals, which hold no single values to sweep over.
+        StudyError: It has intervals, which hold no single values to sweep over, or no pretension in
+            the unit of its gauge.
     """
     faults = []
+    is_default = "pretension" not in study.tendon.model_fields_set
+    if is_default and dimension_of_reading(study.setting.read) == "torque":
+        problem = f'is needed with setting.read = "{study.setting.read}"'
+        faults.append(Fault(PRETENSION, problem, 'such as "1.2 N m"'))
     for key, values in study.numbers.items():
         if values.is_interval and isinstance(values.source, Grid):
             ends = f"from = {values.source.start.quoted}, to = {values.source.stop.quoted}"
@@ -155,6 +163,17 @@ def _key_of_file(key: str, files: Collection[str]) -> str:
         if name == number and f"{table}.{file}" in files:
             return f"{table}.{file}"
     return key
+
+
+def check_cases_are_exact(study: Study) -> None:
+    """Check that no case of a study sets a number that is drawn.
+
+    Raises:
+        StudyError: A case does.
+    """
+    faults = [*_drawn_case_faults(study)]
+    if faults:
+        raise StudyError(faults)
 
 
 # --- Keys that exclude or need each other --------------------------------------------------------
@@ -269,6 +288,34 @@ def _reading_faults(study: Study) -> Iterator[Fault]:
     problem = f"cannot be given with {reading}, which is a single reading for both sides"
     for key in sorted({of_side(PRETENSION, side) for side in SIDES} & given):
         yield Fault(key, problem, "leave it out")
+
+
+def _reading_unit_faults(study: Study) -> Iterator[Fault]:
+    """Yield a fault for each reading that is stated in another unit than its gauge shows."""
+    read = study.setting.read
+    wanted_dimension = dimension_of_reading(read)
+    stated = {
+        "design.pretension": getattr(study.design.pretension, "dimension", None),
+        "limits.max_pretension": getattr(
+            getattr(study.limits, "max_pretension", None), "dimension", None
+        ),
+        READING_ERROR: getattr(study.setting.reading_error, "dimension", None),
+    }
+    if "pretension" in study.tendon.model_fields_set:
+        stated[PRETENSION] = getattr(study.tendon.pretension, "dimension", None)
+    for at, case in enumerate(study.cases):
+        of_case = getattr(getattr(case, "tendon", None), "pretension", None)
+        stated[f"cases.{at}.{PRETENSION}"] = getattr(of_case, "dimension", None)
+    accuracy = study.setting.accuracy
+    if accuracy.tension is not None:
+        stated["setting.accuracy"] = accuracy.dimension
+    for key, dimension in stated.items():
+        if dimension is not None and dimension != wanted_dimension:
+            kind = {"force": "tension", "torque": "torque"}[dimension]
+            problem = (
+                f'is a {kind}, but setting.read = "{read}", expected {wanted(wanted_dimension)}'
+            )
+            yield Fault(key, problem)
 
 
 def _null_limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
@@ -436,11 +483,20 @@ def _case_faults(study: Study) -> Iterator[Fault]:
             problem = "is an axis of this study, so a case cannot set it"
             yield Fault(f"cases.{at}.{key}", problem)
         for key in numbers:
-            if study.uncertainty is not None and key in study.uncertain:
-                problem = "is uncertain in this study and drawn, so a case cannot set it"
-                yield Fault(f"cases.{at}.{key}", problem)
             if key in study.body_numbers:
                 hint = (
                     f"give {key} in the study, too: then it holds for everyone, except in this case"
                 )
                 yield Fault(f"cases.{at}.{key}", "comes from the body of each person", hint)
+    yield from _drawn_case_faults(study)
+
+
+def _drawn_case_faults(study: Study) -> Iterator[Fault]:
+    """Yield a fault for each number of a case that is drawn."""
+    drawn = study.uncertain if study.drawing is not None else {}
+    for at, case in enumerate(study.cases):
+        for key in case_numbers(case):
+            if key in drawn:
+                problem = "is uncertain in this study and drawn, so a case cannot set it"
+                hint = "[uncertainty] draws = 0 takes its middle in the other cases"
+                yield Fault(f"cases.{at}.{key}", problem, hint)

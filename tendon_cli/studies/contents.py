@@ -30,6 +30,7 @@ from tendon_cli.studies.parts import (
     Spring,
     Tendon,
 )
+from tendon_cli.studies.reading_fields import ReadingField, SingleReadingField
 from tendon_cli.studies.values import StudyNumber
 
 _NOTABLE_SHARE = 1e-3
@@ -164,7 +165,16 @@ _CaseName = Annotated[
     AfterValidator(_check_printable),
 ]
 
-_SAME_FOR_ALL_CASES = ("smoothing", "scale_with", "read", "anchors", "accuracy", "rope")
+_SAME_FOR_ALL_CASES = (
+    "smoothing",
+    "scale_with",
+    "stiffness_with",
+    "read",
+    "reading_error",
+    "anchors",
+    "accuracy",
+    "rope",
+)
 """Keys that a case cannot override."""
 
 DESIGN_PARTS: dict[str, type[Part]] = {
@@ -186,9 +196,8 @@ def _overriding_table(part: type[Part]) -> type[Part]:
         inner = _table_type(field)
         kind: Any = field.annotation
         if number is not None:
-            kind = Annotated[
-                StudyNumber, SingleField(number.name, number.low, number.high, number.word)
-            ]
+            single = SingleReadingField if isinstance(number, ReadingField) else SingleField
+            kind = Annotated[StudyNumber, single(number.name, number.low, number.high, number.word)]
         elif words is not None:
             kind = Literal[words]
         elif inner is not None:

@@ -14,6 +14,7 @@ from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.fields import SingleField, fault, whole_number
 from tendon_cli.studies.parts import Part, Words, field_default
+from tendon_cli.studies.reading_fields import SingleReadingField
 from tendon_cli.studies.values import StudyNumber
 from tendon_cli.units import described
 
@@ -46,7 +47,8 @@ CHOICE_RESULTS = (
 def _field_of(limit: DesignLimit) -> tuple[Any, Any]:
     """Return the field of a limit in a study, and its default."""
     default = None if limit.default is None else f"{limit.default:g} {QUANTITIES[limit.name].unit}"
-    return Annotated[StudyNumber | None, SingleField(limit.name, *limit.accepts)], default
+    kind = SingleReadingField if limit.name == "max_pretension" else SingleField
+    return Annotated[StudyNumber | None, kind(limit.name, *limit.accepts)], default
 
 
 class _Limits(Part, Mapping[str, float]):
@@ -86,7 +88,7 @@ else:  # a field for each limit of the model's table
 
 
 @dataclass(frozen=True)
-class _PretensionOrPlace(SingleField):
+class _PretensionOrPlace(SingleReadingField):
     """Mark of a field that is a pretension, or a word for a place in a window."""
 
     def read(self, value: object) -> Any:
@@ -177,7 +179,7 @@ class Goals(Part):
 
 
 def _check_power_of_two(value: int) -> int:
-    """Return a power of two; refuse any other number."""
+    """Return 0 or a power of two; refuse any other number."""
     if value.bit_count() > 1:
         near = 1 << value.bit_length() - 1
         problem = f"{value:,} is not possible, expected a power of two, {MOST_DRAWS:,} at most"
@@ -190,10 +192,13 @@ class Uncertainty(Part):
 
     draws: Annotated[
         int,
-        *whole_number(1, MOST_DRAWS),
+        *whole_number(0, MOST_DRAWS),
         AfterValidator(_check_power_of_two),
-        WithJsonSchema({"enum": [2**power for power in range(MOST_DRAWS.bit_length())]}),
-    ] = field_default(256, description="number of draws, a power of two")
+        WithJsonSchema({"enum": [0, *(2**power for power in range(MOST_DRAWS.bit_length()))]}),
+    ] = field_default(
+        256,
+        description="number of draws, a power of two; 0 takes the middle of every uncertain number",
+    )
     seed: Seed = field_default(1, description="the same seed gives the same draws")
     cross: TruthValue | None = field_default(
         None,

@@ -225,6 +225,11 @@ class SingleField(FieldMark):
         return QUANTITIES[self.name]
 
     @property
+    def dimensions(self) -> tuple[str, ...]:
+        """Dimensions that the number may have."""
+        return (self.quantity.dimension,)
+
+    @property
     def wanted(self) -> str:
         """Phrase for what an error expected, such as "a length such as 40 mm"."""
         return wanted(self.quantity.dimension)
@@ -374,9 +379,10 @@ class SingleField(FieldMark):
 
     def text_schema(self) -> dict[str, Any]:
         """Return the schema of one finite number as text with a unit."""
-        dimension = self.quantity.dimension
-        units = "|".join(re.escape(unit) for unit in known_units(dimension))
-        optional = "?" if dimension == "number" else ""
+        units = "|".join(
+            re.escape(unit) for dimension in self.dimensions for unit in known_units(dimension)
+        )
+        optional = "?" if self.quantity.dimension == "number" else ""
         pattern = rf"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{{1,3}})?\s*({units}){optional}\s*$"
         return {"type": "string", "pattern": pattern}
 

@@ -58,7 +58,7 @@ def fresh_sample(study: Study) -> FreshSample | None:
     count = study.design.verify
     if not count:
         return None
-    is_uncertain = study.uncertainty is not None and bool(study.uncertain)
+    is_uncertain = study.drawing is not None
     if study.people is None:
         if not is_uncertain:
             return None
@@ -103,9 +103,9 @@ def _differ(people: Population) -> bool:
 
 def _uncertain_numbers(study: Study, count: int) -> dict[str, Array]:
     """Return fresh draws of the uncertain numbers, (count,) each; none if the study draws none."""
-    if study.uncertainty is None or not study.uncertain:
+    if study.drawing is None:
         return {}
-    return draw_fresh_numbers(study.uncertain, count, study.uncertainty.seed)
+    return draw_fresh_numbers(study.uncertain, count, study.drawing.seed)
 
 
 def _axis(numbers: dict[str, Array], weighting: Array) -> Axis:

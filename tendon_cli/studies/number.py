@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Literal
 
-from pydantic_core import PydanticCustomError
+from pydantic import GetJsonSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError
 
 from tendon_cli.studies.fields import SingleField, fault, fault_inside
 from tendon_cli.studies.magnitude import Slip, spread_slip
@@ -296,6 +298,44 @@ class NumberField(SingleField):
             schema_table({"from": finite, "to": finite}, 2),
             {"type": "string", "pattern": rf"^{quantity}(\+/-|\+-|±|\s+to\s+){quantity}$"},
         ]
+
+
+@dataclass(frozen=True)
+class ErrorField(NumberField):
+    """Mark of a field that is an error around 0, of which a study states the standard deviation."""
+
+    def read(self, value: object) -> StudyNumber | None:
+        """Return the error as an uncertain number; None for a key that is not given.
+
+        Raises:
+            PydanticCustomError: The value is not one standard deviation within the bounds.
+        """
+        deviation = SingleField.read(self, value)
+        if deviation is None or isinstance(value, StudyNumber) or not deviation.single:
+            return deviation
+        spread = deviation.single
+        document = si_document(spread, self.quantity.dimension)
+        distribution = Uncertain("normal", 0.0, spread, -math.inf, math.inf, document)
+        return StudyNumber((0.0,), is_axis=False, uncertain=distribution)
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Return the JSON schema of the standard deviation."""
+        schema = super().__get_pydantic_json_schema__(core, handler)
+        meaning = f"Standard deviation, drawn around 0, of {schema['description']}"
+        return {**schema, "description": meaning, "anyOf": [self._json_one()]}
+
+
+def parts_of_text(text: str) -> tuple[str, ...]:
+    """Return the numbers of a text with one number, or with two as "a +/- b" or "a to b"."""
+    if len(text) > _LONGEST:
+        return ()
+    for separator in (_PLUS_MINUS, _TO):
+        parts = _two_numbers(text, separator)
+        if parts is not None:
+            return parts
+    return (text,)
 
 
 def _two_numbers(text: str, separator: re.Pattern[str]) -> tuple[str, str] | None:

@@ -15,6 +15,7 @@ from tendon_cli.studies.accuracy import Accuracy, AccuracyField
 from tendon_cli.studies.angle_curves import EXCURSION, TORQUE, TRAJECTORY, BendField, CurveTable
 from tendon_cli.studies.fields import SingleField, WordField, fault, hint_at_nearest, one_or_many
 from tendon_cli.studies.number import NumberField
+from tendon_cli.studies.reading_fields import ReadingErrorField, ReadingField
 from tendon_cli.studies.values import RIGID, StudyNumber
 from tendon_cli.units import shorten
 
@@ -36,7 +37,7 @@ BendAngle = Annotated[StudyNumber | CurveTable, BendField("bend_angle", 0.0, 100
 TendonLength = Annotated[StudyNumber, NumberField("tendon_length", **POSITIVE_LENGTH)]
 TendonDiameter = Annotated[StudyNumber, NumberField("tendon_diameter", 1e-6, 1.0)]
 YoungsModulus = Annotated[StudyNumber, NumberField("youngs_modulus", 1e3, 1e15)]
-Pretension = Annotated[StudyNumber, NumberField("pretension", 0.0, 1e7)]
+Pretension = Annotated[StudyNumber, ReadingField("pretension", 0.0, 1e7)]
 Stiffness = Annotated[StudyNumber, NumberField("spring_stiffness", 1e-3, 1e12, word=RIGID)]
 AnchorStiffness = Annotated[StudyNumber, NumberField("anchor_stiffness", 1e-3, 1e12, word=RIGID)]
 BodyDimension = Literal[
@@ -235,6 +236,11 @@ class Joint(Part):
     )
     stiffness: Annotated[StudyNumber | None, NumberField("joint_stiffness", 0.0, 1e6)] = None
     rest_angle: Annotated[StudyNumber | None, NumberField("rest_angle", **FULL_TURNS)] = None
+    stiffness_with: Literal["arm_volume"] | None = field_default(
+        None,
+        description="with people: the joint's stiffness, stated for the mean man, in proportion to "
+        "the volume of the arm",
+    )
 
 
 class Spool(Part):
@@ -260,10 +266,18 @@ class Setting(Part):
         "extension", description="direction of the last motion before the pretension is read"
     )
     read: Literal[
-        "pretension", "flexor at joint", "extensor at joint", "flexor at motor", "extensor at motor"
+        "pretension",
+        "flexor at joint",
+        "extensor at joint",
+        "flexor at motor",
+        "extensor at motor",
+        "motor torque",
     ] = field_default(
         "pretension",
         description="meaning of the study's pretension: F0 of the model, or the reading of a gauge",
+    )
+    reading_error: Annotated[StudyNumber | None, ReadingErrorField("reading_error", 0.0, 1e5)] = (
+        None
     )
     accuracy: Annotated[Accuracy, AccuracyField()] = field_default(
         "2 mm",

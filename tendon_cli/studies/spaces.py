@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tendon_cli.errors import Fault, UsageError
-from tendon_cli.model.design import F0, READINGS, Design
-from tendon_cli.model.kinematics import Array
+from tendon_cli.errors import Fault, StudyError, UsageError
+from tendon_cli.model.body import stiffness_scale
+from tendon_cli.model.design import F0, MOTOR_TORQUE, READINGS, Design
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.setting import Reading
-from tendon_cli.quantities import SIDES
+from tendon_cli.quantities import SIDES, unit_of_reading
 from tendon_cli.space.axis import (
     AFTER,
     CASE_AXIS,
@@ -123,14 +124,14 @@ def named_axes(study: Study) -> tuple[NamedAxis, ...]:
     axes: list[NamedAxis] = []
     if study.cases:
         axes.append(case_axis(study))
-    uncertainty = study.uncertainty if study.uncertain else None
+    drawing = study.drawing
     if study.people is not None:
         drawn_once: Mapping[str, Array] = {}
-        if uncertainty is not None and not study.draws:
-            drawn_once = draw_numbers(study.uncertain, study.people.persons, uncertainty.seed)
+        if drawing is not None and not study.draws:
+            drawn_once = draw_numbers(study.uncertain, study.people.persons, drawing.seed)
         axes.append(person_axis(study, drawn_once))
-    if uncertainty is not None and study.draws:
-        numbers = draw_numbers(study.uncertain, study.draws, uncertainty.seed)
+    if drawing is not None and study.draws:
+        numbers = draw_numbers(study.uncertain, study.draws, drawing.seed)
         names = tuple(f"draw {at + 1}" for at in range(study.draws))
         axes.append(NamedAxis.of(DRAW_AXIS, names, numbers, "draw"))
     return tuple(axes)
@@ -191,6 +192,8 @@ def person_axis(
         measured_on = getattr(people.reference, dimension)
         of_persons = np.asarray(getattr(people.body, dimension))
         scales[EXCURSION] = of_persons / measured_on
+    if study.joint.stiffness_with is not None:
+        scales["joint.stiffness"] = stiffness_scale(people.body, people.reference)
     scaling = {scale_of(key): values for key, values in scales.items()}
     numbers = {**drawn_once, **sets, **scaling}
     return NamedAxis.of(PERSON_AXIS, people.names, numbers, "draw", people.weighting)
@@ -282,22 +285,81 @@ def _measured_anchor_faults(study: Study) -> Iterator[Fault]:
         yield Fault(key, problem, f"a study for each person; {scaled}")
 
 
+def check_reading(study: Study) -> None:
+    """Check that the gauge of a study tells the pretension, in every draw too.
+
+    Raises:
+        StudyError: It does not.
+    """
+    if study.setting.read != MOTOR_TORQUE:
+        return  # a tension grows with the pretension
+    space = space_of(study)
+    if len(space) > _MOST_READINGS:
+        return
+    falling = _does_not_tell(space.design())
+    if falling.any():
+        raise StudyError([_undetermined_fault(space, falling)])
+
+
+def _does_not_tell(design: Design) -> Flags:
+    """Return True for designs whose reading does not grow with the pretension."""
+    return np.asarray(np.asarray(Reading.of(design).gain) <= 0.0)
+
+
 def _reading_faults(study: Study) -> Iterator[Fault]:
-    """Yield a fault if a gauge cannot show the stated pretension: it shows more at F0 = 0."""
+    """Yield a fault if a gauge does not tell the pretension, or cannot show the stated one.
+
+    A gauge shows what it shows at F0 = 0, or more.
+    """
+    if study.setting.read == F0:
+        return
+    space = space_of(study)
+    if len(space) > _MOST_READINGS:
+        return
+    falling = _does_not_tell(space.design())
+    if falling.any():
+        yield _undetermined_fault(space, falling)
+        return
     design = _unreadable(study)
     if design is not None:
         least = float(np.nanmax(Reading.of(design).shown(0.0)))
-        shown = f"which shows {least:.4g} N or more in the setting of every design"
+        unit = unit_of_reading(design.read)
+        shown = f"which shows {least:.4g} {unit} or more in the setting of every design"
         problem = f"cannot be read as {design.read}, {shown}"
-        yield Fault(PRETENSION, problem, f"such as {1.5 * least:.0f} N, or another [setting]")
+        yield Fault(PRETENSION, problem, f"such as {1.5 * least:.2g} {unit}, or another [setting]")
+
+
+def _undetermined_fault(space: Space, falling: Flags) -> Fault:
+    """Return the fault of a gauge that shows no more when the pretension grows.
+
+    Args:
+        space: Space of the study.
+        falling: True for designs in which it shows no more.
+    """
+    designs = np.broadcast_to(falling, (*space.shape, 1, 1)).reshape(space.shape)
+    where = ""
+    if len(space) > 1:
+        first = np.unravel_index(int(np.argmax(designs)), space.shape)
+        values = [
+            f"{axis.key} = {axis.names[place] if axis.names else format(axis.values[place], '.6g')}"
+            for axis, place in zip(space.axes, first, strict=True)
+        ]
+        count = f"{np.count_nonzero(designs):,} of {len(space):,} designs"
+        where = f" in {count}, first with {', '.join(values)}"
+    problem = (
+        f"does not tell the pretension{where}: friction and the moment arms let the torque of the"
+        " motor fall, or stay, as both tendons tighten"
+    )
+    hint = 'another gauge, such as read = "flexor at motor", or leave these values out'
+    return Fault("setting.read", problem, hint)
 
 
 def with_readable_default(study: Study) -> Study:
     """Return a study whose pretension, if it states none, is one that its gauge can show.
 
-    The default is a reading, as a stated pretension is. Where a gauge shows more than that with
-    slack tendons, the default is F0 of the model instead: the reading, in whole newtons, at which
-    no design has less.
+    The default is a reading, as a stated pretension is. Where a gauge shows a torque, or more than
+    the default with slack tendons, the default is F0 of the model instead: the reading, in whole
+    newtons or hundredths of a newton metre, at which no design has less.
     """
     if "pretension" in study.tendon.model_fields_set:
         return study
@@ -307,20 +369,26 @@ def with_readable_default(study: Study) -> Study:
     if design is None:
         return study
     default = study.numbers[PRETENSION].single
-    reading = float(np.ceil(np.nanmax(Reading.of(design).shown(default))))
+    steps = 100.0 if study.setting.read == MOTOR_TORQUE else 1.0
+    reading = float(np.ceil(steps * np.nanmax(Reading.of(design).shown(default))) / steps)
     tendon = study.tendon.model_copy(update={"pretension": StudyNumber.of(reading)})
     tendon.model_fields_set.discard("pretension")
     return study.replaced({"tendon": tendon})
 
 
 def _unreadable(study: Study) -> Design | None:
-    """Return the designs of a study if its gauge cannot show the pretension of one; else None."""
+    """Return the designs of a study if its gauge cannot show the pretension of one; else None.
+
+    The default, a tension, is none that a torque of the motor shows.
+    """
     if study.setting.read == F0:
         return None
     space = space_of(study)
     if len(space) > _MOST_READINGS:
         return None
     design = space.design()
+    if study.setting.read == MOTOR_TORQUE and "pretension" not in study.tendon.model_fields_set:
+        return design
     is_below = np.asarray(design.flexor.pretension) < -_NO_TENSION
     return design if is_below.any() else None
 

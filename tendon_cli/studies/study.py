@@ -208,6 +208,19 @@ class Study(Displayed, StudyTables):
         }
 
     @property
+    def drawing(self) -> Uncertainty | None:
+        """Draws of the uncertain numbers; None if nothing is drawn, and each has its middle."""
+        if self.uncertainty is None or not self.uncertainty.draws or not self.uncertain:
+            return None
+        return self.uncertainty
+
+    def drawn(self) -> Study:
+        """Return the same study with its uncertain numbers drawn, unless it states otherwise."""
+        if self.uncertainty is not None or not self.uncertain:
+            return self
+        return self.replaced({"uncertainty": Uncertainty()})
+
+    @property
     def body_numbers(self) -> tuple[str, ...]:
         """Keys of the numbers that come from the body of each person.
 
@@ -267,20 +280,23 @@ class Study(Displayed, StudyTables):
 
         Unless the study states it, this is so if there are fewer persons than draws.
         """
-        uncertainty = self.uncertainty
-        if self.people is None or uncertainty is None:
+        drawing = self.drawing
+        if self.people is None or drawing is None:
             return False
-        if uncertainty.cross is not None:
-            return uncertainty.cross
-        return self.people.persons < uncertainty.draws
+        if drawing.cross is not None:
+            return drawing.cross
+        return self.people.persons < drawing.draws
 
     @property
     def draws(self) -> int:
-        """Length of the axis of draws of the uncertain numbers; 0 if each person gets one draw."""
-        if self.uncertainty is None or not self.uncertain:
+        """Length of the axis of draws of the uncertain numbers.
+
+        It is 0 if nothing is drawn, or if each person gets one draw.
+        """
+        if self.drawing is None:
             return 0
         is_axis = self.people is None or self.is_crossed
-        return self.uncertainty.draws if is_axis else 0
+        return self.drawing.draws if is_axis else 0
 
     @property
     def named_lengths(self) -> dict[str, int]:

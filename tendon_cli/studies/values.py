@@ -39,7 +39,7 @@ class Uncertain:
     """Smallest possible value, SI."""
     high: float
     """Largest possible value, SI."""
-    document: Mapping[str, float | str] | str
+    document: Mapping[str, float | str] | str | float
     """The number as a study file would say it, in SI, exactly."""
 
     @property
@@ -198,6 +198,9 @@ class StudyNumber:
     """True if every value between two is meant; `source` is then a grid of these two."""
     slips: tuple[Slip, ...] = field(default=(), compare=False)
     """Values as they were written that are far from any arm."""
+    dimension: str | None = None
+    """Dimension in which a reading is stated, a force or a torque; None for a bare number and for
+    any other quantity."""
 
     @classmethod
     def of(cls, value: float, slips: tuple[Slip, ...] = ()) -> StudyNumber:

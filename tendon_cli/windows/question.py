@@ -19,6 +19,7 @@ from tendon_cli.space.axis import (
     PERSON_AXIS,
     PRETENSION,
     READ,
+    READING_ERROR,
     SAMPLE_AXES,
     Axis,
     Numbers,
@@ -26,8 +27,8 @@ from tendon_cli.space.axis import (
     split_side,
 )
 from tendon_cli.space.space import Space
-from tendon_cli.studies.checks import check_intervals_are_served
-from tendon_cli.studies.spaces import space_of, wearer_axis
+from tendon_cli.studies.checks import check_cases_are_exact, check_intervals_are_served
+from tendon_cli.studies.spaces import check_reading, space_of, wearer_axis
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import StudyNumber
 from tendon_cli.units import shorten
@@ -320,7 +321,8 @@ class Question:
     @property
     def is_f0(self) -> bool:
         """True if pretensions are those of the model, F0, and not readings of a gauge."""
-        return READINGS[int(self.choices.single.get(READ, 0.0))] == F0
+        has_errors = any(READING_ERROR in axis.numbers for axis in self.conditions.axes)
+        return READINGS[int(self.choices.single.get(READ, 0.0))] == F0 and not has_errors
 
 
 def select_numbers(numbers: Numbers, rows: Rows | slice) -> dict[str, Array]:
@@ -348,9 +350,14 @@ def arm_numbers(study: Study, conditions: Space) -> dict[str, Array]:
 def question_of(study: Study) -> Question:
     """Return the question that a study asks of `tendon design`.
 
+    Uncertain numbers are drawn whether or not the study has `[uncertainty]`.
+
     Raises:
         StudyError: It has intervals, but asks to serve a share of single conditions.
     """
+    study = study.drawn()
+    check_cases_are_exact(study)
+    check_reading(study)
     check_intervals_are_served(study)
     space = space_of(study).without_pretension()
     pretension = study.design.pretension

@@ -304,20 +304,23 @@ def test_a_screen_of_80_columns_holds_the_answer(text, tmp_path):
 
 UNCERTAIN = {"sheath": {"friction": {"value": 0.07, "tolerance": "10 %"}}}
 DRAWN = {"uncertainty": {"draws": 4}}
+NOT_DRAWN = {"uncertainty": {"draws": 0}}
 
 
 @pytest.mark.parametrize(
     ("content", "noted"),
     [
         ({}, []),
-        (UNCERTAIN, ["taken at their middle"]),
+        (UNCERTAIN, []),
+        ({**UNCERTAIN, **NOT_DRAWN}, ["have their middle"]),
+        (NOT_DRAWN, []),
         (DRAWN, ["draws nothing"]),
         ({**UNCERTAIN, **DRAWN}, []),
     ],
-    ids=["neither", "uncertain", "drawn", "both"],
+    ids=["neither", "uncertain", "not drawn", "nothing to draw", "drawn", "both"],
 )
 def test_uncertain_numbers_without_draws_and_draws_without_these_are_noted(content, noted):
     notes = " ".join(
         notes_of(question_of(tendon.study({"spring": {"stiffness": "5 kN/m"}, **content})))
     )
-    assert [text for text in ("taken at their middle", "draws nothing") if text in notes] == noted
+    assert [text for text in ("have their middle", "draws nothing") if text in notes] == noted

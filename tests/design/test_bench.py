@@ -89,6 +89,8 @@ def test_a_window_without_an_end_has_no_length():
 def test_the_text_says_which_tensions_to_set_and_how_far_the_arm_drifts(answer):
     text = " ".join(answer.text.split())
     assert "188.9 N in the flexor and 125.6 N in the extensor at the joint" in text
-    assert "1 mm taken from both tendons adds 4.8 N, so the window is ± 5.4 mm" in text
+    assert (
+        "1 mm taken from both tendons adds 4.8 N of pretension, so the window is ± 5.4 mm" in text
+    )
     assert "at 10 % more it drifts from 0 deg to 4.97 deg, driven by at most 0.035 N m" in text
     assert "snap" not in text

@@ -11,6 +11,7 @@ from tendon_cli.model.body import (
     FOREARM_COM_SHARE,
     FOREARM_MASS_SHARE,
     Body,
+    stiffness_scale,
 )
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.fields import hint_at_nearest
@@ -103,9 +104,18 @@ def person_study(study: Study, name: str) -> PersonStudy:
         formula = symbol if share == 1.0 else f"{share:g} x {symbol}"
         steps.append(Step(number, formula, numbers[number].single, source))
     arm = study.arm.model_copy(update=numbers)
+    joint = study.joint
+    if joint.stiffness_with is not None:
+        given = study.numbers["joint.stiffness"]
+        scale = stiffness_scale(person.body, person.reference)
+        scaled = tuple((given.array * scale).tolist())
+        stiffness = StudyNumber(scaled, is_axis=given.is_axis, is_interval=given.is_interval)
+        joint = joint.model_copy(update={"stiffness": stiffness})
+        formula = f"{given.array[0]:.6g} x arm volume / that of the mean man"
+        steps.append(Step("joint_stiffness", formula, stiffness.array[0]))
     return PersonStudy(
         name=person.names[0],
-        study=study.replaced({"arm": arm, "people": None}),
+        study=study.replaced({"arm": arm, "joint": joint, "people": None}),
         body=tuple(
             Step(dimension, QUANTITIES[dimension].long_name, value)
             for dimension, value in dimensions.items()

@@ -1,0 +1,67 @@
+"""Numbers that an answer takes as exact, in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from tendon_cli import say
+from tendon_cli.answer_record import ExactRecord, QuestionRecord
+from tendon_cli.studies.study import keys
+
+_MOST_NAMED = 5
+"""Most numbers that are named."""
+_MOST_MOVES = 2
+"""Most numbers of which the effect is said."""
+_LEAST_MOVE = 0.05
+"""Change of an end below which it is not said, N."""
+
+
+def exact_words(question: QuestionRecord, records: Sequence[ExactRecord]) -> str:
+    """Say which numbers are taken as exact, and how far usual errors of them move the window.
+
+    "Taken as exact: b₁, K, a₁, R_elb, μ and 6 others; 5 mm of b₁ moves the upper end by 37 N", and
+    the sum of squares over all of them. Empty if none moves it.
+
+    Args:
+        question: The question.
+        records: Numbers, the one that moves an end most first.
+    """
+    named = [record for record in records if _largest(record)[1] >= _LEAST_MOVE]
+    if not named:
+        return ""
+    unit = question["unit"]
+    symbols = [_symbol(record["key"]) for record in named[:_MOST_NAMED]]
+    if len(named) > _MOST_NAMED:
+        symbols.append(say.counted(len(named) - _MOST_NAMED, "other"))
+    moves = []
+    for record in named[:_MOST_MOVES]:
+        end, move = _largest(record)
+        number = f"{record['deviation_words']} of {_symbol(record['key'])}"
+        moves.append(f"{number} moves the {end} end by {say.number(move, 2)} {unit}")
+    words = f"Taken as exact: {say.join_words(symbols)}; {', '.join(moves)}"
+    ends = []
+    for end, changes in (
+        ("lower", [record["moves_from"] for record in named]),
+        ("upper", [record["moves_to"] for record in named]),
+    ):
+        together = math.hypot(*(change for change in changes if change is not None))
+        if together >= _LEAST_MOVE:
+            ends.append(f"the {end} end by {say.number(together, 2)} {unit}")
+    if len(named) > 1:
+        words += f", usual errors of all together {say.join_words(ends)}"
+    return f"{words} (standard deviations; +/- in the study draws them)."
+
+
+def _symbol(key: str) -> str:
+    """Return the symbol of a number, with its side if it is one side's."""
+    symbol = keys()[key].number.quantity.symbol
+    side = say.side_of(key)
+    return f"{symbol} of the {side}" if side else symbol
+
+
+def _largest(record: ExactRecord) -> tuple[str, float]:
+    """Return the end of the window that a number moves more, and by how much, N."""
+    lower = abs(record["moves_from"] or 0.0)
+    upper = abs(record["moves_to"] or 0.0)
+    return ("lower", lower) if lower > upper else ("upper", upper)
