@@ -1,8 +1,8 @@
 """Make random mutants of the package and say which of them no quick test notices.
 
 Every mutant stands in a copy of the source tree, at a line that `probe` runs. It first answers the
-commands of `probe`, with compiled code and without: if an answer, a file or the data of a figure
-has changed, the tests of its room run and those that import it, and if they pass all quick tests.
+commands of `probe`: if an answer, a file or the data of a figure has changed, the tests of its room
+run and those that import it, and if they pass all quick tests.
 Survivors of these are what the tests miss: the exit code is 1 if there are more than 3 in 100, and
 with `--no-rest`, which runs the tests of the room only, more than 20 in 100.
 """
@@ -115,6 +115,7 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=60, help="mutants that change what users get")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=1, help="mutants that are tried at once")
+    parser.add_argument("--plain", action="store_true", help="probe without compiled code, too")
     parser.add_argument("--room", help="only this room or file of the package")
     parser.add_argument("--only", help="only these mutants, by number, such as 3,17")
     parser.add_argument(
@@ -137,7 +138,8 @@ def main() -> int:
 def try_all(folder: Path, options: argparse.Namespace) -> list[Trial]:
     """Return what became of each mutant, in the order in which they ended."""
     copies = [copied(folder / str(job) / "tree") for job in range(options.jobs)]
-    truths = [truth_of(copies[0], compiled=compiled) for compiled in (True, False)]
+    kinds = (True, False) if options.plain else (True,)
+    truths = [truth_of(copies[0], compiled=compiled) for compiled in kinds]
     package = copies[0] / "tendon_cli"
     originals = {file: file.read_text(encoding="utf-8") for file in sorted(package.rglob("*.py"))}
     names = {str(file.relative_to(package)): text for file, text in originals.items()}

@@ -20,14 +20,17 @@ import shlex
 import shutil
 import sys
 import threading
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
-from types import FrameType
+from types import CodeType, FrameType
 from typing import Any
 
 import numpy as np
 
 PACKAGE = "tendon_cli/"
+CALLS_TRACED = 20
+"""Calls of a function that are traced in each command; more would take minutes."""
 
 ROUTE = "x [mm],y [mm],z [mm]\n"
 for n in range(40):
@@ -450,10 +453,16 @@ def first_difference(truth: Path, wanted: set[int], lines: dict[str, set[int]]) 
 def traced() -> Iterator[dict[str, set[int]]]:
     """Collect the lines of the package that are run in the meantime, by file."""
     lines: dict[str, set[int]] = {}
+    calls: Counter[CodeType] = Counter()
 
     def of_code(frame: FrameType, event: str, _: Any) -> Any:
         file = frame.f_code.co_filename
         if PACKAGE not in file:
+            return None
+        if not lines:  # of a new command
+            calls.clear()
+        calls[frame.f_code] += 1
+        if calls[frame.f_code] > CALLS_TRACED:
             return None
         name = file.rpartition(PACKAGE)[2]
 
