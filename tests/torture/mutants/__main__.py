@@ -66,7 +66,7 @@ MEMORY = 6 << 30
 
 
 PROBE_SECONDS = 900
-TEST_SECONDS = 900
+TEST_SECONDS = 1800
 """Time after which a process counts as failed, s."""
 
 
