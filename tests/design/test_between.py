@@ -206,6 +206,32 @@ def test_the_worst_values_of_the_best_choice_are_those_of_all_angles():
     assert compared > 3
 
 
+def test_the_curves_of_the_limits_are_the_windows_at_each_angle():
+    content = {
+        "spring": {"stiffness": "5 kN/m"},
+        "spool": {"ratio": 0.6},
+        "load": {"mass": ["0 kg", "5 kg"]},
+        "limits": {"max_tension": "400 N"},
+    }
+    curves = tendon.design(content).record["between_samples"]["curves"]
+    binding = set()
+    for place in (0, 30, 60, 90):
+        angle = curves["elbow_angle"][place]
+        at_angle = tendon.design(content | {"motion": {"elbow_angle": [f"{angle!r} rad"]}})
+        window = at_angle.choices.iloc[0]
+        least = {name: values[place] for name, values in curves["lower"].items()}
+        largest = {name: values[place] for name, values in curves["upper"].items()}
+        below = max(least, key=least.get)
+        above = min(largest, key=largest.get)
+        assert window["pretension_from"] == pytest.approx(max(0.0, least[below]), rel=1e-9)
+        assert window["pretension_to"] == pytest.approx(largest[above], rel=1e-9)
+        assert window["to_by"] == above
+        if least[below] > 0.0:
+            assert window["from_by"] == below
+        binding |= {below, above}
+    assert binding == {"extensor slack", "max_tension", "min_elbow_stiffness"}
+
+
 def higher_end(tension, capstan):
     """Return the higher of the tensions at the two ends of a sheath, N."""
     return np.maximum(tension, tension / capstan)

@@ -18,23 +18,42 @@ UNSEEN = 1e-4
 scatter."""
 
 
-def slope_seen(fit: Any, title: str) -> tuple[float, float]:
-    """Return the slope of the points of a panel over one standard deviation of x, and of misfits.
-
-    Misfits are those before any effect, over the same x.
-    """
+def points_drawn(fit: Any, title: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return x and y of the points of a panel."""
     (axes,) = (
         axes for axes in fit_page(fit).figure.axes if axes.get_title("left").startswith(title)
     )
     drawn = [line for line in axes.lines if line.get_alpha() == 0.6]
     x = np.concatenate([line.get_xdata() for line in drawn])
     y = np.concatenate([line.get_ydata() for line in drawn])
-    misfit = np.concatenate([fit.points["misfit"][fit.points["way"] == sign] for sign in (1, -1)])
+    return x, y
+
+
+def in_order_drawn(fit: Any, values: Any) -> np.ndarray:
+    """Return values of the points of a fit, one direction after the other."""
+    return np.concatenate([values[fit.points["way"] == sign] for sign in (1, -1)])
+
+
+def slope_seen(fit: Any, title: str) -> tuple[float, float]:
+    """Return the slope of the points of a panel over one standard deviation of x, and of misfits.
+
+    Misfits are those before any effect, over the same x.
+    """
+    x, y = points_drawn(fit, title)
+    misfit = in_order_drawn(fit, fit.points["misfit"])
 
     def slope(values: np.ndarray) -> float:
         return abs(float(np.polyfit((x - x.mean()) / x.std(), values, 1)[0]))
 
     return slope(y), slope(misfit)
+
+
+def test_points_stand_at_one_over_the_force_and_at_the_rate_of_its_change() -> None:
+    for fit in fits_of(VARYING, SEEDS):
+        force = in_order_drawn(fit, fit.points["force"])
+        np.testing.assert_allclose(points_drawn(fit, "Zero error")[0], 1.0 / force)
+        rate = in_order_drawn(fit, fit.points["rate"])
+        np.testing.assert_allclose(points_drawn(fit, "A late cell?")[0], rate)
 
 
 @pytest.mark.parametrize("offsets", [(3.0, 0.0), (0.0, -3.0)])

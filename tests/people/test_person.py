@@ -8,6 +8,7 @@ from tendon_cli.model import actuator
 from tendon_cli.state_page.page import state_page
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.people.person import person_study
+from tendon_cli.studies.spaces import space_of
 from tests.model import designs
 
 AT_75 = {"motion": {"elbow_angle": "75 deg", "direction": "flexion"}}
@@ -88,3 +89,18 @@ def test_uncertain_numbers_are_nominal_or_those_of_a_draw_that_is_asked_for():
     assert third_draw.columns["motor_torque"] == pytest.approx(torque, rel=1e-12)
     with pytest.raises(UsageError, match="there is no draw 5"):
         state_page(study, draw=5)
+
+
+def test_the_page_of_a_draw_says_which_draw_it_is_and_which_numbers_that_has():
+    content = {"sheath": {"friction": {"mean": 0.07, "std": 0.01}}, "uncertainty": {"draws": 4}}
+    study = study_from(content)
+    (draws,) = space_of(study).axes
+    for number, friction in enumerate(draws.numbers["sheath.friction"], start=1):
+        page = state_page(study, draw=number)
+        (note,) = [note for note in page.notes if note.startswith("draw ")]
+        assert note == f"draw {number} of 4: sheath.friction = {friction:.6g}"
+        assert page.study.numbers["sheath.friction"].single == friction
+    for number in (0, 5):
+        with pytest.raises(UsageError, match=f"there is no draw {number}") as error:
+            state_page(study, draw=number)
+        assert error.value.hint == "1 to 4"

@@ -1,5 +1,6 @@
 """`[people]` in a study: whose arms, which keys, and a sweep over them against the model."""
 
+import hashlib
 import json
 import re
 from importlib import resources
@@ -18,6 +19,7 @@ from tendon_cli.studies.people.population import draw
 from tendon_cli.studies.people.survey import ansur2
 from tendon_cli.studies.spaces import space_of
 from tests.model import designs
+from tests.people.own_statistics import written
 
 FILE = "name,weight (kg),stature (cm),weighting\nAda,62.5,168,1\nBo,90,181.5,3\n"
 
@@ -105,6 +107,28 @@ def test_a_study_of_real_persons_carries_them_along(tmp_path):
     source = study.sources["people.file"]
     assert source["persons"] == 2
     assert any("expected of men and women" in warning for warning in source["warnings"])
+
+
+def test_statistics_of_ones_own_complete_the_persons_of_a_file(tmp_path):
+    """They are of persons 1 m large with lengths of 33 cm, which differ by 1 or 2 mm."""
+    statistics = written()
+    (tmp_path / "own.toml").write_text(statistics, encoding="utf-8")
+    (tmp_path / "people.csv").write_text(FILE, encoding="utf-8")
+    people = {"file": "people.csv", "statistics": "own.toml"}
+    study = study_from({"people": people}, folder=tmp_path)
+    drawn = study_from({"people": {"statistics": "own.toml", "count": 30}}, folder=tmp_path)
+    (tmp_path / "own.toml").unlink()
+    (tmp_path / "people.csv").unlink()
+    measured = study.people.population.values
+    np.testing.assert_allclose(measured[:, :2], [[1.68, 62.5], [1.815, 90.0]])
+    np.testing.assert_allclose(measured[:, 2:], 0.33, atol=0.015)
+    bodies = drawn.people.population.values
+    np.testing.assert_allclose(bodies[:, 0], 1.0, atol=0.015)
+    np.testing.assert_allclose(bodies[:, 2:], 0.33, atol=0.015)
+    assert set(study.sources) == {"people.file", "people.statistics"}
+    source = study.sources["people.statistics"]
+    assert (source["file"], source["men"], source["women"]) == ("own.toml", 10, 5)
+    assert source["sha256"] == hashlib.sha256(statistics.encode()).hexdigest()
 
 
 def test_the_hash_of_a_study_changes_with_its_persons(tmp_path):

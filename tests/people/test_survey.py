@@ -7,6 +7,7 @@ from tendon_cli.errors import InputError
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.studies.people.population import draw, standard_person
 from tendon_cli.studies.people.survey import SEXES, ansur2, cholesky, read_survey
+from tests.people.own_statistics import MEAN, SIZE, written
 
 SURVEY = ansur2()
 MANY = 100_000
@@ -84,27 +85,6 @@ def test_the_mean_man_is_the_one_for_whom_the_anchors_are_given():
 
 
 # --- Faulty statistics ----------------------------------------------------------------------------
-
-SIZE = len(DIMENSIONS)
-MEAN = [1000.0, 80.0, *[330.0] * (SIZE - 2)]
-
-
-def written(correlation=None, **male):
-    """Return a survey as text, of persons 1 m large, with some keys of its men replaced."""
-    uncorrelated = np.eye(SIZE).tolist()
-    men = {"persons": 10, "mean": MEAN, "standard_deviation": [1.0] * SIZE} | male
-    lines = [
-        f"dimensions = {list(DIMENSIONS)}",
-        "[male]",
-        *(f"{key} = {value}" for key, value in men.items()),
-        f"correlation = {correlation or uncorrelated}",
-        "[female]",
-        "persons = 5",
-        f"mean = {MEAN}",
-        f"standard_deviation = {[2.0] * SIZE}",
-        f"correlation = {uncorrelated}",
-    ]
-    return "\n".join(lines)
 
 
 def with_correlation(value, *places):

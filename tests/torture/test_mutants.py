@@ -50,3 +50,17 @@ def test_a_mutant_follows_from_its_seed_and_names_its_place():
     assert {made.line for made in mutants_of("a = 1\n\nb = a < 2\n")} == {1, 3}
     (less,) = [made for made in mutants_of("b = a < 2\n") if made.after == "a <= 2"]
     assert less.before == "a < 2"
+
+
+def test_the_lines_of_a_mutant_are_those_of_its_statement_above_its_body():
+    made = {mutant.after: mutant for mutant in mutants_of()}
+    condition = next(text for text in made if text.startswith("if not x"))
+    lines = SOURCE.splitlines()
+    assert [lines[line - 1].strip() for line in made[condition].lines] == ["if x:"]
+    assert [lines[line - 1].strip() for line in made["not not x"].lines] == ["return not x"]
+
+
+def test_what_stands_outside_functions_is_known():
+    source = "A = 1\n\n\ndef f(x=2):\n    return x + 3\n"
+    places = {made.before: made.is_in_function for made in mutants_of(source)}
+    assert places == {"1": False, "2": False, "x + 3": True, "3": True}

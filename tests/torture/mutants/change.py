@@ -49,6 +49,9 @@ class Mutant:
     """A module with one fault."""
 
     line: int
+    lines: range
+    """Lines of the statement with the fault; of one with a body, those above the body."""
+    is_in_function: bool
     before: str
     after: str
     source: str
@@ -65,10 +68,26 @@ def mutant(source: str, place: int, seed: int) -> Mutant:
     node = _places(tree)[place]
     before = ast.unparse(node)
     line = getattr(node, "lineno", 0)
+    lines, is_in_function = _place_of(tree, node)
     fault = _fault(node, random.Random(seed))  # noqa: S311 - nothing is guarded
     vars(node).update(fault or {})
     changed = ast.unparse(ast.fix_missing_locations(tree)) + "\n"
-    return Mutant(line, before, ast.unparse(node), changed)
+    return Mutant(line, lines, is_in_function, before, ast.unparse(node), changed)
+
+
+def _place_of(tree: ast.Module, node: ast.AST) -> tuple[range, bool]:
+    """Return the lines of the innermost statement that a node is in, and if it is in a function.
+
+    Of a statement with a body its own lines are those above the body.
+    """
+    statements = [part for part in ast.walk(tree) if isinstance(part, ast.stmt)]
+    around = [outer for outer in statements if any(part is node for part in ast.walk(outer))]
+    innermost = around[-1]  # outer statements come first
+    body = getattr(innermost, "body", None)
+    end = body[0].lineno if body else (innermost.end_lineno or 0) + 1
+    lines = range(innermost.lineno, max(end, innermost.lineno + 1))
+    # The defaults of a function are worked out where it is defined.
+    return lines, any(isinstance(statement, ast.FunctionDef) for statement in around[:-1])
 
 
 def _places(tree: ast.Module) -> list[ast.AST]:
