@@ -206,7 +206,7 @@ def wearer_axis(study: Study) -> NamedAxis | None:
     """
     if study.people is None or not study.measured_anchors:
         return None
-    people = study.people.model_copy(update={"completions": None})
+    people = study.people.changed(completions=None)
     return person_axis(study.replaced({"people": people}), {})
 
 
