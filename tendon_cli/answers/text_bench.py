@@ -86,7 +86,7 @@ def spread_words(record: AnswerResults, setting: SettingRecord) -> str:
     """
     question = record["question"]
     population = record["population"]
-    if population is None:
+    if population is None or not population["set"]:
         return ""
     is_motor = is_read_at_motor(question)
     names = SET_AT_MOTOR if is_motor else SET_AT_JOINT
