@@ -185,14 +185,16 @@ def population(
 def _spread_of_settings(question: Question, chosen: Solutions) -> dict[str, list[float]]:
     """Return the range over persons and draws of each tension to set at the pretension, N.
 
-    It holds nine in ten of them, or all if they are few.
+    It holds nine in ten of them, or all if they are few; it is empty without a pretension.
     """
+    if np.isnan(chosen.pretension[0]):
+        return {}
     groups = question.groups
     first_conditions = np.flatnonzero(np.diff(groups.of, prepend=-1))
     numbers = select_numbers(question.condition_numbers, first_conditions)
     design = question.designs(chosen.points.at_pretension(chosen.pretension), numbers)
     shares = (0.05, 0.95) if len(groups) >= FEW_PERSONS else (0.0, 1.0)
-    tensions = settings(design, len(groups))
+    tensions = settings(design, chosen.pretension, len(groups))
     return {name: np.quantile(values, shares).tolist() for name, values in tensions.items()}
 
 

@@ -32,12 +32,20 @@ _BEYOND = 1.1
 # --- What to set ----------------------------------------------------------------------------------
 
 
-def settings(design: Design, count: int) -> dict[str, Array]:
-    """Return the tensions to set for `count` designs: the columns `SETTING_COLUMNS`, N."""
+def settings(design: Design, pretension: Array, count: int) -> dict[str, Array]:
+    """Return the tensions to set for `count` designs: the columns `SETTING_COLUMNS`, N.
+
+    Args:
+        design: Designs at their pretensions.
+        pretension: These pretensions as they are read; NaN for a design that has none, which has
+            no tensions to set, either. A design cannot tell, since its number is silent where NaN.
+        count: Number of designs.
+    """
     readings = all_readings(design, design.flexor.pretension)
     values = [readings[f"{side} at {end}"] for end in ("joint", "motor") for side in SIDES]
     columns = zip(SETTING_COLUMNS, values, strict=True)
-    return {name: of_designs(value, count) for name, value in columns}
+    has_none = np.isnan(pretension)
+    return {name: np.where(has_none, np.nan, of_designs(value, count)) for name, value in columns}
 
 
 # --- The record -----------------------------------------------------------------------------------

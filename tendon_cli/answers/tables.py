@@ -142,7 +142,7 @@ def choice_rows(question: Question, choices: Solutions, refined: Flags) -> Colum
         "pretension": choices.pretension,
         **{name: getattr(choices.worst, name) for name in WORST},
         "advice": choices.advice,
-        **settings(study_arm(question, at_pretension), len(choices)),
+        **settings(study_arm(question, at_pretension), choices.pretension, len(choices)),
         "tolerance_length": _finite(choices.tolerance_length),
         "between_samples": choices.between_samples,
         "feasible": choices.feasible,
@@ -249,8 +249,9 @@ def person_rows(
         if people.sexes:
             sexes = people.sexes[::bodies]
             rows["sex"] = np.array([_SEX.choices.index(sex) for sex in sexes])
-    design = study_arm(question, points.at_pretension(np.array([pretension])), axis)
-    for name, values in settings(design, len(axis)).items():
+    set_to = np.array([pretension])
+    design = study_arm(question, points.at_pretension(set_to), axis)
+    for name, values in settings(design, set_to, len(axis)).items():
         rows[name] = values.reshape(count, -1).mean(axis=1)
     return rows
 

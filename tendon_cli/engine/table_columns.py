@@ -236,7 +236,9 @@ class PlanColumns:
         for column_name, number in numbers.items():
             # A bend that follows the joint is a curve, not a number.
             is_number = number.value is not None and not isinstance(number.value, Spline)
-            column = Column.of(quantity, column_name, is_axis=True, nullable=not is_number)
+            # Only one side, or only some cases, may state a number that a study need not have.
+            is_given = is_number and not np.isnan(number.within(space.whole)).any()
+            column = Column.of(quantity, column_name, is_axis=True, nullable=not is_given)
             columns[self._as_read(column)] = _within(number) if is_number else _null
         return columns
 

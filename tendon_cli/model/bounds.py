@@ -192,7 +192,9 @@ def limit_end(
     tightest = np.full((), np.inf if upper else -np.inf)
     for end in bound_ends(at, bounds):
         if end.code == code:
-            is_tighter = end.margin < tightest if upper else end.margin > tightest
+            # An infinite bound, such as that of a rigid spring, has no margin at which it is kept.
+            margin = np.where(np.isfinite(end.margin), end.margin, tightest)
+            is_tighter = margin < tightest if upper else margin > tightest
             binds = (end.is_lower != upper) & (end.gain != 0.0) & is_tighter
-            tightest = np.where(binds, end.margin, tightest)
+            tightest = np.where(binds, margin, tightest)
     return np.asarray(required + tightest)

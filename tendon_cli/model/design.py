@@ -236,3 +236,15 @@ def map_arrays(part: Any, change: Callable[..., Any], *others: Any) -> Any:
         of_others = (getattr(other, name) for other in others)
         changed[name] = map_arrays(getattr(part, name), change, *of_others)
     return replace(part, **changed)  # type: ignore[type-var]
+
+
+def shape_of(design: Design) -> tuple[int, ...]:
+    """Return the shape of designs, without the axes of directions and angles."""
+    shapes: list[tuple[int, ...]] = []
+
+    def note(values: Array) -> Array:
+        shapes.append(values.shape[:-2])
+        return values
+
+    map_arrays(design, note)
+    return np.broadcast_shapes(*shapes)

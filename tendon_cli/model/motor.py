@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model.actuator import State, evaluate
-from tendon_cli.model.design import Design, map_arrays
+from tendon_cli.model.design import Design, map_arrays, shape_of
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.statics import BOTH_SLACK, EXTENSOR_SLACK, FLEXOR_SLACK
 from tendon_cli.model.trajectory import Trajectory
@@ -241,6 +241,9 @@ def _work_and_loss(design: Design, angles: Array, flexion: Flags) -> tuple[Array
     high = edges[1:]
     kinds = _kinds(design, edges, flexion)
     is_kinked = kinds[..., :-1] != kinds[..., 1:]
+    # What changes no state, such as the width of the strap, may be an axis of the designs, too.
+    shape = np.broadcast_shapes(is_kinked.shape, (*shape_of(design), 1, 1))
+    is_kinked = np.broadcast_to(is_kinked, shape)
     smooth_work, smooth_loss = _integrals(design, low, high, flexion)
     work = np.where(is_kinked, 0.0, smooth_work)  # (designs, directions, steps), J
     loss = np.where(is_kinked, 0.0, smooth_loss)

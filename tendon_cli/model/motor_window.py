@@ -19,7 +19,7 @@ import numpy as np
 
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.bounds import Bounds
-from tendon_cli.model.design import Design, map_arrays
+from tendon_cli.model.design import Design, shape_of
 from tendon_cli.model.kinematics import Array, Flags, Real, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
 from tendon_cli.model.motor import gauss_rule, motor_rates, select_points
@@ -75,7 +75,7 @@ def narrow(
     if not windows.is_open.any() or not bounds.of_motion:
         return windows
     # What changes no single state, such as the spool's radius, may change the motion of the spool.
-    designs = np.broadcast_shapes(windows.low.shape, _shape_of(design))
+    designs = np.broadcast_shapes(windows.low.shape, shape_of(design))
     shape = designs or (1,)
     columns = {
         name: np.array(np.broadcast_to(values, shape)) for name, values in vars(windows).items()
@@ -100,18 +100,6 @@ def narrow(
     for name, values in columns.items():
         values[open_places] = getattr(cut, name)
     return Window(**{name: values.reshape(designs) for name, values in columns.items()})
-
-
-def _shape_of(design: Design) -> tuple[int, ...]:
-    """Return the shape of designs, without the axes of directions and angles."""
-    shapes: list[tuple[int, ...]] = []
-
-    def note(values: Array) -> Array:
-        shapes.append(values.shape[:-2])
-        return values
-
-    map_arrays(design, note)
-    return np.broadcast_shapes(*shapes)
 
 
 def motion_excess(

@@ -97,6 +97,14 @@ class Reading:
         surplus = np.maximum(pretension - self.required, self.lowest)
         return np.asarray(self.floor + self.gain * surplus)
 
+    def while_taut(self, pretension: Real) -> Array:
+        """Return the reading at F0 of tendons that could push, N or N m: `shown` if they are taut.
+
+        Args:
+            pretension: F0, N.
+        """
+        return np.asarray(self.floor + self.gain * (pretension - self.required))
+
     def pretension(self, shown: Real) -> Array:
         """Return the F0 of a reading, N.
 

@@ -204,15 +204,20 @@ def _ceiling(design: Design, bounds: Bounds) -> Array:
 def as_read(ends: AnyEnds, design: Design) -> AnyEnds:
     """Return ends in the reading in which the design's pretension is given.
 
-    They are NaN where the reading does not grow with the pretension, and so does not tell it.
+    They are NaN where the reading does not grow with the pretension, and so does not tell it. Over
+    a slack tendon a gauge shows the same whatever the pretension: an upper end that lies there is
+    below all readings, since none tells that the pretension is low enough.
     """
     if design.shows_f0:
         return ends
-    tells = _drop_state_axes(Reading.of(design).gain > 0.0)
+    reading = Reading.of(design)
+    tells = _drop_state_axes(reading.gain > 0.0)
+    with np.errstate(invalid="ignore"):
+        high = _drop_state_axes(reading.while_taut(ends.high[..., np.newaxis, np.newaxis]))
     return replace(
         ends,
         low=np.where(tells, reading_of(ends.low, design), np.nan),
-        high=np.where(tells, reading_of(ends.high, design), np.nan),
+        high=np.where(tells, high, np.nan),
     )
 
 

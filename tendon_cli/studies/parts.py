@@ -6,7 +6,7 @@ Defaults are the paper's baseline, unilateral and without load.
 # No `from __future__ import annotations` here: pydantic would compile each annotation anew, at
 # every start.
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
 
@@ -95,6 +95,11 @@ class Part(BaseModel):
     model_config = ConfigDict(
         extra="forbid", frozen=True, validate_default=True, arbitrary_types_allowed=True
     )
+
+    def changed(self, **values: Any) -> Self:
+        """Return the same table with other values; what was computed of the old is not kept."""
+        kept = {name: getattr(self, name) for name in type(self).model_fields}
+        return self.model_construct(self.model_fields_set | values.keys(), **(kept | values))
 
 
 class Arm(Part):

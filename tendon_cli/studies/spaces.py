@@ -206,7 +206,7 @@ def wearer_axis(study: Study) -> NamedAxis | None:
     """
     if study.people is None or not study.measured_anchors:
         return None
-    people = study.people.model_copy(update={"completions": None})
+    people = study.people.changed(completions=None)
     return person_axis(study.replaced({"people": people}), {})
 
 
@@ -316,17 +316,21 @@ def _reading_faults(study: Study) -> Iterator[Fault]:
     space = space_of(study)
     if len(space) > _MOST_READINGS:
         return
-    falling = _does_not_tell(space.design())
+    design = space.design()
+    falling = _does_not_tell(design)
     if falling.any():
         yield _undetermined_fault(space, falling)
-        return
-    design = _unreadable(study)
-    if design is not None:
+    elif _is_below_readings(design):
         least = float(np.nanmax(Reading.of(design).shown(0.0)))
         unit = unit_of_reading(design.read)
         shown = f"which shows {least:.4g} {unit} or more in the setting of every design"
         problem = f"cannot be read as {design.read}, {shown}"
         yield Fault(PRETENSION, problem, f"such as {1.5 * least:.2g} {unit}, or another [setting]")
+
+
+def _is_below_readings(design: Design) -> bool:
+    """Return True if a gauge shows more than the pretension of some design, even at F0 = 0."""
+    return bool(np.any(np.asarray(design.flexor.pretension) < -_NO_TENSION))
 
 
 def _undetermined_fault(space: Space, falling: Flags) -> Fault:
@@ -361,36 +365,24 @@ def with_readable_default(study: Study) -> Study:
     the default with slack tendons, the default is F0 of the model instead: the reading, in whole
     newtons or hundredths of a newton metre, at which no design has less.
     """
-    if "pretension" in study.tendon.model_fields_set:
+    read = study.setting.read
+    if read == F0 or "pretension" in study.tendon.model_fields_set:
         return study
     if any(PRETENSION in case_numbers(case) for case in study.cases):
         return study
-    design = _unreadable(study)
-    if design is None:
+    space = space_of(study)
+    if len(space) > _MOST_READINGS:
+        return study
+    design = space.design()
+    is_torque = read == MOTOR_TORQUE
+    if not is_torque and not _is_below_readings(design):
         return study
     default = study.numbers[PRETENSION].single
-    steps = 100.0 if study.setting.read == MOTOR_TORQUE else 1.0
+    steps = 100.0 if is_torque else 1.0
     reading = float(np.ceil(steps * np.nanmax(Reading.of(design).shown(default))) / steps)
     tendon = study.tendon.model_copy(update={"pretension": StudyNumber.of(reading)})
     tendon.model_fields_set.discard("pretension")
     return study.replaced({"tendon": tendon})
-
-
-def _unreadable(study: Study) -> Design | None:
-    """Return the designs of a study if its gauge cannot show the pretension of one; else None.
-
-    The default, a tension, is none that a torque of the motor shows.
-    """
-    if study.setting.read == F0:
-        return None
-    space = space_of(study)
-    if len(space) > _MOST_READINGS:
-        return None
-    design = space.design()
-    if study.setting.read == MOTOR_TORQUE and "pretension" not in study.tendon.model_fields_set:
-        return design
-    is_below = np.asarray(design.flexor.pretension) < -_NO_TENSION
-    return design if is_below.any() else None
 
 
 def _friction_faults(study: Study) -> Iterator[Fault]:

@@ -260,9 +260,16 @@ def front(scores: Array) -> Rows:
 
 
 def losses(scores: Array) -> Array:
-    """Return the share of each goal's span that rows of a front lose, (rows, goals): 0 is best."""
-    span = np.ptp(scores, axis=0)
-    return np.asarray((scores.max(axis=0) - scores) / np.where(span > 0.0, span, 1.0))
+    """Return the share of each goal's span that rows of a front lose, (rows, goals): 0 is best.
+
+    A score may be infinite, as that of an endless window: a row loses all of the span if it is
+    infinitely worse than the best.
+    """
+    best = scores.max(axis=0)
+    lag = np.subtract(best, scores, out=np.zeros_like(scores), where=scores != best)
+    is_finite = np.isfinite(lag)
+    span = np.max(lag, axis=0, initial=0.0, where=is_finite)
+    return np.where(is_finite, lag / np.where(span > 0.0, span, 1.0), 1.0)
 
 
 def compromise(question: Question, choices: Solutions) -> Solutions:

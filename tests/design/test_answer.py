@@ -292,6 +292,24 @@ def test_sensitivities_are_the_slopes_of_the_ends(tmp_path):
         assert row["per_percent"] * 100 == pytest.approx(slope, rel=1e-6, abs=1e-6), row["key"]
 
 
+def test_a_rigid_spring_of_a_list_has_the_sensitivities_that_it_has_alone():
+    def slopes(stiffness):
+        study = {
+            "spring": {"flexor": {"stiffness": stiffness}, "extensor": {"stiffness": "20 kN/m"}},
+            "spool": {"ratio": 0.6},
+            "load": {"mass": ["0 kg", "5 kg"]},
+            "limits": {"max_spring_extension": "15 mm"},
+            "motion": {"elbow_angle": {"from": "0 deg", "to": "60 deg", "num": 7}},
+            "design": {"maximise": "pretension_to"},
+        }
+        answer = tendon.design(study)
+        return {(row["end"], row["key"]): row["slope"] for row in answer.record["sensitivities"]}
+
+    alone = slopes("rigid")
+    assert ("to", "limits.max_spring_extension") in alone
+    assert slopes(["rigid", "5 kN/m"]) == pytest.approx(alone, rel=1e-9)
+
+
 # --- Text and notes -------------------------------------------------------------------------------
 
 

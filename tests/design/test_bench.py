@@ -69,8 +69,9 @@ def test_the_tensions_to_set_are_those_of_the_study_arm(whom):
 
     def settings_of(content):
         question = question_of(tendon.study(content))
-        points = question.all_points().at_pretension(np.array([140.0]))
-        return settings(study_arm(question, points), 1)
+        pretension = np.array([140.0])
+        points = question.all_points().at_pretension(pretension)
+        return settings(study_arm(question, points), pretension, 1)
 
     of_many = settings_of({**content, **whom})
     for name, values in settings_of(content).items():
@@ -94,3 +95,14 @@ def test_the_text_says_which_tensions_to_set_and_how_far_the_arm_drifts(answer):
     )
     assert "at 10 % more it drifts from 0 deg to 4.97 deg, driven by at most 0.035 N m" in text
     assert "snap" not in text
+
+
+def test_a_choice_without_a_pretension_has_no_tensions_to_set():
+    # No window: each of the conditions by itself has none, if no tension may exceed 40 N.
+    content = {**SUIT, "spool": {"ratio": [0.6, 1.0]}, "limits": {"max_tension": "40 N"}}
+    choices = tendon.design(tendon.study({**content, "load": {"mass": "10 kg"}})).choices
+    has_none = choices.pretension.isna()
+    assert has_none.any()
+    set_columns = choices.filter(regex="^set_")
+    assert (set_columns.isna().all(axis=1) == has_none).all()
+    assert (set_columns.isna().any(axis=1) == has_none).all()

@@ -130,6 +130,13 @@ def test_the_largest_loss_of_the_compromise_is_the_smallest():
     np.testing.assert_allclose(losses(scores)[1], [0.2, 0.3])
 
 
+def test_an_infinite_score_loses_nothing_and_all_else_loses_everything_to_it():
+    scores = np.array([[np.inf, 1.0, -4.0], [np.inf, 2.0, -np.inf], [5.0, 3.0, -2.0]])
+    expected = [[0.0, 1.0, 1.0], [0.0, 0.5, 1.0], [1.0, 0.0, 0.0]]
+    np.testing.assert_array_equal(losses(scores), expected)
+    assert compromise(scores[:, :2]) == 1
+
+
 def test_a_torque_counts_by_its_magnitude_and_null_is_worst():
     goal = Goal("peak_motor_torque", maximise=False)
     assert np.argsort(goal.score(np.array([-9.0, 3.0, np.nan, 5.0]))).tolist() == [2, 0, 3, 1]

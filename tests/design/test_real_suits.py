@@ -307,3 +307,33 @@ def test_a_default_pretension_holds_for_all_designs_and_draws_and_is_read_back()
         tendon.state(study, draw=draw).study.numbers["tendon.pretension"].single for draw in (1, 2)
     }
     assert shown == set(run.designs["pretension"])
+
+
+def test_a_gauge_over_a_slack_tendon_tells_no_window():
+    """A stiff joint pulls the arm up as the suit is set, so that the flexor hangs loose at first.
+
+    Whatever the pretension, up to one that pulls it tight, the gauge shows nothing.
+    """
+    travels = {
+        "angle": ["-45 deg", "30 deg", "105 deg", "180 deg"],
+        "flexor": ["0 mm", "37 mm", "65 mm", "88 mm"],
+        "extensor": ["0 mm", "45 mm", "85 mm", "122 mm"],
+    }
+    suit = {
+        "spool": {"ratio": 0.9},
+        "spring": {"stiffness": "28.8 kN/m", "at": "motor"},
+        "joint": {"stiffness": "5 N m/rad", "rest_angle": "68 deg", "excursion": travels},
+        "motion": {"elbow_angle": "115 deg"},
+    }
+    found = []
+    for limit in ("10 mm", "20 mm", "30 mm"):
+        limited = {**suit, "limits": {"max_spring_extension": limit}}
+        model = tendon.design(limited).choices.iloc[0]
+        read = {**limited, "setting": {"read": "flexor at joint"}}
+        row = tendon.design(read).choices.iloc[0]
+        found.append((bool(model.feasible), bool(row.feasible)))
+        if row.feasible:
+            inside = [row.pretension_from, row.pretension, row.pretension_to * (1.0 - 1e-9)]
+            run = tendon.sweep({**read, "tendon": {"pretension": inside}})
+            assert run.designs.feasible.all()
+    assert found == [(False, False), (True, False), (True, True)]

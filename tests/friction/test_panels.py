@@ -83,3 +83,15 @@ def test_a_clean_rig_is_accused_of_nothing() -> None:
     for fit in fits_of(VARYING, SEEDS):
         assert slope_seen(fit, "A late cell?")[0] < 0.002
         assert slope_seen(fit, "Zero error")[0] < 0.002
+
+
+def test_a_remark_on_the_gain_says_by_how_much_one_cell_reads_more() -> None:
+    seen = set()
+    for fit in fits_of(replace(VARYING, gain_mismatch=0.12), 8):
+        (gain,) = (check.value for check in fit.checks if check.name == "gain")
+        more = 100.0 * (max(gain, 1.0 / gain) - 1.0)
+        for text in (*fit.warnings, *fit.notes):
+            if text.startswith("one cell reads"):
+                assert text.startswith(f"one cell reads {more:.0f} % more than the other")
+                seen.add(gain > 1.0)
+    assert seen == {True, False}

@@ -9,7 +9,7 @@ from tendon_cli.model.body import ANCHOR_ALONG
 from tendon_cli.space.axis import scale_of
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.people.person import person_study
-from tendon_cli.studies.spaces import space_of
+from tendon_cli.studies.spaces import space_of, wearer_axis
 
 ONE = "name,sex,stature (cm)\nEve,female,152\n"
 TWO = ONE + "Bo,male,181\n"
@@ -66,6 +66,13 @@ def test_measured_anchors_are_those_stated_to_the_bit_and_the_rest_scales(tmp_pa
         for name, values in arms_in(study).items():
             expected = np.full_like(values, stated[name]) if name in stated else usual[name]
             np.testing.assert_array_equal(values, expected)
+
+
+def test_the_wearer_is_one_person_however_many_bodies_were_drawn_before(tmp_path):
+    measured = {"b1": 0.11, "anchors": "measured"}
+    study = of_file(tmp_path, measured, people={"completions": 3})
+    assert len(study.people.population) == 3
+    assert len(wearer_axis(study)) == 1
 
 
 def test_anchors_of_the_mean_man_are_scaled_by_the_body(tmp_path):

@@ -7,6 +7,7 @@ import tendon_cli as tendon
 from tendon_cli.engine import folds
 from tendon_cli.errors import StudyError
 from tendon_cli.quantities import OF_CYCLES
+from tendon_cli.studies.study import keys
 from tendon_cli.tables.read import open_table
 
 STUDY = {
@@ -17,6 +18,7 @@ STUDY = {
 }
 
 
+AXES = ["pretension", "spool_ratio", "load_mass"]
 ANGLES = ("spool_travel", "max_backlash")
 
 
@@ -120,3 +122,18 @@ def test_a_limit_on_a_difference_between_directions_is_refused_if_there_is_one_d
     assert sweep_of(study).designs["feasible"].any()
     with pytest.raises(StudyError, match="max_backlash: compares flexion and extension"):
         sweep_of({**study, "limits": {"max_backlash": "1e-9 rad"}})
+
+
+@pytest.mark.parametrize("key", ["arm.contact_width", "spring.free_length"])
+def test_a_number_that_no_state_depends_on_may_be_an_axis(key):
+    table, _, name = key.partition(".")
+    with_axis = {**STUDY, table: {name: ["30 mm", "60 mm"]}}
+    once = sweep_of(STUDY).designs
+    twice = sweep_of(with_axis).designs
+    first = twice[twice[keys()[key].column] == 0.03]
+    second = twice[twice[keys()[key].column] == 0.06]
+    for of_one in (first, second):
+        for name in OF_CYCLES:
+            by_itself = of_one.sort_values(AXES)[name].to_numpy()
+            expected = once.sort_values(AXES)[name].to_numpy()
+            assert by_itself == pytest.approx(expected, rel=1e-12, nan_ok=True), name

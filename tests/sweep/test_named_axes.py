@@ -123,3 +123,31 @@ def test_a_name_is_said_with_what_it_sets_if_that_is_short():
     assert name_words(sides, "as it is") == "as it is"
     (persons, *_) = space_of(study_from(PEOPLE)).axes
     assert name_words(persons, persons.names[0]) == persons.names[0]
+
+
+OPTIONAL = {
+    "arm.contact_width": "40 mm",
+    "arm.contact_radius": "45 mm",
+    "spring.free_length": "70 mm",
+    "spring.extensor.free_length": "70 mm",
+}
+
+
+@pytest.mark.parametrize("key", OPTIONAL)
+def test_a_number_that_a_study_need_not_have_is_null_where_a_case_does_not_state_it(key):
+    case = {"name": "with"}
+    table = case
+    *tables, name = key.split(".")
+    for part in tables:
+        table = table.setdefault(part, {})
+    table[name] = OPTIONAL[key]
+    designs = tendon.sweep({"cases": [case, {"name": "without"}], **LOADS}).designs
+    column = "spring_free_length_extensor" if "extensor" in key else keys()[key].column
+    assert designs[column].notna().tolist() == (designs["case"] == "with").tolist()
+
+
+def test_a_number_that_only_one_side_states_is_null_for_the_other():
+    study = {"spring": {"flexor": {"free_length": ["50 mm", "70 mm"]}}, **LOADS}
+    designs = tendon.sweep(study).designs
+    assert sorted(set(designs["spring_free_length_flexor"])) == [0.05, 0.07]
+    assert designs["spring_free_length_extensor"].isna().all()

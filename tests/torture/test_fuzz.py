@@ -18,7 +18,7 @@ CORPUS = HERE / "corpus"
 REACHED = re.compile(r"cov: (\d+)")
 
 
-def fuzzed(folder, *words, warn="error"):
+def fuzzed(folder, *words, warn="error", longest=LONGEST):
     """Run the fuzzer in a process of its own; return its tally and stderr."""
     ran = subprocess.run(
         [sys.executable, "-W", warn, "-m", "hostile.fuzz", *map(str, words)],
@@ -34,7 +34,6 @@ def fuzzed(folder, *words, warn="error"):
         f"{ran.returncode} {ran.stderr[-2000:]}"
     )
     tally = json.loads((folder / "tally.json").read_text("utf-8"))
-    longest = 60.0 if "--guided" in words else LONGEST
     assert tally["faults"] == {}
     assert tally["peak"] < MOST_MEGABYTES
     assert tally["slowest"] < longest
@@ -58,7 +57,9 @@ def test_files_bred_by_chance_end_in_one_message_or_are_taken(tmp_path, kind, ca
 @pytest.mark.parametrize("cases", quick_and_torture([200], [20_000]))
 @pytest.mark.parametrize("kind", ATTEMPTS)
 def test_files_bred_by_what_they_reach_end_in_one_message_or_are_taken(tmp_path, kind, cases):
-    tally, err = fuzzed(tmp_path, kind, cases, tmp_path, "--guided", CORPUS / kind, warn="default")
+    tally, err = fuzzed(
+        tmp_path, kind, cases, tmp_path, "--guided", CORPUS / kind, warn="default", longest=60.0
+    )
     assert tally["cases"] == cases
     assert tally["taken"] > 0
     assert int(REACHED.search(err)[1]) > 200, "the modules are not watched"

@@ -169,12 +169,12 @@ class People(Part):
         """The persons, each once, with the expected value of what was not measured."""
         if self.completions is None:
             return self.population
-        return self.model_copy(update={"completions": None}).read("people")
+        return self.changed(completions=None).read("people")
 
     def with_file(self, key: str, content: bytes) -> "People":
         """Return the same table with the content of `file` or `statistics` in place of its name."""
         content_key = {"file": "content", "statistics": "statistics_content"}[key]
-        return self.model_copy(update={content_key: packed(content), key: None})
+        return self.changed(**{content_key: packed(content), key: None})
 
     def contradictions(self) -> Iterator[Fault]:
         """Yield a fault for each key that contradicts another, or lacks one."""

@@ -5,6 +5,8 @@
     python -m hostile.fuzz KIND CASES FOLDER --guided [WORDS]
         Files bred by what they reach: those that come to new branches of tendon have offspring
         (atheris, libFuzzer).
+    python -W error -m hostile.fuzz valid FIRST:CASES FOLDER
+        Valid studies by chance, from a seed on, each answered, swept and held to what is true.
     python -W error -m hostile.fuzz replay CORPUS FOLDER
         Files of a corpus, which once reached something new.
 
@@ -15,6 +17,7 @@ for libFuzzer, for instance folders of a corpus.
 """
 
 import contextlib
+import json
 import os
 import random
 import resource
@@ -25,7 +28,9 @@ from pathlib import Path
 from .attempts import ATTEMPTS
 from .breed import breeder
 from .seeds import seeds
-from .tally import Tally, too_slow
+from .tally import LONGEST_ANSWER, Tally, too_slow
+from .truths import try_valid
+from .valid import FILES, Maker
 
 SECONDS = 60
 MOST_BYTES = {"toml": 8192, "yaml": 4096, "csv": 8192, "parquet": 65536}
@@ -40,6 +45,17 @@ def by_chance(kind, cases, folder):
     for _ in range(cases):
         content = breed(rng.choice(good), rng)
         tally.meet(f".{kind}", content[: MOST_BYTES[kind]])
+    tally.save()
+
+
+def valid(seeds_tried, folder):
+    """Try the valid studies of some seeds."""
+    for name, text in FILES.items():
+        (folder / name).write_text(text, "utf-8")
+    tally = Tally(folder, try_valid, LONGEST_ANSWER)
+    for seed in seeds_tried:
+        content = json.dumps(Maker(seed).study(), indent=1)
+        tally.meet(".yaml", content.encode())
     tally.save()
 
 
@@ -107,8 +123,11 @@ def guided(kind, cases, folder, words):
 
 def main(kind, cases, folder, *words):
     """Breed by chance, guided, or replay a corpus."""
-    signal.signal(signal.SIGALRM, too_slow)
-    if kind == "replay":
+    signal.signal(signal.SIGPROF, too_slow)
+    if kind == "valid":
+        first, _, count = cases.partition(":")
+        valid(range(int(first), int(first) + int(count)), Path(folder))
+    elif kind == "replay":
         replay(Path(cases), Path(folder))
     elif words:
         guided(kind, int(cases), Path(folder), words[1:])

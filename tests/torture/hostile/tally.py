@@ -9,6 +9,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 LONGEST = 10.0
+"""Time of the processor after which a case is a fault, s; a busy machine takes longer."""
+LONGEST_ANSWER = 120.0
+"""Time of the processor after which an answer to a small study is a fault, s."""
 MOST_MEGABYTES = 500
 
 
@@ -35,13 +38,13 @@ class Tally:
     folder: Path
     attempt: Callable[[Path], object]
     longest: float = LONGEST
-    """Time after which a case is a fault, s; 0 for no limit."""
+    """Time of the processor after which a case is a fault, s; 0 for no limit."""
     cases: int = 0
     taken: int = 0
     refused: dict[str, int] = field(default_factory=dict)
     """Number of refusals by kind of error."""
     slowest: float = 0.0
-    """Longest time of a case, s."""
+    """Longest time of the processor of a case, s."""
     peak: float = field(default_factory=peak_memory)
     """Peak of memory, MB."""
     faults: dict[str, dict[str, str]] = field(default_factory=dict)
@@ -54,8 +57,8 @@ class Tally:
         self.cases += 1
         file = self.folder / f"case{suffix}"
         file.write_bytes(content)
-        began = time.perf_counter()
-        signal.setitimer(signal.ITIMER_REAL, self.longest)
+        began = time.process_time()
+        signal.setitimer(signal.ITIMER_PROF, self.longest)
         try:
             self.attempt(file)
             self.taken += 1
@@ -66,8 +69,8 @@ class Tally:
         except (Exception, TooSlow) as error:  # noqa: BLE001 - just what is looked for
             self.fault(error, suffix, content)
         finally:
-            signal.setitimer(signal.ITIMER_REAL, 0)
-        self.slowest = max(self.slowest, time.perf_counter() - began)
+            signal.setitimer(signal.ITIMER_PROF, 0)
+        self.slowest = max(self.slowest, time.process_time() - began)
         before = self.peak
         self.peak = peak_memory()
         if before < MOST_MEGABYTES <= self.peak:
@@ -78,7 +81,8 @@ class Tally:
         """Keep the first file of each kind of fault."""
         frames = traceback.extract_tb(error.__traceback__)
         ours = [frame for frame in frames if "tendon_cli" in frame.filename]
-        where = f"{Path(ours[-1].filename).name}:{ours[-1].name}" if ours else "?"
+        last = [*frames, *ours][-1:]
+        where = "".join(f"{Path(frame.filename).name}:{frame.name}" for frame in last) or "?"
         name = f"{type(error).__name__} in {where}"
         if name not in self.faults:
             file = self.folder / f"fault-{len(self.faults)}{suffix}"

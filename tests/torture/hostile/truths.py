@@ -1,0 +1,137 @@
+"""Truths that hold for any valid study: its answer, its sweep and a state, held to each other."""
+
+import copy
+import json
+import re
+
+import numpy as np
+
+ODD = re.compile(r"\b(nan|inf|None)\b")
+"""Words that no text for a reader holds."""
+ROUNDING = 1e-6
+"""Share of a pretension by which two ways of computing it may differ."""
+MOST = 1e7
+"""Largest pretension that a study may state, N; windows without an upper end may lie above."""
+
+
+def try_valid(file):
+    """Answer a study, sweep it and work out a state; hold each to what must be true of it."""
+    import tendon_cli as tendon
+
+    study = tendon.load_study(file)
+    answer = tendon.design(study, jobs=1)
+    check_text(answer.text)
+    check_text_of_record(answer)
+    check_pretension(answer)
+    content = json.loads(file.read_text("utf-8"))
+    run = tendon.sweep(tried(content, file), jobs=1)
+    check_text(run.text)
+    check_sweep(answer, content, file)
+    for reversal in (False, True):
+        page = tendon.state(study, reversal=reversal)
+        check_text(page.text)
+        json.dumps(page.record, allow_nan=False)
+
+
+def tried(content, file):
+    """Return the study of some content, its intervals sampled, from the folder of a file."""
+    from tendon_cli.studies.load import load_study
+
+    other = file.with_name("other.yaml")
+    other.write_text(json.dumps(without_intervals(content)), "utf-8")
+    return load_study(other)
+
+
+def without_intervals(content):
+    """Return a study with three values of each interval."""
+    if isinstance(content, list):
+        return [without_intervals(item) for item in content]
+    if not isinstance(content, dict):
+        return content
+    if content.keys() == {"from", "to"}:
+        return content | {"num": 3}
+    return {key: without_intervals(value) for key, value in content.items()}
+
+
+def check_text(text):
+    """Assert that a text has no number that is none."""
+    odd = ODD.search(text)
+    assert odd is None, text[max(0, odd.start() - 200) : odd.end() + 100]
+
+
+def check_text_of_record(answer):
+    """Assert that the text follows from the record as `design.json` holds it."""
+    from tendon_cli.answers.text import answer_text
+
+    record = json.loads(json.dumps(answer.record, allow_nan=False))
+    assert answer_text(record) == answer.record["text"]
+
+
+def check_pretension(answer):
+    """Assert that the pretension of the best choice lies in its window."""
+    best = answer.best
+    if best is None or answer.record["question"]["pretension"] is not None:
+        return
+    low = best["pretension_from"]
+    high = np.inf if best["pretension_to"] is None else best["pretension_to"]
+    pretension = best["pretension"]
+    slack = ROUNDING * pretension
+    assert low - slack <= pretension <= high + slack, f"{low} <= {pretension} <= {high}"
+    assert best["served_at"] <= best["served"] + ROUNDING, f"{best['served_at']} served"
+
+
+def check_sweep(answer, content, file):
+    """Assert that a sweep at the pretension of the best choice serves the share that is claimed.
+
+    The claim may be smaller: it holds between the angles of the study, too.
+    """
+    import tendon_cli as tendon
+
+    best = answer.best
+    if best is None or "people" in content:
+        return
+    low = best["pretension_from"]
+    high = best["pretension_to"]
+    at_an_end = best["pretension"] <= low * (1 + ROUNDING)
+    if high is not None:
+        at_an_end |= best["pretension"] >= high * (1 - ROUNDING)
+    is_endless = best["pretension"] > MOST
+    if at_an_end or is_endless or answer.record["question"]["pretension"] is not None:
+        return
+    chosen = choice_of(content, best, answer.record["question"]["choices"])
+    designs = tendon.sweep(tried(chosen, file), jobs=1).designs
+    feasible = designs["feasible"].astype(bool)
+    if "draw" in designs:
+        feasible = feasible.groupby(designs["draw"]).all()
+    share = feasible.mean()
+    assert share >= best["served_at"] - ROUNDING, (
+        f"{share:.4g} of the sweep is feasible at {best['pretension']} N, "
+        f"{best['served_at']:.4g} is claimed"
+    )
+
+
+def choice_of(content, best, axes):
+    """Return the study with the values of a choice in place of its axes, at its pretension."""
+    from tendon_cli.studies.study import keys
+
+    chosen = copy.deepcopy(content)
+    chosen.pop("figure", None)
+    chosen["allow_implausible"] = True  # as the pretension may be
+    chosen["output"] = {"tables": ["designs"]}
+    tendon = chosen.setdefault("tendon", {})
+    for side in ("flexor", "extensor"):
+        tendon.get(side, {}).pop("pretension", None)
+    tendon["pretension"] = f"{best['pretension']!r} N"
+    for axis in axes:
+        key = axis["key"]
+        value = best[axis["column"]]
+        if key == "case":
+            chosen["cases"] = [case for case in chosen["cases"] if case["name"] == value]
+            continue
+        *tables, name = key.split(".")
+        table = chosen
+        for part in tables:
+            table = table.setdefault(part, {})
+        is_angle = key in keys() and keys()[key].number.quantity.dimension == "angle"
+        table[name] = f"{value!r} rad" if is_angle else value
+    return chosen

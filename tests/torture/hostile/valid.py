@@ -1,0 +1,533 @@
+"""Valid studies by chance: every section and key of a study, with numbers of a real suit.
+
+A study is small, some choices under some conditions at some angles, so that it is answered within a
+second. It is valid by itself nearly always; what only many keys together forbid may be refused.
+"""
+
+import math
+import random
+
+NUMBERS = {
+    "arm.a1": (20, 80, "mm"),
+    "arm.b1": (100, 250, "mm"),
+    "arm.a2": (10, 60, "mm"),
+    "arm.b2": (100, 250, "mm"),
+    "arm.elbow_radius": (20, 70, "mm"),
+    "arm.forearm_mass": (0.8, 3, "kg"),
+    "arm.forearm_com": (100, 250, "mm"),
+    "arm.load_distance": (200, 400, "mm"),
+    "arm.upper_arm_angle": (-30, 90, "deg"),
+    "arm.contact_width": (10, 80, "mm"),
+    "arm.contact_radius": (20, 80, "mm"),
+    "sheath.friction": (0, 0.3, ""),
+    "sheath.bend_angle": (0, 720, "deg"),
+    "tendon.length": (0.3, 3, "m"),
+    "tendon.diameter": (0.5, 3, "mm"),
+    "tendon.youngs_modulus": (1, 200, "GPa"),
+    "tendon.pretension": (5, 400, "N"),
+    "spring.stiffness": (0.5, 50, "kN/m"),
+    "spring.free_length": (20, 150, "mm"),
+    "anchor.stiffness": (2, 100, "kN/m"),
+    "joint.stiffness": (0, 5, "N m/rad"),
+    "joint.rest_angle": (0, 90, "deg"),
+    "spool.flexor_radius": (10, 60, "mm"),
+    "spool.ratio": (0.4, 1.5, ""),
+    "load.mass": (0, 10, "kg"),
+    "load.scale": (-1, 2, ""),
+    "setting.angle": (0, 60, "deg"),
+    "setting.upper_arm_angle": (-20, 60, "deg"),
+    "setting.load": (0, 2, "kg"),
+}
+"""Lowest and highest value of each number, and its unit."""
+GIVEN_TABLES = ("load", "joint", "anchor", "setting", "arm")
+"""Tables whose axes are conditions unless a study says otherwise."""
+ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")
+LIMITS = {
+    "min_flexor_tension": (0, 20, "N"),
+    "min_extensor_tension": (0, 20, "N"),
+    "max_tension": (100, 2000, "N"),
+    "max_spring_extension": (10, 150, "mm"),
+    "peak_motor_torque": (2, 60, "N m"),
+    "max_contact_pressure": (10, 1000, "kPa"),
+    "min_spring_room": (-50, 50, "mm"),
+    "min_elbow_stiffness": (-5, 30, "N m/rad"),
+    "max_pretension": (20, 800, "N"),
+    "min_spool_to_tendon": (5, 40, ""),
+    "max_spool_travel": (60, 720, "deg"),
+    "max_backlash": (1, 200, "deg"),
+    "max_torque_band": (0.1, 20, "N m"),
+    "peak_motor_speed": (1, 40, "rad/s"),
+    "peak_motor_power": (1, 100, "W"),
+    "max_motor_work_in": (0.1, 50, "J"),
+    "max_friction_loss": (0.1, 50, "J"),
+    "min_efficiency": (-1, 0.9, ""),
+}
+"""Lowest and highest value of each limit, and its unit."""
+OF_A_SPEED = [*LIMITS][10:]
+OF_WORK = ("max_motor_work_in", "max_friction_loss", "min_efficiency")
+OF_BOTH_DIRECTIONS = ("max_backlash", "max_torque_band")
+GOALS = (
+    "tolerance",
+    "served_at",
+    "pretension",
+    "pretension_from",
+    "pretension_to",
+    "max_tension",
+    "max_spring_extension",
+    "peak_motor_torque",
+    "min_elbow_stiffness",
+)
+STATE_COLUMNS = ("status", "motor_torque", "flexor_tension_distal", "elbow_stiffness")
+FILES = {
+    "route.csv": "x_mm,y_mm,z_mm\n0,0,0\n100,0,0\n200,10,0\n250,80,10\n260,160,20\n300,240,10\n",
+    "people.csv": "name,sex,weight (kg),stature (cm),weighting\n"
+    "Ada,female,62.5,168,1\nBo,male,90,181.5,2\n",
+    "person.csv": "name,sex,weight (kg),stature (cm)\nAda,female,62.5,168\n",
+    "friction.toml": "[friction]\ncoefficient = 0.074\nstandard_error = 0.002\n",
+}
+"""Files that studies name."""
+
+
+def said(number, unit):
+    """Return a number with its unit, if it has one."""
+    return f"{number:.6g} {unit}".strip()
+
+
+class Maker:
+    """Maker of studies, one for each seed."""
+
+    def __init__(self, seed):
+        self.rng = random.Random(seed)  # noqa: S311 - a repeatable sample
+        self.room = {"choice": 6, "condition": 4}
+        self.intervals = 1
+        self.ranges = self.happens(0.15)
+
+    def happens(self, chance):
+        """Return True with a probability."""
+        return self.rng.random() < chance
+
+    def study(self):
+        """Return a study as a dictionary of keys."""
+        joint = self.joint()
+        setting = self.setting()
+        study = {
+            "name": "random",
+            "title": "A study by chance",
+            "arm": self.table("arm", 0.2, ANCHORS if "excursion" in joint else ()),
+            "sheath": self.sheath(),
+            "tendon": self.tendon(setting),
+            "spring": self.spring(),
+            "anchor": self.of_sides("anchor", 0.2),
+            "joint": joint,
+            "spool": self.table("spool", 0.4),
+            "load": self.load(),
+            "setting": setting,
+            "motion": self.motion(),
+            "model": self.model(),
+            "output": self.output(),
+        }
+        if self.happens(0.4):
+            study["uncertainty"] = self.uncertainty()
+        if self.happens(0.12):
+            study["people"] = self.people(study)
+        if self.happens(0.2):
+            study["cases"] = self.cases(study)
+        study["limits"] = self.limits(study)
+        study["design"] = self.goals(study)
+        if self.happens(0.1):
+            study["figure"] = [{"name": "a-figure", "quantity": ["required_pretension"]}]
+        if self.happens(0.05):
+            study["allow_implausible"] = True
+        kept = {key: value for key, value in study.items() if value != {}}
+        names = [name for name in kept if isinstance(kept[name], dict)]
+        self.rng.shuffle(names)
+        plain = {name: value for name, value in kept.items() if name not in names}
+        return plain | {name: kept[name] for name in names}
+
+    # --- Numbers ----------------------------------------------------------------------------------
+
+    def number(self, key):
+        """Return a number in one of the forms that a study has for it."""
+        kind = "condition" if key.partition(".")[0] in GIVEN_TABLES else "choice"
+        forms = [self.uncertain] * 2
+        if self.intervals and key != "tendon.pretension":
+            forms.append(self.interval)
+        if self.room[kind] > 1:
+            forms += [self.listed] * 3
+            if kind == "condition" or self.ranges:
+                forms.append(self.grid)
+        forms += [self.single] * len(forms)
+        value, length = self.rng.choice(forms)(*NUMBERS[key])
+        if length > 1:
+            self.room[kind] //= length
+            is_range = isinstance(value, dict) and kind == "choice"
+            self.ranges -= is_range
+        return value
+
+    def value(self, low, high):
+        """Return a number between two, its ends among them."""
+        return self.rng.choice([low, high, *[self.rng.uniform(low, high)] * 8])
+
+    def measure(self, low, high, unit):
+        """Return a text of a number and a unit."""
+        return said(self.value(low, high), unit)
+
+    def single(self, low, high, unit):
+        """Return one value."""
+        return self.measure(low, high, unit), 1
+
+    def listed(self, low, high, unit):
+        """Return a list of one to three values."""
+        length = self.rng.choice([1, 2, 2, 3])
+        values = {self.measure(low, high, unit) for _ in range(length)}
+        return sorted(values), len(values)
+
+    def ends(self, low, high):
+        """Return two numbers, the first the smaller one."""
+        first = low + (high - low) * self.rng.uniform(0, 0.5)
+        second = low + (high - low) * self.rng.uniform(0.6, 1)
+        return float(f"{first:.4g}"), float(f"{second:.4g}")
+
+    def grid(self, low, high, unit):
+        """Return a range of two or three values, by their number or step, even or by a factor."""
+        first, second = self.ends(low, high)
+        grid = {"from": said(first, unit), "to": said(second, unit)}
+        spacings = ["num", "step"]
+        if first > 0:
+            spacings.append("log")
+        spacing = self.rng.choice(spacings)
+        if spacing == "step":
+            return grid | {"step": said(second - first, unit)}, 2
+        length = self.rng.choice([2, 3])
+        if spacing == "log":
+            grid["spacing"] = "log"
+        return grid | {"num": length}, length
+
+    def interval(self, low, high, unit):
+        """Return an interval, of which all values are meant."""
+        self.intervals -= 1
+        first, second = self.ends(low, high)
+        return {"from": said(first, unit), "to": said(second, unit)}, 2
+
+    def uncertain(self, low, high, unit):
+        """Return a distribution about the middle."""
+        middle = low + (high - low) * self.rng.uniform(0.4, 0.6)
+        spread = (high - low) * self.rng.uniform(0.02, 0.1)
+        about = said(middle, unit)
+        wide = said(spread, unit)
+        forms = [
+            {"value": about, "tolerance": "5 %"},
+            {"value": about, "tolerance": wide if unit else "3 %"},
+            {"mean": about, "std": wide},
+            f"{about} +/- {wide}",
+            f"{said(middle - spread, unit)} to {said(middle + spread, unit)}",
+        ]
+        if abs(middle) < 1e-9:
+            forms = forms[1:]
+        return self.rng.choice(forms), 1
+
+    def table(self, name, chance, without=()):
+        """Return the numbers of a table, each with a probability."""
+        keys = [key for key in NUMBERS if key.partition(".")[0] == name]
+        self.rng.shuffle(keys)
+        table = {}
+        for key in keys:
+            column = key.partition(".")[2]
+            if column not in without and self.happens(chance):
+                table[column] = self.number(key)
+        return table
+
+    def of_sides(self, name, chance, without=()):
+        """Return the numbers of a table with those of one side or of both."""
+        table = self.table(name, chance, without)
+        for side in ("flexor", "extensor"):
+            if self.happens(chance / 2):
+                inner = self.table(name, 0.5, without)
+                if inner:
+                    table[side] = inner
+        return table
+
+    # --- Curves -----------------------------------------------------------------------------------
+
+    def curve_angles(self, fewest=3):
+        """Return angles that reach beyond every motion."""
+        count = self.rng.randint(fewest, 8)
+        angles = [-45 + 225 * place / (count - 1) for place in range(count)]
+        return [f"{angle:.6g} deg" for angle in angles]
+
+    def bend(self):
+        """Return a bend that follows the joint."""
+        angles = self.curve_angles(2)
+        start = self.rng.uniform(30, 360)
+        rise = self.rng.uniform(-20, 60)
+        bends = [f"{start + rise * place:.4g} deg" for place in range(len(angles))]
+        if rise < 0:
+            bends = [
+                f"{start + rise * place / len(angles):.4g} deg" for place in range(len(angles))
+            ]
+        return {"angle": angles, "bend": bends}
+
+    def torque(self):
+        """Return a torque over the angle."""
+        angles = self.curve_angles()
+        values = [f"{self.rng.uniform(-2, 4):.3g} N m" for _ in angles]
+        return {"angle": angles, "torque": values}
+
+    def excursion(self):
+        """Return travels of both tendons, which rise with the angle."""
+        angles = self.curve_angles()
+        curve = {"angle": angles}
+        for side in ("flexor", "extensor"):
+            radius = self.rng.uniform(20, 60)
+            swing = radius * self.rng.uniform(0.1, 0.3) * self.rng.choice([-1, 1])
+            turns = [math.radians(225) * place / (len(angles) - 1) for place in range(len(angles))]
+            travels = [radius * turn + swing * math.sin(turn) for turn in turns]
+            curve[side] = [f"{travel:.5g} mm" for travel in travels]
+        return curve
+
+    def trajectory(self):
+        """Return strokes in time."""
+        count = self.rng.randint(14, 30)
+        period = self.rng.uniform(8, 20)
+        low = self.rng.uniform(0, 20)
+        high = self.rng.uniform(60, 100)
+        turns = [(1 - math.cos(2 * math.pi * row / period)) / 2 for row in range(count)]
+        angles = [f"{low + (high - low) * turn:.5g} deg" for turn in turns]
+        return {"time": [f"{0.05 * row:.4g} s" for row in range(count)], "angle": angles}
+
+    # --- Sections ---------------------------------------------------------------------------------
+
+    def sheath(self):
+        """Return `[sheath]`: numbers, a route, a fitted coefficient, or a bend that varies."""
+        sheath = self.of_sides("sheath", 0.3)
+        for table in (sheath, sheath.get("flexor"), sheath.get("extensor")):
+            if table is None:
+                continue
+            if self.happens(0.1):
+                table.pop("friction", None)
+                table["friction_from"] = "friction.toml"
+            if self.happens(0.1):
+                table.pop("bend_angle", None)
+                table["path"] = "route.csv"
+                if self.happens(0.5):
+                    table["path_smoothing"] = "1 mm"
+            elif self.happens(0.15):
+                table["bend_angle"] = self.bend()
+        return sheath
+
+    def tendon(self, setting):
+        """Return `[tendon]`; a gauge reads one pretension of both sides."""
+        tendon = self.of_sides("tendon", 0.2)
+        if setting.get("read", "pretension") != "pretension":
+            for side in ("flexor", "extensor"):
+                tendon.get(side, {}).pop("pretension", None)
+        return tendon
+
+    def spring(self):
+        """Return `[spring]`, on some sides rigid or at the motor."""
+        spring = self.of_sides("spring", 0.4)
+        for table in (spring, spring.get("flexor"), spring.get("extensor")):
+            if table is None:
+                continue
+            if self.happens(0.1):
+                table["stiffness"] = "rigid"
+            elif self.happens(0.1) and self.room["choice"] > 1:
+                table["stiffness"] = ["rigid", "5 kN/m"]
+                self.room["choice"] //= 2
+            if self.happens(0.15):
+                table["at"] = self.rng.choice(["joint", "motor"])
+            elif self.happens(0.1) and self.room["choice"] > 1:
+                table["at"] = ["joint", "motor"]
+                self.room["choice"] //= 2
+        return spring
+
+    def joint(self):
+        """Return `[joint]`: its own torque as a stiffness or a curve, and measured travels."""
+        joint = {}
+        if self.happens(0.2):
+            joint = {key: self.number(f"joint.{key}") for key in ("stiffness", "rest_angle")}
+        elif self.happens(0.15):
+            joint["torque"] = self.torque()
+        if self.happens(0.15):
+            joint["excursion"] = self.excursion()
+            if self.happens(0.3):
+                joint["smoothing"] = "0.5 mm"
+        if self.happens(0.2):
+            joint["name"] = self.rng.choice(["ankle", "left wrist", "index-finger"])
+        return joint
+
+    def load(self):
+        """Return `[load]`, with the torque of a task on some."""
+        load = self.table("load", 0.5, without=("scale",))
+        if self.happens(0.15):
+            load["torque"] = self.torque()
+            if self.happens(0.5):
+                load["scale"] = self.number("load.scale")
+        return load
+
+    def setting(self):
+        """Return `[setting]`, with the gauge that reads the pretension."""
+        setting = self.table("setting", 0.12)
+        if self.happens(0.2):
+            setting["after"] = self.rng.choice(["flexion", "extension"])
+        if self.happens(0.25):
+            sides = ("flexor at joint", "extensor at joint", "flexor at motor", "extensor at motor")
+            setting["read"] = self.rng.choice(["pretension", *sides])
+        return setting
+
+    def motion(self):
+        """Return `[motion]`: angles, directions and a speed, or a trajectory."""
+        if self.happens(0.1):
+            settings = {"cutoff": "4 Hz", "reversal": "2 deg", "inertia": 0.08}
+            chosen = {key: value for key, value in settings.items() if self.happens(0.4)}
+            return {"trajectory": self.trajectory(), **chosen}
+        motion = {}
+        if self.happens(0.97):
+            motion["elbow_angle"] = self.angles()
+        if self.happens(0.25):
+            motion["direction"] = self.rng.choice(
+                ["flexion", "extension", ["extension"], ["extension", "flexion"]]
+            )
+        if self.happens(0.5):
+            motion["speed"] = self.measure(5, 200, "deg/s")
+        return motion
+
+    def angles(self):
+        """Return one angle, a list of them or a range."""
+        form = self.rng.choice(["one", "list of one", "list", "range", "range", "range"])
+        low, high = sorted(self.rng.sample(range(0, 121, 5), 2))
+        if form == "one":
+            return f"{low} deg"
+        if form == "list of one":
+            return [f"{high} deg"]
+        if form == "list":
+            return [f"{low} deg", f"{(low + high) / 2} deg", f"{high} deg"]
+        return {"from": f"{low} deg", "to": f"{high} deg", "num": self.rng.randint(2, 8)}
+
+    def model(self):
+        """Return `[model]`."""
+        options = {"slack": ("unilateral", "bilateral"), "reference": ("published", "initial")}
+        return {key: self.rng.choice(words) for key, words in options.items() if self.happens(0.2)}
+
+    def output(self):
+        """Return `[output]`."""
+        output = {}
+        if self.happens(0.2):
+            output["tables"] = self.rng.choice([["designs"], ["designs", "states"]])
+        if self.happens(0.2) and output.get("tables") != ["designs"]:
+            output["states"] = self.rng.sample(STATE_COLUMNS, self.rng.randint(1, 4))
+        return output
+
+    def uncertainty(self):
+        """Return `[uncertainty]`."""
+        uncertainty = {"draws": self.rng.choice([1, 2, 4, 8])}
+        if self.happens(0.5):
+            uncertainty["seed"] = self.rng.randint(0, 99)
+        if self.happens(0.2):
+            uncertainty["cross"] = self.happens(0.5)
+        return uncertainty
+
+    def people(self, study):
+        """Return `[people]`; put into the study what it then has to say of anchors."""
+        stated = [name for name in ANCHORS if name in study["arm"]]
+        people = {"seed": self.rng.randint(0, 99)}
+        form = self.rng.choice(["survey", "file", "person"])
+        if form == "survey":
+            people["count"] = self.rng.randint(1, 6)
+            people["source"] = "ansur2"
+        else:
+            people = {"file": "people.csv" if form == "file" else "person.csv"}
+            if self.happens(0.3):
+                people["completions"] = self.rng.randint(1, 3)
+        if self.happens(0.3):
+            people["sex"] = self.rng.choice(["male", "female", "both"])
+        if people.get("sex", "both") == "both" and self.happens(0.3):
+            people["women"] = 0.5
+        if stated and form != "survey":
+            whose = "measured" if form == "person" else "mean man"
+            study["arm"]["anchors"] = whose
+        elif self.happens(0.3):
+            study["arm"]["anchors"] = "mean man"
+        if "excursion" in study["joint"] and self.happens(0.5):
+            study["joint"]["scale_with"] = "forearm_circumference"
+        return people
+
+    def cases(self, study):
+        """Return `[[cases]]`, which set numbers that are single in the study or not in it."""
+        of_bodies = ["arm.forearm_mass", "arm.forearm_com", "arm.load_distance"]
+        free = []
+        for key in NUMBERS:
+            table, _, column = key.partition(".")
+            stated = study.get(table, {}).get(column)
+            is_single = stated is None or (isinstance(stated, str) and " to " not in stated)
+            is_single = is_single and "+/-" not in str(stated)
+            is_of_a_file = column in ("friction", "bend_angle") or table == "joint"
+            is_of_a_body = "people" in study and key in (*of_bodies, *(f"arm.{a}" for a in ANCHORS))
+            if is_single and not is_of_a_file and not is_of_a_body and key != "tendon.pretension":
+                free.append(key)
+        cases = []
+        changed = self.rng.sample(free, 2)
+        for number in range(self.rng.randint(1, 3)):
+            case = {"name": f"case {number}"}
+            for key in changed:
+                table, _, column = key.partition(".")
+                if self.happens(0.7):
+                    case.setdefault(table, {})[column] = self.measure(*NUMBERS[key])
+            cases.append(case)
+        return cases
+
+    def limits(self, study):
+        """Return `[limits]`: those that the study gives what they need."""
+        motion = study["motion"]
+        directions = motion.get("direction", ["flexion", "extension"])
+        has_both = "trajectory" not in motion and len(directions) == 2
+        angles = motion.get("elbow_angle")
+        is_one_angle = isinstance(angles, str) or (isinstance(angles, list) and len(angles) == 1)
+        spring = study["spring"]
+        springs = [spring, spring.get("flexor", {}), spring.get("extensor", {})]
+        is_plain = not any("at" in each or "rigid" in each.get("stiffness", ()) for each in springs)
+        has_free_length = "free_length" in spring or "free_length" in springs[1]
+        has_room = has_free_length and is_plain and "excursion" not in study["joint"]
+        has_strap = "contact_width" in study["arm"] and (
+            "excursion" not in study["joint"] or "contact_radius" in study["arm"]
+        )
+        forbidden = set()
+        if "speed" not in motion and "trajectory" not in motion:
+            forbidden.update(OF_A_SPEED)
+        if not has_both:
+            forbidden.update(OF_BOTH_DIRECTIONS)
+        if is_one_angle:
+            forbidden.add("min_efficiency")
+        if not self.intervals:
+            forbidden.update(OF_WORK)  # their proofs over a box take half a minute
+        if not has_room:
+            forbidden.add("min_spring_room")
+        if not has_strap:
+            forbidden.add("max_contact_pressure")
+        limits = {}
+        for name, bounds in LIMITS.items():
+            chance = 0.06 if name in OF_A_SPEED else 0.12
+            if name not in forbidden and self.happens(chance):
+                limits[name] = self.measure(*bounds)
+        return limits
+
+    def goals(self, study):
+        """Return `[design]`."""
+        design = {}
+        if self.happens(0.3):
+            goals = self.rng.sample(GOALS, self.rng.randint(1, 3))
+            design["minimise"] = goals[:1] if self.happens(0.5) else goals[0]
+            if goals[1:]:
+                design["maximise"] = goals[1:]
+        if self.happens(0.25) and (self.intervals or study.keys() & {"people", "uncertainty"}):
+            design["serve"] = self.rng.choice(["50 %", 0.8, 1])
+        if self.happens(0.2):
+            design["prove"] = self.rng.choice([[0], ["0"], 0])
+        if "people" in study and self.happens(0.3):
+            design["by"] = "sex"
+        if self.happens(0.25):
+            design["pretension"] = self.rng.choice(["middle", "least", self.measure(20, 400, "N")])
+        if self.happens(0.15):
+            given = ["load.mass", "arm.b1", "spring.stiffness", "spool.ratio", "case"]
+            design["conditions"] = self.rng.sample(given, self.rng.randint(0, 3))
+        return design

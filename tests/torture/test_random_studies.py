@@ -1,0 +1,44 @@
+"""Valid studies by chance are answered, swept and worked out, and what is said of them is true."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from .hostile.tally import LONGEST_ANSWER
+from .hostile.valid import Maker
+from .test_fuzz import fuzzed
+from .tools import quick_and_torture
+
+SCHEMA = Path(__file__).parents[2] / "configs" / "tendon.schema.json"
+NOT_TRIED = {"people.content", "people.statistics", "people.statistics_content"}
+"""Keys of records, and of a file of statistics, which is large."""
+
+
+@pytest.mark.parametrize(("first", "cases"), quick_and_torture([(3000, 12)], [(10_000, 1_000)]))
+def test_valid_studies_by_chance_are_answered_and_what_is_said_of_them_is_true(
+    tmp_path, first, cases
+):
+    tally, _ = fuzzed(tmp_path, "valid", f"{first}:{cases}", tmp_path, longest=LONGEST_ANSWER)
+    assert tally["cases"] == cases
+    assert tally["taken"] > 0.8 * cases, tally["refused"]
+
+
+def test_studies_by_chance_state_every_key_of_the_schema():
+    stated = set()
+    for seed in range(400):
+        for name, table in Maker(seed).study().items():
+            if isinstance(table, dict):
+                stated.update(f"{name}.{key}" for key in table)
+    assert keys_of_schema() - stated == NOT_TRIED
+
+
+def keys_of_schema():
+    """Return the keys of the tables of a study, such as `arm.b1`, without those of cases."""
+    schema = json.loads(SCHEMA.read_text("utf-8"))
+    known = set()
+    for name, entry in schema["properties"].items():
+        reference = entry.get("anyOf", [entry])[0].get("$ref", "")
+        table = schema["$defs"].get(reference.rpartition("/")[2], {})
+        known.update(f"{name}.{key}" for key in table.get("properties", {}))
+    return known
