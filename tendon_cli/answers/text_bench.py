@@ -138,18 +138,19 @@ def shortening_words(record: AnswerResults, best: ChoiceRecord, setting: Setting
 
 
 def _serving_window(best: ChoiceRecord) -> tuple[float, float] | None:
-    """Return the pretensions that serve enough, N; None if none does.
+    """Return the pretensions that serve enough, N, none below 0; None if none does.
 
     A fresh sample decides if there is one.
     """
     judged = best["served_verified"]
-    if judged is None:
-        return window_of(best)
-    low = judged["from"]
-    high = judged["to"]
-    if low is None:
+    window = window_of(best)
+    if judged is not None:
+        low = judged["from"]
+        high = judged["to"]
+        window = None if low is None else (low, math.inf if high is None else high)
+    if window is None:
         return None
-    return low, math.inf if high is None else high
+    return max(window[0], 0.0), window[1]
 
 
 def _short_length(value: float) -> str:

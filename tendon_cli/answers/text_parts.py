@@ -226,7 +226,7 @@ def _motor(motor: MotorRecord) -> str:
     """Say what the motor must give."""
     needs = [say.quantity("peak_motor_torque", motor["torque"], 3, toward=math.inf)]
     for name, value in (("peak_motor_speed", motor["speed"]), ("peak_motor_power", motor["power"])):
-        if value is not None:
+        if value is not None and value > 0.0:
             needs.append(say.quantity(name, value, 3, toward=math.inf))
     return f"motor: {say.join_words(needs)}"
 
