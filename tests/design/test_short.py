@@ -76,7 +76,7 @@ def test_a_short_answer_fits(record):
     assert_fits(short_text(record))
 
 
-@pytest.mark.parametrize("seed", (1, 3, 8))
+@pytest.mark.parametrize("seed", [1, 3, 8])
 def test_a_short_answer_of_any_study_fits(seed, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for name, text in FILES.items():
