@@ -146,8 +146,8 @@ def _serving_window(best: ChoiceRecord) -> tuple[float, float] | None:
     window = window_of(best)
     if judged is not None:
         low = judged["from"]
-        high = judged["to"]
-        window = None if low is None else (low, math.inf if high is None else high)
+        high = math.inf if judged["to"] is None else judged["to"]
+        window = None if low is None else (low, high)
     if window is None:
         return None
     return max(window[0], 0.0), window[1]

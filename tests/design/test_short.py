@@ -76,7 +76,7 @@ def test_a_short_answer_fits(record):
     assert_fits(short_text(record))
 
 
-@pytest.mark.parametrize("seed", (1, 3, 8))
+@pytest.mark.parametrize("seed", [1, 3, 8])
 def test_a_short_answer_of_any_study_fits(seed, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for name, text in FILES.items():
@@ -89,7 +89,7 @@ def test_a_short_answer_of_any_study_fits(seed, tmp_path, monkeypatch):
 
 
 def test_long_names_of_cases_are_cut_not_printed_beyond_the_line():
-    name = "a-case-whose-name-nobody-would-print-" * 8
+    name = "a-case-whose-name-nobody-would-print-" * 5
     cases = [{"name": f"{name}{place}", "arm": {"b1": 0.1 + 0.01 * place}} for place in range(3)]
     answer = tendon.design(tendon.study({**COARSE, "spring": {"stiffness": 5e3}, "cases": cases}))
     lines = answer.short.splitlines()
@@ -98,11 +98,11 @@ def test_long_names_of_cases_are_cut_not_printed_beyond_the_line():
 
 
 def test_what_matters_least_is_left_out_first():
-    clauses = [Clause("first"), Clause("x" * 50, 2), Clause("y" * 50, 1), Clause("z" * 5, 3)]
+    clauses = [Clause("first"), Clause("x" * 57, 2), Clause("y" * 50, 1), Clause("z" * 5, 3)]
     sections = [Section("", clauses, " ")]
-    assert fit(sections, 9, 60).split() == ["first", "x" * 50, "y" * 50, "z" * 5]
-    assert fit(sections, 2, 60).split() == ["first", "y" * 50]
-    assert fit(sections, 1, 60).split() == ["first", "z" * 5]
+    assert fit(sections, 9, 60).split() == ["first", "x" * 57, "y" * 50, "z" * 5]
+    assert fit(sections, 2, 60).split() == ["first", "y" * 50, "z" * 5]
+    assert fit(sections, 1, 60).split() == ["first", "y" * 50]
 
 
 def test_words_that_must_stand_are_cut_if_they_are_too_long():
