@@ -272,11 +272,22 @@ def losses(scores: Array) -> Array:
     return np.where(is_finite, lag / np.where(span > 0.0, span, 1.0), 1.0)
 
 
+def least_losses(scores: Array, *then: Array) -> Rows:
+    """Return the rows of a front whose largest loss in any goal is the smallest, ascending.
+
+    Args:
+        scores: Scores of the front, (rows, goals).
+        then: Further scores, (rows,) each, that decide in turn where largest losses and sums of
+            losses are equal.
+    """
+    lost = losses(scores)
+    return last_stage(np.column_stack([-lost.max(axis=1), -lost.sum(axis=1), *then]))
+
+
 def compromise(question: Question, choices: Solutions) -> Solutions:
     """Return the choice of a front whose largest loss in any goal is the smallest."""
-    lost = losses(choices.scores(question.goals))
     torque = choices.scores((LEAST_TORQUE,))[:, 0]
-    tied = last_stage(np.column_stack([-lost.max(axis=1), -lost.sum(axis=1), torque]))
+    tied = least_losses(choices.scores(question.goals), torque)
     rank = Order.of(question).rank(choices.points, tied)
     return choices.select(tied[[np.argmin(rank)]])
 

@@ -163,7 +163,7 @@ class Arms:
         }[read]
         return (reading - value) / slope
 
-    def keeps(self, pretension, angles, tilts, loads, width, pressure, presses_from=0.0):
+    def keeps(self, pretension, angles, tilts, loads, width, pressure, presses_from=np.radians(10.0)):
         """Return True for arms that keep taut, stable and below a pressure in all states."""
         kept = pretension[:, 0] >= 0.0
         for tilt in tilts:
@@ -180,7 +180,7 @@ class Arms:
 
 
 def robust(
-    count, seed, *, scatter=True, log_tissue=False, residual=0.0, presses_from=0.0, **change
+    count, seed, *, scatter=True, log_tissue=False, residual=0.0, presses_from=np.radians(10.0), **change
 ):
     """Return which of `count` persons a suit serves, and who is a woman.
 
