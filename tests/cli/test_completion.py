@@ -97,6 +97,9 @@ def test_a_value_that_is_offered_is_taken(tmp_path):
                 content["people"] = {}
             if key == "joint.scale_with":  # of travels that were measured
                 content["joint"]["excursion"] = str(excursion)
+            if key == "joint.stiffness_with":  # of persons, whose stiffness differs
+                content["joint"]["stiffness"] = "1.1 N m/rad"
+                content["people"] = {}
             study_from(content)
             checked += 1
     assert checked > 10
@@ -122,7 +125,7 @@ PERSONS = ["mean-man", "mean-woman", "Ada Lovelace", "Bo", "Eve?[2J"]  # no raw 
         ("show run --table states --columns elbow_s", ["elbow_stiffness"]),
         ("show run --where 'elbow_s", []),
         ("show answer --sort -toleran", ["-tolerance", "-tolerance_length"]),
-        ("export answer --columns from_by,serv", ["from_by,served", "from_by,served_at"]),
+        ("export answer --columns from_by,served_a", ["from_by,served_at"]),
         ("export answer --table ", ["choices", "conditions", "named"]),
         ("show people.csv --columns ", ["name", "weight", "stature"]),
         ("show pipe --columns marg", ["margin"]),
