@@ -31,6 +31,11 @@ class Displayed:
         raise NotImplementedError
 
     @property
+    def short(self) -> str:
+        """Result in few lines, as a command or a session shows it."""
+        return self.text
+
+    @property
     def is_pictured(self) -> bool:
         """True if a notebook draws the result without being asked."""
         return True
@@ -58,7 +63,7 @@ class Displayed:
         return load(self.drawn_by)(self, what, how).shown(out, overwrite=overwrite)
 
     def __repr__(self) -> str:
-        return shortened(self.text)
+        return shortened(self.short)
 
     def __str__(self) -> str:
         return self.text

@@ -104,6 +104,8 @@ class TaskKind(NamedTuple):
     """Its own option that sets a key of the study."""
     allow_negative: FlagOption | None = None
     """Its option with which the command exits with 0 although the result is negative."""
+    whole: FlagOption | None = None
+    """Its option with which the command prints all that there is to say of the result."""
 
     @property
     def table_names(self) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from tendon_cli.answer_record import (
     as_answer,
     value_of,
 )
+from tendon_cli.answers.text_short import short_text
 from tendon_cli.engine.results import Result, along_own_axes, framed, variables_of, xarray_library
 from tendon_cli.registry import by_name
 from tendon_cli.tables.named import CHOICES, ChoicesTable, open_choices
@@ -104,8 +105,13 @@ class Answer(Result):
 
     @property
     def text(self) -> str:
-        """The answer in 80 columns."""
+        """The whole answer in 80 columns."""
         return self._answer["text"]
+
+    @property
+    def short(self) -> str:
+        """The answer in at most 14 lines of 100 characters, blank ones not counted."""
+        return short_text(self._answer)
 
     def kept(self, name: str) -> AnyTable:
         """Return a table in the folder of the answer, every byte verified; raises InputError.

@@ -1,6 +1,6 @@
 """Kind of the task that answers a design question: record, tables, who runs and draws it."""
 
-from tendon_cli.registry import SettingOption, TableKind, TaskKind
+from tendon_cli.registry import FlagOption, SettingOption, TableKind, TaskKind
 
 DESIGN = TaskKind(
     verb="design",
@@ -28,5 +28,9 @@ DESIGN = TaskKind(
         metavar="CHOICE",
         help="prove the window of this choice, too: its row in choices.parquet; repeatable",
         key="design.prove",
+    ),
+    whole=FlagOption(
+        flag="--why",
+        help="print the whole answer: all reasons, parts, alternatives and notes",
     ),
 )

@@ -151,24 +151,38 @@ def window_of(row: ChoiceRecord) -> tuple[float, float] | None:
     return low, np.inf if high is None else high
 
 
-def lower_words(question: QuestionRecord, row: ChoiceRecord) -> str:
-    """Say the lower end of a window, with the limit, the condition and the state that bind."""
+def lower_words(question: QuestionRecord, row: ChoiceRecord, gauge: str = "") -> str:
+    """Say the lower end of a window, with the limit, the condition and the state that bind.
+
+    Args:
+        question: The question.
+        row: The choice.
+        gauge: Words for what is read, behind the value: " of pretension".
+    """
     end = lower_end(row)
     if end.limit is None or end.pretension is None:
         return "no lower limit: taut without pretension"
     if end.pretension < 0.0:
         return "no lower limit: no pretension is needed"
     value = say.number(end.pretension)
-    return f"below {value} {question['unit']} {broken(question, end.limit)}{where(question, end)}"
+    value = f"{value} {question['unit']}{gauge}"
+    return f"below {value} {broken(question, end.limit)}{where(question, end)}"
 
 
-def upper_words(question: QuestionRecord, row: ChoiceRecord) -> str:
-    """Say the upper end of a window, with the limit, the condition and the state that bind."""
+def upper_words(question: QuestionRecord, row: ChoiceRecord, gauge: str = "") -> str:
+    """Say the upper end of a window, with the limit, the condition and the state that bind.
+
+    Args:
+        question: The question.
+        row: The choice.
+        gauge: Words for what is read, behind the value: " of pretension".
+    """
     end = upper_end(row)
     if end.limit is None or end.pretension is None:
         return "no upper limit"
     value = say.number(end.pretension)
-    return f"above {value} {question['unit']} {broken(question, end.limit)}{where(question, end)}"
+    value = f"{value} {question['unit']}{gauge}"
+    return f"above {value} {broken(question, end.limit)}{where(question, end)}"
 
 
 def gap_words(question: QuestionRecord, row: ChoiceRecord, gap: float | None) -> Iterator[str]:

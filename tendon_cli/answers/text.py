@@ -135,7 +135,7 @@ def _first_sentence(record: AnswerResults, best: ChoiceRecord) -> str:
         pretension = say.number(question["pretension"])
         margins = phrases.margins(question, best)
         return f"{start} of {pretension} {unit}{where} suits {whom}; {margins}.{rule}"
-    either_way = f", {tolerance_words(best)} either way" if np.isfinite(high) else ""
+    either_way = f", ± {tolerance_words(best)} about the middle" if np.isfinite(high) else ""
     if record["serve"] >= 1.0 or question["groups"] == 1:
         then = f"suits {whom}; anything {_span(low, high, unit)} does{either_way}"
     else:
@@ -220,7 +220,10 @@ def _why(record: AnswerResults, best: ChoiceRecord) -> Iterator[str]:
     """Say the limits that bind at both ends, the worst values, and ranges that should be wider."""
     question = record["question"]
     yield phrases.lower_words(question, best)
-    yield f"{phrases.upper_words(question, best)}{drift_words(record['drift'])}"
+    yield phrases.upper_words(question, best)
+    drift = drift_words(record["drift"])
+    if drift:
+        yield drift
     worst = []
     for name, words in _WORST.items():
         value = value_of(best, name)
@@ -228,7 +231,7 @@ def _why(record: AnswerResults, best: ChoiceRecord) -> Iterator[str]:
             worst.append(f"{words} {say.quantity(name, value)}")
     yield f"at {_pretension(best, question['unit'])} the worst is {say.join_words(worst)}"
     yield from ties_words(record)
-    yield from _edges(question, best)
+    yield from edges_words(question, best)
 
 
 def _proved(question: QuestionRecord, row: ChoiceRecord) -> str:
@@ -241,7 +244,7 @@ def _proved(question: QuestionRecord, row: ChoiceRecord) -> str:
     return f"{choice_words(question, row) or 'the design'}: {result}"
 
 
-def _edges(question: QuestionRecord, best: ChoiceRecord) -> Iterator[str]:
+def edges_words(question: QuestionRecord, best: ChoiceRecord) -> Iterator[str]:
     """Say which ranges of the study have the best choice at their end."""
     for axis in question["choices"]:
         if axis["range"] is None:
@@ -342,6 +345,18 @@ def _table_of_choices(record: AnswerResults, rows: Sequence[tuple[str, ChoiceRec
 def _no_window(record: AnswerResults) -> Iterator[say.Block]:
     """Yield the answer if no choice has a window."""
     question = record["question"]
+    yield say.sentence(no_window_words(record))
+    reasons = (text for conflict in record["conflicts"] for text in _reasons(record, conflict))
+    yield from _list("Why", reasons)
+    changes = relaxations_words(record, record["would_take"])
+    yield from _list("What it would take, all else equal", changes)
+    if record["fixes"]:
+        yield from fixes_table(question, record["fixes"])
+
+
+def no_window_words(record: AnswerResults) -> str:
+    """Say that no choice has a window, or that the given pretension suits none."""
+    question = record["question"]
     choices = record["choices"]
     noun, where = say.setting_words(question["read"])
     whichever = "" if choices == 1 else f", whichever of {choices:,} choices is taken"
@@ -352,13 +367,7 @@ def _no_window(record: AnswerResults) -> Iterator[say.Block]:
     if question["pretension"] is not None:
         given = f"{say.number(question['pretension'])} {question['unit']}"
         start = f"A {noun} of {given}{where} does not suit"
-    yield say.sentence(f"{start} {whom}{whichever}.")
-    reasons = (text for conflict in record["conflicts"] for text in _conflict(record, conflict))
-    yield from _list("Why", reasons)
-    changes = relaxations_words(record, record["would_take"])
-    yield from _list("What it would take, all else equal", changes)
-    if record["fixes"]:
-        yield from fixes_table(question, record["fixes"])
+    return f"{start} {whom}{whichever}."
 
 
 def _in_choices(question: QuestionRecord, conflict: ConflictRecord) -> str:
@@ -373,15 +382,21 @@ def _in_choices(question: QuestionRecord, conflict: ConflictRecord) -> str:
     return f"in {choices} {say.conflict(limits, question['limits'], question['read'])}"
 
 
-def _conflict(record: AnswerResults, conflict: ConflictRecord) -> Iterator[str]:
+def _reasons(record: AnswerResults, conflict: ConflictRecord) -> Iterator[str]:
     """Say what leaves some choices without a window, and how far the nearest is from one."""
+    question = record["question"]
+    if record["choices"] > 1:
+        nearest = choice_words(question, conflict["nearest"])
+        yield f"{_in_choices(question, conflict)}; nearest to a window: {nearest}"
+    yield from conflict_words(record, conflict)
+
+
+def conflict_words(record: AnswerResults, conflict: ConflictRecord) -> Iterator[str]:
+    """Say the ends that leave the choice nearest to a window none, and how far they are apart."""
     question = record["question"]
     row = conflict["nearest"]
     given = question["pretension"]
     window = window_of(row)
-    if record["choices"] > 1:
-        nearest = choice_words(question, row)
-        yield f"{_in_choices(question, conflict)}; nearest to a window: {nearest}"
     if window is None:
         end = phrases.lower_end(row)
         broken = phrases.broken(question, end.limit or conflict["limits"][0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 from tendon_cli import say
@@ -13,6 +14,7 @@ from tendon_cli.answer_record import (
     SettingRecord,
     value_of,
 )
+from tendon_cli.answers.phrases import window_of
 from tendon_cli.space.axis import PERSON_AXIS
 
 SET_AT_JOINT = ("set_flexor_tension", "set_extensor_tension")
@@ -20,6 +22,10 @@ SET_AT_JOINT = ("set_flexor_tension", "set_extensor_tension")
 SET_AT_MOTOR = ("set_flexor_tension_motor", "set_extensor_tension_motor")
 """Columns of the tensions to set at the motor, N."""
 
+_SURELY = 1.0 + 1e-9
+"""Factor by which a length must be longer to be so in spite of rounding."""
+_SHORTEST = 1e-6
+"""Length below which it is printed as 0, m."""
 FEW_PERSONS = 20
 """Number of persons below which a range holds all of them, not nine in ten."""
 
@@ -32,13 +38,17 @@ def bench_heading(question: QuestionRecord, setting: SettingRecord) -> str:
 
     A study about people has the mean man's arm as its own, unless anchors were measured on one.
     """
-    whom = ""
-    if PERSON_AXIS in question["counts"]:
-        whom = " on this person" if setting["on_wearer"] else " on the mean man"
-    return f"To set it{whom}: {_posture(question['joint'], setting)}"
+    return f"To set it{on_whom(question, setting)}: {posture_words(question['joint'], setting)}"
 
 
-def _posture(joint: str, setting: SettingRecord) -> str:
+def on_whom(question: QuestionRecord, setting: SettingRecord) -> str:
+    """Say on whom the recorded tensions are set, if the study is about people."""
+    if PERSON_AXIS not in question["counts"]:
+        return ""
+    return " on this person" if setting["on_wearer"] else " on the mean man"
+
+
+def posture_words(joint: str, setting: SettingRecord) -> str:
     """Say the posture in which a pretension is set."""
     angle = setting["angle"]
     tilt = setting["upper_arm_angle"]
@@ -59,28 +69,95 @@ def _posture(joint: str, setting: SettingRecord) -> str:
 
 def to_set(record: AnswerResults, best: ChoiceRecord, setting: SettingRecord) -> Iterator[str]:
     """Say the tensions to set at the joint and at the motor, and the effect of shorter tendons."""
-    question = record["question"]
     flexor, extensor = (say.quantity(name, value_of(best, name), 4) for name in SET_AT_JOINT)
     yield f"{flexor} in the flexor and {extensor} in the extensor at the joint"
     flexor, extensor = (say.quantity(name, value_of(best, name), 4) for name in SET_AT_MOTOR)
     yield f"{flexor} and {extensor} at the motor"
+    spread = spread_words(record, setting)
+    if spread:
+        yield spread
+    yield shortening_words(record, best, setting)
+
+
+def spread_words(record: AnswerResults, setting: SettingRecord) -> str:
+    """Say the tensions to set over persons or draws: "on nine persons of ten 191 to 200 N ...".
+
+    Empty without them, or if they are the same for all.
+    """
+    question = record["question"]
     population = record["population"]
-    if population is not None:
-        is_motor = question["read"].endswith("motor")
-        names = SET_AT_MOTOR if is_motor else SET_AT_JOINT
-        spreads = {name: population["set"][name] for name in names}
-        flexor, extensor = (_spread(name, ends) for name, ends in spreads.items())
-        is_one_body = " to " not in flexor + extensor
-        is_known = setting["on_wearer"] or PERSON_AXIS not in question["counts"]
-        if not (is_known and is_one_body):
-            whom = _in_how_many(question)
-            end = "motor" if is_motor else "joint"
-            yield f"{whom} {flexor} in the flexor and {extensor} in the extensor at the {end}"
-    length = best["tolerance_length"]
-    window = ""
-    if length is not None:
-        window = f", so the window is ± {say.quantity('tolerance_length', length, 2)}"
-    yield f"1 mm taken from both tendons adds {_per_mm(question, setting)}{window}"
+    if population is None or not population["set"]:
+        return ""
+    is_motor = is_read_at_motor(question)
+    names = SET_AT_MOTOR if is_motor else SET_AT_JOINT
+    flexor, extensor = (_spread(name, population["set"][name]) for name in names)
+    is_one_body = " to " not in flexor + extensor
+    is_known = setting["on_wearer"] or PERSON_AXIS not in question["counts"]
+    if is_known and is_one_body:
+        return ""
+    end = "motor" if is_motor else "joint"
+    whom = _in_how_many(question)
+    return f"{whom} {flexor} in the flexor and {extensor} in the extensor at the {end}"
+
+
+def other_end_words(question: QuestionRecord, best: ChoiceRecord) -> str:
+    """Say the tensions to set at the end at which the pretension is not read."""
+    is_motor = is_read_at_motor(question)
+    names = SET_AT_JOINT if is_motor else SET_AT_MOTOR
+    end = "joint" if is_motor else "motor"
+    flexor, extensor = (say.quantity(name, value_of(best, name), 4) for name in names)
+    return f"at the {end} {flexor} in the flexor, {extensor} in the extensor"
+
+
+def is_read_at_motor(question: QuestionRecord) -> bool:
+    """Return True if the pretension is read at the motor."""
+    return question["read"].endswith(("motor", "torque"))
+
+
+def shortening_words(record: AnswerResults, best: ChoiceRecord, setting: SettingRecord) -> str:
+    """Say what 1 mm taken from both tendons adds, and how far they may be too long or too short."""
+    question = record["question"]
+    words = f"shortening both tendons by 1 mm adds {_per_mm(question, setting)}"
+    window = _serving_window(best)
+    pretension = best["pretension"]
+    if window is None or pretension is None:
+        return words
+    low, high = window
+    if not low <= pretension <= high:
+        return words
+    per_metre = setting["read_per_metre"]
+    too_long = _short_length((pretension - low) / per_metre)
+    work = "work"
+    if record["serve"] < 1.0 and question["groups"] > 1:
+        work = f"serve {say.percent(record['serve'])}"
+    span = f"{say.window_text(low, high, unit=question['unit'])} {work}"
+    if math.isinf(high):
+        return f"{words}; you may be {too_long} too long ({span})"
+    too_short = _short_length((high - pretension) / per_metre)
+    return f"{words}; you may be {too_long} too long or {too_short} too short ({span})"
+
+
+def _serving_window(best: ChoiceRecord) -> tuple[float, float] | None:
+    """Return the pretensions that serve enough, N, none below 0; None if none does.
+
+    A fresh sample decides if there is one.
+    """
+    judged = best["served_verified"]
+    window = window_of(best)
+    if judged is not None:
+        low = judged["from"]
+        high = math.inf if judged["to"] is None else judged["to"]
+        window = None if low is None else (low, high)
+    if window is None:
+        return None
+    return max(window[0], 0.0), window[1]
+
+
+def _short_length(value: float) -> str:
+    """Say a length of tendon that is allowed, rounded down."""
+    if value < _SHORTEST:
+        return "0 mm"
+    return say.quantity("tolerance_length", value * _SURELY, 2, toward=-math.inf)
 
 
 def _per_mm(question: QuestionRecord, setting: SettingRecord) -> str:
@@ -113,15 +190,14 @@ def _spread(name: str, ends: Sequence[float]) -> str:
 
 
 def drift_words(drift: DriftRecord | None) -> str:
-    """Say how far the elbow drifts beyond the upper end of its window, if stability ends it."""
+    """Say where the elbow goes beyond the upper end of its window, if stability ends it."""
     if drift is None:
         return ""
     start = say.quantity("elbow_angle", drift["start"])
     end = say.quantity("elbow_angle", drift["end"])
     if start == end:
-        return ": at 10 % more it still stays in place"
-    path = f"goes on from {start} beyond {end}"
+        return f"10 % above this it still stays at {start}"
+    torque = f"at most {say.quantity('elbow_torque', drift['torque'], 2)} pushes it"
     if drift["balanced"]:
-        path = f"drifts from {start} to {end}"
-    torque = say.quantity("elbow_torque", drift["torque"], 2)
-    return f": at 10 % more it {path}, driven by at most {torque}"
+        return f"10 % above this it settles at {end} instead of {start} ({torque})"
+    return f"10 % above this it goes from {start} beyond {end} ({torque})"

@@ -27,19 +27,49 @@ def exact_words(question: QuestionRecord, records: Sequence[ExactRecord]) -> str
         question: The question.
         records: Numbers, the one that moves an end most first.
     """
-    named = [record for record in records if _largest(record)[1] >= _LEAST_MOVE]
+    named = _that_matter(records)
     if not named:
         return ""
-    unit = question["unit"]
-    symbols = [_symbol(record["key"]) for record in named[:_MOST_NAMED]]
-    if len(named) > _MOST_NAMED:
-        symbols.append(say.counted(len(named) - _MOST_NAMED, "other"))
     moves = []
     for record in named[:_MOST_MOVES]:
         end, move = _largest(record)
         number = f"{record['deviation_words']} of {_symbol(record['key'])}"
-        moves.append(f"{number} moves the {end} end by {say.number(move, 2)} {unit}")
-    words = f"Taken as exact: {say.join_words(symbols)}; {', '.join(moves)}"
+        moves.append(f"{number} moves the {end} end by {say.number(move, 2)} {question['unit']}")
+    words = f"Taken as exact: {_symbols(named)}; {', '.join(moves)}"
+    if len(named) > 1:
+        words += f", usual errors of all together {_together(question, named)}"
+    return f"{words} (standard deviations; +/- in the study draws them)."
+
+
+def exact_short(question: QuestionRecord, records: Sequence[ExactRecord]) -> str:
+    """Say which numbers are taken as exact, and how far their errors move the window together.
+
+    "b₁, K and 6 others taken as exact: usual errors of all move the
+    lower end by 16 N". Empty if none does.
+    """
+    named = _that_matter(records)
+    if not named:
+        return ""
+    return (
+        f"{_symbols(named)} taken as exact: usual errors of all move {_together(question, named)}"
+    )
+
+
+def _that_matter(records: Sequence[ExactRecord]) -> list[ExactRecord]:
+    """Select the numbers whose usual error moves an end so far that it is said."""
+    return [record for record in records if _largest(record)[1] >= _LEAST_MOVE]
+
+
+def _symbols(named: Sequence[ExactRecord]) -> str:
+    """List the first few numbers by their symbols, and count the others."""
+    symbols = [_symbol(record["key"]) for record in named[:_MOST_NAMED]]
+    if len(named) > _MOST_NAMED:
+        symbols.append(say.counted(len(named) - _MOST_NAMED, "other"))
+    return say.join_words(symbols)
+
+
+def _together(question: QuestionRecord, named: Sequence[ExactRecord]) -> str:
+    """Say how far all errors together move each end: the root of the sum of squares."""
     ends = []
     for end, changes in (
         ("lower", [record["moves_from"] for record in named]),
@@ -47,10 +77,8 @@ def exact_words(question: QuestionRecord, records: Sequence[ExactRecord]) -> str
     ):
         together = math.hypot(*(change for change in changes if change is not None))
         if together >= _LEAST_MOVE:
-            ends.append(f"the {end} end by {say.number(together, 2)} {unit}")
-    if len(named) > 1:
-        words += f", usual errors of all together {say.join_words(ends)}"
-    return f"{words} (standard deviations; +/- in the study draws them)."
+            ends.append(f"the {end} end by {say.number(together, 2)} {question['unit']}")
+    return say.join_words(ends)
 
 
 def _symbol(key: str) -> str:

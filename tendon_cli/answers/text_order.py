@@ -24,31 +24,38 @@ def why_first(record: AnswerResults) -> str:
     if decided is None or record["choices"] == 1:
         return ""
     if len(record["front"]) == 1:
-        return "It is the best in every goal."
+        return "This choice is the best in every goal."
     if record["given_up"] is not None:
         share = say.percent(record["given_up"])
         return (
-            f"It is the best compromise on the front: it gives up at most {share} of the range of"
-            " any goal."
+            f"This choice is the best compromise on the front: it gives up at most {share} of the"
+            " range of any goal."
         )
     question = record["question"]
     among = f"{_of_choices(decided)}{_left_before(question, decided)}"
     rule = decided["rule"]
     if rule is None:
         if decided["choices"] == 1:
-            return "It is the only choice that has a window."
-        return f"It ties with the others of {_of_choices(decided)} that have a window."
+            return "This is the only choice that has a window."
+        return f"This choice ties with the others of {_of_choices(decided)} that have a window."
     if rule == "settable":
         return _why_settable(record, decided)
     said_of_rule = {
         "built": "can be built",
         "advised": "keeps the advice",
-        "served_enough": f"serves {say.percent(record['serve'])}",
+        "served_enough": f"serves {say.percent(record['serve'])}{_of_own_sample(record)}",
     }
     if rule in said_of_rule:
         only = "the only one" if decided["left"] == 1 else "one of the few"
-        return f"It is {only} of {among} that {said_of_rule[rule]}."
-    return f"It {_superlative_of(record, rule)} of the {among}."
+        return f"This choice is {only} of {among} that {said_of_rule[rule]}."
+    return f"This choice {_superlative_of(record, rule)} of the {among}."
+
+
+def _of_own_sample(record: AnswerResults) -> str:
+    """Say that a share is one of the study's own sample, if a fresh one judges the choice."""
+    if record["verified_by"] is None:
+        return ""
+    return f" of the study's own {record['question']['counted']}"
 
 
 def _of_choices(decided: DecisionRecord) -> str:
@@ -62,7 +69,7 @@ def _left_before(question: QuestionRecord, decided: DecisionRecord) -> str:
         return " that have a window"
     if not decided["is_settable"]:
         return " that can be set equally well"
-    return f" that can be set well enough ({needed_words(question, decided)})"
+    return f" that can be set well enough (± {needed_words(question, decided)})"
 
 
 def needed_words(question: QuestionRecord, decided: DecisionRecord) -> str:
@@ -80,13 +87,14 @@ def _why_settable(record: AnswerResults, decided: DecisionRecord) -> str:
     needed = needed_words(question, decided)
     if decided["is_settable"]:
         return (
-            f"It is the only one of {_of_choices(decided)} that can be set well enough ({needed})."
+            f"This choice is the only one of {_of_choices(decided)} that can be set well"
+            f" enough (± {needed})."
         )
-    words = f"None of {_of_choices(decided)} can be set well enough ({needed})"
+    words = f"None of {_of_choices(decided)} can be set well enough (± {needed})"
     if best is None or best["tolerance_length"] is None:
         return f"{words}."
     length = say.quantity("tolerance_length", best["tolerance_length"], 2)
-    return f"{words}; it comes nearest with {length} either way."
+    return f"{words}; it comes nearest (± {length})."
 
 
 def _superlative_of(record: AnswerResults, column: str) -> str:

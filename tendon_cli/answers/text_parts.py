@@ -28,10 +28,20 @@ _SURELY = 1.0 + 1e-9
 
 def but_words(record: AnswerResults) -> str:
     """Say what the choice named first fails: "But the strap presses ..."; empty if nothing."""
+    failures = failure_words(record)
+    return f"But {failures}." if failures else ""
+
+
+def failure_words(record: AnswerResults) -> str:
+    """Say what the choice named first fails: "the strap presses ..."; empty if nothing."""
     parts = record["parts_needed"]
-    if parts is None or not parts["fails"]:
-        return ""
-    return f"But {say.join_words([*_failures(parts).values()])}."
+    return "" if parts is None else say.join_words([*_failures(parts).values()])
+
+
+def can_be_built(record: AnswerResults) -> bool:
+    """Return True unless a part of the choice named first has no room."""
+    parts = record["parts_needed"]
+    return parts is None or "spring" not in parts["fails"]
 
 
 def parts_words(record: AnswerResults) -> Iterator[str]:
@@ -47,6 +57,32 @@ def parts_words(record: AnswerResults) -> Iterator[str]:
     if parts["spring"] is not None:
         yield failures.get("spring") or _spring(parts["spring"])
     yield _motor(parts["motor"])
+
+
+def short_parts(parts: PartsRecord) -> Iterator[str]:
+    """Say in a few words each what parts the choice named first needs."""
+    strap = parts["strap"]
+    if strap is not None:
+        instead = ""
+        if "strap" in parts["fails"]:
+            instead = f" instead of {_length(strap['width'])}"
+        yield f"a strap of {_at_least(strap['least_width'])} or more{instead}"
+    rope = parts["rope"]
+    diameter = _at_least(rope["least_diameter"], 3)
+    spool = parts["spool"]
+    ropes = [f"{_at_most(most)} ({name})" for name, most in spool["largest_ropes"].items()]
+    of_side = f"the {spool['side']}'s spool of {_length(spool['diameter'])}"
+    yield (
+        f"a rope that breaks at {_strength(rope)} or more (7x7: {diameter}), where {of_side} takes"
+        f" at most {say.join_words(ropes, 'or')}"
+    )
+    spring = parts["spring"]
+    if spring is not None:
+        words = f"springs with {_at_least(spring['travel'], 3)} of travel"
+        if spring["room"] is not None and spring["free_length"] is None and spring["room"] > 0.0:
+            words += f", the flexor's at most {_at_most(spring['room'])} long without load"
+        yield words
+    yield f"a motor of {_motor(parts['motor']).removeprefix('motor: ')}"
 
 
 # --- What fails -----------------------------------------------------------------------------------
@@ -190,7 +226,7 @@ def _motor(motor: MotorRecord) -> str:
     """Say what the motor must give."""
     needs = [say.quantity("peak_motor_torque", motor["torque"], 3, toward=math.inf)]
     for name, value in (("peak_motor_speed", motor["speed"]), ("peak_motor_power", motor["power"])):
-        if value is not None:
+        if value is not None and value > 0.0:
             needs.append(say.quantity(name, value, 3, toward=math.inf))
     return f"motor: {say.join_words(needs)}"
 

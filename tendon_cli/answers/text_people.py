@@ -33,11 +33,7 @@ LESS = "less"
 """Needs less pretension to be served."""
 NEITHER = "another suit"
 """Needs another suit to be served."""
-_NEEDS = {
-    MORE: "would need more",
-    LESS: "would need less",
-    NEITHER: "cannot be served by any pretension",
-}
+_NEEDS = {MORE: "a higher", LESS: "a lower"}
 _SUITS = ("one suit", "two suits", "three suits")
 _MOST_NAMED = 3
 """Most persons who are named."""
@@ -117,7 +113,7 @@ def population_blocks(record: AnswerResults, population: PopulationRecord) -> It
     else:
         items.append(by_sex)
     items = [item for item in items if item]
-    items += [_not_served(population, reason) for reason in population["not_served"]]
+    items += [_not_served(question, population, reason) for reason in population["not_served"]]
     yield say.heading("For whom" if "person" in counts else "How sure")
     yield from say.items(items)
     persons = counts.get("person", 0)
@@ -180,10 +176,28 @@ def _of_sex(share: SexRecord) -> str:
     return f"{say.percent(share['served'])} of {whom} ({low} to {high})"
 
 
-def _not_served(population: PopulationRecord, reason: ReasonRecord) -> str:
+def need_words(question: QuestionRecord, population: PopulationRecord, reason: ReasonRecord) -> str:
+    """Say what those need who are not served, and why.
+
+    "0.6 % of the draws need a lower pretension, because the elbow becomes unstable".
+    """
+    kind = population["kind"]
+    is_one = population["count"] == 1
+    whom = f"{say.percent(reason['share'])} of the {kind}"
+    if is_one:
+        whom = f"this {kind.removesuffix('s')}"
+    noun, _ = say.setting_words(question["read"])
+    if reason["needs"] == NEITHER:
+        return f"no {noun} serves {whom}: {reason['text']}"
+    verb = "needs" if is_one else "need"
+    return f"{whom} {verb} {_NEEDS[reason['needs']]} {noun}, because {reason['text']}"
+
+
+def _not_served(
+    question: QuestionRecord, population: PopulationRecord, reason: ReasonRecord
+) -> str:
     """Say who is not served for a reason, how they differ, and some of their names."""
-    share = f"{say.percent(reason['share'])} " if population["count"] > 1 else ""
-    words = f"{share}{_NEEDS[reason['needs']]}: {reason['text']}"
+    words = need_words(question, population, reason)
     if population["counts"].get("person", 1) == 1:
         return words
     bodies = []

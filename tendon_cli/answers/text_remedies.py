@@ -41,6 +41,22 @@ def fixes_table(question: QuestionRecord, fixes: Sequence[FixRecord]) -> Iterato
         yield from say.items([f"no plausible value of these helps: {', '.join(idle)}"])
 
 
+def fix_words(question: QuestionRecord, fix: FixRecord) -> str:
+    """Say a fix in a line: "K 3 kN/m to 3.4 kN/m, set to 120 N: tension 377 N".
+
+    If no change of the number can be seen in print, it is the pretension that matters.
+    """
+    before = parameter(fix["parameter"], fix["before"])
+    words = f"set to {fix['printed_pretension']} {question['unit']}"
+    if not before.endswith(f" {fix['printed']}"):
+        words = f"{before} to {fix['printed']}, {words}"
+    judged = fix["served_verified"]
+    share = "" if judged is None else f"{say.percent(judged['value'])} served, "
+    of_costs = zip(COSTS.values(), costs(fix), strict=True)
+    needs = [f"{head} {cost}" for head, cost in of_costs if cost != "-"]
+    return f"{words}: {share}{', '.join(needs)}"
+
+
 def quantity_of_demand(key: str) -> Quantity:
     """Return the quantity of a number, or of a limit, by its key."""
     limit = key.removeprefix("limits.")

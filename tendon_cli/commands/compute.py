@@ -37,7 +37,7 @@ def command_of(kind: TaskKind) -> Callable[..., None]:
     def command(**given: Any) -> None:
         _compute(kind, **given)
 
-    own: dict[str, Any] = {"texts": None, "allow_negative": None}
+    own: dict[str, Any] = {"texts": None, "allow_negative": None, "whole": None}
     if kind.setting is not None:
         setting = kind.setting
         option = options.option(setting.metavar, setting.help, setting.flag)
@@ -45,6 +45,9 @@ def command_of(kind: TaskKind) -> Callable[..., None]:
     if kind.allow_negative is not None:
         allow = kind.allow_negative
         own["allow_negative"] = Annotated[bool, typer.Option(allow.flag, help=allow.help)]
+    if kind.whole is not None:
+        whole = kind.whole
+        own["whole"] = Annotated[bool, typer.Option(whole.flag, help=whole.help)]
     parameters = []
     for name, parameter in inspect.signature(_compute).parameters.items():
         if name == "kind":
@@ -67,6 +70,7 @@ def _compute(
     jobs: options.JobsOption = None,
     settings: options.SettingsOption = None,
     texts: list[str] | None = None,
+    whole: bool = False,
     dry_run: options.DryRunOption = False,
     resume: options.ResumeOption = False,
     overwrite: options.OverwriteOption = False,
@@ -87,6 +91,7 @@ def _compute(
         jobs: See `tendon.sweep`.
         settings: Settings KEY=VALUE that override the file.
         texts: Texts of the verb's own setting.
+        whole: True to print all that there is to say of the result.
         dry_run: True to print the size instead.
         resume: See `tendon.sweep`.
         overwrite: See `tendon.sweep`.
@@ -135,7 +140,7 @@ def _compute(
                 confirm=confirm,
                 stop=stop,
             )
-    printed = result.record if as_json else result.printed
+    printed = result.record if as_json else result.printed(whole=whole)
     print_result(printed, unless=quiet and not as_json)
     if not quiet:
         _note_stale_page(folder, result.record)

@@ -73,16 +73,23 @@ class Result(Displayed):
         """True if the command exits with the code of a negative result."""
         return False
 
-    @property
-    def printed(self) -> str:
-        """Text of the command: the result, its warnings, and where it is written."""
+    def printed(self, *, whole: bool = False) -> str:
+        """Return the text of the command: the result, its warnings, and where it is written.
+
+        Args:
+            whole: True for all that there is to say of the result.
+        """
         record = self.record
         took = ", up to date" if self.up_to_date else f" in {record['seconds']:.3g} s"
         warnings = [f"warning: {warning}" for warning in record["warnings"]]
         files = ", ".join([*self.table_files, self.kind.record, *record["figures"]])
-        return "\n".join(
-            [self.text, *warnings, f"{record['name']}{took}, in {self.folder}: {files}"]
-        )
+        option = self.kind.whole
+        more = ""
+        if option is not None and not whole:
+            more = f"; {option.flag} prints the whole answer"
+        text = self.text if whole else self.short
+        written = f"{record['name']}{took}, in {self.folder}: {files}{more}"
+        return "\n".join([text, *warnings, written])
 
     @property
     def table_files(self) -> list[str]:
@@ -131,10 +138,9 @@ class Run(Result):
             lines.append(("written to", f"{self.folder}: {written}"))
         return "\n".join([self.head(), *(f"  {name:<14} {text}" for name, text in lines)])
 
-    @property
-    def printed(self) -> str:
-        """Text of the command, which is the summary."""
-        return self.text
+    def printed(self, *, whole: bool = False) -> str:
+        """Return the text of the command, which is the summary."""
+        return self.text if whole else self.short
 
     def head(self) -> str:
         """Return the size of the run and how long it took, in a line."""

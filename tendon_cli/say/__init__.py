@@ -2,6 +2,7 @@
 
 from tendon_cli.model.forms import LimitWords
 from tendon_cli.say.blocks import Block, as_text, heading, items, sentence, table
+from tendon_cli.say.fitting import Clause, Section, fit
 from tendon_cli.say.limit_phrases import (
     OPEN,
     PROVEN,
@@ -47,7 +48,9 @@ __all__ = [
     "STATUSES",
     "WIDTH",
     "Block",
+    "Clause",
     "LimitWords",
+    "Section",
     "align_cells",
     "as_text",
     "byte_size",
@@ -57,6 +60,7 @@ __all__ = [
     "counted",
     "duration",
     "factor_of",
+    "fit",
     "heading",
     "interval",
     "interval_text",

@@ -26,6 +26,7 @@ _JOINED = "\u00a0"
 """No-break space."""
 _UNIT = re.compile(
     r"(?<=\d) (?=(?:N|kN|mm|m|deg|kPa|kg|rad|GPa|1)\b|%)|(?<=\d N) (?=m\b)|(?<=\b[A-Zημφψ]) (?=\d)"
+    r"|(?<=±) (?=\d)"
 )
 """Spaces within a quantity, at which no line is broken."""
 
@@ -269,14 +270,21 @@ def setting_words(read: str) -> tuple[str, str]:
     return read, ""
 
 
-def wrap(text: str, indent: str = "") -> list[str]:
-    """Wrap a sentence to lines of 80 columns; no line ends within a quantity."""
+def wrap(text: str, indent: str = "", width: int = WIDTH, later: str | None = None) -> list[str]:
+    """Wrap a sentence to lines; no line ends within a quantity.
+
+    Args:
+        text: The sentence.
+        indent: Beginning of the first line.
+        width: Columns of a line; a longer word is broken if `later` is given.
+        later: Beginning of the other lines; None for two spaces more than the first has.
+    """
     lines = textwrap.wrap(
         _UNIT.sub(_JOINED, text),
-        WIDTH,
+        width,
         initial_indent=indent,
-        subsequent_indent=indent + "  ",
-        break_long_words=False,
+        subsequent_indent=indent + "  " if later is None else later,
+        break_long_words=later is not None,
         break_on_hyphens=False,
     )
     return [line.replace(_JOINED, " ") for line in lines]

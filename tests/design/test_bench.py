@@ -90,10 +90,10 @@ def test_a_window_without_an_end_has_no_length():
 def test_the_text_says_which_tensions_to_set_and_how_far_the_arm_drifts(answer):
     text = " ".join(answer.text.split())
     assert "188.9 N in the flexor and 125.6 N in the extensor at the joint" in text
-    assert (
-        "1 mm taken from both tendons adds 4.8 N of pretension, so the window is ± 5.4 mm" in text
-    )
-    assert "at 10 % more it drifts from 0 deg to 4.97 deg, driven by at most 0.035 N m" in text
+    assert "shortening both tendons by 1 mm adds 4.8 N of pretension" in text
+    assert "you may be 5.3 mm too long or 5.3 mm too short (122.1 to 173.9 N work)" in text
+    drift = "settles at 4.97 deg instead of 0 deg (at most 0.035 N m pushes it)"
+    assert f"10 % above this it {drift}" in text
     assert "snap" not in text
 
 

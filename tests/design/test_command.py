@@ -1,5 +1,6 @@
 """`tendon design` from the command line: exit codes, output, and folders whole or not at all."""
 
+import json
 import signal
 import threading
 
@@ -30,7 +31,12 @@ def study(workplace):
 def test_an_answer_is_written_to_its_folder_and_exits_with_0_or_4(tendon, study, workplace):
     done = tendon("design", study(CATALOGUE), "--no-figures")
     assert done.exit == 0
-    assert "K 5 kN/m, η 0.6" in done.out
+    assert "springs of 5 kN/m with a spool ratio of 0.6 work for all 4 loads" in done.out
+    assert "--why prints the whole answer" in done.out
+    whole = tendon("design", study(CATALOGUE), "--no-figures", "--overwrite", "--why")
+    record = json.loads((workplace / "results/suit-design/design.json").read_text("utf-8"))
+    assert whole.out.startswith(record["text"])
+    assert not done.out.startswith(record["text"])
     folder = workplace / "results" / "suit-design"
     files = {".lock", "choices.parquet", "conditions.parquet", "named.parquet", "design.json"}
     assert {file.name for file in folder.iterdir()} == files

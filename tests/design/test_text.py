@@ -175,7 +175,7 @@ def test_one_choice_on_the_front_gives_nothing_up():
     answer = tendon.design(tendon.study({**SUITS, "design": goals}))
     text = " ".join(answer.text.split())
     assert len(answer.front) == 1
-    assert "It is the best in every goal." in text
+    assert "This choice is the best in every goal." in text
     assert "gives up" not in text
 
 
