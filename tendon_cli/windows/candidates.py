@@ -69,8 +69,10 @@ def conflicts_of(solutions: Solutions) -> dict[LimitPair, Rows]:
     # A given pretension may miss a window at one of its ends.
     is_below = solutions.has_window & (pretension < low)
     is_above = solutions.has_window & (pretension > high)
-    first = np.where(is_above, solutions.to_binding.by, solutions.from_binding.by)
-    is_alone = np.isnan(low) | is_below | is_above
+    # Where no pretension at all keeps the upper limit, the lower one does not matter.
+    is_never = ~solutions.has_window & (high < 0.0)
+    first = np.where(is_above | is_never, solutions.to_binding.by, solutions.from_binding.by)
+    is_alone = np.isnan(low) | is_below | is_above | is_never
     second = np.where(is_alone, NOTHING, solutions.to_binding.by)
     rows = np.flatnonzero(~solutions.feasible)
     codes, kind = np.unique(np.column_stack([first, second])[rows], axis=0, return_inverse=True)
