@@ -196,7 +196,7 @@ class Order:
         if self.is_front:
             left = [*left[: 1 + len(_FIRST_RULES)], left[-1]]
         in_the_end = left[-1]
-        unknown = in_the_end[~solutions.has_worst[in_the_end]]
+        unknown: Rows = in_the_end[~solutions.has_worst[in_the_end]]
         if len(unknown):
             return unknown
         for rules in reversed(range(len(left) - 1)):
