@@ -98,7 +98,7 @@ def test_a_value_that_is_offered_is_taken(tmp_path):
             if key == "joint.scale_with":  # of travels that were measured
                 content["joint"]["excursion"] = str(excursion)
             if key == "joint.stiffness_with":  # of persons, whose stiffness differs
-                content["joint"]["stiffness"] = "1.1 N m/rad"
+                content["joint"] |= {"stiffness": "1.1 N m/rad", "rest_angle": "73 deg"}
                 content["people"] = {}
             study_from(content)
             checked += 1
