@@ -97,6 +97,8 @@ def test_a_value_that_is_offered_is_taken(tmp_path):
                 content["people"] = {}
             if key == "joint.scale_with":  # of travels that were measured
                 content["joint"]["excursion"] = str(excursion)
+            if key == "setting.read":  # by the torque of the motor, too, which a ratio of 1 hides
+                content["spool"] = {"ratio": 0.6}
             if key == "joint.stiffness_with":  # of persons, whose stiffness differs
                 content["joint"] |= {"stiffness": "1.1 N m/rad", "rest_angle": "73 deg"}
                 content["people"] = {}
