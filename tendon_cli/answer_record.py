@@ -423,8 +423,9 @@ class DecisionRecord(TypedDict):
     """Last rule that left fewer choices than the one before it: "built", "served_enough",
     "advised", "settable" or the column of a goal; "front" with several goals; null if there is one
     choice with a window, or if all of them tie."""
-    choices: int
-    """Number of choices among which this rule decides."""
+    choices: int | None
+    """Number of choices among which this rule decides; null if it is not known, since choices that
+    do not matter have no worst values, and may fail advice."""
     left: int
     """Number of choices that it leaves."""
     is_settable: bool

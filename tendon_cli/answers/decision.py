@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from tendon_cli.answers.question_facts import recorded_value
 from tendon_cli.engine.task import Note
 from tendon_cli.model.kinematics import Rows
 from tendon_cli.windows.dependence import without_effect
-from tendon_cli.windows.order import LEAST_TORQUE, MOST_TIED, Order, Stages, last_stage
+from tendon_cli.windows.order import LEAST_TORQUE, MOST_TIED, Count, Order, Stages, last_stage
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import NEEDED, Solutions
@@ -32,17 +32,18 @@ def decision_record(
     """
     order = Order.of(question)
     feasible = sum(note["feasible"] for note in notes)
-    left = [feasible, *order.count_left(_stages(note["left"]) for note in notes if note["left"])]
+    stages = (_stages(note["left"]) for note in notes if note["left"])
+    left = [Count(feasible, feasible), *order.count_left(stages)]
     rules: list[str] = [*order.rules[:-1]]
     if order.is_front:
         rules = [*order.rules[: -1 - len(order.goals)], "front"]
-        left = [*left[: len(rules)], 1]
-    deciding = [place for place in range(len(rules)) if left[place + 1] < left[place]]
+        left = [*left[: len(rules)], Count(1, 1)]
+    deciding = [place for place, counts in enumerate(pairwise(left)) if _drops_some(*counts)]
     decided_by = deciding[-1] if deciding else None
     record: DecisionRecord = {
         "rule": None if decided_by is None else rules[decided_by],
-        "choices": feasible if decided_by is None else left[decided_by],
-        "left": left[-1],
+        "choices": feasible if decided_by is None else left[decided_by].exact,
+        "left": left[-1].sure,
         "is_settable": bool(best.settable[0] >= 1.0),
         "needed": NEEDED * accuracy,
         "ties": 1,
@@ -51,16 +52,23 @@ def decision_record(
         "no_effect": without_effect(note["windows"] for note in notes),
     }
     is_of_grid = best.row[0] < len(question.choices)
-    if is_of_grid and left[-1] > 1:
+    if is_of_grid and left[-1].sure > 1:
         with_window = choices.select(choices.feasible)
         scores = order.scores(with_window)
         tied = last_stage(scores[:, :-1])
         rank = order.rank(with_window.points, tied)
         in_order = tied[np.argsort(rank)]
-        record["ties"] = left[-1]
+        record["ties"] = left[-1].sure
         record["tied"] = _values(question, with_window.points, in_order[:MOST_TIED])
         record["broken_by"] = _broken_by(order, with_window, tied)
     return record
+
+
+def _drops_some(before: Count, after: Count) -> bool:
+    """Return True if a rule surely drops some of the choices that the rules before it leave."""
+    if before.exact is None:
+        return after.sure < before.sure
+    return after.possible < before.possible
 
 
 def is_of_order(question: Question, note: Note) -> bool:
@@ -75,22 +83,25 @@ def is_of_order(question: Question, note: Note) -> bool:
     rules = Order.of(question).rules[:-1]
     tells_all = len(stages) == (len(rules) if note["feasible"] else 0)
     counts = [count for counts in stages for count in counts.values()]
+    most = note["choices"]
     lengths = {axis.key: len(axis) for axis in question.choices.axes}
     digests = note["windows"]
     values = [int(text, 16) for texts in digests.values() for text in texts]
     return (
         tells_all
         and all(len(scores) == place + 1 for place, of in enumerate(stages) for scores in of)
-        and all(type(count) is int and 0 < count <= note["choices"] for count in counts)
+        and all(type(number) is int for count in counts for number in count)
+        and all(0 <= sure <= possible <= most and possible > 0 for sure, possible in counts)
         and all(len(texts) == lengths[key] for key, texts in digests.items())
         and all(0 <= value < 2**64 for value in values)
     )
 
 
-def _stages(left: list[list[tuple[list[str], int]]]) -> Stages:
+def _stages(left: list[list[tuple[list[str], int, int]]]) -> Stages:
     """Return the stages of a part from its note."""
     return [
-        Counter({tuple(map(float, scores)): count for scores, count in of_rule}) for of_rule in left
+        {tuple(map(float, scores)): Count(sure, possible) for scores, sure, possible in of_rule}
+        for of_rule in left
     ]
 
 

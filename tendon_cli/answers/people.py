@@ -143,7 +143,8 @@ def population(
     pretension = float(chosen.pretension[0])
     served = float(chosen.served_at[0])
     largest_share = float(chosen.served[0])
-    curve = coverage.curve(windows.low, windows.high, groups.weighting)
+    own_curve = coverage.curve(windows.low, windows.high, groups.weighting)
+    curve = own_curve
     by = [] if people is None else _by_sex(question, people, windows.served(pretension))
     if judged is not None and not judged.sample.persons:
         curve = coverage.curve(*judged.windows, judged.sample.weighting)
@@ -163,7 +164,7 @@ def population(
         "interval_95": groups.interval(served),
         "served_verified": None if judged is None else verified_record(judged),
         "largest_share": largest_share,
-        "largest_share_at": curve.best if largest_share > 0.0 else None,
+        "largest_share_at": own_curve.best if largest_share > 0.0 else None,
         "set": _spread_of_settings(question, chosen),
         "by": by,
         "curve": {

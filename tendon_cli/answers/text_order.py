@@ -48,7 +48,7 @@ def why_first(record: AnswerResults) -> str:
     if rule in said_of_rule:
         only = "the only one" if decided["left"] == 1 else "one of the few"
         return f"This choice is {only} of {among} that {said_of_rule[rule]}."
-    return f"This choice {_superlative_of(record, rule)} of the {among}."
+    return f"This choice {_superlative_of(record, rule)} of the {among.removeprefix('the ')}."
 
 
 def _of_own_sample(record: AnswerResults) -> str:
@@ -59,8 +59,9 @@ def _of_own_sample(record: AnswerResults) -> str:
 
 
 def _of_choices(decided: DecisionRecord) -> str:
-    """Count the choices among which a rule decides: "12 choices"."""
-    return say.counted(decided["choices"], "choice")
+    """Count the choices among which a rule decides: "12 choices", "the choices" if unknown."""
+    count = decided["choices"]
+    return "the choices" if count is None else say.counted(count, "choice")
 
 
 def _left_before(question: QuestionRecord, decided: DecisionRecord) -> str:

@@ -72,6 +72,9 @@ def conflicts_of(read: Mapping[str, ColumnArray], bounds: Mapping[str, float]) -
         limits = list(dict.fromkeys(str(limit) for limit in both if limit))
         if not np.isfinite(low[place]):
             limits = limits[:1]
+        elif high[place] < 0.0:
+            # No pretension at all keeps the upper limit, so that the lower one does not matter.
+            limits = limits[-1:]
         texts[place] = say.conflict_label(limits, bounds) if limits else "no window"
     return texts
 

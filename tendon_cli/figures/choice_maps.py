@@ -165,7 +165,9 @@ def answer_page(
     """
     study_title = record["title"] or record["name"]
     lines = [*notes, *_bench_text(record)]
-    given = off_default(cube.study, [axis.column for axis in cube.axes], {})
+    # An answer chooses its pretensions, whichever the study has for its designs.
+    told = [*(axis.column for axis in cube.axes), "pretension"]
+    given = off_default(cube.study, told, {})
     if given:
         lines.append(f"With {', '.join(given)}; all else by default.")
     return framed(

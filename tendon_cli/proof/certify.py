@@ -92,7 +92,7 @@ def certify(
         ends = solver.ends_that_may_bind(solution.points)
     proof = _Proof(solver, solution, ends, report)
     status = say.SAMPLED
-    if solution.has_window.item() and question.study.trajectory is None:
+    if _is_in_window(solution) and question.study.trajectory is None:
         is_proved = proof.run()
         status = say.OPEN
         if is_proved:
@@ -113,6 +113,18 @@ def certify(
         scope=Scope.of(question, *proof.windows),
         ends=solver.all_limits(proof.ends, solution.points),
         solution=replace(solution, between_samples=np.array([say.STATUSES.index(status)])),
+    )
+
+
+def _is_in_window(solution: Solutions) -> bool:
+    """Return True if one choice has a window, and is not served at a pretension outside of it.
+
+    A given pretension may lie in another window than the widest, whose proof says nothing of it.
+    """
+    low = solution.pretension_from.item()
+    high = solution.pretension_to.item()
+    return low <= high and (
+        not solution.feasible.item() or low <= solution.pretension.item() <= high
     )
 
 

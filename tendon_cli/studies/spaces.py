@@ -320,7 +320,10 @@ def _reading_faults(study: Study) -> Iterator[Fault]:
     falling = _does_not_tell(design)
     if falling.any():
         yield _undetermined_fault(space, falling)
-    elif _is_below_readings(design):
+        return
+    if study.setting.read == MOTOR_TORQUE and "pretension" not in study.tendon.model_fields_set:
+        return  # the default is a tension
+    if _is_below_readings(design):
         least = float(np.nanmax(Reading.of(design).shown(0.0)))
         unit = unit_of_reading(design.read)
         shown = f"which shows {least:.4g} {unit} or more in the setting of every design"
@@ -361,12 +364,11 @@ def _undetermined_fault(space: Space, falling: Flags) -> Fault:
 def with_readable_default(study: Study) -> Study:
     """Return a study whose pretension, if it states none, is one that its gauge can show.
 
-    The default is a reading, as a stated pretension is. Where a gauge shows a torque, or more than
-    the default with slack tendons, the default is F0 of the model instead: the reading, in whole
-    newtons or hundredths of a newton metre, at which no design has less.
+    The default is a reading, as a stated pretension is. Where a gauge shows more than that with
+    slack tendons, the default is F0 of the model instead: the reading, in whole newtons, at which
+    no design has less. A torque has no default, which is a tension.
     """
-    read = study.setting.read
-    if read == F0 or "pretension" in study.tendon.model_fields_set:
+    if study.setting.read in (F0, MOTOR_TORQUE) or "pretension" in study.tendon.model_fields_set:
         return study
     if any(PRETENSION in case_numbers(case) for case in study.cases):
         return study
@@ -374,12 +376,10 @@ def with_readable_default(study: Study) -> Study:
     if len(space) > _MOST_READINGS:
         return study
     design = space.design()
-    is_torque = read == MOTOR_TORQUE
-    if not is_torque and not _is_below_readings(design):
+    if not _is_below_readings(design):
         return study
     default = study.numbers[PRETENSION].single
-    steps = 100.0 if is_torque else 1.0
-    reading = float(np.ceil(steps * np.nanmax(Reading.of(design).shown(default))) / steps)
+    reading = float(np.ceil(np.nanmax(Reading.of(design).shown(default))))
     tendon = study.tendon.model_copy(update={"pretension": StudyNumber.of(reading)})
     tendon.model_fields_set.discard("pretension")
     return study.replaced({"tendon": tendon})

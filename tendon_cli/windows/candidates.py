@@ -69,8 +69,10 @@ def conflicts_of(solutions: Solutions) -> dict[LimitPair, Rows]:
     # A given pretension may miss a window at one of its ends.
     is_below = solutions.has_window & (pretension < low)
     is_above = solutions.has_window & (pretension > high)
-    first = np.where(is_above, solutions.to_binding.by, solutions.from_binding.by)
-    is_alone = np.isnan(low) | is_below | is_above
+    # Where no pretension at all keeps the upper limit, the lower one does not matter.
+    is_never = ~solutions.has_window & (high < 0.0)
+    first = np.where(is_above | is_never, solutions.to_binding.by, solutions.from_binding.by)
+    is_alone = np.isnan(low) | is_below | is_above | is_never
     second = np.where(is_alone, NOTHING, solutions.to_binding.by)
     rows = np.flatnonzero(~solutions.feasible)
     codes, kind = np.unique(np.column_stack([first, second])[rows], axis=0, return_inverse=True)
@@ -147,9 +149,10 @@ def solve_part(solver: Solver, rows: Rows) -> Solutions:
     """Solve choices by their rows, with the worst values at the pretension of each.
 
     If `leaves_out`, only relevant choices have worst values. The worst over a few conditions bounds
-    the worst over all. Relevant choices are selected by such bounds, worked out, and selected
-    again, until the worst values of all of them are known: no other choice is better than its
-    bound, so the selection is right.
+    the worst over all, and so the advice that a choice fails. Relevant choices are selected by such
+    bounds, worked out, and selected again, until the worst values of all of them are known: no
+    other choice is better than its bound, so the selection is right. So are choices that tell which
+    rule decides.
     """
     question = solver.question
     points = question.points(rows)
@@ -161,7 +164,8 @@ def solve_part(solver: Solver, rows: Rows) -> Solutions:
         """Return the worst values of some choices over all conditions that they serve."""
         return solver.worst(points.select(places), solved.pretension[places], served[places])
 
-    first = _places_of(solved, nearest(question, solved))
+    # A choice that serves nobody at its pretension has no worst values.
+    first = np.array([np.argmax(solved.served_at)])
     severest = solver.severest_conditions(
         points.select(first), solved.pretension[first], served[first], _SEVEREST
     )
@@ -172,15 +176,17 @@ def solve_part(solver: Solver, rows: Rows) -> Solutions:
     solved = solved.with_worst(question, first, known)
     while True:
         places = relevant(solved, question)
+        feasible = np.flatnonzero(solved.feasible)
+        if len(feasible):
+            undecided = Order.of(question).undecided(solved.select(feasible))
+            places = np.union1d(places, feasible[undecided])
         missing = places[~solved.has_worst[places]]
         if not len(missing):
             break
         solved = solved.with_worst(question, missing, worst_of(missing))
     left = np.flatnonzero(~solved.has_worst)
     # What the bounds say of advice stays: a choice that fails it by a bound surely fails it.
-    advice = solved.advice
-    solved = solved.with_worst(question, left, Worst.unknown(len(left)), has_worst=False)
-    return replace(solved, advice=advice)
+    return replace(solved, worst=solved.worst.with_values(left, Worst.unknown(len(left))))
 
 
 def _as_bounds(bounds: Worst, known: Worst) -> Worst:
@@ -203,15 +209,16 @@ def _as_bounds(bounds: Worst, known: Worst) -> Worst:
 def summarise(choices: Solutions, question: Question) -> Note:
     """Return the note of a part for JSON: counts, conflicts, and the rows that may be named.
 
-    `left` has, for each rule of the order, the numbers of choices that it may leave, by their
-    scores as text; `windows` tells for each axis whether the windows depend on it.
+    `left` has, for each rule of the order, the numbers of choices that it leaves and that it may
+    leave, by their scores as text; `windows` tells for each axis whether the windows depend on it.
     """
     conflicts = conflicts_of(choices)
     left = []
     if choices.feasible.any():
         stages = Order.of(question).stages(choices.select(choices.feasible))
         left = [
-            [[[*map(repr, scores)], count] for scores, count in counts.items()] for counts in stages
+            [[[*map(repr, scores)], *count] for scores, count in counts.items()]
+            for counts in stages
         ]
     return {
         "choices": len(choices),
@@ -272,11 +279,22 @@ def losses(scores: Array) -> Array:
     return np.where(is_finite, lag / np.where(span > 0.0, span, 1.0), 1.0)
 
 
+def least_losses(scores: Array, *then: Array) -> Rows:
+    """Return the rows of a front whose largest loss in any goal is the smallest, ascending.
+
+    Args:
+        scores: Scores of the front, (rows, goals).
+        then: Further scores, (rows,) each, that decide in turn where largest losses and sums of
+            losses are equal.
+    """
+    lost = losses(scores)
+    return last_stage(np.column_stack([-lost.max(axis=1), -lost.sum(axis=1), *then]))
+
+
 def compromise(question: Question, choices: Solutions) -> Solutions:
     """Return the choice of a front whose largest loss in any goal is the smallest."""
-    lost = losses(choices.scores(question.goals))
     torque = choices.scores((LEAST_TORQUE,))[:, 0]
-    tied = last_stage(np.column_stack([-lost.max(axis=1), -lost.sum(axis=1), torque]))
+    tied = least_losses(choices.scores(question.goals), torque)
     rank = Order.of(question).rank(choices.points, tied)
     return choices.select(tied[[np.argmin(rank)]])
 

@@ -97,6 +97,11 @@ def test_a_value_that_is_offered_is_taken(tmp_path):
                 content["people"] = {}
             if key == "joint.scale_with":  # of travels that were measured
                 content["joint"]["excursion"] = str(excursion)
+            if key == "setting.read":  # by the torque of the motor, too, which a ratio of 1 hides
+                content["spool"] = {"ratio": 0.6}
+            if key == "joint.stiffness_with":  # of persons, whose stiffness differs
+                content["joint"] |= {"stiffness": "1.1 N m/rad", "rest_angle": "73 deg"}
+                content["people"] = {}
             study_from(content)
             checked += 1
     assert checked > 10
@@ -122,7 +127,7 @@ PERSONS = ["mean-man", "mean-woman", "Ada Lovelace", "Bo", "Eve?[2J"]  # no raw 
         ("show run --table states --columns elbow_s", ["elbow_stiffness"]),
         ("show run --where 'elbow_s", []),
         ("show answer --sort -toleran", ["-tolerance", "-tolerance_length"]),
-        ("export answer --columns from_by,serv", ["from_by,served", "from_by,served_at"]),
+        ("export answer --columns from_by,served_a", ["from_by,served_at"]),
         ("export answer --table ", ["choices", "conditions", "named"]),
         ("show people.csv --columns ", ["name", "weight", "stature"]),
         ("show pipe --columns marg", ["margin"]),

@@ -53,8 +53,9 @@ def test_a_template_has_an_answer(tendon, template):
     tendon("init", "mine.toml", "--template", template)
     smaller = set_options(*SMALLER.get(template, []))
     ran = tendon("design", "mine.toml", "--no-figures", "--json", *smaller)
-    # Nothing promises that some suit serves enough of the arms of the robust study.
-    finished = (0, 4) if template == "robust" else (0,)
+    # Nothing promises that some suit serves enough of the arms of the robust study, nor that a
+    # fresh sample confirms what the few persons of the smaller study chose.
+    finished = (0, 4) if template in ("robust", "people") else (0,)
     assert ran.exit in finished
     assert ran.err == ""
     assert ran.json["name"] == "mine"

@@ -421,6 +421,7 @@ def within_limits_of_the_motor(seed, count):
         is_angle = name in ("max_spool_travel", "max_backlash")
         content = random_study(rng, number)
         content["limits"] = {name: "1e5 rad" if is_angle else 1e6}
+        content["allow_implausible"] = True
         content["motion"]["speed"] = "60 deg/s"
         question = question_of(tendon.study(content))
         of_states = windows_of(replace(question, bounds=Bounds()))
@@ -546,6 +547,7 @@ def along_trajectories(seed, count):
             name = CYCLE_LIMITS[number // 2 % len(CYCLE_LIMITS)]
             limits = {name: "1e5 rad" if "travel" in name else 1e5}
         content["limits"] = {"min_elbow_stiffness": -200.0} | limits
+        content["allow_implausible"] = True
         question = question_of(tendon.study(content))
         trajectory = question.study.trajectory
         ends = ends_along(question, trajectory)

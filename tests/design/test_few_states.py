@@ -41,7 +41,7 @@ def suit(limit, motion):
     """Return a study of a suit with a window, under one limit."""
     return {
         "arm": {"contact_width": "40 mm"},
-        "spring": {"stiffness": "5 kN/m", "free_length": "1 mm"},
+        "spring": {"stiffness": "5 kN/m", "free_length": "5 mm"},
         "spool": {"ratio": 0.6},
         "load": {"mass": ["0 kg", "3 kg"]},
         "motion": {"speed": "60 deg/s", **MOTIONS[motion]},

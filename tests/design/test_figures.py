@@ -111,3 +111,12 @@ def test_a_slice_has_every_choice_at_its_place(tmp_path):
         assert plane.columns["served"][line, column] == row.served
         assert (plane.conflicts[line, column] == "") == row.feasible
     assert set(plane.conflicts.ravel()) == {"", "slack and stability exclude each other"}
+
+
+def test_a_caption_has_no_pretension_of_designs_which_an_answer_does_not_use(tmp_path):
+    pretensions = {"tendon": {"pretension": ["20 N", "200 N"]}}
+    answer, _ = drawn({**SPRINGS, **SPOOLS, **pretensions}, tmp_path)
+    cube = choices_of(answer.kept("choices"), answer.study)
+    page = answer_figure("tolerance_map", cube, answer.record)
+    texts = [text.get_text() for text in page.figure.findobj(Text)]
+    assert not any("200 N" in text for text in texts)

@@ -68,3 +68,20 @@ def test_the_text_has_its_margins_and_the_answer_has_fixes_for_one_that_does_not
 def test_a_value_that_is_no_pretension_is_refused(value):
     with pytest.raises(StudyError, match=r"design\.pretension"):
         answered(value)
+
+
+def test_a_pretension_outside_of_the_widest_window_does_not_get_its_proof():
+    single = {**SUIT, "spring": {"stiffness": "3 kN/m"}, "spool": {"ratio": 0.6}}
+    windows = []
+    for mass in ("0 kg", "15 kg"):
+        answer = tendon.design(tendon.study({**single, "load": {"mass": mass}}))
+        windows.append(answer.choices.loc[0, ["pretension_from", "pretension_to"]].to_numpy(float))
+    windows.sort(key=np.ptp)
+    narrow, wide = windows
+    assert narrow[1] < wide[0] or wide[1] < narrow[0]
+    both = {**single, "load": {"mass": ["0 kg", "15 kg"]}}
+    for window, status in ((narrow, "sampled"), (wide, "proven")):
+        design = {"pretension": f"{window.mean()} N", "serve": 0.5}
+        best = tendon.design(tendon.study({**both, "design": design})).record["best"]
+        assert best["feasible"]
+        assert best["between_samples"] == status

@@ -197,3 +197,15 @@ def test_limits_that_no_pretension_keeps_are_the_reason(tmp_path):
     assert answer.conflicts[0]["limits"] == ["min_spool_to_tendon"]
     text = " ".join(answer.text.split())
     assert "at any pretension a spool is less than 60 tendon diameters wide" in text
+
+
+def test_a_limit_that_no_pretension_keeps_is_a_reason_of_its_own():
+    springs = {"spring": {"stiffness": ["3 kN/m", "2 kN/m", "8 kN/m"]}, "load": {"mass": 5.0}}
+    answer = tendon.design(tendon.study({**springs, "limits": {"max_tension": "100 N"}}))
+    by_limits = {tuple(conflict["limits"]): conflict for conflict in answer.conflicts}
+    never = by_limits["max_tension",]
+    choices = answer.choices
+    assert never["choices"] == (choices["pretension_to"] < 0.0).sum() > 0
+    assert never["nearest"]["pretension_to"] < 0.0
+    both = by_limits["extensor slack", "max_tension"]
+    assert both["choices"] == (choices["pretension_to"] >= 0.0).sum() > 0

@@ -10,6 +10,9 @@ from importlib import resources
 
 import numpy as np
 
+CONTACT_FROM = np.radians(10.0)
+"""Elbow angle from which the strap presses, rad."""
+
 GRAVITY = 9.81
 DIRECTIONS = (-1.0, 1.0)  # sign of friction in the flexor: flexion, extension
 
@@ -163,7 +166,7 @@ class Arms:
         }[read]
         return (reading - value) / slope
 
-    def keeps(self, pretension, angles, tilts, loads, width, pressure, presses_from=0.0):
+    def keeps(self, pretension, angles, tilts, loads, width, pressure, presses_from=CONTACT_FROM):
         """Return True for arms that keep taut, stable and below a pressure in all states."""
         kept = pretension[:, 0] >= 0.0
         for tilt in tilts:
@@ -180,7 +183,14 @@ class Arms:
 
 
 def robust(
-    count, seed, *, scatter=True, log_tissue=False, residual=0.0, presses_from=0.0, **change
+    count,
+    seed,
+    *,
+    scatter=True,
+    log_tissue=False,
+    residual=0.0,
+    presses_from=CONTACT_FROM,
+    **change,
 ):
     """Return which of `count` persons a suit serves, and who is a woman.
 

@@ -8,6 +8,7 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.answers import choices as choices_module
+from tendon_cli.answers.text_order import why_first
 from tendon_cli.windows import candidates as candidates_module
 from tendon_cli.windows.worst import WORST
 
@@ -21,6 +22,19 @@ SUITS = {
     "tendon": {"diameter": [1e-3, 1.5e-3]},
 }
 """64 choices for 30 persons with two loads."""
+ADVISED = {
+    "rope": {"tendon": {"diameter": [1e-3, 1.5e-3], "breaking_force": "1.6 kN"}},
+    "strap": {"arm": {"contact_width": 0.025}},
+    "spring": {"spring": {**SUITS["spring"], "free_length": [0.03, 0.06, 0.09]}},
+    # No window, tension or torque depends on how long the spring is without load.
+    "tie": {
+        "spring": {"stiffness": [5e3, 6e3], "free_length": [0.01 + 1e-4 * n for n in range(12)]},
+        "spool": {"ratio": 0.6},
+        "tendon": {"diameter": 1.5e-3},
+    },
+    "nothing": {"tendon": {"breaking_force": "10 N"}},
+}
+"""Parts that a study states, on which the advice that choices fail depends."""
 
 GOALS = [
     {},
@@ -34,9 +48,9 @@ GOALS = [
 def answered(monkeypatch):
     """Return a function that answers; beyond so many states only promising choices are done."""
 
-    def answer(states, **design):
+    def answer(states, content=SUITS, **design):
         monkeypatch.setattr(candidates_module, "STATES_FOR_ALL", states)
-        return tendon.design(tendon.study(SUITS | {"design": design}), jobs=1)
+        return tendon.design(content | {"design": {"verify": 0, **design}}, jobs=1)
 
     monkeypatch.setattr(choices_module, "CHOICES_PER_PART", 10)
     return answer
@@ -44,8 +58,18 @@ def answered(monkeypatch):
 
 def common_record(answer):
     """Return the entries of a record that may not depend on how much is worked out."""
-    differing = {"seconds", "checksum", "notes", "blocks", "text"}
+    differing = {"seconds", "checksum", "notes", "blocks", "text", "decided"}
     return {name: value for name, value in answer.record.items() if name not in differing}
+
+
+def assert_same_decision(partial, full):
+    """Assert that the same rule decides, against as many choices if their number is known."""
+    of_all = full.record["decided"]
+    decided = partial.record["decided"]
+    is_known = decided["choices"] is not None
+    assert decided == of_all | ({} if is_known else {"choices": None})
+    if not is_known:
+        assert f"{of_all['choices']} choices" not in why_first(partial.record)
 
 
 @pytest.mark.parametrize("goals", GOALS, ids=str)
@@ -53,6 +77,7 @@ def test_the_answer_is_the_one_of_working_out_all(answered, goals):
     full = answered(2**62, **goals)
     partial = answered(0, **goals)
     assert common_record(partial) == common_record(full)
+    assert_same_decision(partial, full)
     assert len(partial.record["notes"]) == len(full.record["notes"]) + 1
     worked_out = ~partial.choices["max_tension"].isna()
     assert 7 <= worked_out.sum() < len(worked_out)
@@ -61,6 +86,24 @@ def test_the_answer_is_the_one_of_working_out_all(answered, goals):
     )
     others = [name for name in partial.choices if name not in WORST]
     pd.testing.assert_frame_equal(partial.choices[others], full.choices[others], check_exact=True)
+
+
+@pytest.mark.parametrize("stated", ADVISED)
+@pytest.mark.parametrize("goals", GOALS[:2], ids=str)
+def test_the_decision_is_the_one_of_working_out_all_with_advice(answered, stated, goals):
+    content = {**SUITS, "people": {"count": 8}}
+    for table, numbers in ADVISED[stated].items():
+        content[table] = content.get(table, {}) | numbers
+    full = answered(2**62, content, **goals)
+    partial = answered(0, content, **goals)
+    assert common_record(partial) == common_record(full)
+    assert_same_decision(partial, full)
+
+
+def test_without_advice_the_number_of_choices_is_known(answered):
+    decided = answered(0, {**SUITS, "people": {"count": 8}}, advice=False).record["decided"]
+    assert decided["rule"] == "max_tension"
+    assert decided["choices"] is not None
 
 
 def test_a_goal_that_no_bound_serves_has_all_worked_out(answered):
