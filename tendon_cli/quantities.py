@@ -111,7 +111,7 @@ _OF_STUDIES = (
     _quantity("pretension", "F₀", "force", "distal tension of both tendons before motion"),
     _quantity("spring_stiffness", "K", "stiffness", "stiffness of the series spring"),
     _quantity("spring_free_length", "L_free", "length", "length of the flexor's spring without load"),
-    _quantity("anchor_stiffness", "K_t", "stiffness", "stiffness of tissue and cuff behind the tendon's anchor"),
+    _quantity("anchor_stiffness", "K_t", "stiffness", "stiffness of a tendon's tissue and cuffs, in series"),
     _quantity("setting_angle", "θ_0", "angle", "angle of the joint at which the pretension is set"),
     _quantity("reading_error", "ε_r", "force", "error of the gauge by which the pretension is read"),
     _quantity("model_pretension", "F₀", "force", "pretension of the model for what is read"),
@@ -141,7 +141,7 @@ _OF_STUDIES = (
     _quantity("max_spool_travel", "max Δα", "angle", "largest rotation of the spool over the motion"),
     _quantity("max_motor_work_in", "max W_m", "energy", "largest work of the motor over both strokes"),
     _quantity("max_friction_loss", "max W_μ", "energy", "largest loss to friction over both strokes"),
-    _quantity("min_efficiency", "min ε", "number", "smallest share of the motor's work that friction leaves"),
+    _quantity("min_efficiency", "min ε", "number", "smallest 1 − friction's loss over the motor's work"),
     _quantity("serve", "share", "number", "share of people, draws or conditions that is enough"),
 )  # fmt: skip
 
@@ -220,7 +220,7 @@ _OF_CYCLES = (  # both strokes of a design at a speed of the elbow
     _quantity("peak_braking_power", "peak P_b", "power", "largest power that the motor takes up"),
     _quantity("motor_work_in", "W_m", "energy", "work of the motor over both strokes, where it drives"),
     _quantity("friction_loss", "W_μ", "energy", "what friction in the sheaths takes over both strokes"),
-    _quantity("efficiency", "ε", "number", "share of the motor's work that friction leaves"),
+    _quantity("efficiency", "ε", "number", "1 − friction's loss over the motor's work"),
     _quantity("spool_travel", "Δα", "angle", "rotation of the spool over the motion"),
     _quantity("max_backlash", "max δα", "angle", "largest difference of spool angle between the directions"),
     _quantity("max_torque_band", "max δτ_m", "torque", "largest difference of motor torque between the directions"),

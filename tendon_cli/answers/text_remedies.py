@@ -16,7 +16,7 @@ _DEMANDS = {
     "load.mass": "loads of at most {} instead of {}",
     "arm.upper_arm_angle": "an upper arm tilted by at most {} instead of {}",
     "arm.contact_width": "a strap of {} instead of {}",
-    "anchor.stiffness": "tissue and cuffs of {} behind each anchor instead of {}",
+    "anchor.stiffness": "tissue and cuffs of {} per tendon instead of {}",
 }
 
 
