@@ -34,6 +34,7 @@ PATHS = {
 WITHOUT_RANGE = {
     "load_scale": "a task's torque may be of any size and sign",
     "min_efficiency": "every share is plausible",
+    "reading_error": "a tension or a torque, as the gauge shows",
 }
 """Quantities of keys that no unit makes plausible or implausible, with the reason."""
 

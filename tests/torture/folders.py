@@ -44,7 +44,7 @@ MODES = ("", "resume", "overwrite")
 NUMBER = st.integers(0, 60)
 """Number of an operation, or of a file."""
 RNG = st.randoms(use_true_random=True)
-FIGURE = "figure.png"
+FIGURE = "figure.svg"
 MEMORY = "/dev/shm"  # noqa: S108 - folders of random names
 FAST = MEMORY if os.access(MEMORY, os.W_OK) else None
 """Folder in which a flush costs nothing."""
@@ -52,7 +52,9 @@ FAST = MEMORY if os.access(MEMORY, os.W_OK) else None
 
 def draw(study, _folder, place, _record):
     """Write a stand-in for figures, which are slow to draw."""
-    (place / FIGURE).write_text(f"drawn of {study.hash}", encoding="utf-8")
+    source = f"<dc:source>tendon study {study.name} {study.hash}</dc:source>"
+    figure = f"<svg><metadata>{source}</metadata></svg>"
+    (place / FIGURE).write_text(figure, encoding="utf-8")
     return [FIGURE], [], None
 
 

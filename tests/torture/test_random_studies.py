@@ -11,8 +11,19 @@ from .test_fuzz import fuzzed
 from .tools import quick_and_torture
 
 SCHEMA = Path(__file__).parents[2] / "configs" / "tendon.schema.json"
-NOT_TRIED = {"people.content", "people.statistics", "people.statistics_content"}
+OF_RECORDS = {"people.content", "people.statistics", "people.statistics_content"}
 """Keys of records, and of a file of statistics, which is large."""
+NOT_TRIED = OF_RECORDS | {
+    "arm.contact_from",
+    "design.advice",
+    "design.verify",
+    "joint.stiffness_with",
+    "setting.accuracy",
+    "setting.reading_error",
+    "tendon.breaking_force",
+    "tendon.rope",
+}
+"""Keys that no study by chance states; but for those of records they are to be added."""
 
 
 @pytest.mark.parametrize(("first", "cases"), quick_and_torture([(3000, 12)], [(10_000, 1_000)]))
