@@ -16,7 +16,7 @@ from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import read_file
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.registry import table_kinds
+from tendon_cli.registry import record_names, table_kinds
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.figures import OF_STATES
 from tendon_cli.studies.people.people_section import MAX_BYTES as MAX_PEOPLE_BYTES
@@ -111,6 +111,11 @@ def table_of_study(
     """Open a table of designs or states, to be drawn; takes and raises what `table_at` does."""
     if _is_folder(path) and not _tables_of(path, _DRAWN):
         hint = "run `tendon sweep`"
+        if any((path / name).exists() for name in record_names() if name != SWEEP.record):
+            hint = (
+                f"its figures stand in it; `tendon plot {path} --between` draws its window over"
+                f" the angle, `tendon report {path}` writes a page with all"
+            )
         raise InputError(
             "holds neither designs.parquet nor states.parquet", where=str(path), hint=hint
         )

@@ -123,6 +123,15 @@ def test_a_damaged_answer_is_repaired_to_the_same_bytes(
     assert "up to date" in tendon(*words).out
 
 
+def test_to_plot_the_folder_of_an_answer_tells_what_draws_it(tendon, study, workplace):
+    assert tendon("design", study(CATALOGUE), "--out", "out").exit == 0
+    plotted = tendon("plot", "out")
+    assert plotted.exit == 3
+    assert "tendon plot out --between" in plotted.err
+    assert "tendon sweep" not in plotted.err
+    assert tendon("plot", "out", "--between").exit == 0
+
+
 RECORDS = {"sweep": "run.json", "design": "design.json"}
 
 
