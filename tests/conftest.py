@@ -21,6 +21,7 @@ from tendon_cli.engine.run import RunOptions, compute_parts
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.engine.threads import in_threads
 from tendon_cli.files import locked
+from tendon_cli.studies import fresh_sample as fresh_module
 from tendon_cli.studies.load import load_study
 from tendon_cli.tables.digest import file_sha256
 from tendon_cli.tables.read import open_table
@@ -32,6 +33,30 @@ if threading.current_thread() is threading.main_thread():
     for number in (signal.SIGINT, signal.SIGHUP):
         if signal.getsignal(number) is signal.SIG_IGN:
             signal.signal(number, signal.SIG_DFL)
+
+
+FEW_FRESH = 500
+"""Members of fresh samples in tests, of which a study does not state another number."""
+
+
+def _few_fresh(study, fresh_sample=fresh_module.fresh_sample):
+    """Return a small fresh sample of a study that leaves its size open."""
+    if "verify" in study.design.model_fields_set:
+        return fresh_sample(study)
+    few = study.design.model_copy(update={"verify": FEW_FRESH})
+    return fresh_sample(study.replaced({"design": few}))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _judged_by_few(request):
+    """Judge choices by few fresh persons or draws, but in modules that say JUDGED_BY_ALL.
+
+    What is not served by a fresh sample of the usual size takes a minute to answer.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        if not getattr(request.module, "JUDGED_BY_ALL", False):
+            patch.setattr(fresh_module, "fresh_sample", _few_fresh)
+        yield
 
 
 @dataclass(frozen=True)

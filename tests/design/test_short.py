@@ -195,7 +195,7 @@ def test_a_share_that_is_too_small_turns_set_into_but():
     judged.update({"value": 0.6, "interval_95": [0.59, 0.61]})
     refuted["best"]["feasible"] = False
     assert said(record).startswith("Set ")
-    assert "come nearest, but serve only 60 % of 10,000 newly drawn persons" in said(refuted)
+    assert "come nearest, but serve only 60 % of 500 newly drawn persons" in said(refuted)
 
 
 def test_an_answer_of_one_suit_does_not_speak_of_choices():

@@ -26,6 +26,8 @@ ROUGH = {"sheath": {"friction": "0.09 +/- 0.02"}, "uncertainty": {"draws": 64}}
 FILE = {"people": {"file": "people.csv"}}
 THREE = "name,weight (kg),stature (cm),weighting\nAda,55,158,1\nBo,95,192,3\nCy,75,176,2\n"
 
+JUDGED_BY_ALL = True
+
 
 def study_of(*contents, folder=None):
     """Return a study of several parts, of which a later one goes before."""

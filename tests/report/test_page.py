@@ -250,7 +250,7 @@ def test_the_persons_of_an_answer_are_served_as_it_says(answered_for_people):
     assert len(served) == 60
     assert served.mean() == pytest.approx(record["population"]["served"])
     assert 0 < served.sum() < 60
-    assert "of 10,000 newly drawn persons" in people["title"]
+    assert "of 500 newly drawn persons" in people["title"]
 
 
 def test_a_choice_between_the_points_of_the_grid_has_its_persons_too(tmp_path):
