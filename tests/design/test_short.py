@@ -40,7 +40,7 @@ MORE = {
     "unjudged": {**SUITS, "people": {"count": 20}, "design": {"verify": 0}},
     **{f"read {read}": {**SUIT, "setting": {"read": read}} for read in READ},
 }
-ODD = re.compile(r"\b(nan|inf|None)\b|_\b|\(-\)")
+ODD = re.compile(r"\b(nan|inf|None(?! of [0-9]))\b|_\b|\(-\)")
 """Words that no text for a reader holds."""
 NUMBER = r"([\d,.]+)"
 
