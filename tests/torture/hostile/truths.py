@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-ODD = re.compile(r"\b(nan|inf|None)\b")
+ODD = re.compile(r"\b(nan|inf|None(?! of [0-9]))\b")
 """Words that no text for a reader holds."""
 ROUNDING = 1e-6
 """Share of a pretension by which two ways of computing it may differ."""
