@@ -25,7 +25,16 @@ from tendon_cli.model.window import Ends
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import of_side
 from tendon_cli.tables.schema import finite_or_none
-from tendon_cli.windows.advice import HURTS, NARROW, NO_ROOM, PAIN, ROPE_SAFETY, WEAK, WIDTHS
+from tendon_cli.windows.advice import (
+    HURTS,
+    NARROW,
+    NO_ROOM,
+    PAIN,
+    ROPE_SAFETY,
+    WEAK,
+    WIDTHS,
+    is_stated,
+)
 from tendon_cli.windows.coverage import serves
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import Solutions
@@ -80,12 +89,6 @@ def parts_record(solver: Solver, choice: Solutions, ends: Ends) -> PartsRecord |
 def _everyone(question: Question) -> Flags:
     """Return True for one choice under every condition."""
     return np.ones((1, len(question.conditions)), dtype=np.bool_)
-
-
-def _is_stated(question: Question, key: str) -> bool:
-    """Return True if a study states a number, once or as an axis."""
-    axes = (*question.choices.axes, *question.conditions.axes)
-    return key in question.choices.single or any(key in axis.numbers for axis in axes)
 
 
 def _least(values: Array | float) -> float:
@@ -159,8 +162,9 @@ def _spring(solver: Solver, choice: Solutions, design: Design) -> SpringRecord |
         return None
     room = float(choice.worst.spring_room[0])
     keys = (FREE_LENGTH.key, of_side(FREE_LENGTH.key, SIDES[0]))
-    is_stated = any(_is_stated(solver.question, key) for key in keys)
-    free_length = float(np.nanmax(np.asarray(design.given[FREE_LENGTH.key]))) if is_stated else None
+    free_length: float | None = None
+    if any(is_stated(solver.question, key) for key in keys):
+        free_length = float(np.nanmax(np.asarray(design.given[FREE_LENGTH.key])))
     record: SpringRecord = {
         "stiffness": finite_or_none(stiffnesses[0]),
         "travel": float(choice.worst.max_spring_extension[0]),

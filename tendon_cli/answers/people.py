@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -214,14 +215,7 @@ def _by_sex(question: Question, people: Population, served: Flags) -> list[SexRe
         share = 1.0 if is_served.all() else float(min(weights[is_served].sum(), 1.0))
         persons = len(np.unique(rows[groups] // people.completions))
         effective = effective_count(weighting[groups]) * persons / len(groups)
-        shares.append(
-            {
-                "sex": sex,
-                "persons": persons,
-                "served": share,
-                "interval_95": [*say.interval(share, effective)],
-            }
-        )
+        shares.append(_sex_record(sex, persons, share, effective))
     return shares
 
 
@@ -233,17 +227,28 @@ def _by_sex_of_fresh(question: Question, judged: Verified) -> list[SexRecord]:
     shares: list[SexRecord] = []
     for sex in dict.fromkeys(sexes.tolist()):
         is_served = judged.is_served[sexes == sex]
-        share = float(is_served.mean())
         persons = len(is_served)
-        shares.append(
-            {
-                "sex": sex,
-                "persons": persons,
-                "served": share,
-                "interval_95": [*say.interval(share, persons)],
-            }
-        )
+        shares.append(_sex_record(sex, persons, float(is_served.mean()), persons))
     return shares
+
+
+def _sex_record(
+    sex: Literal["male", "female"], persons: int, served: float, effective: float
+) -> SexRecord:
+    """Return the record of the share served among persons of one sex.
+
+    Args:
+        sex: The sex.
+        persons: Number of persons.
+        served: Share of them that is served.
+        effective: Effective size of their sample.
+    """
+    return {
+        "sex": sex,
+        "persons": persons,
+        "served": served,
+        "interval_95": [*say.interval(served, effective)],
+    }
 
 
 def reasons_not_served(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -144,11 +144,24 @@ def window_of(row: ChoiceRecord) -> tuple[float, float] | None:
 
     The window is empty if they are in the wrong order. Return None if no pretension could do.
     """
-    low = row["pretension_from"]
-    high = row["pretension_to"]
-    if low is None:
+    if row["pretension_from"] is None:
         return None
-    return low, np.inf if high is None else high
+    return ends_of([row["pretension_from"], row["pretension_to"]])
+
+
+def ends_of(window: Sequence[float | None]) -> tuple[float, float]:
+    """Return the ends of a recorded window, N, infinite for an end that it does not have."""
+    low, high = window
+    return -np.inf if low is None else low, np.inf if high is None else high
+
+
+def pretension_words(question: QuestionRecord, best: ChoiceRecord) -> str:
+    """Say the pretension of a choice as it is read, rounded so that it stays in its window."""
+    pretension = best["pretension"]
+    window = window_of(best)
+    if pretension is None or window is None:
+        return "-"
+    return f"{say.number_within(pretension, *window)} {question['unit']}"
 
 
 def lower_words(question: QuestionRecord, row: ChoiceRecord, gauge: str = "") -> str:

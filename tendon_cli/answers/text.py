@@ -19,7 +19,14 @@ from tendon_cli.answer_record import (
     value_of,
 )
 from tendon_cli.answers import phrases
-from tendon_cli.answers.phrases import COSTS, choice_words, costs, window_of
+from tendon_cli.answers.phrases import (
+    COSTS,
+    choice_words,
+    costs,
+    ends_of,
+    pretension_words,
+    window_of,
+)
 from tendon_cli.answers.text_bench import bench_heading, drift_words, to_set
 from tendon_cli.answers.text_exact import exact_words
 from tendon_cli.answers.text_order import (
@@ -33,7 +40,7 @@ from tendon_cli.answers.text_order import (
 from tendon_cli.answers.text_parts import HEADING, but_words, parts_words
 from tendon_cli.answers.text_people import population_blocks
 from tendon_cli.answers.text_remedies import fixes_table, relaxations_words
-from tendon_cli.answers.text_verified import is_enough, is_undecided, share_words, verdict
+from tendon_cli.answers.text_verified import judgement_words
 from tendon_cli.studies.axis_words import parameter
 from tendon_cli.studies.study import keys
 
@@ -127,7 +134,7 @@ def _first_sentence(record: AnswerResults, best: ChoiceRecord) -> str:
     judged = best["served_verified"]
     fresh = record["verified_by"]
     if judged is not None and fresh is not None:
-        start = f"{start} of {_pretension(best, unit)}{where}"
+        start = f"{start} of {pretension_words(question, best)}{where}"
         return f"{start} {_judged(record, best, fresh, judged)}.{rule}"
     served = best["served_at"]
     whom = _all_of(question) if served >= 1.0 else f"{say.percent(served)} of {_everyone(question)}"
@@ -143,10 +150,10 @@ def _first_sentence(record: AnswerResults, best: ChoiceRecord) -> str:
         then = f"serves {whom}; at least {enough} are served {_span(low, high, unit)}{either_way}"
         window_for_all = record["window_for_all"]
         if window_for_all is not None:
-            all_low, all_high = _finite_window(window_for_all)
+            all_low, all_high = ends_of(window_for_all)
             is_same = (all_low, all_high) == (low, high)
             then += ", all of them " + ("there" if is_same else _span(all_low, all_high, unit))
-    return f"{start} of {_pretension(best, unit)}{where} {then}.{rule}"
+    return f"{start} of {pretension_words(question, best)}{where} {then}.{rule}"
 
 
 def _judged(
@@ -155,14 +162,12 @@ def _judged(
     """Say whom the best pretension serves in a fresh sample, and what would serve enough of it."""
     question = record["question"]
     serve = record["serve"]
-    is_short = not is_enough(judged, serve) and not is_undecided(judged, serve)
-    serves = "serves only" if is_short else "serves"
-    share = f"{serves} {share_words(fresh, judged, serve)}{verdict(fresh, judged, serve)}"
+    share = f"serves {judgement_words(fresh, judged, serve)}"
     enough = "all" if serve >= 1.0 else f"at least {say.percent(serve)}"
     if judged["from"] is None:
         noun, _ = say.setting_words(question["read"])
         return f"{share}; no {noun} serves {enough} of them"
-    low, high = _finite_window([judged["from"], judged["to"]])
+    low, high = ends_of([judged["from"], judged["to"]])
     if question["pretension"] is not None:
         window: ChoiceRecord = {
             **best,
@@ -171,21 +176,6 @@ def _judged(
         }
         return f"{share}; {phrases.margins(question, window)}, which serves {enough} of them"
     return f"{share}; {enough} of them are served {_span(low, high, question['unit'])}"
-
-
-def _finite_window(window: Sequence[float | None]) -> tuple[float, float]:
-    """Return the ends of a recorded window, N, infinite for an upper end that it does not have."""
-    low, high = window
-    return -np.inf if low is None else low, np.inf if high is None else high
-
-
-def _pretension(row: ChoiceRecord, unit: str) -> str:
-    """Say the pretension of a choice, rounded so that it stays in its window."""
-    pretension = row["pretension"]
-    window = window_of(row)
-    if pretension is None or window is None:
-        return "-"
-    return f"{say.number_within(pretension, *window)} {unit}"
 
 
 def _span(low: float, high: float, unit: str) -> str:
@@ -229,7 +219,7 @@ def _why(record: AnswerResults, best: ChoiceRecord) -> Iterator[str]:
         value = value_of(best, name)
         if value:
             worst.append(f"{words} {say.quantity(name, value)}")
-    yield f"at {_pretension(best, question['unit'])} the worst is {say.join_words(worst)}"
+    yield f"at {pretension_words(question, best)} the worst is {say.join_words(worst)}"
     yield from ties_words(record)
     yield from edges_words(question, best)
 

@@ -14,7 +14,7 @@ from tendon_cli.answer_record import (
     SettingRecord,
     value_of,
 )
-from tendon_cli.answers.phrases import window_of
+from tendon_cli.answers.phrases import ends_of, window_of
 from tendon_cli.space.axis import PERSON_AXIS
 
 SET_AT_JOINT = ("set_flexor_tension", "set_extensor_tension")
@@ -22,8 +22,6 @@ SET_AT_JOINT = ("set_flexor_tension", "set_extensor_tension")
 SET_AT_MOTOR = ("set_flexor_tension_motor", "set_extensor_tension_motor")
 """Columns of the tensions to set at the motor, N."""
 
-_SURELY = 1.0 + 1e-9
-"""Factor by which a length must be longer to be so in spite of rounding."""
 _SHORTEST = 1e-6
 """Length below which it is printed as 0, m."""
 FEW_PERSONS = 20
@@ -145,9 +143,7 @@ def _serving_window(best: ChoiceRecord) -> tuple[float, float] | None:
     judged = best["served_verified"]
     window = window_of(best)
     if judged is not None:
-        low = judged["from"]
-        high = math.inf if judged["to"] is None else judged["to"]
-        window = None if low is None else (low, high)
+        window = None if judged["from"] is None else ends_of([judged["from"], judged["to"]])
     if window is None:
         return None
     return max(window[0], 0.0), window[1]
@@ -157,7 +153,7 @@ def _short_length(value: float) -> str:
     """Say a length of tendon that is allowed, rounded down."""
     if value < _SHORTEST:
         return "0 mm"
-    return say.quantity("tolerance_length", value * _SURELY, 2, toward=-math.inf)
+    return say.at_most("tolerance_length", value, 2)
 
 
 def _per_mm(question: QuestionRecord, setting: SettingRecord) -> str:

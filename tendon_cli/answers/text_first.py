@@ -15,7 +15,7 @@ from tendon_cli.answer_record import (
     value_of,
 )
 from tendon_cli.answers import phrases
-from tendon_cli.answers.phrases import value_words, window_of
+from tendon_cli.answers.phrases import pretension_words, value_words, window_of
 from tendon_cli.answers.text_bench import (
     SET_AT_JOINT,
     SET_AT_MOTOR,
@@ -25,7 +25,7 @@ from tendon_cli.answers.text_bench import (
 )
 from tendon_cli.answers.text_parts import can_be_built, failure_words
 from tendon_cli.answers.text_people import population_share
-from tendon_cli.answers.text_verified import is_enough, is_undecided, share_words, verdict
+from tendon_cli.answers.text_verified import judgement_words
 from tendon_cli.space.axis import split_side
 from tendon_cli.studies.study import keys
 from tendon_cli.studies.values import RIGID
@@ -94,11 +94,7 @@ def _serves(record: AnswerResults, best: ChoiceRecord, suit: Suit) -> str:
     serve = suit.verb("serve", "serves")
     work = suit.verb("work", "works")
     if judged is not None and fresh is not None:
-        needed = record["serve"]
-        is_short = not is_enough(judged, needed) and not is_undecided(judged, needed)
-        only = " only" if is_short else ""
-        share = share_words(fresh, judged, needed)
-        return f"{serve}{only} {share}{verdict(fresh, judged, needed)}"
+        return f"{serve} {judgement_words(fresh, judged, record['serve'])}"
     population = record["population"]
     if population is not None:
         if population["count"] == 1:
@@ -209,15 +205,6 @@ def _tensions(record: AnswerResults, best: ChoiceRecord) -> str:
         extensor = pretension_words(question, best)
         return f"{extensor} in the extensor ({flexor} in the flexor) at the {end}"
     return f"{flexor} in the flexor ({extensor} in the extensor) at the {end}"
-
-
-def pretension_words(question: QuestionRecord, best: ChoiceRecord) -> str:
-    """Say the pretension of a choice as it is read, rounded so that it stays in its window."""
-    pretension = best["pretension"]
-    window = window_of(best)
-    if pretension is None or window is None:
-        return "-"
-    return f"{say.number_within(pretension, *window)} {question['unit']}"
 
 
 def _digits(best: ChoiceRecord, tension: float) -> int:

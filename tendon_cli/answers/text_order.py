@@ -70,22 +70,14 @@ def _left_before(question: QuestionRecord, decided: DecisionRecord) -> str:
         return " that have a window"
     if not decided["is_settable"]:
         return " that can be set equally well"
-    return f" that can be set well enough (± {needed_words(question, decided)})"
-
-
-def needed_words(question: QuestionRecord, decided: DecisionRecord) -> str:
-    """Say which tolerance is enough: "6 mm", or "15 N" if the accuracy is a tension."""
-    tension = question["accuracy"]["tension"]
-    if tension is not None:
-        return f"{say.number(question['needed'] * tension, 3)} {question['unit']}"
-    return say.quantity("tolerance_length", decided["needed"], 3)
+    return f" that can be set well enough (± {say.tolerance_that_is_enough(question)})"
 
 
 def _why_settable(record: AnswerResults, decided: DecisionRecord) -> str:
     """Say that a choice can be set best, or alone well enough."""
     question = record["question"]
     best = record["best"]
-    needed = needed_words(question, decided)
+    needed = say.tolerance_that_is_enough(question)
     if decided["is_settable"]:
         return (
             f"This choice is the only one of {_of_choices(decided)} that can be set well"

@@ -241,12 +241,12 @@ def _length(value: float | None) -> str:
 
 def _at_least(value: float, digits: int = 2) -> str:
     """Say a length that is needed, rounded up."""
-    return say.quantity("max_spring_extension", value / _SURELY, digits, toward=math.inf)
+    return say.at_least("max_spring_extension", value, digits)
 
 
 def _at_most(value: float) -> str:
     """Say a length that is allowed, rounded down."""
-    return say.quantity("max_spring_extension", value * _SURELY, 3, toward=-math.inf)
+    return say.at_most("max_spring_extension", value)
 
 
 def _strength(rope: RopeRecord) -> str:

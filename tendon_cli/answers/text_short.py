@@ -17,6 +17,7 @@ from tendon_cli.answer_record import (
     SettingRecord,
 )
 from tendon_cli.answers import phrases
+from tendon_cli.answers.phrases import pretension_words
 from tendon_cli.answers.text import conflict_words, edges_words, no_window_words
 from tendon_cli.answers.text_bench import (
     drift_words,
@@ -25,7 +26,7 @@ from tendon_cli.answers.text_bench import (
     spread_words,
 )
 from tendon_cli.answers.text_exact import exact_short
-from tendon_cli.answers.text_first import first_words, pretension_words, suit_words
+from tendon_cli.answers.text_first import first_words, suit_words
 from tendon_cli.answers.text_order import ties_words, why_first
 from tendon_cli.answers.text_parts import short_parts
 from tendon_cli.answers.text_people import need_words

@@ -25,6 +25,13 @@ def members(fresh: FreshRecord) -> str:
     return f"{count} new draw{several}{whom}"
 
 
+def judgement_words(fresh: FreshRecord, judged: VerifiedRecord, serve: float) -> str:
+    """Say whom a choice serves: "only 93 % of 10,000 new draws (...), not the 95 % asked for"."""
+    is_short = not is_enough(judged, serve) and not is_undecided(judged, serve)
+    only = "only " if is_short else ""
+    return f"{only}{share_words(fresh, judged, serve)}{verdict(fresh, judged, serve)}"
+
+
 def share_words(fresh: FreshRecord, judged: VerifiedRecord, serve: float) -> str:
     """Say a share with its interval: "94.7 % of 10,000 newly drawn persons (94.2 to 95.2 %)".
 
@@ -35,12 +42,7 @@ def share_words(fresh: FreshRecord, judged: VerifiedRecord, serve: float) -> str
     """
     value = judged["value"]
     low, high = judged["interval_95"]
-    span = say.interval_text(value, low, high)
-    if value >= 1.0:
-        return f"all {members(fresh)} ({span})"
-    if value <= 0.0:
-        return f"none of {members(fresh)} ({span})"
-    return f"{_share(value, serve)} of {members(fresh)} ({span})"
+    return say.share_of(members(fresh), value, low, high, _share(value, serve))
 
 
 def is_enough(judged: VerifiedRecord, serve: float) -> bool:

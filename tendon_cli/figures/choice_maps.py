@@ -238,12 +238,7 @@ def is_settable(record: AnswerRecord, length: ColumnArray, half: ColumnArray) ->
 
 def settable_label(record: AnswerRecord) -> str:
     """Say what it takes to be set well enough: "can be set well enough (± 6 mm)"."""
-    question = record["question"]
-    tension = question["accuracy"]["tension"]
-    if tension is not None:
-        return f"can be set well enough (± {say.number(question['needed'] * tension, 3)} N)"
-    needed = question["needed"] * (question["accuracy"]["length"] or 0.0)
-    return f"can be set well enough (± {say.quantity('tolerance_length', needed, 3)})"
+    return f"can be set well enough (± {say.tolerance_that_is_enough(record['question'])})"
 
 
 def choice_text(cube: Cube, choice: ChoiceRecord) -> str:

@@ -21,6 +21,8 @@ WIDTH = 80
 """Columns of a text."""
 _TWO_SIDED_95 = 1.959963984540054
 """Quantile of the normal distribution for an interval of 95 %."""
+_SURELY = 1.0 + 1e-9
+"""Factor by which a value must be beyond a bound to be so in spite of rounding."""
 _TENTH = Context().create_decimal("0.1")
 _JOINED = "\u00a0"
 """No-break space."""
@@ -109,6 +111,16 @@ def side_of(key: str) -> str:
     return ""
 
 
+def at_least(of: Quantity | str, value: float, digits: int = 3) -> str:
+    """Write a quantity that is needed, rounded up, apart from errors of rounding."""
+    return quantity(of, value / _SURELY, digits, toward=math.inf)
+
+
+def at_most(of: Quantity | str, value: float, digits: int = 3) -> str:
+    """Write a quantity that is allowed, rounded down, apart from errors of rounding."""
+    return quantity(of, value * _SURELY, digits, toward=-math.inf)
+
+
 def window_text(low: float, high: float, digits: int = 4, unit: str = "N") -> str:
     """Write an interval of pretension: "122.1 to 173.9 N", "62 N or more"."""
     if math.isinf(high):
@@ -129,6 +141,19 @@ def number_within(value: float, low: float, high: float, digits: int = 4) -> str
             if low <= float(text.replace(",", "")) <= high:
                 return text
     return repr(value)
+
+
+def tolerance_that_is_enough(question: Mapping[str, Any]) -> str:
+    """Write the tolerance of setting that is enough: "6 mm", or "15 N" if it is read as a tension.
+
+    Args:
+        question: Record of a question, with its accuracy and how many times this is enough.
+    """
+    needed = question["needed"]
+    length, tension = (question["accuracy"][kind] for kind in ("length", "tension"))
+    if tension is not None:
+        return f"{number(needed * tension, 3)} {question['unit']}"
+    return quantity("tolerance_length", needed * (length or 0.0))
 
 
 def byte_size(count: float) -> str:
@@ -202,12 +227,26 @@ def sampled_share(served: float, count: int, noun: str, effective: float | None 
     """
     if count == 1:
         return f"this {noun}" if served > 0.5 else f"not this {noun}"
-    span = interval_text(served, *interval(served, effective or count))
+    low, high = interval(served, effective or count)
+    return share_of(counted(count, noun), served, low, high)
+
+
+def share_of(members: str, served: float, low: float, high: float, text: str = "") -> str:
+    """Write a share with its interval: "all 40 draws (at least 91.2 %)", "none of 40 draws (...)".
+
+    Args:
+        members: Who or what is counted: "40 draws".
+        served: The share.
+        low: Lower end of its interval.
+        high: Upper end.
+        text: The share as it is written; in percent if empty.
+    """
+    span = interval_text(served, low, high)
     if served >= 1.0:
-        return f"all {counted(count, noun)} ({span})"
+        return f"all {members} ({span})"
     if served <= 0.0:
-        return f"none of {counted(count, noun)} ({span})"
-    return f"{percent(served)} of {counted(count, noun)} ({span})"
+        return f"none of {members} ({span})"
+    return f"{text or percent(served)} of {members} ({span})"
 
 
 def interval_text(served: float, low: float, high: float) -> str:

@@ -52,8 +52,7 @@ class AccuracyField(FieldMark):
             hint = None
             if isinstance(value, (int, float)) and not isinstance(value, bool):
                 hint = f'write "{value} mm" or "{value} N"'
-            problem = f"{described(value)} is neither a length nor a tension, expected {_EXPECTED}"
-            raise fault(problem, hint)
+            raise fault(_problem(value), hint)
         dimension = dimension_of(value)
         if dimension is not None:
             measure = parse_measure(value, dimension)
@@ -61,8 +60,7 @@ class AccuracyField(FieldMark):
         try:
             measure = parse_measure(value, "length")
         except UnitError as error:
-            problem = f"{described(value)} is neither a length nor a tension, expected {_EXPECTED}"
-            raise fault(problem, error.hint) from None
+            raise fault(_problem(value), error.hint) from None
         return Accuracy(length=_LENGTH.bounded(measure), tension=None)
 
     def __get_pydantic_json_schema__(
@@ -71,3 +69,8 @@ class AccuracyField(FieldMark):
         of_length = _LENGTH.text_schema()
         of_tension = _TENSION.text_schema()
         return {"anyOf": [of_length, of_tension, {"const": 0}]}
+
+
+def _problem(value: object) -> str:
+    """Say what is wrong with a value that is no accuracy."""
+    return f"{described(value)} is neither a length nor a tension, expected {_EXPECTED}"

@@ -68,7 +68,7 @@ def advice_of(question: Question, points: Points, worst: Worst) -> Codes:
     failed[worst.spring_room < -_ROUNDING] |= NO_ROOM
     failed[worst.max_contact_pressure > PAIN * (1.0 + _ROUNDING)] |= HURTS
     is_rope_stated = study.tendon.rope is not None
-    if not (is_rope_stated or states_breaking_force(question)):
+    if not (is_rope_stated or is_stated(question, BREAKING_FORCE)):
         return failed
     design = question.designs(points)
     breaking = _least(design.given[BREAKING_FORCE], len(points))
@@ -79,12 +79,11 @@ def advice_of(question: Question, points: Points, worst: Worst) -> Codes:
     return failed
 
 
-def states_breaking_force(question: Question) -> bool:
-    """Return True if a study, or any of its cases, says at which tension the rope breaks."""
-    spaces = (question.choices, question.conditions)
+def is_stated(question: Question, key: str) -> bool:
+    """Return True if the study, or any of its axes or cases, gives a number."""
     return any(
-        BREAKING_FORCE in space.single or any(BREAKING_FORCE in axis.numbers for axis in space.axes)
-        for space in spaces
+        key in space.single or any(key in axis.numbers for axis in space.axes)
+        for space in (question.choices, question.conditions)
     )
 
 

@@ -15,6 +15,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.windows.advice import NO_ROOM
@@ -225,7 +226,8 @@ class Order:
         for counts in merged:
             tried = [scores for scores in counts if scores[:-1] in left]
             top = max((scores[-1] for scores in tried), default=-np.inf)
-            left = {scores for scores in tried if scores[-1] >= _least_equal(top)}
+            least = _least_equal(top)
+            left = {scores for scores in tried if scores[-1] >= least}
             sure = sum(counts[scores].sure for scores in left)
             possible = sum(counts[scores].possible for scores in left)
             numbers.append(Count(sure, possible))
@@ -260,9 +262,11 @@ def _may_be_left(scores: Array) -> list[tuple[Rows, Rows]]:
     return stages
 
 
-def _least_equal(top: float) -> float:
-    """Return the smallest value that ties with the largest one."""
-    return float(top - EQUAL * abs(top)) if np.isfinite(top) else float(top)
+def _least_equal(top: npt.ArrayLike) -> Array:
+    """Return the smallest values that tie with the largest ones."""
+    largest = np.asarray(top, dtype=np.float64)
+    with np.errstate(invalid="ignore"):
+        return np.where(np.isfinite(largest), largest - EQUAL * np.abs(largest), largest)
 
 
 def _groups_of_equals(group: Rows, values: Array) -> Rows:
@@ -291,6 +295,4 @@ def _within_groups(group: Rows, values: Array) -> Flags:
     """
     top = np.full(int(group.max(initial=-1)) + 1, -np.inf)
     np.maximum.at(top, group, values)
-    with np.errstate(invalid="ignore"):
-        least = np.where(np.isfinite(top), top - EQUAL * np.abs(top), top)
-    return np.asarray(values >= least[group])
+    return np.asarray(values >= _least_equal(top)[group])
