@@ -28,6 +28,8 @@ FEWEST_BEYOND = 3
 """Rows of measured travels beyond the motion that keep the uncertain end of a spline away."""
 _LONGEST_NAME = 4096  # of a file
 _ROUNDING = 1e-9  # rad; angles that differ by less are the same
+_STRAIGHT = 1e-13
+"""Bend of a curve between two of its points, as a share of its values, that is rounding alone."""
 _QUANTITIES = {
     "angle": "elbow_angle",
     "torque": "elbow_torque",
@@ -83,7 +85,7 @@ class CurveTable:
             pieces = np.flatnonzero(np.diff(smooth.x) > 0.0)
             return Spline(np.append(smooth.x[pieces], smooth.x[-1]), smooth.c[:, pieces])
         cubic = interpolate.CubicSpline(angles, values)
-        return Spline(cubic.x, cubic.c)
+        return Spline(cubic.x, _without_rounding(cubic.c, angles, values))
 
 
 @dataclass(frozen=True)
@@ -255,6 +257,24 @@ def read_curve(content: bytes, where: str, columns: CurveColumns) -> tuple[Curve
             slips += column_slips(_quantity_of(name, dimension), values, unit, name, places)
     curve = _ascending(dict(zip(columns.names, read.values.tolist(), strict=True)), slips)
     return curve, read.notes
+
+
+def _without_rounding(pieces: Array, angles: Array, values: Array) -> Array:
+    """Return the coefficients of cubic pieces, those that errors of rounding alone make set to 0.
+
+    Points on a straight line then make a straight line: a moment arm that does not change has no
+    slope, however small, by which a large pretension could move the joint.
+
+    Args:
+        pieces: Coefficients, (4, pieces), that of the cube first.
+        angles: Angles between which the pieces lie, (pieces + 1,), rad.
+        values: Values at these angles.
+    """
+    steps = np.diff(angles)
+    shares = np.array([steps**3, steps**2])
+    bends = np.abs(pieces[:2]) * shares
+    is_rounding = (bends <= _STRAIGHT * np.abs(values).max()).all()
+    return np.vstack([np.zeros_like(pieces[:2]), pieces[2:]]) if is_rounding else pieces
 
 
 def curves_of(study: Any) -> dict[str, Spline]:

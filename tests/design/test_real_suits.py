@@ -338,3 +338,18 @@ def test_a_gauge_over_a_slack_tendon_tells_no_window():
             run = tendon.sweep({**read, "tendon": {"pretension": inside}})
             assert run.designs.feasible.all()
     assert found == [(False, False), (True, False), (True, True)]
+
+
+@pytest.mark.parametrize("rows", [3, 4, 30])
+def test_moment_arms_that_do_not_change_leave_the_window_without_an_upper_end(rows):
+    """However many rows state the same straight lines: no slope, nothing to become unstable by."""
+    angles = np.linspace(0.0, 1.7, rows)
+    excursion = {
+        "angle": [f"{angle!r} rad" for angle in angles.tolist()],
+        "flexor": (0.03 * angles).tolist(),
+        "extensor": (0.02 * angles).tolist(),
+    }
+    choice = first_choice({"joint": {"excursion": excursion}, "load": {"mass": ["0 kg", "2 kg"]}})
+    assert choice.pretension_from > 0.0
+    assert np.isnan(choice.pretension_to)
+    assert choice.feasible
