@@ -28,7 +28,7 @@ from pathlib import Path
 from .attempts import ATTEMPTS
 from .breed import breeder
 from .seeds import seeds
-from .tally import LONGEST_ANSWER, Tally, too_slow
+from .tally import LONGEST_ANSWER, MOST_MEGABYTES_OF_AN_ANSWER, Tally, too_slow
 from .truths import try_valid
 from .valid import FILES, Maker
 
@@ -52,7 +52,7 @@ def valid(seeds_tried, folder):
     """Try the valid studies of some seeds."""
     for name, text in FILES.items():
         (folder / name).write_text(text, "utf-8")
-    tally = Tally(folder, try_valid, LONGEST_ANSWER)
+    tally = Tally(folder, try_valid, LONGEST_ANSWER, MOST_MEGABYTES_OF_AN_ANSWER)
     for seed in seeds_tried:
         content = json.dumps(Maker(seed).study(), indent=1)
         tally.meet(".yaml", content.encode())

@@ -13,6 +13,9 @@ LONGEST = 10.0
 LONGEST_ANSWER = 120.0
 """Time of the processor after which an answer to a small study is a fault, s."""
 MOST_MEGABYTES = 500
+"""Peak of memory from which on a case is a fault, MB."""
+MOST_MEGABYTES_OF_AN_ANSWER = 1500
+"""The same for an answer to a small study, whose proof may need many cells."""
 
 
 class TooSlow(BaseException):
@@ -39,6 +42,8 @@ class Tally:
     attempt: Callable[[Path], object]
     longest: float = LONGEST
     """Time of the processor after which a case is a fault, s; 0 for no limit."""
+    most_megabytes: float = MOST_MEGABYTES
+    """Peak of memory from which on a case is a fault, MB."""
     cases: int = 0
     taken: int = 0
     refused: dict[str, int] = field(default_factory=dict)
@@ -73,7 +78,7 @@ class Tally:
         self.slowest = max(self.slowest, time.process_time() - began)
         before = self.peak
         self.peak = peak_memory()
-        if before < MOST_MEGABYTES <= self.peak:
+        if before < self.most_megabytes <= self.peak:
             error = MemoryError(f"{self.peak:.0f} MB, {before:.0f} MB before it")
             self.fault(error, suffix, content)
 

@@ -17,6 +17,7 @@ NUMBERS = {
     "arm.forearm_com": (100, 250, "mm"),
     "arm.load_distance": (200, 400, "mm"),
     "arm.upper_arm_angle": (-30, 90, "deg"),
+    "arm.contact_from": (-10, 60, "deg"),
     "arm.contact_width": (10, 80, "mm"),
     "arm.contact_radius": (20, 80, "mm"),
     "sheath.friction": (0, 0.3, ""),
@@ -24,6 +25,7 @@ NUMBERS = {
     "tendon.length": (0.3, 3, "m"),
     "tendon.diameter": (0.5, 3, "mm"),
     "tendon.youngs_modulus": (1, 200, "GPa"),
+    "tendon.breaking_force": (200, 5000, "N"),
     "tendon.pretension": (5, 400, "N"),
     "spring.stiffness": (0.5, 50, "kN/m"),
     "spring.free_length": (20, 150, "mm"),
@@ -318,6 +320,8 @@ class Maker:
     def tendon(self, setting):
         """Return `[tendon]`; a gauge reads one pretension of both sides."""
         tendon = self.of_sides("tendon", 0.2)
+        if self.happens(0.2):
+            tendon["rope"] = self.rng.choice(["7x7", "7x19"])
         if setting.get("read", "pretension") != "pretension":
             for side in ("flexor", "extensor"):
                 tendon.get(side, {}).pop("pretension", None)
@@ -372,7 +376,12 @@ class Maker:
             setting["after"] = self.rng.choice(["flexion", "extension"])
         if self.happens(0.25):
             sides = ("flexor at joint", "extensor at joint", "flexor at motor", "extensor at motor")
-            setting["read"] = self.rng.choice(["pretension", *sides])
+            setting["read"] = self.rng.choice(["pretension", "motor torque", *sides])
+        unit = "N m" if setting.get("read") == "motor torque" else "N"
+        if self.happens(0.15):
+            setting["reading_error"] = self.measure(0.1, 3, unit)
+        if self.happens(0.2):
+            setting["accuracy"] = self.measure(0, 6, self.rng.choice(["mm", unit]))
         return setting
 
     def motion(self):
@@ -450,6 +459,8 @@ class Maker:
             study["arm"]["anchors"] = "mean man"
         if "excursion" in study["joint"] and self.happens(0.5):
             study["joint"]["scale_with"] = "forearm_circumference"
+        if "stiffness" in study["joint"] and self.happens(0.5):
+            study["joint"]["stiffness_with"] = "arm_volume"
         return people
 
     def cases(self, study):
@@ -521,6 +532,9 @@ class Maker:
                 design["maximise"] = goals[1:]
         if self.happens(0.25) and (self.intervals or study.keys() & {"people", "uncertainty"}):
             design["serve"] = self.rng.choice(["50 %", 0.8, 1])
+        design["verify"] = self.rng.choice([0, 200, 1000])
+        if self.happens(0.2):
+            design["advice"] = self.happens(0.5)
         if self.happens(0.2):
             design["prove"] = self.rng.choice([[0], ["0"], 0])
         if "people" in study and self.happens(0.3):
