@@ -4,6 +4,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 DOCS := $(VENV)/.docs
 
@@ -16,7 +17,8 @@ $(READY): pyproject.toml constraints.txt setup.py $(wildcard tendon_cli/kernel/*
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "tendon needs Python 3.11 or later; set PYTHON=..."; exit 1; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	@$(PIP) --upgrade pip
+	$(PIP) -e . --group dev
 	@$(BIN)/python -m compileall -q tendon_cli  # as pip does with what it installs; many containers have Python not do it
 	@touch $@
 
@@ -43,7 +45,7 @@ format: $(READY)  ## format the code
 	$(BIN)/ruff check --fix .
 
 $(DOCS): $(READY)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,docs]'
+	$(PIP) -e '.[docs]' --group dev
 	@touch $@
 
 docs: $(DOCS)  ## make the figures of the documentation and build it, to be read in docs/_build/index.html
@@ -58,9 +60,8 @@ bench: $(READY)  ## measure ratios against the machine's limit, an expert's scri
 TORTURE := $(VENV)/.torture
 
 $(TORTURE): $(READY)
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,readers,release]'
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt \
-		--only-binary atheris -e '.[torture]' || echo "atheris cannot be installed here; what needs it is skipped"
+	@$(PIP) --group readers --group release
+	@$(PIP) --only-binary atheris --group torture || echo "atheris cannot be installed here; what needs it is skipped"
 	@touch $@
 
 torture: $(TORTURE)  ## the whole of what the tests sample
@@ -73,7 +74,7 @@ mutants: $(READY)  ## put random faults into copies of the package and see wheth
 	nice $(BIN)/python -m tests.torture.mutants $(MUTANTS)
 
 release: $(READY)  ## build sdist and wheel (manylinux on Linux) into dist/ and check what they hold
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[release]'
+	$(PIP) --group release
 	rm -rf dist build
 	$(BIN)/python -m tests.release dist
 

@@ -4,6 +4,7 @@ The kernel is compiled with the version that it goes by, if a C compiler is at h
 """
 
 import re
+import sysconfig
 from pathlib import Path
 
 from setuptools import Extension, setup
@@ -12,6 +13,8 @@ from setuptools.command.build_py import build_py
 KERNEL = Path("tendon_cli/kernel")
 _CODE = (KERNEL / "__init__.py").read_text(encoding="utf-8")
 VERSION = re.search(r"^VERSION = (\d+)$", _CODE, re.MULTILINE)[1]
+# One wheel serves every Python from 3.11 on but the free-threaded ones, which need one each.
+IS_LIMITED = not sysconfig.get_config_var("Py_GIL_DISABLED")
 EXTENSION = Extension(
     "tendon_cli.kernel._native",
     sources=[str(KERNEL / f"{name}.c") for name in ("native", "plain", "avx2", "avx512")],
@@ -25,7 +28,7 @@ EXTENSION = Extension(
         "-fno-math-errno",
         "-fno-trapping-math",
     ],
-    py_limited_api=True,
+    py_limited_api=IS_LIMITED,
     optional=True,  # without a C compiler NumPy does it, to the same bits
 )
 
@@ -52,5 +55,5 @@ class BuildWithExamples(build_py):
 setup(
     ext_modules=[EXTENSION],
     cmdclass={"build_py": BuildWithExamples},
-    options={"bdist_wheel": {"py_limited_api": "cp311"}},  # one wheel from Python 3.11 on
+    options={"bdist_wheel": {"py_limited_api": "cp311"}} if IS_LIMITED else {},
 )

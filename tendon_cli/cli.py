@@ -134,7 +134,7 @@ def _as_fault(error: Exception) -> TendonError:
         return error
     if is_memory_short(error):
         hint = "fewer --jobs need less; what was finished of a sweep is kept, --resume continues"
-        problem = f"there is not enough memory: {error or type(error).__name__}"
+        problem = f"there is not enough memory: {str(error) or type(error).__name__}"
         return MemoryShortError(problem, hint=hint)
     message = getattr(error, "format_message", None)
     if callable(message):  # typer's errors of a wrong call

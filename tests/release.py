@@ -27,7 +27,7 @@ NEEDED = {
     "tendon_cli/studies/starter.toml",
     "tendon_cli/studies/starter.yaml",
     "tendon_cli/studies/people/ansur2_arm.toml",
-    "tendon_cli/paper/studies/fig07.toml",
+    "tendon_cli/reports/page/page.html",
     "tendon_cli/reports/page/page.css",
     "tendon_cli/reports/plotly/LICENSE",
 }

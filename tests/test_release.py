@@ -2,14 +2,17 @@
 
 import os
 import re
+import runpy
 import shutil
 import subprocess
 import sys
+import sysconfig
 import tomllib
 import zipfile
 from pathlib import Path
 
 import pytest
+import setuptools
 from ruamel.yaml import YAML
 
 from tendon_cli import __version__
@@ -33,6 +36,33 @@ def test_every_file_of_the_package_goes_into_the_wheel():
     }
     others = {name for name in release.of_the_package() if not name.endswith((".py", ".c", ".h"))}
     assert release.NEEDED <= others <= data
+
+
+def test_nothing_goes_into_the_wheel_twice():
+    """Packages without a word of code are alike; of others, none is a copy."""
+    sources = [ROOT / name for name in (*release.of_the_package(), *release.of_the_configs())]
+    contents = [content for file in sources if len(content := file.read_bytes()) > 200]
+    assert len(contents) == len(set(contents))
+
+
+def test_development_tools_are_no_extras_of_the_package():
+    """Whoever installs tendon is offered what it can use, not what it is made with."""
+    assert set(PROJECT["optional-dependencies"]) == {"dask", "xarray", "docs"}
+    assert {"dev", "release", "readers", "torture"} == set(PYPROJECT["dependency-groups"])
+
+
+@pytest.mark.parametrize(("free_threaded", "tagged"), [(0, True), (1, False)])
+def test_a_python_without_its_lock_gets_compiled_code_of_its_own(
+    monkeypatch, free_threaded, tagged
+):
+    """The stable interface, on which one wheel for all rests, is not there without the lock."""
+    asked = {}
+    monkeypatch.setattr(setuptools, "setup", asked.update)
+    monkeypatch.setattr(sysconfig, "get_config_var", {"Py_GIL_DISABLED": free_threaded}.get)
+    monkeypatch.chdir(ROOT)
+    runpy.run_path(str(ROOT / "setup.py"))
+    assert asked["ext_modules"][0].py_limited_api == tagged
+    assert ("bdist_wheel" in asked["options"]) == tagged
 
 
 def test_the_conda_recipe_asks_for_what_the_package_asks_for():
@@ -112,7 +142,7 @@ def wheel(tmp_path_factory):
     if sys.platform == "linux":
         needed.append("auditwheel")
     for name in needed:
-        reason = f"`{name}` is not installed: pip install -c constraints.txt '.[release]'"
+        reason = f"`{name}` is not installed: pip install -c constraints.txt --group release"
         pytest.importorskip(name, reason=reason)
     source, out = (tmp_path_factory.mktemp("release") / name for name in ("source", "dist"))
     left_out = shutil.ignore_patterns("*.so", "*.pyd", "__pycache__")

@@ -23,13 +23,14 @@ from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.window import window as window_of
 from tendon_cli.quantities import SIDES
 from tendon_cli.studies.load import load_study, study_from
+from tendon_cli.studies.starter import examples_folder
 from tendon_cli.studies.study import Study
 from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solver import Solver
 
-FOLDER = Path(__file__).parent / "studies"
+FOLDER = examples_folder() / "paper"
 """Folder of the paper's studies."""
-READINGS = Path(__file__).parent / "table_a1.csv"
+READINGS = examples_folder() / "friction" / "table_a1.csv"
 """Table A.1 as a file of readings."""
 STUDIES = ("fig04", "fig06", "fig07", "fig08", "fig09", "fig10", "fig11")
 """Names of the paper's studies, one for each figure."""

@@ -69,12 +69,16 @@ def _as_yaml(toml: str) -> str:
 
 def examples() -> dict[str, Path]:
     """Return studies and CSVs of the documentation, by names such as `design/universal.toml`."""
-    package = Path(str(files("tendon_cli")))
-    folder = package / "examples"
-    if not folder.is_dir():
-        folder = package.parent / "configs"  # of a checkout
+    folder = examples_folder()
     paths = (file for kind in ("toml", "csv") for file in folder.rglob(f"*.{kind}"))
     return {file.relative_to(folder).as_posix(): file for file in sorted(paths)}
+
+
+def examples_folder() -> Path:
+    """Return the folder of the studies and CSVs of the documentation."""
+    package = Path(str(files("tendon_cli")))
+    folder = package / "examples"
+    return folder if folder.is_dir() else package.parent / "configs"  # the latter of a checkout
 
 
 def write_example(name: str, path: Path | None) -> tuple[Path, str]:

@@ -1,6 +1,5 @@
 """`tendon paper`: the ledger says of every finding and slip what the tables say."""
 
-import filecmp
 import json
 import re
 from dataclasses import replace
@@ -80,11 +79,11 @@ def test_progress_counts_every_step_once(reproduced, steps):
 # --- Sources -----------------------------------------------------------------------------
 
 
-def test_the_packaged_studies_are_those_that_are_shipped(configs):
+def test_each_study_of_the_paper_is_shipped(configs):
     names = sorted(f"{name}.toml" for name in STUDIES)
-    assert names == sorted(file.name for file in (configs / "paper").iterdir())
-    assert names == filecmp.cmpfiles(FOLDER, configs / "paper", names, shallow=False)[0]
-    assert filecmp.cmp(READINGS, configs / "friction" / "table_a1.csv", shallow=False)
+    assert names == sorted(file.name for file in FOLDER.iterdir())
+    assert configs / "paper" == FOLDER
+    assert READINGS.is_file()
 
 
 def test_the_kept_ledger_is_what_the_tool_says_today(reproduced, again):
