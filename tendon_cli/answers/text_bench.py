@@ -22,8 +22,6 @@ SET_AT_JOINT = ("set_flexor_tension", "set_extensor_tension")
 SET_AT_MOTOR = ("set_flexor_tension_motor", "set_extensor_tension_motor")
 """Columns of the tensions to set at the motor, N."""
 
-_SHORTEST = 1e-6
-"""Length below which it is printed as 0, m."""
 FEW_PERSONS = 20
 """Number of persons below which a range holds all of them, not nine in ten."""
 
@@ -124,14 +122,14 @@ def shortening_words(record: AnswerResults, best: ChoiceRecord, setting: Setting
     if not low <= pretension <= high:
         return words
     per_metre = setting["read_per_metre"]
-    too_long = _short_length((pretension - low) / per_metre)
+    too_long = say.length_to_spare((pretension - low) / per_metre)
     work = "work"
     if record["serve"] < 1.0 and question["groups"] > 1:
         work = f"serve {say.percent(record['serve'])}"
     span = f"{say.window_text(low, high, unit=question['unit'])} {work}"
     if math.isinf(high):
         return f"{words}; you may be {too_long} too long ({span})"
-    too_short = _short_length((high - pretension) / per_metre)
+    too_short = say.length_to_spare((high - pretension) / per_metre)
     return f"{words}; you may be {too_long} too long or {too_short} too short ({span})"
 
 
@@ -147,13 +145,6 @@ def _serving_window(best: ChoiceRecord) -> tuple[float, float] | None:
     if window is None:
         return None
     return max(window[0], 0.0), window[1]
-
-
-def _short_length(value: float) -> str:
-    """Say a length of tendon that is allowed, rounded down."""
-    if value < _SHORTEST:
-        return "0 mm"
-    return say.at_most("tolerance_length", value, 2)
 
 
 def _per_mm(question: QuestionRecord, setting: SettingRecord) -> str:

@@ -199,10 +199,10 @@ def _bench_text(record: AnswerRecord) -> list[str]:
     lines = [f"The best is set to {joint}, {' and '.join(motor)} at the motor."]
     setting = record["setting"]
     if setting is not None and setting["too_long"] is not None:
-        longer = say.quantity("tolerance_length", setting["too_long"], 2)
+        longer = say.length_to_spare(setting["too_long"])
         shorter = "by any length"
         if setting["too_short"] is not None:
-            shorter = f"by {say.quantity('tolerance_length', setting['too_short'], 2)}"
+            shorter = f"by {say.length_to_spare(setting['too_short'])}"
         lines.append(f"Both tendons may be too long by {longer}, or too short {shorter}.")
     return lines
 

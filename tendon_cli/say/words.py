@@ -23,6 +23,8 @@ _TWO_SIDED_95 = 1.959963984540054
 """Quantile of the normal distribution for an interval of 95 %."""
 _SURELY = 1.0 + 1e-9
 """Factor by which a value must be beyond a bound to be so in spite of rounding."""
+_SHORTEST = 1e-6
+"""Length below which it is printed as 0, m."""
 _TENTH = Context().create_decimal("0.1")
 _JOINED = "\u00a0"
 """No-break space."""
@@ -119,6 +121,11 @@ def at_least(of: Quantity | str, value: float, digits: int = 3) -> str:
 def at_most(of: Quantity | str, value: float, digits: int = 3) -> str:
     """Write a quantity that is allowed, rounded down, apart from errors of rounding."""
     return quantity(of, value * _SURELY, digits, toward=-math.inf)
+
+
+def length_to_spare(value: float) -> str:
+    """Write by how much a tendon may be too long or too short, rounded down: "8.7 mm"."""
+    return "0 mm" if value < _SHORTEST else at_most("tolerance_length", value, 2)
 
 
 def window_text(low: float, high: float, digits: int = 4, unit: str = "N") -> str:
