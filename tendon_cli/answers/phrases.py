@@ -95,6 +95,15 @@ def everyone(counts: Mapping[str, int], count: int, kind: str) -> str:
     return f"this {noun}" if count == 1 else say.counted(count, noun)
 
 
+def own_sample(question: QuestionRecord) -> str:
+    """Say of whom or what the study's own sample is: "the study's own 256 draws of this person"."""
+    draws = question["counts"].get(DRAW_AXIS, 0)
+    if question["counts"].get(PERSON_AXIS, 0) == 1 and draws > 1:
+        return f"the study's own {say.counted(draws, 'draw')} of this person"
+    whom = everyone(question["counts"], question["groups"], question["counted"])
+    return f"the study's own {whom.removeprefix('this ')}"
+
+
 def broken(question: QuestionRecord, limit: str) -> str:
     """Say what happens if a limit of the study is not kept."""
     return say.limit_words(limit, question["limits"], question["read"]).broken

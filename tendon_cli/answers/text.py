@@ -90,7 +90,7 @@ def _answer(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Block]:
     first_sentence = f"{_first_sentence(record, best)} {but_words(record)}".rstrip()
     own_sample = ""
     if best["served_verified"] is not None:
-        own_sample = f" for the study's own {_everyone(question)}"
+        own_sample = f" for {phrases.own_sample(question)}"
     if record["between_samples"] is not None:
         proof = say.proof_sentence(record["between_samples"])
         if own_sample:

@@ -165,9 +165,8 @@ def _in_how_many(question: QuestionRecord) -> str:
         if is_of_ten:
             return "on nine persons of ten"
         return "on these persons" if persons > 1 else "on this person"
-    return (
-        f"in nine {question['counted']} of ten" if is_of_ten else f"in these {question['counted']}"
-    )
+    noun = "draws" if persons == 1 else question["counted"]
+    return f"in nine {noun} of ten" if is_of_ten else f"in these {noun}"
 
 
 def _spread(name: str, ends: Sequence[float]) -> str:

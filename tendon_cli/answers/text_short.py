@@ -124,7 +124,7 @@ def _rests_on(record: AnswerResults) -> Iterator[Clause]:
     is_judged_anew = record["verified_by"] is not None
     if between is not None:
         proof = say.proof_sentence(between).rstrip(".")
-        of_sample = f" of the study's own {whom.removeprefix('this ')}" if is_judged_anew else ""
+        of_sample = f" of {phrases.own_sample(question)}" if is_judged_anew else ""
         yield Clause(f"a window{of_sample}, {proof[0].lower()}{proof[1:]}")
     if whom and not is_judged_anew:
         yield Clause(f"a choice made and judged by the same {whom}", 2)
