@@ -485,6 +485,8 @@ class FixRecord(TypedDict):
     """The value with its unit, rounded so that it gives a window when it is typed in."""
     printed_pretension: str
     """A pretension in the window of the printed value, N."""
+    can_be_built: bool | None
+    """False if the flexor's spring then has no room; null if no value helps."""
     served_verified: VerifiedRecord | None
     """Judgement of a fresh sample on the printed value at that pretension; null without one."""
 
@@ -508,8 +510,12 @@ class RelaxationRecord(TypedDict):
     """Its values; empty without one."""
     pretension: float | None
     """Its pretension, N."""
+    printed_pretension: str
+    """The pretension, rounded so that it lies in the window, N; empty without one."""
     served: float
     """Share that it serves; without one the largest share at the farthest value."""
+    can_be_built: bool | None
+    """False if the flexor's spring then has no room; null without a choice."""
     served_verified: VerifiedRecord | None
     """Judgement of a fresh sample; null without one."""
 

@@ -7,13 +7,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from tendon_cli.answer_record import DecisionRecord, Values
-from tendon_cli.answers.question_facts import recorded_value
+from tendon_cli.answer_record import DecisionRecord
+from tendon_cli.answers.question_facts import choice_values
 from tendon_cli.engine.task import Note
 from tendon_cli.model.kinematics import Rows
 from tendon_cli.windows.dependence import without_effect
 from tendon_cli.windows.order import LEAST_TORQUE, MOST_TIED, Count, Order, Stages, last_stage
-from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import NEEDED, Solutions
 
@@ -59,7 +58,9 @@ def decision_record(
         rank = order.rank(with_window.points, tied)
         in_order = tied[np.argsort(rank)]
         record["ties"] = left[-1].sure
-        record["tied"] = _values(question, with_window.points, in_order[:MOST_TIED])
+        record["tied"] = [
+            choice_values(question, with_window.points, row) for row in in_order[:MOST_TIED]
+        ]
         record["broken_by"] = _broken_by(order, with_window, tied)
     return record
 
@@ -103,18 +104,6 @@ def _stages(left: list[list[tuple[list[str], int, int]]]) -> Stages:
         {tuple(map(float, scores)): Count(sure, possible) for scores, sure, possible in of_rule}
         for of_rule in left
     ]
-
-
-def _values(question: Question, points: Points, rows: Rows) -> list[Values]:
-    """Return the values of some choices by the columns of their axes."""
-    values: list[Values] = []
-    for row in rows:
-        of_row: Values = {}
-        for axis in question.choices.axes:
-            value = points.columns[axis.column][row]
-            of_row[axis.column] = recorded_value(axis.names[value] if axis.names else float(value))
-        values.append(of_row)
-    return values
 
 
 def _broken_by(order: Order, choices: Solutions, tied: Rows) -> list[str]:

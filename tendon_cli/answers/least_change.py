@@ -1,31 +1,28 @@
 """The least change of one number of a study that gives one of its choices a window.
 
-A `Change` says which number moves, and how far; `least_change` searches along it for the value at
-which the first window opens.
+A `Change` says which number moves, and how far; a `ChangeSearch` seeks along it the value at which
+the first window opens.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answers.text_remedies import quantity_of_demand
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.quantities import Quantity
 from tendon_cli.units import parse_measure
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import Solutions, solve
 from tendon_cli.windows.solver import Solver
-from tendon_cli.windows.verification import Verified, Verifier
+from tendon_cli.windows.verification import Verified
 
-_BEYOND = (0.0, 0.01, 0.03, 0.1, 0.3, 1.0)
-"""Shares of the way to the farthest value at which a fresh sample tries whether enough is served,
-where the study's own sample has found a value too little."""
 _DIGITS = range(3, 16)
 """Numbers of significant digits with which a value is printed."""
 
@@ -41,6 +38,16 @@ class Effort(NamedTuple):
     """Values between two neighbours in each zoom and each round, both included."""
     rounds: int
     """Rounds in which the value at which a window opens is narrowed down."""
+    first: float | None = None
+    """Share of the way of the first value beyond that of the study, from which on the shares grow
+    by equal factors; None if the values are evenly spaced."""
+    tolerance: float = 0.0
+    """Relative width at which a value is narrow enough."""
+
+    @property
+    def at_once(self) -> int:
+        """Number of values that are tried together."""
+        return self.sections - 2
 
 
 SCAN = Effort(values=65, zooms=4, sections=16, rounds=14)
@@ -81,6 +88,25 @@ class Change:
             return float(value * (self.farthest / value) ** share)
         return value + share * (self.farthest - value)
 
+    def is_reached(self, value: float) -> bool:
+        """Return True if a value is the farthest, or lies beyond it."""
+        return abs(value - self.before) >= abs(self.farthest - self.before)
+
+    def on_the_way(self) -> Array:
+        """Return the values to try first, from the value of the study to the farthest, SI."""
+        effort = self.effort
+        if effort.values == 1:
+            return np.array([self.farthest])
+        if effort.first is None:
+            return self.spacing(self.before, self.farthest, effort.values)
+        shares = np.geomspace(effort.first, 1.0, effort.values - 1)
+        return np.array([self.beyond(self.before, share) for share in [0.0, *shares]])
+
+    @property
+    def spacing(self) -> Callable[[float, float, int], Array]:
+        """Function that spaces a number of values between two."""
+        return np.geomspace if self.is_geometric else np.linspace
+
     def applied(self, question: Question, value: float, points: Points) -> tuple[Question, Points]:
         """Return a question and choices with a value of the number, SI."""
         if self._is_of_choices(question):
@@ -96,15 +122,15 @@ class Change:
             solver: Solver of the question.
             values: The values, SI.
             points: The choices.
-            with_worst: True to work out worst values, too.
+            with_worst: True to work out the worst values of feasible choices, too.
         """
         if self._is_of_choices(solver.question):
             rows = np.tile(np.arange(len(points)), len(values))
             of_rows = np.repeat(values, len(points))
             changed = points.select(rows).with_numbers({self.key: of_rows})
-            return solve(solver, changed, with_worst=with_worst)
+            return solve(solver, changed, with_worst=with_worst, of_feasible=True)
         parts = [
-            solve(solver.for_question(question), points, with_worst=with_worst)
+            solve(solver.for_question(question), points, with_worst=with_worst, of_feasible=True)
             for question in (self._changed(solver.question, float(value)) for value in values)
         ]
         return parts[0] if len(parts) == 1 else Solutions.concatenate(parts)
@@ -125,6 +151,59 @@ class Change:
         return question.with_numbers({self.key: scaled})
 
 
+def printed_pretension(question: Question, solved: Solutions, digits: int) -> str:
+    """Return the pretension of the first of some choices, N, so that it serves as printed, too.
+
+    Args:
+        question: The question.
+        solved: The choices.
+        digits: Number of significant digits, or more if needed.
+
+    Returns:
+        The pretension; empty if the choice has no window.
+    """
+    if not solved.feasible[0]:
+        return ""
+    exact = float(solved.pretension[0])
+    low = float(solved.pretension_from[0])
+    high = float(solved.pretension_to[0])
+    if question.placement.given is not None:
+        low = exact
+        high = exact
+    return say.number_within(exact, low, high, digits)
+
+
+def overlap(question: Question, solved: Solutions, other: Solutions) -> Solutions | None:
+    """Return a choice with the part of its window that lies in the window of another sample.
+
+    Args:
+        question: The question.
+        solved: The choice.
+        other: The same choice, solved for the other sample.
+
+    Returns:
+        The choice at a pretension in this part; None if there is none.
+    """
+    if not _overlaps(question, solved, other)[0]:
+        return None
+    if question.placement.given is not None:
+        return solved
+    low = np.maximum(solved.pretension_from, other.pretension_from)
+    high = np.minimum(solved.pretension_to, other.pretension_to)
+    pretension = np.clip(solved.pretension, low, high)
+    return replace(solved, pretension_from=low, pretension_to=high, pretension=pretension)
+
+
+def _overlaps(question: Question, solved: Solutions, other: Solutions) -> Flags:
+    """Return True where one pretension suits the same choices for two samples, (choices,)."""
+    is_feasible = solved.feasible & other.feasible
+    if question.placement.given is not None:
+        return is_feasible
+    low = np.maximum(solved.pretension_from, other.pretension_from)
+    high = np.minimum(solved.pretension_to, other.pretension_to)
+    return is_feasible & (low <= high)
+
+
 class Opening(NamedTuple):
     """The least change that gives a choice a window."""
 
@@ -134,133 +213,186 @@ class Opening(NamedTuple):
     """Choices with a window at it."""
 
 
-class PrintedValue(NamedTuple):
-    """A value as a study can have it, at which a choice has a window."""
+class PrintedChange(NamedTuple):
+    """A change as a study can have it, with which a choice has a window."""
 
     text: str
+    """The value with its unit."""
     value: float
     """Value of the text, SI."""
+    least: float
+    """The least value before it was rounded, SI."""
     solved: Solutions
-    """The choices at this value."""
+    """Choices with a window at the value, with their worst values; those tried if none has one."""
+    judged: Verified | None = None
+    """Judgement of a fresh sample on the first of them; None without one."""
+    judged_at: str = ""
+    """Pretension at which it judged, as printed, N."""
 
     @property
-    def pretension(self) -> str:
-        """Pretension in the window of the first choice, N; empty if it has none."""
-        if not self.solved.feasible[0]:
-            return ""
-        low = float(self.solved.pretension_from[0])
-        high = float(self.solved.pretension_to[0])
-        return say.number_within(float(self.solved.pretension[0]), low, high, digits=3)
+    def at(self) -> Array:
+        """Value of the text in an array of its own, (1,), SI."""
+        return np.array([self.value])
+
+    @property
+    def can_be_built(self) -> bool:
+        """True if the first of the choices can be built."""
+        return bool(self.solved.can_be_built[0])
 
 
-def least_change(solver: Solver, change: Change) -> Opening | None:
-    """Return the value nearest to that of the study at which a choice has a window.
+@dataclass(frozen=True, eq=False)
+class ChangeSearch:
+    """Search for the least change that gives a choice a window."""
 
-    Args:
-        solver: Solver of the question.
-        change: The change; a window that opens and closes again between two neighbours of all
-            values tried may be missed.
+    solver: Solver
+    """Solver of the question."""
+    change: Change
+    sieve: Solver | None = None
+    """Solver of a question with fewer conditions and weaker demands: where it finds no window,
+    there is none. None to solve the question alone."""
+    must_be_buildable: bool = False
+    """True if a choice that cannot be built does not count."""
+    beside: Solver | None = None
+    """Solver of the question for another sample, whose window has to overlap; None without one."""
 
-    Returns:
-        The value and the choices with a window; None if no value tried opens one.
-    """
-    effort = change.effort
-    space = np.geomspace if change.is_geometric else np.linspace
-    values = np.array([change.farthest])
-    if effort.values > 1:
-        values = space(change.before, change.farthest, effort.values)
-    trial = _try_values(solver, change, values, change.points)
-    # A narrow window may hide on either side of the value that is nearest to opening one.
-    for _ in range(effort.zooms):
-        if trial.place is not None:
-            break
-        below = values[max(trial.nearest - 1, 0)]
-        above = values[min(trial.nearest + 1, len(values) - 1)]
-        values = space(below, above, effort.sections)
-        trial = _try_values(solver, change, values, change.points)
-    if trial.place is None:
-        return None
-    open_value = float(values[trial.place])
-    if trial.place > 0:
-        last_empty = float(values[trial.place - 1])
-    elif effort.values > 1:
-        return Opening(open_value, trial.points)
-    else:
-        last_empty = change.before
-    return _narrow_down(solver, change, space, last_empty, Opening(open_value, trial.points))
+    def least(self) -> Opening | None:
+        """Return the value nearest to that of the study at which a choice has a window.
 
+        A window that opens and closes again between two neighbours of all values tried may be
+        missed.
 
-def least_on_fresh_sample(verifier: Verifier, change: Change, opening: Opening) -> Opening | None:
-    """Return the least value, from an opening on, that serves enough of a fresh sample.
+        Returns:
+            The value and the choices with a window; None if no value tried opens one.
+        """
+        change = self.change
+        effort = change.effort
+        values = change.on_the_way()
+        trial = self._try_in_order(values)
+        # A narrow window may hide on either side of the value that is nearest to opening one.
+        for _ in range(effort.zooms):
+            if trial.place is not None or trial.nearest is None:
+                break
+            below = values[max(trial.nearest - 1, 0)]
+            above = values[min(trial.nearest + 1, len(values) - 1)]
+            values = change.spacing(below, above, effort.sections)
+            trial = self._try_values(values, change.points)
+        if trial.place is None:
+            return None
+        opening = Opening(float(values[trial.place]), trial.points)
+        if trial.place > 0:
+            return self._narrow_down(float(values[trial.place - 1]), opening)
+        return opening if effort.values > 1 else self._narrow_down(change.before, opening)
 
-    A value that is just enough for the sample by which it was found is as often too little for
-    another.
+    def printed(self, opening: Opening) -> PrintedChange:
+        """Return the value of an opening with as few digits as give a window when typed in.
 
-    Args:
-        verifier: Judge by the fresh sample.
-        change: The change.
-        opening: Opening by the study's own sample.
+        It is rounded in the direction of the change.
+        """
+        change = self.change
+        for digits in _DIGITS:
+            text = say.quantity(change.quantity, opening.value, digits, toward=change.toward)
+            value = parse_measure(text.replace(",", ""), change.quantity.dimension).si
+            solved = change.solve(self.solver, np.array([value]), opening.points, with_worst=True)
+            opens = self._opens(solved, np.array([value]), opening.points)
+            if opens.any():
+                solved = solved.select(opens)
+                break
+        return PrintedChange(text, value, opening.value, solved)
 
-    Returns:
-        The value and the choices with a window; None if no value up to the farthest serves enough.
-    """
-    for share in _BEYOND:
-        value = change.beyond(opening.value, share)
-        solved = change.solve(verifier.solver, np.array([value]), opening.points)
-        if solved.feasible.any():
-            return Opening(value, opening.points.select(solved.feasible))
-    return None
+    def _opens(self, solved: Solutions, values: Array, points: Points) -> Flags:
+        """Return True for choices that have a window, and keep the other demands of the search.
 
+        Args:
+            solved: The solved choices, all with one value after the other.
+            values: These values, SI.
+            points: The choices.
+        """
+        opens = solved.feasible
+        if self.must_be_buildable:
+            opens = opens & solved.can_be_built
+        if self.beside is not None and opens.any():
+            other = self.change.solve(self.beside, values, points)
+            opens = opens & _overlaps(self.solver.question, solved, other)
+        return opens
 
-def judge_change(
-    verifier: Verifier, change: Change, printed: PrintedValue, points: Points
-) -> Verified | None:
-    """Return the judgement of a fresh sample on the first of some choices at a printed value."""
-    question, changed = change.applied(verifier.solver.question, printed.value, points)
-    pretension = float(printed.solved.pretension[0])
-    return verifier.for_question(question).judge_at(changed.select([0]), pretension)
+    def _try_in_order(self, values: Array) -> _Trial:
+        """Try values, some at once, until one opens a window."""
+        nearest: _Trial | None = None
+        for start in range(0, len(values), self.change.effort.at_once):
+            part = values[start : start + self.change.effort.at_once]
+            trial = self._try_values(part, self.change.points).shifted(start)
+            if trial.place is not None:
+                return trial
+            if nearest is None or trial.width >= nearest.width:
+                nearest = trial
+        return nearest or _Trial(self.change.points)
 
+    def _try_values(self, values: Array, points: Points, *, sift: bool = True) -> _Trial:
+        """Try values of the number that changes for some choices.
 
-def printed_value(solver: Solver, change: Change, opening: Opening) -> PrintedValue:
-    """Return the value of an opening with as few digits as give a window when they are typed in.
+        Args:
+            values: The values, SI.
+            points: The choices.
+            sift: False to leave out the sieve.
+        """
+        tried = np.arange(len(values))
+        if self.sieve is not None and sift:
+            passed = self.change.solve(self.sieve, values, points).feasible
+            tried = np.flatnonzero(passed.reshape(len(values), -1).any(axis=1))
+            if not len(tried):
+                return _Trial(points)
+        solved = self.change.solve(
+            self.solver, values[tried], points, with_worst=self.must_be_buildable
+        )
+        shape = (len(tried), len(points))
+        opens = self._opens(solved, values[tried], points).reshape(shape)
+        width = _width(self.solver.question, solved).reshape(shape).max(axis=1)
+        widest = int(np.argsort(width, kind="stable")[-1])
+        nearest = int(tried[widest])
+        if not opens.any():
+            return _Trial(points, None, nearest, float(width[widest]))
+        first = int(np.argmax(opens.any(axis=1)))
+        return _Trial(points.select(opens[first]), int(tried[first]), nearest)
 
-    It is rounded in the direction of the change.
-    """
-    for digits in _DIGITS:
-        text = say.quantity(change.quantity, opening.value, digits, toward=change.toward)
-        value = parse_measure(text.replace(",", ""), change.quantity.dimension).si
-        solved = change.solve(solver, np.array([value]), opening.points)
-        if solved.feasible.any():
-            break
-    return PrintedValue(text, value, solved)
+    def _narrow_down(self, empty: float, opening: Opening) -> Opening:
+        """Narrow down the value at which a window opens.
 
-
-# --- The search -----------------------------------------------------------------------------------
+        Args:
+            empty: A value without a window.
+            opening: A value with one.
+        """
+        change = self.change
+        for _ in range(change.effort.rounds):
+            if abs(opening.value - empty) < change.effort.tolerance * abs(opening.value):
+                break
+            values = change.spacing(empty, opening.value, change.effort.sections)
+            values[-1] = opening.value
+            trial = self._try_values(values[1:-1], opening.points, sift=False)
+            place = len(values) - 1 if trial.place is None else trial.place + 1
+            if (empty, opening.value) == (values[place - 1], values[place]):
+                break
+            empty = float(values[place - 1])
+            opening = Opening(float(values[place]), trial.points)
+        return opening
 
 
 class _Trial(NamedTuple):
     """Result of several values of a number."""
 
-    place: int | None
-    """Place of the first value that opens a window; None if none does."""
-    nearest: int
-    """Place of the value that is nearest to opening one."""
     points: Points
-    """Choices with a window at the first value; all if there is none."""
+    """Choices with a window at the first value that opens one; all if none does."""
+    place: int | None = None
+    """Place of this value; None if no value opens a window."""
+    nearest: int | None = None
+    """Place of the value that is nearest to opening one; None if none passes the sieve."""
+    width: float = -np.inf
+    """Width of the window there, N, or the share served in excess, if none is open."""
 
-
-def _try_values(solver: Solver, change: Change, values: Array, points: Points) -> _Trial:
-    """Try values of the number that changes for some choices."""
-    solved = change.solve(solver, values, points)
-    shape = (len(values), len(points))
-    feasible = solved.feasible.reshape(shape)
-    opens = feasible.any(axis=1)
-    width = _width(solver.question, solved).reshape(shape).max(axis=1)
-    nearest = int(np.argsort(width, kind="stable")[-1])
-    if not opens.any():
-        return _Trial(None, nearest, points)
-    place = int(np.argmax(opens))
-    return _Trial(place, nearest, points.select(feasible[place]))
+    def shifted(self, start: int) -> _Trial:
+        """Return the same result with places among values of which these are a part."""
+        place = None if self.place is None else self.place + start
+        nearest = None if self.nearest is None else self.nearest + start
+        return self._replace(place=place, nearest=nearest)
 
 
 def _width(question: Question, solutions: Solutions) -> Array:
@@ -270,31 +402,3 @@ def _width(question: Question, solutions: Solutions) -> Array:
     with np.errstate(invalid="ignore"):
         width = solutions.pretension_to - solutions.pretension_from
     return np.where(np.isnan(width), -np.inf, width)
-
-
-def _narrow_down(
-    solver: Solver,
-    change: Change,
-    space: Callable[[float, float, int], Array],
-    empty: float,
-    opening: Opening,
-) -> Opening:
-    """Narrow down the value at which a window opens.
-
-    Args:
-        solver: Solver of the question.
-        change: The change.
-        space: Function that spaces a number of values between two.
-        empty: A value without a window.
-        opening: A value with one.
-    """
-    for _ in range(change.effort.rounds):
-        values = space(empty, opening.value, change.effort.sections)
-        values[-1] = opening.value
-        trial = _try_values(solver, change, values[1:-1], opening.points)
-        place = len(values) - 1 if trial.place is None else trial.place + 1
-        if (empty, opening.value) == (values[place - 1], values[place]):
-            break
-        empty = float(values[place - 1])
-        opening = Opening(float(values[place]), trial.points)
-    return opening

@@ -12,6 +12,7 @@ from tendon_cli.answers.text_notes import question_notes
 from tendon_cli.quantities import unit_of_reading
 from tendon_cli.space.axis import Axis, NamedAxis
 from tendon_cli.studies.values import RIGID
+from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Goal, Question
 from tendon_cli.windows.solutions import NEEDED
 
@@ -76,14 +77,30 @@ def _told(axis: NamedAxis) -> dict[str, dict[str, float]]:
 
 def value_at(axis: Axis, place: int) -> Value:
     """Return the value of an axis at a place, as recorded."""
-    return recorded_value(axis.names[place] if axis.names else axis.values[place])
+    return axis.names[place] if axis.names else recorded_number(float(axis.values[place]))
 
 
-def recorded_value(value: Value) -> Value:
-    """Return a value of an axis as recorded: "rigid" for infinity."""
-    if isinstance(value, str):
-        return value
-    return RIGID if value == np.inf else float(value)
+def recorded_number(value: float) -> Value:
+    """Return a number of an axis as recorded: "rigid" for infinity."""
+    return RIGID if value == np.inf else value
+
+
+def choice_values(question: Question, points: Points, row: int) -> Values:
+    """Return the values of a choice by the columns of its axes.
+
+    Args:
+        question: The question.
+        points: Choices.
+        row: Place of the choice among them.
+    """
+    values: Values = {}
+    for axis in question.choices.axes:
+        place_or_number = points.columns[axis.column][row]
+        if axis.names:
+            values[axis.column] = axis.names[place_or_number]
+        else:
+            values[axis.column] = recorded_number(float(place_or_number))
+    return values
 
 
 def condition_values(question: Question, condition: int) -> Values:

@@ -19,10 +19,10 @@ from tendon_cli.answer_record import (
     ConflictRecord,
     FixRecord,
     RelaxationRecord,
-    VerifiedRecord,
 )
 from tendon_cli.answers.decision import decision_record
 from tendon_cli.answers.exact_numbers import exact_numbers
+from tendon_cli.answers.fresh_search import FreshSearch
 from tendon_cli.answers.limit_curves import curves_of
 from tendon_cli.answers.needed_parts import parts_record
 from tendon_cli.answers.question_facts import (
@@ -36,7 +36,6 @@ from tendon_cli.answers.remedies import (
     fixes,
     relaxations,
     sampled,
-    thinned,
 )
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.answers.setup import drift_record, setting_record
@@ -58,7 +57,6 @@ from tendon_cli.space.axis import evenly_spaced
 from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows import candidates
 from tendon_cli.windows.candidates import LimitPair
-from tendon_cli.windows.coverage import ROUNDING
 from tendon_cli.windows.order import EQUAL, Order
 from tendon_cli.windows.question import Question, rows_to_prove
 from tendon_cli.windows.solutions import Solutions, solve
@@ -93,7 +91,7 @@ class NamedChoices:
     """Choices that no other beats, in the order of the first goal; None without several goals."""
     given_up: float | None = None
     """Largest share of the span of any goal on the front that the best compromise gives up."""
-    verified: dict[int, VerifiedRecord] = field(default_factory=dict)
+    verified: dict[int, Verified] = field(default_factory=dict)
     """Judgements of a fresh sample by the rows of the choices."""
     places: dict[tuple[Any, ...], int] = field(default_factory=dict)
     """Order of choices between the points of the grid in the table, by their values."""
@@ -153,7 +151,7 @@ class NamedChoices:
             choice = named.select([place])
             judged = verifier.judge(choice)
             if judged is not None:
-                self.verified[choice.row.item()] = verified_record(judged)
+                self.verified[choice.row.item()] = judged
 
     @property
     def rows_on_front(self) -> Rows:
@@ -186,8 +184,9 @@ class NamedChoices:
         judged = self.verified.get(number)
         feasible = row["feasible"]
         if judged is not None:
-            feasible = feasible and judged["value"] >= self.question.serve - ROUNDING
-        own = {"choice": number, **row, **under, "feasible": feasible, "served_verified": judged}
+            feasible = feasible and judged.is_enough(self.question.serve)
+        of_sample = None if judged is None else verified_record(judged)
+        own = {"choice": number, **row, **under, "feasible": feasible, "served_verified": of_sample}
         return cast("ChoiceRecord", own)
 
 
@@ -306,12 +305,14 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
     named_first = chosen
     if named_first is None:
         named_first = candidates.nearest(question, relevant)
-    is_refuted = chosen is not None and not named.records(chosen)[0]["feasible"]
+    judged = named.verified.get(named_first.row.item())
+    if judged is None and verifier is not None:
+        judged = verifier.judge(named_first)
     remedies = Remedies()
     if chosen is None:
         remedies = _remedies(solver, relevant, conflicts, verifier)
-    elif is_refuted and verifier is not None:
-        remedies = _remedies_of_refuted(verifier, chosen)
+    elif verifier is not None and judged is not None and not judged.is_enough(question.serve):
+        remedies = _remedies_of_refuted(FreshSearch(verifier, solver, judged), chosen)
     record: AnswerResults = {
         "question": question_record(question),
         "choices": sum(note["choices"] for note in notes),
@@ -332,7 +333,6 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
     if chosen is not None and setting is not None:
         accuracy = setting["accuracy"]
         record["decided"] = decision_record(question, notes, of_grid, chosen, accuracy)
-    judged = None if verifier is None else verifier.judge(named_first)
     return Made(record, named_first, named.records(named_first)[0], judged)
 
 
@@ -446,22 +446,22 @@ def _remedies(
         notes.append(note_on_remedies(len(tried.groups), len(groups), groups.noun))
     limits = {limit for pair in conflicts for limit in pair}
     points = choices_to_relax_for(question)
+    search = None if verifier is None else FreshSearch(verifier, solver)
     return Remedies(
-        fixes(solver.for_question(tried), closest, verifier),
-        relaxations(solver, limits, points, verifier),
+        fixes(solver.for_question(tried), closest, search),
+        relaxations(solver, limits, points, search),
         notes,
     )
 
 
-def _remedies_of_refuted(verifier: Verifier, chosen: Solutions) -> Remedies:
-    """Return fixes, relaxations and notes for a choice that the fresh sample refutes.
-
-    They are sought with some of the fresh sample, and hold for all of it.
-    """
-    few = verifier.solver.for_question(thinned(verifier.solver.question))
+def _remedies_of_refuted(search: FreshSearch, chosen: Solutions) -> Remedies:
+    """Return fixes, relaxations and notes for a choice that the fresh sample refutes."""
+    solver = search.verifier.solver
     codes = (chosen.from_binding.by[0], chosen.to_binding.by[0])
     limits = {LIMIT_NAMES[code] for code in codes if code != NOTHING}
-    return Remedies(fixes(few, chosen, verifier), relaxations(few, limits, chosen.points, verifier))
+    return Remedies(
+        fixes(solver, chosen, search), relaxations(solver, limits, chosen.points, search)
+    )
 
 
 def _conflicts(

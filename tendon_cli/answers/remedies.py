@@ -12,18 +12,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from tendon_cli.answer_record import FixRecord, RelaxationRecord, Values
+from tendon_cli.answer_record import FixRecord, RelaxationRecord
+from tendon_cli.answers.fresh_search import FreshSearch
 from tendon_cli.answers.least_change import (
     BISECTION,
     SCAN,
     Change,
-    Opening,
-    judge_change,
-    least_change,
-    least_on_fresh_sample,
-    printed_value,
+    ChangeSearch,
+    PrintedChange,
+    printed_pretension,
 )
-from tendon_cli.answers.question_facts import recorded_value
+from tendon_cli.answers.question_facts import choice_values
 from tendon_cli.answers.verified_record import verified_record
 from tendon_cli.model.kinematics import Spline
 from tendon_cli.model.limits import LIMITS
@@ -34,7 +33,6 @@ from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import Solutions
 from tendon_cli.windows.solver import Solver
-from tendon_cli.windows.verification import Verifier
 
 PARAMETERS = {
     "spring.stiffness": (200.0, 5e4),
@@ -75,24 +73,25 @@ _FIRMEST = 1e5
 # --- Fixes ----------------------------------------------------------------------------------------
 
 
-def fixes(solver: Solver, choice: Solutions, verifier: Verifier | None = None) -> list[FixRecord]:
+def fixes(solver: Solver, choice: Solutions, search: FreshSearch | None = None) -> list[FixRecord]:
     """Return the least change of each parameter alone that gives one choice a window, as recorded.
 
     The parameter that changes by the smallest factor comes first. Values are SI. `after` is null if
     no value within the plausible range gives a window. Otherwise `printed` is a value that a study
     can have, rounded so that it gives one, too, and `printed_pretension` is a pretension in that
-    window, N. If a fresh sample judges, the window is that of the sample.
+    window, N. If a fresh sample judges, the window is that of the sample, and `after` is the
+    printed value. A value with which the choice cannot be built is named only if no other helps.
 
     Args:
         solver: Solver of the question.
         choice: The choice.
-        verifier: Judge by a fresh sample; None without one.
+        search: Search for what serves enough of a fresh sample; None without one.
     """
     all_fixes = []
     for key in PARAMETERS:
         before = _current_value(solver.question, choice.points, key)
         if 0.0 < before < np.inf:
-            all_fixes.append(_fix(solver, choice.points, key, before, verifier))
+            all_fixes.append(_fix(solver, choice.points, key, before, search))
     return sorted(
         all_fixes,
         key=lambda fix: abs(np.log(fix["after"] / fix["before"])) if fix["after"] else np.inf,
@@ -112,14 +111,7 @@ def sampled(question: Question, choice: Solutions) -> Question:
     binding = np.unique(question.groups.of[np.minimum(ends, len(question.conditions) - 1)])
     order = np.random.default_rng(1).permutation(groups)
     chosen = np.concatenate([binding, order[~np.isin(order, binding)]])[:most]
-    return question.for_groups(np.sort(chosen))
-
-
-def thinned(question: Question) -> Question:
-    """Return the question for evenly spaced groups if all are too many to try changes for."""
-    groups = len(question.groups)
-    most = _groups_to_try(question)
-    return question if most >= groups else question.for_groups(evenly_spaced(groups, most))
+    return question.within_groups(question.groups.conditions_of(chosen))
 
 
 def _groups_to_try(question: Question) -> int:
@@ -144,7 +136,7 @@ def _current_value(question: Question, points: Points, key: str) -> float:
 
 
 def _fix(
-    solver: Solver, points: Points, key: str, before: float, verifier: Verifier | None
+    solver: Solver, points: Points, key: str, before: float, search: FreshSearch | None
 ) -> FixRecord:
     """Return the record of the least change of one parameter that gives a choice a window."""
     low, high = PARAMETERS[key]
@@ -153,15 +145,13 @@ def _fix(
         ends.append(low)
     if before < high:
         ends.append(high)
-    openings: list[tuple[Change, Opening]] = []
+    found: list[tuple[Change, PrintedChange]] = []
     for end in ends:
         change = Change(key, before, end, points, SCAN, is_geometric=True)
-        opening = least_change(solver, change)
-        if opening is not None and verifier is not None:
-            opening = least_on_fresh_sample(verifier, change, opening)
-        if opening is not None:
-            openings.append((change, opening))
-    if not openings:
+        least = _least(solver, change, search)
+        if least is not None:
+            found.append((change, least))
+    if not found:
         return {
             "parameter": key,
             "before": before,
@@ -175,17 +165,24 @@ def _fix(
             "max_contact_pressure": None,
             "printed": "",
             "printed_pretension": "",
+            "can_be_built": None,
             "served_verified": None,
         }
-    change, opening = min(openings, key=lambda of: abs(np.log(of[1].value / before)))
-    judging = solver if verifier is None else verifier.solver
-    solved = change.solve(judging, np.array([opening.value]), points, with_worst=True)
-    printed = printed_value(judging, change, opening)
-    judged = None if verifier is None else judge_change(verifier, change, printed, points)
+    change, least = min(
+        found, key=lambda of: (not of[1].can_be_built, abs(np.log(of[1].least / before)))
+    )
+    judged = least.judged
+    after = least.value
+    solved = least.solved
+    pretension = least.judged_at
+    if judged is None:
+        after = least.least
+        pretension = printed_pretension(solver.question, least.solved, digits=3)
+        solved = change.solve(solver, np.array([after]), points, with_worst=True)
     return {
         "parameter": key,
         "before": before,
-        "after": opening.value,
+        "after": after,
         "plausible": (low, high),
         "pretension": finite_or_none(solved.pretension[0]),
         "max_tension": finite_or_none(solved.worst.max_tension[0]),
@@ -193,10 +190,57 @@ def _fix(
         "peak_motor_torque": finite_or_none(solved.worst.peak_motor_torque[0]),
         "min_elbow_stiffness": finite_or_none(solved.worst.min_elbow_stiffness[0]),
         "max_contact_pressure": finite_or_none(solved.worst.max_contact_pressure[0]),
-        "printed": printed.text,
-        "printed_pretension": printed.pretension,
+        "printed": least.text,
+        "printed_pretension": pretension,
+        "can_be_built": least.can_be_built,
         "served_verified": None if judged is None else verified_record(judged),
     }
+
+
+def _least(solver: Solver, change: Change, search: FreshSearch | None) -> PrintedChange | None:
+    """Return the least change that gives a choice a window, if possible one that can be built.
+
+    Args:
+        solver: Solver of the question.
+        change: The change.
+        search: Search for what serves enough of a fresh sample; None without one.
+
+    Returns:
+        The change with the first choice; None if no value tried gives a window.
+    """
+    least = _least_of_any(solver, change, search, must_be_buildable=False)
+    if least is None or least.can_be_built:
+        return least
+    buildable = _least_of_any(solver, change, search, must_be_buildable=True)
+    if buildable is None or not buildable.can_be_built:
+        return least
+    return buildable
+
+
+def _least_of_any(
+    solver: Solver, change: Change, search: FreshSearch | None, *, must_be_buildable: bool
+) -> PrintedChange | None:
+    """Return the least change that gives a choice a window, with the choice that is then first.
+
+    Args:
+        solver: Solver of the question.
+        change: The change.
+        search: Search for what serves enough of a fresh sample; None without one.
+        must_be_buildable: True if a choice that cannot be built does not count.
+    """
+    start = None
+    if search is None or search.refuted is None:
+        of_sample = ChangeSearch(solver, change, must_be_buildable=must_be_buildable)
+        opening = of_sample.least()
+        if opening is None:
+            return None
+        start = of_sample.printed(opening)
+        first = _best_opened(solver.question, start.solved)
+        start = start._replace(solved=first)
+        change = replace(change, points=first.points)
+    if search is None:
+        return start
+    return search.least(change, start, must_be_buildable=must_be_buildable)
 
 
 def choices_to_relax_for(question: Question) -> Points:
@@ -207,7 +251,7 @@ def choices_to_relax_for(question: Question) -> Points:
 
 
 def relaxations(
-    solver: Solver, limits: set[str], points: Points, verifier: Verifier | None = None
+    solver: Solver, limits: set[str], points: Points, search: FreshSearch | None = None
 ) -> list[RelaxationRecord]:
     """Return the least change of each demand that gives some choice a window, as recorded.
 
@@ -215,14 +259,15 @@ def relaxations(
         solver: Solver of the question.
         limits: Limits that leave choices without a window.
         points: Choices that are tried.
-        verifier: Judge by a fresh sample, which the window then serves; None without one.
+        search: Search for what serves enough of a fresh sample; None without one.
 
     Returns:
         Records, SI. `after` is null if even `farthest` gives no window; `served` is then the
-        largest share, else that of the choice that is named, at `pretension`, N.
+        largest share, else that of the choice that is named, at `pretension`, N. A choice that
+        cannot be built is named only if no other has a window.
     """
     demands = _demands(solver.question, limits, points)
-    return [_relaxation(solver, change, verifier) for change in demands]
+    return [_relaxation(solver, change, search) for change in demands]
 
 
 def _demands(question: Question, limits: set[str], points: Points) -> Iterator[Change]:
@@ -260,25 +305,25 @@ def _demands(question: Question, limits: set[str], points: Points) -> Iterator[C
 
 
 def _best_opened(question: Question, solved: Solutions) -> Solutions:
-    """Return the choice that serves most, and of these the one that can be set best."""
+    """Return the choice that is first by the rules before all goals, and can be set best.
+
+    If none has a window, return the first.
+    """
+    if not solved.feasible.any():
+        return solved.select([0])
+    order = Order.of(question)
     with_window = solved.select(solved.feasible)
-    scores = np.column_stack([with_window.served_at, with_window.settable])
+    scores = np.column_stack([order.first_scores(with_window), with_window.settable])
     tied = last_stage(scores)
-    rank = Order.of(question).rank(with_window.points, tied)
+    rank = order.rank(with_window.points, tied)
     return with_window.select(tied[[np.argmin(rank)]])
 
 
-def _relaxation(solver: Solver, change: Change, verifier: Verifier | None) -> RelaxationRecord:
+def _relaxation(solver: Solver, change: Change, search: FreshSearch | None) -> RelaxationRecord:
     """Return the record of the least change of one demand."""
-    judging = solver
-    opening = least_change(solver, change)
-    if opening is not None and verifier is not None:
-        at_opening = change.solve(solver, np.array([opening.value]), opening.points)
-        best = _best_opened(solver.question, at_opening)
-        chosen = Opening(opening.value, best.points)
-        opening = least_on_fresh_sample(verifier, change, chosen)
-        judging = verifier.solver
-    if opening is None:
+    question = solver.question
+    least = _least(solver, change, search)
+    if least is None:
         at_farthest = change.solve(solver, np.array([change.farthest]), change.points)
         return {
             "key": change.key,
@@ -289,26 +334,24 @@ def _relaxation(solver: Solver, change: Change, verifier: Verifier | None) -> Re
             "choice": None,
             "values": {},
             "pretension": None,
+            "printed_pretension": "",
             "served": float(at_farthest.served.max()),
+            "can_be_built": None,
             "served_verified": None,
         }
-    printed = printed_value(judging, change, opening)
-    best = _best_opened(solver.question, printed.solved)
-    judged = None if verifier is None else judge_change(verifier, change, printed, opening.points)
-    values: Values = {}
-    for axis in solver.question.choices.axes:
-        place_or_value = best.points.columns[axis.column][0]
-        value = axis.names[place_or_value] if axis.names else float(place_or_value)
-        values[axis.column] = recorded_value(value)
+    first = least.solved
+    judged = least.judged
     return {
         "key": change.key,
         "before": change.before,
         "farthest": change.farthest,
-        "after": printed.value,
-        "printed": printed.text,
-        "choice": int(best.row[0]),
-        "values": values,
-        "pretension": float(best.pretension[0]),
-        "served": float(best.served_at[0]),
+        "after": least.value,
+        "printed": least.text,
+        "choice": int(first.row[0]),
+        "values": choice_values(question, first.points, 0),
+        "pretension": float(first.pretension[0]),
+        "printed_pretension": least.judged_at or printed_pretension(question, first, digits=4),
+        "served": float(first.served_at[0]),
+        "can_be_built": least.can_be_built,
         "served_verified": None if judged is None else verified_record(judged),
     }

@@ -12,6 +12,7 @@ from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.studies.axis_words import parameter
 from tendon_cli.studies.study import keys
 
+NO_ROOM = "the flexor's spring has no room"
 _DEMANDS = {
     "load.mass": "loads of at most {} instead of {}",
     "arm.upper_arm_angle": "an upper arm tilted by at most {} instead of {}",
@@ -25,18 +26,22 @@ def fixes_table(question: QuestionRecord, fixes: Sequence[FixRecord]) -> Iterato
     is_judged = any(fix["served_verified"] is not None for fix in fixes)
     lines = [["", question["unit"], *(["served"] if is_judged else []), *COSTS.values()]]
     idle = []
+    not_built = []
     for fix in fixes:
         if fix["after"] is None:
             idle.append(keys()[fix["parameter"]].number.quantity.symbol)
             continue
-        before = parameter(fix["parameter"], fix["before"])
+        changed = f"{parameter(fix['parameter'], fix['before'])} to {fix['printed']}"
+        if not fix["can_be_built"]:
+            not_built.append(f"{changed} would do, but it cannot be built: {NO_ROOM}")
+            continue
         judged = fix["served_verified"]
         share = [] if judged is None else [say.percent(judged["value"])]
-        changed = f"{before} to {fix['printed']}"
         lines.append([changed, fix["printed_pretension"], *share, *costs(fix)])
     yield say.heading("What would help, all else equal")
     if len(lines) > 1:
         yield say.table(lines)
+    yield from say.items(not_built)
     if idle:
         yield from say.items([f"no plausible value of these helps: {', '.join(idle)}"])
 
@@ -54,7 +59,8 @@ def fix_words(question: QuestionRecord, fix: FixRecord) -> str:
     share = "" if judged is None else f"{say.percent(judged['value'])} served, "
     of_costs = zip(COSTS.values(), costs(fix), strict=True)
     needs = [f"{head} {cost}" for head, cost in of_costs if cost != "-"]
-    return f"{words}: {share}{', '.join(needs)}"
+    said = f"{words}: {share}{', '.join(needs)}"
+    return said if fix["can_be_built"] else f"{said}, but it cannot be built: {NO_ROOM}"
 
 
 def quantity_of_demand(key: str) -> Quantity:
@@ -83,12 +89,13 @@ def relaxations_words(
         changed = text.format(record["printed"], say.quantity(quantity, record["before"]))
         others = [axis for axis in question["choices"] if axis["key"] != key]
         suit = [value_words(axis, record["values"][axis["column"]]) for axis in others]
-        suit.append(f"{say.number(record['pretension'])} {question['unit']}")
+        suit.append(f"{record['printed_pretension']} {question['unit']}")
         share = "all" if record["served"] >= 1.0 else f"{say.percent(record['served'])} of the"
         whom = f"{share} {question['counted']}"
         judged = record["served_verified"]
         if judged is not None and fresh is not None:
             whom = share_words(fresh, judged, answer["serve"])
-        yield f"{changed}: {', '.join(suit)} serves {whom}"
+        but = "" if record["can_be_built"] else f", but it cannot be built: {NO_ROOM}"
+        yield f"{changed}: {', '.join(suit)} serves {whom}{but}"
     if not_enough:
         yield f"not enough alone: {', '.join(not_enough)}"

@@ -166,7 +166,8 @@ def _conflict(record: AnswerResults, conflict: ConflictRecord) -> Iterator[Claus
 
 def _help(record: AnswerResults) -> Iterator[Clause]:
     """Yield the cheapest fixes, and the demands that would have to be relaxed."""
-    fixes = [fix for fix in record["fixes"] if fix["after"] is not None]
+    possible = [fix for fix in record["fixes"] if fix["after"] is not None]
+    fixes = sorted(possible, key=lambda fix: not fix["can_be_built"])
     words = [*dict.fromkeys(fix_words(record["question"], fix) for fix in fixes)][:_MOST_FIXES]
     for place, text in enumerate(words):
         yield Clause(text, min(place, 2))

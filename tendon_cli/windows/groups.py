@@ -70,6 +70,15 @@ class Groups:
             self, of=np.searchsorted(groups, of_selected), weighting=self.weighting[groups]
         )
 
+    def conditions_of(self, groups: Rows) -> Rows:
+        """Return the rows of all conditions of some groups, ascending."""
+        return np.flatnonzero(np.isin(self.of, groups))
+
+    def within(self, conditions: Rows) -> Self:
+        """Select conditions, in ascending order, with their groups, numbered anew."""
+        groups, of_selected = np.unique(self.of[conditions], return_inverse=True)
+        return replace(self, of=of_selected, weighting=self.weighting[groups])
+
     def windows(self, low: Array, high: Array) -> tuple[Array, Array]:
         """Return the ends of windows that serve every condition of a group, (choices, groups), N.
 

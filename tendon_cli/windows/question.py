@@ -211,16 +211,19 @@ class Question:
         points = Axis.of_points(numbers, len(conditions))
         return replace(self, conditions=Space((points,)))
 
-    def for_groups(self, groups: Rows) -> Self:
-        """Return this question for some of its groups, which are given in ascending order."""
-        rows = np.flatnonzero(np.isin(self.groups.of, groups))
-        selected = self.groups.select(groups)
-        conditions = replace(
-            self.for_conditions(rows).conditions,
+    def within_groups(self, conditions: Rows) -> Self:
+        """Return this question for some conditions of groups, each of which needs only these.
+
+        Args:
+            conditions: Rows of the conditions, ascending.
+        """
+        selected = self.groups.within(conditions)
+        few = replace(
+            self.for_conditions(conditions).conditions,
             weighting=selected.weighting[selected.of],
             groups=selected.of,
         )
-        return replace(self, conditions=conditions)
+        return replace(self, conditions=few)
 
     def with_numbers(self, numbers: Numbers) -> Self:
         """Return this question with other or further numbers set by its conditions."""

@@ -13,7 +13,7 @@ from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import Codes
 from tendon_cli.model.window import Ends, Window
 from tendon_cli.studies.accuracy import Accuracy
-from tendon_cli.windows.advice import advice_of
+from tendon_cli.windows.advice import NO_ROOM, advice_of
 from tendon_cli.windows.by_choice import ByChoice, Selection
 from tendon_cli.windows.coverage import ROUNDING, serves
 from tendon_cli.windows.points import Points
@@ -99,6 +99,11 @@ class Solutions(ByChoice):
         return self.points.row
 
     @property
+    def can_be_built(self) -> Flags:
+        """True unless worst values show that the flexor's spring has no room, or if not judged."""
+        return np.asarray(np.bitwise_and(self.advice, NO_ROOM) == 0)
+
+    @property
     def has_window(self) -> Flags:
         """True where some pretension serves enough."""
         return np.asarray(self.pretension_from <= self.pretension_to)
@@ -147,13 +152,16 @@ class Solutions(ByChoice):
         return replace(self, worst=worst, has_worst=known, advice=advice)
 
 
-def solve(solver: Solver, points: Points, *, with_worst: bool = True) -> Solutions:
+def solve(
+    solver: Solver, points: Points, *, with_worst: bool = True, of_feasible: bool = False
+) -> Solutions:
     """Solve choices.
 
     Args:
         solver: Solver of the question.
         points: The choices.
         with_worst: False to leave out worst values, which saves two thirds of the time.
+        of_feasible: True to work out the worst values of feasible choices alone.
 
     Raises:
         Stopped: The run was cancelled.
@@ -165,8 +173,13 @@ def solve(solver: Solver, points: Points, *, with_worst: bool = True) -> Solutio
         selected = points.select(rows)
         solved, served = solve_windows(solver, selected)
         if with_worst:
-            worst = solver.worst(selected, solved.pretension, served)
-            solved = solved.with_worst(question, slice(None), worst)
+            places = np.arange(len(selected))
+            if of_feasible:
+                places = np.flatnonzero(solved.feasible)
+            if len(places):
+                pretension = solved.pretension[places]
+                worst = solver.worst(selected.select(places), pretension, served[places])
+                solved = solved.with_worst(question, places, worst)
         parts.append(solved)
     return parts[0] if len(parts) == 1 else Solutions.concatenate(parts)
 

@@ -14,7 +14,7 @@ from tendon_cli import kernel
 from tendon_cli.errors import Stopped
 from tendon_cli.model import extremes, whole_motion, window
 from tendon_cli.model.actuator import State
-from tendon_cli.model.design import Design
+from tendon_cli.model.design import MOTOR_TORQUE, Design
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import CONTACT_PRESSURE, contact_pressure
 from tendon_cli.model.motor_window import narrow
@@ -31,7 +31,7 @@ _SAME_ANGLE = 1e-12
 """Distance within which two angles are the same but for rounding, rad."""
 _REFINED_AT_ONCE = 2**12
 """Ends that are sought between the angles together."""
-_NEAR = 0.01
+NEAR = 0.01
 """Relative distance from the end of a choice's window within which an end under one condition may
 set the end of the choice: an end over the grid of angles is off by a thousandth."""
 
@@ -56,9 +56,13 @@ class Solver:
     # --- Ends and windows -------------------------------------------------------------------------
 
     def windows(self, points: Points) -> Window:
-        """Return windows with the limits that bind, (choices, conditions)."""
-        ends = self._all_limits(self.ends_that_may_bind(points), points, named=True)
-        return cast("Window", ends)
+        """Return windows with the limits that bind, (choices, conditions).
+
+        As they are read, they hold over all angles under each condition.
+        """
+        is_f0 = self.question.is_f0
+        ends = self.ends_that_may_bind(points) if is_f0 else self.ends_over_all_angles(points)
+        return cast("Window", self._all_limits(ends, points, named=True))
 
     def ends(self, points: Points) -> Ends:
         """Return the ends of windows, (choices, conditions), in half the time of `windows`.
@@ -116,7 +120,7 @@ class Solver:
         Ends that may set the window of their choice hold over all angles, others at samples alone.
         """
         ends, low_between, high_between = self._sampled_ends(points)
-        low_may_bind, high_may_bind = self._may_bind(ends)
+        low_may_bind, high_may_bind = self._may_bind(ends, points)
         self._seek(ends, points, low_between & low_may_bind, high_between & high_may_bind)
         return ends
 
@@ -240,29 +244,36 @@ class Solver:
                 )
                 angle[pairs] = np.where(np.isnan(found), angle[pairs], found)
 
-    def _may_bind(self, ends: Ends) -> tuple[Flags, Flags]:
+    def _may_bind(self, ends: Ends, points: Points) -> tuple[Flags, Flags]:
         """Return True for lower and upper ends that may set the window of their choice.
 
         They may do so once they are sought between the angles; both are (choices, conditions).
+
+        Args:
+            ends: Ends at samples, as F0.
+            points: The choices.
         """
         question = self.question
+        read = ends
         if not question.is_f0:
-            # Ends as they are read may have another order than as F0: then all are sought.
-            everywhere = np.ones(ends.low.shape, dtype=np.bool_)
-            return everywhere, everywhere
-        low = [ends.low.max(axis=1)]
-        high = [ends.high.min(axis=1)]
+            if question.bounds.of_motion or question.study.setting.read == MOTOR_TORQUE:
+                everywhere = np.ones(ends.low.shape, dtype=np.bool_)
+                return everywhere, everywhere
+            # Ends as they are read may have another order than as F0, but each grows with its own.
+            read = self._all_limits(ends, points, named=False)
+        low = [read.low.max(axis=1)]
+        high = [read.high.min(axis=1)]
         if question.serve < 1.0:
-            of_groups = question.groups.windows(ends.low, ends.high)
+            of_groups = question.groups.windows(read.low, read.high)
             covered = question.groups.coverage(*of_groups, serve=question.serve)
             low += [covered.low, covered.best_low]
             high += [covered.high, covered.best_high]
         given = question.placement.given
         if given is not None:
-            at_given = np.full(len(ends.low), given)
+            at_given = np.full(len(read.low), given)
             low.append(at_given)
             high.append(at_given)
-        return _near_any(ends.low, low), _near_any(ends.high, high)
+        return _near_any(read.low, low), _near_any(read.high, high)
 
     # --- The worst at a pretension ----------------------------------------------------------------
 
@@ -376,5 +387,5 @@ def _near_any(ends: Array, references: list[Array]) -> Flags:
     with np.errstate(invalid="ignore"):
         for reference in references:
             distance = np.abs(ends - reference[:, np.newaxis])
-            is_near |= distance <= _NEAR * (1.0 + np.abs(reference))[:, np.newaxis]
+            is_near |= distance <= NEAR * (1.0 + np.abs(reference))[:, np.newaxis]
     return is_near

@@ -217,3 +217,62 @@ def test_measured_travels_have_no_anchors_between_which_a_spring_could_lack_room
     assert needed["strap"] is None
     assert needed["spring"]["room"] is None
     assert answer.best["advice"] is None
+
+
+# --- What would help ------------------------------------------------------------------------------
+
+STIFF_ELBOW = {
+    **LONG_SPRING,
+    "spring": {"stiffness": ["0.3 kN/m", "2 kN/m"]},
+    "load": {"mass": [0.0, 10.0]},
+    "limits": {"min_elbow_stiffness": "3 N m/rad"},
+}
+"""No choice has a window; lighter loads open one, but the springs are stretched too far."""
+
+
+@pytest.fixture(scope="module")
+def helped():
+    """Return the answer to STIFF_ELBOW."""
+    return answered(STIFF_ELBOW)
+
+
+def test_what_it_takes_names_a_choice_that_can_be_built_if_there_is_one(helped):
+    demands = {demand["key"]: demand for demand in helped.record["would_take"]}
+    lighter = demands["load.mass"]
+    assert lighter["can_be_built"]
+    relaxed = {**STIFF_ELBOW, "load": {"mass": [0.0, lighter["after"]]}}
+    rows = answered(relaxed).choices
+    named = rows[rows["spring_stiffness"] == lighter["values"]["spring_stiffness"]]
+    assert named["feasible"].all()
+    assert (named["advice"] == "").all()
+    # Heavier loads are suited, too, by a choice that cannot be built.
+    heavier = {**STIFF_ELBOW, "load": {"mass": [0.0, 1.02 * lighter["after"]]}}
+    rows = answered(heavier).choices
+    assert rows["feasible"].any()
+    assert rows["advice"][rows["feasible"]].str.contains("no room").all()
+    unadvised = answered(STIFF_ELBOW, {"design": {"advice": False}}).record["would_take"]
+    least = next(demand for demand in unadvised if demand["key"] == "load.mass")
+    assert least["after"] > 2.0 * lighter["after"]
+
+
+def test_a_fix_that_cannot_be_built_is_not_listed_among_those_that_help(helped):
+    fixes = {fix["parameter"]: fix for fix in helped.fixes if fix["after"] is not None}
+    stiffer = fixes["spring.stiffness"]
+    assert stiffer["can_be_built"]
+    for key, fix in fixes.items():
+        table, name = key.split(".")
+        values = {**STIFF_ELBOW.get(table, {}), name: fix["printed"]}
+        changed = {**STIFF_ELBOW, "spring": {"stiffness": "2 kN/m"}}
+        rows = answered({**changed, table: values}).choices
+        assert rows["feasible"].all(), key
+        assert (rows["advice"] == "").all() == fix["can_be_built"], key
+    listed = "\n".join(
+        line
+        for line in helped.text.splitlines()
+        if f" to {fixes['spool.ratio']['printed']}" in line
+    )
+    assert not fixes["spool.ratio"]["can_be_built"]
+    assert "would do, but" in listed
+    assert " N m" not in listed
+    text = " ".join(helped.text.split())
+    assert "cannot be built: the flexor's spring has no room" in text

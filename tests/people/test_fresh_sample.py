@@ -9,7 +9,11 @@ from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.studies.fresh_sample import fresh_sample
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.values import draw_fresh_numbers, draw_numbers
-from tendon_cli.windows.coverage import effective_count, effective_count_of_strata
+from tendon_cli.windows.coverage import (
+    effective_count,
+    effective_count_of_strata,
+    share_served,
+)
 from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solutions import solve
 from tendon_cli.windows.solver import Solver
@@ -274,6 +278,51 @@ def test_what_it_would_take_is_judged_by_the_fresh_sample(refuted):
     for change in helping:
         assert change["served_verified"]["value"] >= 0.95
         assert change["served_verified"]["of"] == 10_000
+
+
+def changed_study(refuted, key, value):
+    """Return the study of the refuted choice with another value of one number."""
+    best = refuted.best
+    chosen = {
+        "spring": {"stiffness": best["spring_stiffness"]},
+        "spool": {"ratio": best["spool_ratio"]},
+    }
+    table, name = key.split(".")
+    if key == "load.mass":
+        value = [0.0, value]
+    return study_of(people(40, by="sex"), LOADS, chosen, {table: {name: value}})
+
+
+def test_what_is_said_to_help_does_so_at_the_pretension_that_is_printed(refuted):
+    record = refuted.record
+    changes = [(fix["parameter"], fix) for fix in record["fixes"] if fix["after"] is not None]
+    changes += [(of["key"], of) for of in record["would_take"] if of["after"] is not None]
+    assert {key for key, _ in changes} >= {"load.mass", "spool.ratio"}
+    for key, change in changes:
+        study = changed_study(refuted, key, change["after"])
+        solver = Solver(question_of(study))
+        points = solver.question.all_points()
+        pretension = float(change["printed_pretension"])
+        again = Verifier.of(solver).judge_at(points, pretension)
+        assert again.value == change["served_verified"]["value"], key
+        own = solve(solver, points)
+        assert own.pretension_from[0] <= pretension <= own.pretension_to[0], key
+
+
+def test_a_hundredth_less_of_what_helps_serves_too_few_whatever_the_pretension(refuted):
+    record = refuted.record
+    changes = [(fix["parameter"], fix) for fix in record["fixes"] if fix["after"] is not None]
+    changes += [(of["key"], of) for of in record["would_take"] if of["after"] is not None]
+    for key, change in changes:
+        less = change["before"] + 0.99 * (change["after"] - change["before"])
+        less -= 0.006 * np.sign(change["after"] - change["before"]) * change["after"]
+        if (less - change["before"]) * (change["after"] - change["before"]) <= 0.0:
+            continue
+        study = changed_study(refuted, key, less)
+        judge = Verifier.of(Solver(question_of(study)))
+        low, high = judge.judge_at(judge.solver.question.all_points(), 100.0).windows
+        covered = share_served(low[np.newaxis], high[np.newaxis], np.ones(len(low)))
+        assert covered.served[0] < 0.95, key
 
 
 def test_shares_by_sex_and_the_curve_are_those_of_the_fresh_sample(refuted):
