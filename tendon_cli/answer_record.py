@@ -694,7 +694,7 @@ class ChecksRecord(TypedDict):
     """Checks of what an answer rests on."""
 
     cutoff: CutoffCheck
-    """What the cutoff of the trajectory's low-pass decides, for the choice named first at its
+    """Check of the cutoff of the trajectory's low-pass, for the choice named first at its
     pretension."""
 
 
