@@ -7,7 +7,7 @@ spring is "rigid". Whatever is said about an answer follows from its record alon
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, TypeAlias, TypedDict, cast
+from typing import Any, Literal, NotRequired, TypeAlias, TypedDict, cast
 
 Value: TypeAlias = float | str
 """Value on an axis: a number, SI, "rigid", or a name."""
@@ -141,6 +141,10 @@ class ChoiceRecord(TypedDict):
     """Elbow angle that binds below, rad."""
     to_elbow_angle: float | None
     """Elbow angle that binds above, rad."""
+    from_time: NotRequired[float | None]
+    """Moment of a trajectory that binds below, s; there with a trajectory alone."""
+    to_time: NotRequired[float | None]
+    """Moment of a trajectory that binds above, s."""
     served: float
     """Largest share that one pretension serves."""
     served_at: float
@@ -677,6 +681,29 @@ class PopulationRecord(TypedDict):
 # --- The answer -----------------------------------------------------------------------------------
 
 
+class CutoffCheck(TypedDict):
+    """Largest values over designs at the cutoff of a trajectory, and at 0.7 times that."""
+
+    cutoff: float
+    """Cutoff of the study, Hz."""
+    lower: float
+    """Lower cutoff, Hz."""
+    peak_motor_speed: tuple[float | None, float | None]
+    """Largest speed of the motor at the cutoff and at the lower one, rad/s; null if unknown."""
+    peak_motor_power: tuple[float | None, float | None]
+    """Largest power of the motor at both, W."""
+    decides: bool
+    """True if either changes by over 10 %: then it is the cutoff that decides it."""
+
+
+class ChecksRecord(TypedDict):
+    """Checks of what an answer rests on."""
+
+    cutoff: CutoffCheck
+    """Check of the cutoff of the trajectory's low-pass, for the choice named first at its
+    pretension."""
+
+
 class BestRecord(TypedDict):
     """The best choices, and the first of them on the bench."""
 
@@ -706,6 +733,8 @@ class BestRecord(TypedDict):
     """Motion of the ends of the best choice's window, the largest per 1 % first."""
     taken_as_exact: list[ExactRecord]
     """Numbers that the study takes as exact, the one that moves an end most first."""
+    checks: NotRequired[ChecksRecord]
+    """There if a trajectory gives the motion, and a choice has a window."""
 
 
 class FreshRecord(TypedDict):

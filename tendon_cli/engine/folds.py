@@ -9,7 +9,7 @@ import zlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,10 +17,16 @@ import numpy.typing as npt
 from tendon_cli import kernel
 from tendon_cli.engine.plan import Block, Plan, bounds_of
 from tendon_cli.model import extremes, window
+from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
 from tendon_cli.model.extremes import Extremes
 from tendon_cli.model.kinematics import Flags
+from tendon_cli.model.limits import EXTENSOR_SLACK, FLEXOR_SLACK, LIMITS
+from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.space.axis import PRETENSION
+
+if TYPE_CHECKING:
+    from tendon_cli.model.moving import Moving
 
 VALUES_AT_ONCE = 2**18
 """Most values in an array for compiled code, and most states where NumPy has arrays of all."""
@@ -33,6 +39,7 @@ _MOST_WINDOWS_KEPT = 2**17
 _MOST_STATES_BEFOREHAND = 2**25
 """Most states that are folded to windows before any part is begun."""
 
+_REQUIRED = "required_pretension"
 COUNTED = ("taut", "stable", "feasible", "slack", "no_equilibrium", "unstable")
 """Counts in the record: designs by judgement; slack, unbalanced and unstable states."""
 
@@ -77,7 +84,10 @@ class Folds:
             # The arrays that compiled code is given: of arms at angles, of designs in directions.
             rules.append((self._arm_axes, len(plan.elbow_angles), VALUES_AT_ONCE))
             rules.append((all_axes - self._pretension_axes, 2, VALUES_AT_ONCE))
-        if plan.of_forms or plan.of_motion or extremes.OVER_STATES:
+        if plan.study.trajectory is not None:
+            # NumPy works out both directions, and many arrays of each.
+            rules.append((all_axes, states, plan.block_states))
+        elif plan.of_forms or plan.of_motion or extremes.OVER_STATES:
             # NumPy works out columns from arrays of all states.
             rules.append((all_axes, states, VALUES_AT_ONCE))
 
@@ -101,15 +111,29 @@ class Folds:
         plan = self.plan
         design = plan.design(block)
         folded = extremes.begin(block.shape[:-2])
-        for stretch in self._stretches(block):
-            state = plan.state(stretch, design)
-            angles = plan.elbow_angles[stretch.angles]
-            kernel.fold_extremes(folded, state, angles, stretch.shape)
-        finished = extremes.finish(folded, plan.states_per_design)
+        trajectory = plan.study.trajectory
+        if trajectory is None:
+            for stretch in self._stretches(block):
+                state = plan.state(stretch, design)
+                angles = plan.elbow_angles[stretch.angles]
+                kernel.fold_extremes(folded, state, angles, stretch.shape)
+            finished = extremes.finish(folded, plan.states_per_design)
+            added = self._by_numpy(block, design)
+        else:
+            moving = plan.moving(block, design)
+            kernel.fold_motion(folded, moving)
+            counted = trajectory.counted
+            finished = extremes.finish(folded, counted.stop - counted.start)
+            added = self._of_motion(block, moving)
+        windows = self.windows(block, design)
+        if _REQUIRED in windows:  # `fold` has that of the states at the design's own pretension
+            change = finished[_REQUIRED] - windows[_REQUIRED]
+            finished["margin"] = finished["margin"] + change
+            finished[_REQUIRED] = windows.pop(_REQUIRED)
         results = extremes.as_read(finished, design)
-        results |= self._by_numpy(block, design)
+        results |= added
         results |= extremes.of_design(design, folded)
-        results |= self.windows(block, design)
+        results |= windows
         judgements = extremes.judge(results, plan.study.limits)
         counts = {name: folded[name] for name in extremes.COUNTS}
         return results | judgements | counts
@@ -122,7 +146,8 @@ class Folds:
             design: The same designs, as the model takes them.
 
         Returns:
-            `pretension_from` and `pretension_to` (N) in the shape of the block's design axes.
+            `pretension_from` and `pretension_to` (N) in the shape of the block's design axes; along
+            a trajectory also `required_pretension`, as F0.
         """
         shape = block.shape[:-2]
         if self.known_windows is not None:
@@ -154,7 +179,10 @@ class Folds:
         if math.prod(different.shape) > most_states:
             return None
         shape = different.shape[:-2]
-        columns = {name: np.empty(shape) for name in ("pretension_from", "pretension_to")}
+        names = ["pretension_from", "pretension_to"]
+        if plan.study.trajectory is not None:
+            names.append(_REQUIRED)
+        columns = {name: np.empty(shape) for name in names}
         for block in self.small_blocks(different):
             for name, values in self._windows(block, plan.design(block)).items():
                 columns[name][block.designs] = values
@@ -164,14 +192,21 @@ class Folds:
         """Work out the windows of a block, N; an end that nothing bounds is NaN."""
         plan = self.plan
         bounds = bounds_of(plan.study)
-        if bounds.of_motion:  # limits over several states at once
+        trajectory = plan.study.trajectory
+        required: Extremes = {}
+        if trajectory is not None:
+            ends = self._ends_along(design, trajectory, bounds)
+            low = ends["low"]
+            high = ends["high"]
+            required = {_REQUIRED: ends[_REQUIRED]}
+        elif bounds.of_motion:  # limits over several states at once
             from tendon_cli.model.motor_window import narrow  # only these pay for its import
 
             motion = plan.motion(block)
             of_states = window.window(design, *motion, bounds)
-            ends = narrow(of_states, design, *motion, bounds)
-            low = ends.low
-            high = ends.high
+            narrowed = narrow(of_states, design, *motion, bounds)
+            low = narrowed.low
+            high = narrowed.high
         else:
             folded = window.begin(block.shape[:-2])
             angles = len(plan.elbow_angles)
@@ -185,6 +220,7 @@ class Folds:
         return {
             "pretension_from": low,
             "pretension_to": extremes.nan_where(np.isinf(high), high),
+            **required,
         }
 
     def _stretches(self, block: Block) -> Iterator[Block]:
@@ -208,17 +244,44 @@ class Folds:
             state = plan.state(block, design)
             columns |= extremes.of_forms(plan.of_forms, state)
             columns |= extremes.over_states(state, block.shape)
-        if plan.study.trajectory is not None:
+        if speed is not None:
             from tendon_cli.model.motor import (
-                motion_columns,  # only a study of motion pays for its import
+                cycle_columns,  # only a study of motion pays for its import
             )
-
-            columns |= motion_columns(design, plan.study.trajectory)
-        elif speed is not None:
-            from tendon_cli.model.motor import cycle_columns
 
             columns |= cycle_columns(design, *plan.motion(block), speed.single)
         return {name: np.broadcast_to(values, block.shape[:-2]) for name, values in columns.items()}
+
+    def _of_motion(self, block: Block, moving: Moving) -> Extremes:
+        """Work out the columns that compiled code does not know, along a trajectory."""
+        from tendon_cli.model.moving import motion_columns
+
+        columns: Extremes = motion_columns(moving)
+        for state in moving.counted_states:
+            for name, values in extremes.of_forms(self.plan.of_forms, state).items():
+                worse = np.fmin if LIMITS[name].from_below else np.fmax
+                columns[name] = worse(columns[name], values) if name in columns else values
+        if extremes.OVER_STATES:
+            counted = moving.trajectory.counted
+            shape = (*block.shape[:-1], counted.stop - counted.start)
+            columns |= extremes.over_states(moving.counted_states[0], shape)
+        return {name: np.broadcast_to(values, block.shape[:-2]) for name, values in columns.items()}
+
+    def _ends_along(self, design: Design, trajectory: Trajectory, bounds: Bounds) -> Extremes:
+        """Work out the windows of designs along a trajectory, and the least pretension, N.
+
+        Which states count depends on the pretension, so that the smallest that leaves no slack is
+        an end of a window, too.
+        """
+        from tendon_cli.model.motion_window import window_along  # only these pay for its import
+
+        along = window_along(design, trajectory, bounds)
+        is_slack = (along.low_by == FLEXOR_SLACK) | (along.low_by == EXTENSOR_SLACK)
+        required = along.low
+        if not np.all(is_slack & along.is_open):
+            slack_alone = Bounds(min_elbow_stiffness=-np.inf)
+            required = window_along(design, trajectory, slack_alone).low
+        return {"low": along.low, "high": along.high, "required_pretension": required}
 
 
 # --- Choices --------------------------------------------------------------------------------------

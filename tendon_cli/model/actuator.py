@@ -17,8 +17,19 @@ from tendon_cli.model import statics
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flag, Flags, Real, Travels
 from tendon_cli.model.sheath import Sheathed, sheaths_of
+from tendon_cli.model.sliding import Sliding
 from tendon_cli.model.statics import Balance, Coupling, Response, Status, respond
-from tendon_cli.quantities import OF_STATES, QUANTITIES, SIDES
+from tendon_cli.quantities import OF_MOTION_STATES, OF_STATES, QUANTITIES, SIDES
+
+
+@dataclass(frozen=True, eq=False)
+class JointRates:
+    """Rates of the joint along a trajectory."""
+
+    speed: Array
+    """Speed, rad/s."""
+    torque: Array
+    """Rate of the torque of inertia and of a task over time, N m/s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,10 +60,10 @@ class State:
     """Slope of that torque over the elbow angle, without inertia, N m/rad."""
     resting: tuple[Sheathed, Sheathed] | None = None
     """Both sheaths in the posture in which the pretension is set; None if they are the same."""
-    speed: Array | None = None
-    """Speed of the joint along a trajectory, rad/s."""
-    torque_rate: Array | None = None
-    """Rate of the torque of inertia along a trajectory, N m/s."""
+    rates: JointRates | None = None
+    """Rates along a trajectory; None without one."""
+    sliding: Sliding | None = None
+    """Way in which the tendons slide along a trajectory; None if `flexion` states it."""
 
     @classmethod
     def of(cls, design: Design, elbow_angle: Real, flexion: Flag) -> State:
@@ -71,13 +82,13 @@ class State:
             resting = sheaths_of(design.flexor, design.extensor, angle, flexion)
         inclination = np.add(elbow_angle, arm.upper_arm_angle)
         other_torque = np.asarray(design.other_torque(elbow_angle))
-        speed = None
-        torque_rate = None
+        rates = None
         if design.trajectory is not None:
             speed, acceleration, jerk = design.trajectory.derivatives_at(elbow_angle)
+            task, task_rate = design.trajectory.task_at(elbow_angle)
             inertia = arm.inertia + design.load_mass * np.square(arm.load_distance)
-            other_torque = np.asarray(other_torque + inertia * acceleration)
-            torque_rate = np.asarray(inertia * jerk)
+            other_torque = np.asarray(other_torque + inertia * acceleration + task)
+            rates = JointRates(speed, np.asarray(inertia * jerk + task_rate))
         return cls(
             design=design,
             elbow_angle=elbow_angle,
@@ -90,8 +101,7 @@ class State:
             other_torque=other_torque,
             other_slope=np.asarray(design.other_torque(elbow_angle, 1)),
             resting=resting,
-            speed=speed,
-            torque_rate=torque_rate,
+            rates=rates,
         )
 
     @cached_property
@@ -287,15 +297,21 @@ class State:
         """Index into `statics.STATUS_NAMES`."""
         return self.balance.status
 
-    def columns(self, names: Iterable[str] = OF_STATES) -> dict[str, Array]:
+    def columns(self, names: Iterable[str] | None = None) -> dict[str, Array]:
         """Return columns of the states table by name, as `quantities` defines them.
 
-        The status is not among them.
+        By default these are all but the status.
         """
+        if names is None:
+            names = OF_STATES if self.sliding is None else (*OF_STATES, *OF_MOTION_STATES)
         return {name: np.asarray(_VALUES[name](self)) for name in names}
 
 
-_VALUES = {name: value for name in OF_STATES if (value := QUANTITIES[name].value) is not None}
+_VALUES = {
+    name: value
+    for name in (*OF_STATES, *OF_MOTION_STATES)
+    if (value := QUANTITIES[name].value) is not None
+}
 
 
 def evaluate(design: Design, elbow_angle: Real, flexion: Flag) -> State:

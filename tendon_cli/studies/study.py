@@ -263,12 +263,13 @@ class Study(Displayed, StudyTables):
 
     @property
     def flexion(self) -> npt.NDArray[np.bool_]:
-        """True where friction is that of flexion.
+        """True where the joint flexes.
 
-        The shape is (directions, 1), or (1, samples) for a trajectory.
+        The shape is (directions, 1), or (1, samples) for a trajectory, along which tendons may
+        slide the other way.
         """
         if self.trajectory is not None:
-            return self.trajectory.flexion[np.newaxis]
+            return self.trajectory.is_flexing[np.newaxis]
         is_flexion = [direction == "flexion" for direction in self.motion.direction]
         return np.array(is_flexion).reshape(-1, 1)
 
