@@ -252,7 +252,7 @@ def edges_words(question: QuestionRecord, best: ChoiceRecord) -> Iterator[str]:
         value = float(value_of(best, axis["column"]))
         for edge, word in zip(axis["range"], ("lower", "upper"), strict=True):
             if abs(value - edge) <= 1e-9 * abs(edge):
-                symbol = keys()[axis["key"]].number.quantity.symbol
+                symbol = keys()[axis["key"]].quantity.symbol
                 at_edge = parameter(axis["key"], value)
                 yield f"{symbol} is at its {word} end, {at_edge}: widen the range"
 
@@ -274,7 +274,7 @@ def _move(question: QuestionRecord, move: SensitivityRecord) -> str:
     key = move["key"]
     name = say.column(key.removeprefix("limits."))
     if key in keys():
-        name = keys()[key].number.quantity.symbol
+        name = keys()[key].quantity.symbol
     return f"{name} {move['per_percent']:+.2g} {question['unit']}{'' if move['steady'] else '*'}"
 
 

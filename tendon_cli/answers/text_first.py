@@ -167,7 +167,7 @@ def _part_words(axis: AxisRecord, value: Value) -> tuple[str, bool, bool]:
             return f"a {rigid}spring{number} in the {side}", True, False
         return f"{rigid}springs{number}", True, True
     if common in _NOUNS and not side:
-        number = say.quantity(keys()[common].number.quantity, float(value))
+        number = say.quantity(keys()[common].quantity, float(value))
         return _NOUNS[common].format(number), False, False
     return value_words(axis, value), False, False
 

@@ -120,7 +120,7 @@ def scope_words(
     """
     words = [_every("angle", "elbow_angle", angles)]
     for key, values in ranges.items():
-        name = keys()[key].number.quantity.name
+        name = keys()[key].quantity.name
         noun = "load" if key == "load.mass" else say.spaced(name)
         words.append(_every(noun, name, values))
     scope = say.join_words(words)

@@ -157,7 +157,7 @@ def _breaks(decided: DecisionRecord) -> str:
 
 def _symbol(key: str) -> str:
     """Say the number of an axis by its symbol, or a named axis by its name."""
-    return keys()[key].number.quantity.symbol if key in keys() else key
+    return keys()[key].quantity.symbol if key in keys() else key
 
 
 # --- How far the setting may be off ---------------------------------------------------------------

@@ -85,7 +85,7 @@ def input_words(key: str) -> str:
     """Say the name of an input that a Sobol index is of."""
     if key not in keys():
         return key
-    name = say.column(keys()[key].number.quantity.name)
+    name = say.column(keys()[key].quantity.name)
     side = say.side_of(key)
     return f"{name} of the {side}" if side else name
 

@@ -27,7 +27,7 @@ def fixes_table(question: QuestionRecord, fixes: Sequence[FixRecord]) -> Iterato
     idle = []
     for fix in fixes:
         if fix["after"] is None:
-            idle.append(keys()[fix["parameter"]].number.quantity.symbol)
+            idle.append(keys()[fix["parameter"]].quantity.symbol)
             continue
         before = parameter(fix["parameter"], fix["before"])
         judged = fix["served_verified"]
@@ -61,7 +61,7 @@ def quantity_of_demand(key: str) -> Quantity:
     """Return the quantity of a number, or of a limit, by its key."""
     limit = key.removeprefix("limits.")
     if limit == key:
-        return keys()[key].number.quantity
+        return keys()[key].quantity
     return QUANTITIES.get(limit, QUANTITIES["pretension"])
 
 

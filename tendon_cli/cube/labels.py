@@ -127,7 +127,7 @@ def drawn_name(axis: Axis, name: str, units: Mapping[str, str] | None = None) ->
     """
 
     def equation(key: str, value: float) -> str:
-        return ColumnLabel.of(column_of(key), keys()[key].number.quantity, units).equation(value)
+        return ColumnLabel.of(column_of(key), keys()[key].quantity, units).equation(value)
 
     told = told_words(axis, name, equation)
     text = plain(name, width=_LONGEST_NAME, lines=1)

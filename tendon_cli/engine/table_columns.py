@@ -70,7 +70,7 @@ def number_column(key: str) -> Column:
     """Return the column of a number or a word of a study that may differ between rows."""
     words = WORDS_OF.get(split_side(key)[0])
     if words is None:
-        return Column.of(keys()[key].number.quantity, column_of(key), is_axis=True)
+        return Column.of(keys()[key].quantity, column_of(key), is_axis=True)
     name = column_of(key)
     return Column(name, "text", "1", say.spaced(name), is_axis=True, choices=words)
 
@@ -225,7 +225,7 @@ class PlanColumns:
     def _columns_of(self, key: str) -> dict[Column, BlockValues]:
         """Return the column of a key; if the sides differ, a null one and one for each side."""
         space = self.plan.space
-        quantity = keys()[key].number.quantity
+        quantity = keys()[key].quantity
         name = keys()[key].column
         common = space.number(key)
         numbers = {name: common}

@@ -117,6 +117,10 @@ class DesignLimit:
         """True if the limit compares states of the whole motion."""
         return self.lines is not None or self.excess is not None
 
+    def bound_of(self, values: Real) -> Array:
+        """Return bounds that are infinite, and so bound nothing, where values are NaN."""
+        return np.where(np.isnan(values), -np.inf if self.from_below else np.inf, values)
+
     def range_of(self, bound: Real) -> tuple[Real | None, Real | None]:
         """Return the least and the largest value that a bound allows; None if there is none."""
         if self.from_below:

@@ -294,7 +294,7 @@ def _condition_name(conditions: Space, condition: Rows) -> str:
         if axis.names:
             words.append(name_words(axis, axis.names[place], in_brackets=True))
         else:
-            shown = ColumnLabel.of(axis.column, keys()[axis.key].number.quantity)
+            shown = ColumnLabel.of(axis.column, keys()[axis.key].quantity)
             words.append(f"{shown.name} {shown.text(float(axis.values[place]))}")
     return ", ".join(words)
 

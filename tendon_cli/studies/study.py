@@ -16,7 +16,14 @@ from tendon_cli import say
 from tendon_cli.display import Displayed
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.registry import load
-from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, PERSON_AXIS, SAMPLE_AXES
+from tendon_cli.space.axis import (
+    CASE_AXIS,
+    DRAW_AXIS,
+    LIMIT,
+    PERSON_AXIS,
+    SAMPLE_AXES,
+    limit_of,
+)
 from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies import parts
 from tendon_cli.studies.contents import (
@@ -177,6 +184,16 @@ class Study(Displayed, StudyTables):
         for at, case in enumerate(self.cases):
             found |= dict(marked_slips(case, f"cases.{at}"))
         return found
+
+    @property
+    def limit_names(self) -> tuple[str, ...]:
+        """Names of the limits that bound some design: stated for all, on an axis, or by a case."""
+        keys_set = {f"{LIMIT}{name}" for name in self.limits.stated}
+        for case in self.cases:
+            keys_set |= case_numbers(case).keys()
+        names = (limit_of(key) for key in keys_set)
+        stated = {name for name in names if name is not None}
+        return tuple(name for name in type(self.limits).model_fields if name in stated)
 
     @property
     def words(self) -> dict[str, tuple[str, ...]]:
