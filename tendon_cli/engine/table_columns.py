@@ -23,6 +23,7 @@ from tendon_cli.quantities import (
     QUANTITIES,
     SIDES,
     Quantity,
+    bound_name,
     unit_of_reading,
 )
 from tendon_cli.space.axis import SLACK, Axis, Varying, of_side, split_side
@@ -190,7 +191,7 @@ class PlanColumns:
     def _as_read(self, column: Column) -> Column:
         """Return a column that says how a pretension is read; any other column as it is."""
         read = self.plan.study.setting.read
-        if read == F0 or column.name not in AS_READ:
+        if read == F0 or column.name not in (*AS_READ, bound_name("max_pretension")):
             return column
         long_name = f"{column.long_name}, read as {read}"
         return replace(column, unit=unit_of_reading(read), long_name=long_name)
