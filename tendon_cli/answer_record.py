@@ -43,6 +43,8 @@ class AxisRecord(TypedDict):
     sets: dict[str, dict[str, float]] | None
     """Numbers that tell each row of a named axis from the others, SI, by the row's name and their
     keys; null for another axis. Rows told by no number, or by many, are left out."""
+    limits: dict[str, dict[str, float]]
+    """Limits that rows of a named axis set, SI, by the row's name and the name of the limit."""
 
 
 class AccuracyRecord(TypedDict):
@@ -66,7 +68,7 @@ class QuestionRecord(TypedDict):
     pretension: float | None
     """Pretension of every choice, in this unit, if the question gives one."""
     limits: dict[str, float]
-    """Limits of the study, SI."""
+    """Limits that the study states for all designs, SI; those of an axis overrule them."""
     choices: list[AxisRecord]
     """Axes of the choices."""
     conditions: list[AxisRecord]

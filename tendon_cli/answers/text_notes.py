@@ -57,7 +57,7 @@ def question_notes(
             f"{names}: the window holds for the whole interval; the worst values are those at its"
             " ends"
         )
-    several = [name for name in study.limits if name in _SEVERAL]
+    several = [name for name in study.limit_names if name in _SEVERAL]
     if several:
         yield (
             f"{', '.join(several)}: if several intervals of pretension keep this limit,"

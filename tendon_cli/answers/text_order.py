@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from tendon_cli import say
 from tendon_cli.answer_record import AnswerResults, ChoiceRecord, DecisionRecord, QuestionRecord
 from tendon_cli.answers.phrases import choice_words
+from tendon_cli.space.axis import limit_of
 from tendon_cli.studies.study import keys
 
 _HARDLY_ANY = 1e-4
@@ -128,7 +129,9 @@ def ties_words(record: AnswerResults) -> Iterator[str]:
         if more > 0:
             named.append(f"{more:,} more")
         yield f"{decided['ties']:,} choices tie: {_listed(named)}; {_breaks(decided)}"
-    symbols = [_symbol(key) for key in decided["no_effect"]]
+    symbols = [
+        f"the {_symbol(key)}" if limit_of(key) else _symbol(key) for key in decided["no_effect"]
+    ]
     if symbols:
         do = "does" if len(symbols) == 1 else "do"
         it = "it" if len(symbols) == 1 else "them"
@@ -156,7 +159,10 @@ def _breaks(decided: DecisionRecord) -> str:
 
 
 def _symbol(key: str) -> str:
-    """Say the number of an axis by its symbol, or a named axis by its name."""
+    """Say the number of an axis by its symbol, a limit in words, a named axis by its name."""
+    limit = limit_of(key)
+    if limit is not None:
+        return say.limit_on(limit)
     return keys()[key].quantity.symbol if key in keys() else key
 
 

@@ -89,8 +89,8 @@ class Slice:
     columns: dict[str, ColumnArray]
     title: str
     """Values of the other axes, in words."""
-    bounds: dict[str, float]
-    """Limits of the study by name, SI."""
+    bounds: say.LimitValues
+    """Limits of the study by name, SI; None for one that differs between choices."""
 
     @classmethod
     def of(cls, cube: Cube, axes: Sequence[Axis], choice: ChoiceRecord) -> Slice:

@@ -137,15 +137,15 @@ class DesignLimit:
             return np.asarray(np.abs(values) - bound)
         return np.asarray(values - bound)
 
-    def room(self, values: Array, bound: float) -> Array:
+    def room(self, values: Array, bound: Real) -> Array:
         """Return the room that values leave to a bound, negative where they break it.
 
         It is in the unit of the bound, and 0 within rounding of it. NaN, where there is nothing to
-        compare, stays NaN.
+        compare, stays NaN. It is infinite without a bound.
         """
         room = -self.beyond(values, bound)
-        is_rounding = np.abs(room) <= SLACK_TOLERANCE * abs(bound)
-        return np.where(is_rounding, 0.0, room)
+        is_rounding = np.abs(room) <= SLACK_TOLERANCE * np.abs(bound)
+        return np.where(is_rounding & np.isfinite(room), 0.0, room)
 
     def value(self, state: Any, speed: Real = np.nan) -> Array:
         """Return the quantity in states; if it has several forms, the worst of them.

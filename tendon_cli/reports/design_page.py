@@ -299,12 +299,12 @@ def _condition_name(conditions: Space, condition: Rows) -> str:
     return ", ".join(words)
 
 
-def _between(record: AnswerRecord, bounds: Mapping[str, float]) -> dict[str, Any] | None:
+def _between(record: AnswerRecord, bounds: say.LimitValues) -> dict[str, Any] | None:
     """Return each limit's bound on the pretension over the angle, for the choice named first.
 
     Args:
         record: Record of the answer.
-        bounds: The limits of the study, SI.
+        bounds: The limits of the study, SI; None for one that differs between choices.
 
     Returns:
         The curves as JSON; None if the answer has none.

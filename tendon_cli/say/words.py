@@ -26,7 +26,7 @@ _JOINED = "\u00a0"
 """No-break space."""
 _UNIT = re.compile(
     r"(?<=\d) (?=(?:N|kN|mm|m|deg|kPa|kg|rad|GPa|1)\b|%)|(?<=\d N) (?=m\b)|(?<=\b[A-Zημφψ]) (?=\d)"
-    r"|(?<=±) (?=\d)"
+    r"|(?<=±) (?=\d)| (?=[≤≥])|(?<=[≤≥]) (?=\d)"
 )
 """Spaces within a quantity, at which no line is broken."""
 

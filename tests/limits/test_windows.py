@@ -76,14 +76,16 @@ def test_it_is_so_in_any_question(limit, variant):
 @EVERY_LIMIT
 def test_no_window_shrinks_as_a_limit_loosens(limit):
     both = solutions(limited(limit, list(LOOSER_AND_TIGHTER[limit])))
-    low, high = both["from"], both["to"]
+    low = both["from"]
+    high = both["to"]
     width = np.where(both["feasible"], high - low, -1.0)
-    looser, tighter = width[0::2], width[1::2]
+    looser = width[0::2]
+    tighter = width[1::2]
     assert (tighter <= looser + 1e-9).all()
 
 
 def test_a_limit_of_the_conditions_bounds_each_by_its_own():
-    """Of two conditions one has the limit: the window is that of both studies at once."""
+    """Give one of two conditions a limit: the window is that of both studies at once."""
     load = {"load": {"mass": "5 kg"}}
     cases = [{"name": "a"}, {"name": "b", "limits": {"max_tension": "205 N"}}]
     together = solutions(merged(SUIT, load, {"cases": cases}))
