@@ -7,7 +7,7 @@ spring is "rigid". Whatever is said about an answer follows from its record alon
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, TypeAlias, TypedDict, cast
+from typing import Any, Literal, NotRequired, TypeAlias, TypedDict, cast
 
 Value: TypeAlias = float | str
 """Value on an axis: a number, SI, "rigid", or a name."""
@@ -42,9 +42,15 @@ class AxisRecord(TypedDict):
     """Both ends of a range, between which a value is chosen, SI; null for a catalogue."""
     sets: dict[str, dict[str, float]] | None
     """Numbers that tell each row of a named axis from the others, SI, by the row's name and their
-    keys; null for another axis. Rows told by no number, or by many, are left out."""
+    keys; null for another axis. Rows told by no number, or by many, are left out; of very many rows
+    only those that the answer names are told."""
     limits: dict[str, dict[str, float]]
     """Limits that rows of a named axis set, SI, by the row's name and the name of the limit."""
+    carries: NotRequired[dict[str, list[str]]]
+    """Words that rows of a table carry along, such as supplier and price, by the row's name;
+    only of a table with such columns."""
+    drawn: NotRequired[bool]
+    """True for a table whose rows are draws; only there."""
 
 
 class AccuracyRecord(TypedDict):

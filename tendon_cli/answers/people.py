@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -38,7 +39,7 @@ from tendon_cli.answers.verified_record import fresh_record, verified_record
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, Codes
-from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, Axis, evenly_spaced
+from tendon_cli.space.axis import PERSON_AXIS, Axis, evenly_spaced
 from tendon_cli.studies.people.population import Population
 from tendon_cli.windows import coverage
 from tendon_cli.windows.coverage import (
@@ -117,7 +118,8 @@ def people_of(question: Question) -> Population | None:
 
 def person_of(question: Question, groups: Rows) -> Rows:
     """Return the row of the population that each group belongs to, for a question about people."""
-    draws = len(question.axes[DRAW_AXIS]) if DRAW_AXIS in question.axes else 1
+    drawn = [axis for axis in question.conditions.axes if axis.role == "draw"]
+    draws = math.prod(len(axis) for axis in drawn if axis.key != PERSON_AXIS)
     return groups // draws
 
 

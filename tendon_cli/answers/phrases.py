@@ -17,7 +17,7 @@ from tendon_cli.answer_record import (
     Values,
     value_of,
 )
-from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, limit_of
+from tendon_cli.space.axis import SAMPLE_AXES, limit_of
 from tendon_cli.studies.axis_words import numbers_in_words, parameter, row_name, word_of_key
 
 COSTS = {"max_tension": "tension", "max_spring_extension": "spring", "peak_motor_torque": "torque"}
@@ -36,7 +36,9 @@ def value_words(axis: AxisRecord, value: Value, *, in_brackets: bool = False) ->
         in_brackets: True for words that stand in brackets: "d88: b₁ 88 mm".
     """
     if axis["sets"] is not None:
-        told = numbers_in_words(axis["sets"].get(str(value), {}), parameter)
+        told = ", ".join(axis.get("carries", {}).get(str(value), ()))
+        if not told:
+            told = numbers_in_words(axis["sets"].get(str(value), {}), parameter)
         return row_name(axis["key"], str(value), told, in_brackets=in_brackets)
     if axis["named"]:
         return word_of_key(axis["key"], str(value))
@@ -60,10 +62,15 @@ def condition_words(question: QuestionRecord, condition: Values) -> str:
 
 def condition_of_group(question: QuestionRecord, condition: Values) -> str:
     """Say a condition without the person and the draw that it belongs to."""
-    axes = [axis for axis in question["conditions"] if axis["key"] not in (PERSON_AXIS, DRAW_AXIS)]
+    axes = [axis for axis in question["conditions"] if not _is_drawn(axis)]
     return ", ".join(
         value_words(axis, condition[axis["column"]], in_brackets=True) for axis in axes
     )
+
+
+def _is_drawn(axis: AxisRecord) -> bool:
+    """Return True for an axis of persons, of draws, or of rows that are draws."""
+    return axis["key"] in SAMPLE_AXES or axis.get("drawn", False)
 
 
 def costs(row: ChoiceRecord | FixRecord) -> list[str]:

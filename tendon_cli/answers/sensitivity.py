@@ -323,7 +323,7 @@ def indices(solver: Solver, points: Points) -> list[SobolRecord]:
     inputs = tuple(study.uncertain)
     if person_axis is not None and len(person_axis) > 1:
         inputs = (*inputs, BODY)
-    others = [axis for axis in question.conditions.axes if axis.key not in (PERSON_AXIS, DRAW_AXIS)]
+    others = [axis for axis in question.conditions.axes if axis.role != "draw"]
     conditions = int(np.prod([len(axis) for axis in others]))
     states = question.states_per_design * max(1, conditions)
     most = max(_STATES / (states * (len(inputs) + 2)), 1.0)

@@ -217,6 +217,13 @@ def cases(ctx: typer.Context) -> list[Any]:
     return [case.name for case in study.cases] if study is not None else []
 
 
+def rows(ctx: typer.Context) -> list[Any]:
+    """Return the rows of the tables of the study that the line names, as TABLE=NAME."""
+    study = _study(ctx)
+    tables = study.row_tables if study is not None else ()
+    return [f"{table.key}={name}" for table in tables for name in table.names[:_MOST_NAMES]]
+
+
 def persons(ctx: typer.Context) -> list[Any]:
     """Return the standard persons, and those of the study that the line names."""
     from tendon_cli.studies.people.population import STANDARD_PERSONS

@@ -27,12 +27,12 @@ from tendon_cli.quantities import (
     unit_of_reading,
 )
 from tendon_cli.space.axis import SLACK, Axis, Varying, of_side, split_side
-from tendon_cli.space.space import ANCHORS, Space
+from tendon_cli.space.space import ANCHORS, Carried, Space
 from tendon_cli.studies.axis_words import axis_meaning
 from tendon_cli.studies.contents import column_of
-from tendon_cli.studies.spaces import KEYS_OF_WORDS, WORDS_OF
+from tendon_cli.studies.model_words import KEYS_OF_WORDS, WORDS_OF
 from tendon_cli.studies.study import keys
-from tendon_cli.tables.schema import Column
+from tendon_cli.tables.schema import Column, Kind
 
 ALWAYS = (
     "tendon.pretension",
@@ -85,6 +85,34 @@ def columns_set_by_names(space: Space) -> dict[str, Column]:
     return {key: number_column(key) for key in order if key in space.set_by_names}
 
 
+def carried_columns(space: Space) -> dict[Column, Carried]:
+    """Return the columns that rows of named axes carry along, such as prices, with their values."""
+    columns = {}
+    for carried in space.carried:
+        first = carried.first
+        name = carried.first.name.replace("_", " ")
+        meaning = f"{name} of the {carried.tables[0]}"
+        if carried.column == first.name:
+            meaning = f"{name}, summed over {say.join_words(carried.tables)}"
+        if first.words:
+            kind: Kind = "text"
+            has_null = False
+        else:
+            kind = "number"
+            has_null = any(np.isnan(column.values).any() for _, column in carried.parts)
+        column = Column(
+            name=carried.column,
+            kind=kind,
+            unit=first.unit or "1",
+            long_name=meaning,
+            is_axis=True,
+            choices=first.words,
+            nullable=has_null,
+        )
+        columns[column] = carried
+    return columns
+
+
 @dataclass(frozen=True, eq=False)
 class PlanColumns:
     """Columns of the tables of a plan, in order, with the values of the leading ones."""
@@ -105,7 +133,10 @@ class PlanColumns:
             if axis.names:
                 positions = np.arange(len(axis), dtype=np.float64)
                 columns[axis_column(axis)] = _within(Varying(np.nan, ((place, positions),)))
-        return columns | self._words
+        columns |= self._words
+        for column, carried in carried_columns(self.plan.space).items():
+            columns[column] = _carried(carried)
+        return columns
 
     @cached_property
     def designs(self) -> tuple[Column, ...]:
@@ -261,6 +292,11 @@ def _sampled(values: npt.NDArray[Any], block: Block) -> npt.ArrayLike:
 
 def _null(_block: Block) -> npt.ArrayLike:
     return np.nan
+
+
+def _carried(carried: Carried) -> BlockValues:
+    """Return the function that gives what rows carry along for the designs of a block."""
+    return lambda block: carried.within(block.designs)
 
 
 def _within(number: Varying) -> BlockValues:

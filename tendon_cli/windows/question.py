@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal, Self, cast
@@ -22,7 +23,6 @@ from tendon_cli.space.axis import (
     PRETENSION,
     READ,
     READING_ERROR,
-    SAMPLE_AXES,
     Axis,
     Numbers,
     overlay,
@@ -191,7 +191,11 @@ class Question:
     @property
     def _counts(self) -> dict[str, int]:
         """Numbers of persons and of draws by the keys of their axes."""
-        counts = {key: len(self.axes[key]) for key in (PERSON_AXIS, DRAW_AXIS) if key in self.axes}
+        counts = {PERSON_AXIS: len(self.axes[PERSON_AXIS])} if PERSON_AXIS in self.axes else {}
+        drawn = [axis for axis in self.axes.values() if axis.role == "draw"]
+        draws = [len(axis) for axis in drawn if axis.key != PERSON_AXIS]
+        if draws:
+            counts[DRAW_AXIS] = math.prod(draws)
         people = self.study.people
         bodies = people.population.completions if people is not None else 1
         if PERSON_AXIS in counts and bodies > 1:
@@ -203,8 +207,9 @@ class Question:
 
     @property
     def group_axis(self) -> Axis | None:
-        """Axis of persons or, without persons, of draws; None if there are neither."""
-        return self.axes.get(PERSON_AXIS) or self.axes.get(DRAW_AXIS)
+        """Axis of persons or, without persons, of draws or drawn rows; None if there is none."""
+        drawn = (axis for axis in self.conditions.axes if axis.role == "draw")
+        return next(drawn, None)
 
     # --- Other questions --------------------------------------------------------------------------
 
@@ -351,7 +356,7 @@ def arm_numbers(study: Study, conditions: Space) -> dict[str, Array]:
     """
     numbers: dict[str, Array] = {}
     for axis in conditions.axes:
-        if axis.key not in SAMPLE_AXES:
+        if axis.role != "draw":
             place = int(np.argmin(axis.values))
             least = {key: values[place : place + 1] for key, values in axis.numbers.items()}
             numbers = overlay(numbers, least)

@@ -111,3 +111,31 @@ def test_two_limits_are_the_product_of_both():
     for row, (force, torque) in enumerate([(240, 5.5), (240, 4.8), (205, 5.5), (205, 4.8)]):
         alone = solutions(limited("max_tension", force, {"limits": {"peak_motor_torque": torque}}))
         check_equal({name: rows[row::4] for name, rows in both.items()}, alone)
+
+
+def of_row(solved, row):
+    """Return the choices of one row of a table, which is slower than the two springs."""
+    return {name: values[2 * row : 2 * row + 2] for name, values in solved.items()}
+
+
+@EVERY_LIMIT
+def test_a_limit_in_a_row_is_the_study_with_that_limit(limit):
+    looser, tighter = LOOSER_AND_TIGHTER[limit]
+    rows = [
+        {"name": "free"},
+        {"name": "looser", f"limits.{limit}": looser},
+        {"name": "tighter", f"limits.{limit}": tighter},
+    ]
+    in_rows = solutions(merged(SUIT, {"table": [{"name": "motor", "rows": rows}]}))
+    studies = [SUIT, limited(limit, looser), limited(limit, tighter)]
+    for row, study in enumerate(studies):
+        check_equal(of_row(in_rows, row), solutions(study))
+
+
+def test_an_empty_cell_leaves_the_limit_of_the_study():
+    rows = [{"name": "stiff", "limits.max_tension": "205 N"}, {"name": "other"}]
+    table = {"table": [{"name": "motor", "rows": rows}]}
+    in_rows = solutions(limited("max_tension", "240 N", table))
+    for row, value in enumerate(["205 N", "240 N"]):
+        alone = solutions(limited("max_tension", value))
+        check_equal(of_row(in_rows, row), alone)
