@@ -721,6 +721,19 @@ class FreshRecord(TypedDict):
     """Noun for the members: persons are drawn, too, or draws alone."""
 
 
+class TradeOffRecord(TypedDict):
+    """Best choice with each value of a limit on which the choices differ."""
+
+    key: str
+    """Key of the axis that sets the limit: `limits.` and its name, or the name of a table."""
+    column: str
+    """Column of `choices.parquet` of that axis."""
+    values: list[Value]
+    """Values of the axis, SI, or its names, in their order."""
+    best: list[ChoiceRecord | None]
+    """For each the choice of the grid that would be named first; null if none has a window."""
+
+
 class AnswerResults(BestRecord):
     """Answer without the facts of the run."""
 
@@ -731,6 +744,8 @@ class AnswerResults(BestRecord):
     """Number of conditions."""
     feasible: int
     """Number of choices that have a window."""
+    trade_offs: list[TradeOffRecord]
+    """Best choice with each value of each limit on which the choices differ."""
     serve: float
     """Share that a window must serve."""
     verified_by: FreshRecord | None

@@ -33,6 +33,7 @@ from tendon_cli.answers.text_order import (
 from tendon_cli.answers.text_parts import HEADING, but_words, parts_words
 from tendon_cli.answers.text_people import population_blocks
 from tendon_cli.answers.text_remedies import fixes_table, relaxations_words
+from tendon_cli.answers.text_trade_off import trade_off_blocks
 from tendon_cli.answers.text_verified import is_enough, is_undecided, share_words, verdict
 from tendon_cli.space.axis import limit_of
 from tendon_cli.studies.axis_words import parameter
@@ -107,6 +108,7 @@ def _answer(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Block]:
     if exact:
         yield say.sentence(exact)
     yield from _alternatives(record, best)
+    yield from trade_off_blocks(record)
     yield from _list("Choices to be proved", (_proved(question, row) for row in record["proved"]))
     if record["choices"] > 1:
         choices = say.counted(record["choices"], "choice")

@@ -88,8 +88,9 @@ def _why_settable(record: AnswerResults, decided: DecisionRecord) -> str:
     best = record["best"]
     needed = needed_words(question, decided)
     if decided["is_settable"]:
+        only = "the only one" if decided["left"] == 1 else "one of the few"
         return (
-            f"This choice is the only one of {_of_choices(decided)} that can be set well"
+            f"This choice is {only} of {_of_choices(decided)} that can be set well"
             f" enough (± {needed})."
         )
     words = f"None of {_of_choices(decided)} can be set well enough (± {needed})"
