@@ -165,6 +165,47 @@ def texts_of(
     import pyarrow as pa  # only files of rows pay for its import
     import pyarrow.compute as pc
 
+    rows, has_escapes = fitted_rows(lines, row_lines, separator, source, width, needed)
+    # Not by Arrow's reader of CSV: its threads may hold on to the text until the process ends, and
+    # end it by a crash.
+    cells_of_rows = pc.split_pattern(pa.array(rows, pa.string()), separator).flatten()
+    places = np.arange(len(rows)) * width
+    texts = [
+        pc.utf8_trim_whitespace(cells_of_rows.take(pa.array(places + column)))
+        for column in range(width)
+    ]
+    if not has_escapes:
+        return texts
+    return [pc.replace_substring(text, _ESCAPED_SEPARATOR, separator) for text in texts]
+
+
+def columns_of(
+    lines: list[str], row_lines: list[int], separator: str, source: str, width: int, needed: int
+) -> list[list[str]]:
+    """Return the cells of each column as text without surrounding spaces, as plain lists.
+
+    Takes and raises what `texts_of` does; for tables whose cells are read one by one.
+    """
+    rows, has_escapes = fitted_rows(lines, row_lines, separator, source, width, needed)
+    columns = []
+    for cells in zip(*(row.split(separator) for row in rows), strict=True):
+        texts = [cell.strip() for cell in cells]
+        if has_escapes:
+            texts = [text.replace(_ESCAPED_SEPARATOR, separator) for text in texts]
+        columns.append(texts)
+    return columns
+
+
+def fitted_rows(
+    lines: list[str], row_lines: list[int], separator: str, source: str, width: int, needed: int
+) -> tuple[list[str], bool]:
+    """Return rows with as many cells as there are columns, none of them in quotes.
+
+    Takes and raises what `texts_of` does.
+
+    Returns:
+        The rows, and True if separators that belong to a cell are escaped.
+    """
     rows = [lines[position] for position in row_lines]
     commas = width - 1  # separators in a row without quotes that has every cell
     unusual = [i for i, row in enumerate(rows) if '"' in row or row.count(separator) != commas]
@@ -179,17 +220,7 @@ def texts_of(
             continue
         rows[index] = separator.join(cell.replace(separator, _ESCAPED_SEPARATOR) for cell in cells)
     raise_all(errors, source)
-    # Not by Arrow's reader of CSV: its threads may hold on to the text until the process ends, and
-    # end it by a crash.
-    cells_of_rows = pc.split_pattern(pa.array(rows, pa.string()), separator).flatten()
-    places = np.arange(len(rows)) * width
-    texts = [
-        pc.utf8_trim_whitespace(cells_of_rows.take(pa.array(places + column)))
-        for column in range(width)
-    ]
-    if not unusual:
-        return texts
-    return [pc.replace_substring(text, _ESCAPED_SEPARATOR, separator) for text in texts]
+    return rows, bool(unusual)
 
 
 def _fit_to_columns(

@@ -71,6 +71,8 @@ class Fault:
     line: int | None = None
     is_implausible: bool = False
     """True if the value is possible, but far from any arm."""
+    is_of_file: bool = False
+    """True if it stands in a CSV that the study names, and not in the study."""
 
     def __str__(self) -> str:
         place = f"line {self.line}: " if self.line is not None else ""

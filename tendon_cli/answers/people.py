@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
@@ -17,6 +18,7 @@ from tendon_cli.answer_record import (
     SexRecord,
     SizeRecord,
     SuitRecord,
+    Values,
     value_of,
 )
 from tendon_cli.answers.question_facts import (
@@ -38,7 +40,7 @@ from tendon_cli.answers.verified_record import fresh_record, verified_record
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, Codes
-from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, Axis, evenly_spaced
+from tendon_cli.space.axis import PERSON_AXIS, Axis, evenly_spaced
 from tendon_cli.studies.people.population import Population
 from tendon_cli.windows import coverage
 from tendon_cli.windows.coverage import (
@@ -117,7 +119,8 @@ def people_of(question: Question) -> Population | None:
 
 def person_of(question: Question, groups: Rows) -> Rows:
     """Return the row of the population that each group belongs to, for a question about people."""
-    draws = len(question.axes[DRAW_AXIS]) if DRAW_AXIS in question.axes else 1
+    drawn = [axis for axis in question.conditions.axes if axis.role == "draw"]
+    draws = math.prod(len(axis) for axis in drawn if axis.key != PERSON_AXIS)
     return groups // draws
 
 
@@ -152,9 +155,10 @@ def population(
         by = _by_sex_of_fresh(question, judged)
     count = len(curve.pretension)
     thinned = evenly_spaced(count, _MOST_OF_CURVE)
+    values: Values = {axis.column: value_of(row, axis.column) for axis in question.choices.axes}
     record: PopulationRecord = {
         "choice": row["choice"],
-        "values": {axis.column: value_of(row, axis.column) for axis in question.choices.axes},
+        "values": values,
         "kind": groups.noun,
         "count": len(windows.low),
         "effective_count": groups.effective_count,
@@ -174,7 +178,7 @@ def population(
             "low": curve.low[thinned].tolist(),
             "high": curve.high[thinned].tolist(),
         },
-        "not_served": reasons_not_served(question, windows, pretension),
+        "not_served": reasons_not_served(question, windows, pretension, values),
         "sizes": {} if people is None else dict(_sizes(solver, chosen)),
         "sobol": indices(solver, chosen.points),
         "title": "",
@@ -252,7 +256,7 @@ def _sex_record(
 
 
 def reasons_not_served(
-    question: Question, windows: GroupWindows, pretension: float
+    question: Question, windows: GroupWindows, pretension: float, choice: Values
 ) -> list[ReasonRecord]:
     """Return the reasons why a pretension does not serve some groups, as recorded.
 
@@ -264,6 +268,7 @@ def reasons_not_served(
         question: The question.
         windows: Windows of one choice for all groups.
         pretension: Its pretension, N.
+        choice: Its values on the axes of the choices, by column.
     """
     people = people_of(question)
     weights = normalise(question.groups.weighting)
@@ -302,7 +307,7 @@ def reasons_not_served(
         under = [condition_values(question, condition) for condition in conditions]
         reasons.append(
             {
-                "text": reason_words(facts, limits, under),
+                "text": reason_words(facts, choice, limits, under),
                 "needs": need,
                 "limits": limits,
                 "conditions": conditions,

@@ -10,7 +10,7 @@ import numpy as np
 from tendon_cli.answer_record import AxisRecord, GoalRecord, QuestionRecord, Value, Values
 from tendon_cli.answers.text_notes import question_notes
 from tendon_cli.quantities import unit_of_reading
-from tendon_cli.space.axis import Axis, NamedAxis
+from tendon_cli.space.axis import SAMPLE_AXES, Axis, NamedAxis, limit_of
 from tendon_cli.studies.values import RIGID
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Goal, Question
@@ -60,19 +60,42 @@ def _axis_record(axis: Axis) -> AxisRecord:
     both_ends = None
     if axis.is_range:
         both_ends = [float(axis.values.min()), float(axis.values.max())]
-    return {
+    record: AxisRecord = {
         "key": axis.key,
         "column": axis.column,
         "named": axis.is_text,
         "range": both_ends,
         "sets": _told(axis) if isinstance(axis, NamedAxis) else None,
+        "limits": _limits(axis) if isinstance(axis, NamedAxis) else {},
     }
+    if isinstance(axis, NamedAxis) and axis.carried:
+        record["carries"] = _carried(axis)
+    if axis.role == "draw" and axis.key not in SAMPLE_AXES:
+        record["drawn"] = True
+    return record
+
+
+def _limits(axis: NamedAxis) -> dict[str, dict[str, float]]:
+    """Return the limits that rows of a named axis set, SI, by the row's name."""
+    of_rows: dict[str, dict[str, float]] = {}
+    for key, values in axis.numbers.items():
+        limit = limit_of(key)
+        if limit is not None:
+            for row in np.flatnonzero(~np.isnan(values)):
+                of_rows.setdefault(axis.names[row], {})[limit] = float(values[row])
+    return of_rows
 
 
 def _told(axis: NamedAxis) -> dict[str, dict[str, float]]:
     """Return the numbers that tell each row of a named axis from the others, SI, by its name."""
     told = {name: axis.told_by(row) for row, name in enumerate(axis.names)}
     return {name: numbers for name, numbers in told.items() if numbers}
+
+
+def _carried(axis: NamedAxis) -> dict[str, list[str]]:
+    """Return what each row of a named axis carries along in words, by its name."""
+    carried = {name: list(axis.carried_by(row)) for row, name in enumerate(axis.names)}
+    return {name: words for name, words in carried.items() if words}
 
 
 def value_at(axis: Axis, place: int) -> Value:

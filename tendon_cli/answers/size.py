@@ -10,6 +10,8 @@ from tendon_cli.answers.choices import Choices
 from tendon_cli.answers.question_facts import notes_of
 from tendon_cli.engine.folder import free_bytes
 from tendon_cli.proof.subdivision import most_cells
+from tendon_cli.space.axis import SAMPLE_AXES, NamedAxis
+from tendon_cli.studies.axis_words import name_words
 from tendon_cli.studies.study import Study
 
 _COMPRESSION = 0.5
@@ -32,6 +34,10 @@ def size_of_question(
         record[name] = {axis.key: len(axis) for axis in product.axes}
         axes = ", ".join(f"{key} {count:,}" for key, count in record[name].items())
         lines.append(f"  {name:<12} {len(product):,}" + (f"  ({axes})" if axes else ""))
+        for axis in product.axes:
+            if isinstance(axis, NamedAxis) and axis.key not in SAMPLE_AXES:
+                first, last = (name_words(axis, axis.names[end]) for end in (0, -1))
+                lines.append(f"    {axis.key:<10} {first} to {last}")
     record["windows"] = len(question.choices) * len(question.conditions)
     record["states"] = record["windows"] * question.states_per_design
     numbers = len(question.box)

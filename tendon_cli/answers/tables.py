@@ -15,7 +15,11 @@ from tendon_cli import say
 from tendon_cli.answer_record import ChoiceRecord
 from tendon_cli.answers.people import GroupWindows, people_of
 from tendon_cli.answers.setup import SETTING_COLUMNS, settings
-from tendon_cli.engine.table_columns import axis_column, columns_set_by_names
+from tendon_cli.engine.table_columns import (
+    axis_column,
+    carried_columns,
+    columns_set_by_names,
+)
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.design import F0
 from tendon_cli.model.kinematics import Array, Flags, Rows
@@ -316,7 +320,8 @@ def _of_quantities(*names: str, read: str = F0) -> tuple[Column, ...]:
 
 def _row_columns(space: Space) -> tuple[Column, ...]:
     """Return the columns that say what a row of a space is: its axes, and what their names set."""
-    return (*map(axis_column, space.axes), *columns_set_by_names(space).values())
+    axes = map(axis_column, space.axes)
+    return (*axes, *columns_set_by_names(space).values(), *carried_columns(space))
 
 
 def _set_by_names(space: Space, rows: Space) -> ColumnArrays:

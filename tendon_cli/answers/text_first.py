@@ -26,7 +26,7 @@ from tendon_cli.answers.text_bench import (
 from tendon_cli.answers.text_parts import can_be_built, failure_words
 from tendon_cli.answers.text_people import population_share
 from tendon_cli.answers.text_verified import judgement_words
-from tendon_cli.space.axis import split_side
+from tendon_cli.space.axis import NAMED_AXES, limit_of, split_side
 from tendon_cli.studies.study import keys
 from tendon_cli.studies.values import RIGID
 
@@ -53,6 +53,8 @@ class Suit(NamedTuple):
     """Noun phrase: "springs of 5 kN/m with a spool ratio of 0.6"; "this suit" without axes."""
     is_plural: bool
     """True if its verb is a plural."""
+    is_of_parts: bool = False
+    """True if it begins with a row of a table, such as a part that one can buy."""
 
     def verb(self, several: str, one: str) -> str:
         """Return the form of a verb that agrees with it."""
@@ -76,6 +78,8 @@ def first_words(record: AnswerResults, best: ChoiceRecord) -> str:
     if not can_be_built(record):
         return f"{_capital(suit.words)} would be set to {setting}, but {failures}."
     but = f", but {failures}" if failures else ""
+    if best["feasible"] and suit.is_of_parts:
+        return f"{_capital(suit.words)}: set {setting}; this {serves}{but}."
     if best["feasible"]:
         return f"Set {setting}: {suit.words} {serves}{but}."
     nearest = ""
@@ -128,20 +132,31 @@ def _capital(text: str) -> str:
 
 
 def suit_words(question: QuestionRecord, row: ChoiceRecord) -> Suit:
-    """Say a choice by its values, springs first."""
+    """Say a choice by its values: rows of tables first, then springs."""
+    rows: list[str] = []
     springs: list[str] = []
     others: list[str] = []
     is_plural = False
     for axis in question["choices"]:
-        words, is_spring, is_several = _part_words(axis, value_of(row, axis["column"]))
+        value = value_of(row, axis["column"])
+        if _is_table(axis):
+            rows.append(value_words(axis, value))
+            continue
+        words, is_spring, is_several = _part_words(axis, value)
         (springs if is_spring else others).append(words)
         is_plural = is_plural or is_several
+    if rows:
+        others = [*rows[1:], *springs, *others]
+        springs = rows[:1]
     left = len(springs) + len(others) - _MOST_AXES
     if left > 0:
         counted = say.counted(left + 1, "other number")
         others = [*others[: -left - 1], f"{counted} (--why)"]
     if not springs and not others:
         return Suit("this suit", is_plural=False)
+    if rows:
+        with_others = f" with {say.join_words(others)}" if others else ""
+        return Suit(f"{rows[0]}{with_others}", is_plural=False, is_of_parts=True)
     if not springs:
         return Suit(say.join_words(others), is_plural=len(others) > 1)
     whole = say.join_words(springs)
@@ -150,11 +165,19 @@ def suit_words(question: QuestionRecord, row: ChoiceRecord) -> Suit:
     return Suit(suit, is_plural or len(springs) > 1)
 
 
+def _is_table(axis: AxisRecord) -> bool:
+    """Return True for the axis of a table of the study, whose rows are parts or samples."""
+    return axis["sets"] is not None and axis["key"] not in NAMED_AXES
+
+
 def _part_words(axis: AxisRecord, value: Value) -> tuple[str, bool, bool]:
     """Say the value of a choice on an axis; return True if it is a spring, and if it is several."""
     common, side = split_side(axis["key"])
+    limit = limit_of(common)
     if axis["named"] or axis["sets"] is not None:
         return value_words(axis, value), False, False
+    if limit is not None:
+        return say.limit_of_so_much(limit, float(value)), False, False
     if common == "spring.stiffness":
         is_rigid = value == RIGID or math.isinf(float(value))
         number = "" if is_rigid else f" of {say.quantity('spring_stiffness', float(value))}"
@@ -163,7 +186,7 @@ def _part_words(axis: AxisRecord, value: Value) -> tuple[str, bool, bool]:
             return f"a {rigid}spring{number} in the {side}", True, False
         return f"{rigid}springs{number}", True, True
     if common in _NOUNS and not side:
-        number = say.quantity(keys()[common].number.quantity, float(value))
+        number = say.quantity(keys()[common].quantity, float(value))
         return _NOUNS[common].format(number), False, False
     return value_words(axis, value), False, False
 

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from tendon_cli import say
 from tendon_cli.space.axis import PRETENSION, split_side
-from tendon_cli.studies.contents import case_numbers
 from tendon_cli.studies.study import Study, keys
 
 PROOF_METHOD = (
@@ -29,7 +28,6 @@ def question_notes(
         whole_intervals: Keys of those whose inside may be worse than both ends, but is proved.
     """
     pretensions = [key for key in study.numbers if split_side(key)[0] == PRETENSION]
-    of_cases = [split_side(key)[0] for case in study.cases for key in case_numbers(case)]
     if any(split_side(key)[1] for key in pretensions):
         yield (
             "the study's pretensions per side are left out: one pretension for both sides is solved"
@@ -40,11 +38,12 @@ def question_notes(
             "the study's values of pretension are left out: the window is solved exactly,"
             " without them"
         )
-    if PRETENSION in of_cases:
-        yield (
-            "the pretensions of the study's cases are left out: one pretension for all is solved"
-            " for"
-        )
+    for table in study.row_tables:
+        if PRETENSION in [split_side(key)[0] for key in table.keys]:
+            whose = "study's cases" if table.is_of_cases else f"table {table.key}"
+            yield (
+                f"the pretensions of the {whose} are left out: one pretension for all is solved for"
+            )
     if sampled_intervals:
         names = ", ".join(sampled_intervals)
         yield (
@@ -57,7 +56,7 @@ def question_notes(
             f"{names}: the window holds for the whole interval; the worst values are those at its"
             " ends"
         )
-    several = [name for name in study.limits if name in _SEVERAL]
+    several = [name for name in study.limit_names if name in _SEVERAL]
     if several:
         yield (
             f"{', '.join(several)}: if several intervals of pretension keep this limit,"
@@ -120,7 +119,7 @@ def scope_words(
     """
     words = [_every("angle", "elbow_angle", angles)]
     for key, values in ranges.items():
-        name = keys()[key].number.quantity.name
+        name = keys()[key].quantity.name
         noun = "load" if key == "load.mass" else say.spaced(name)
         words.append(_every(noun, name, values))
     scope = say.join_words(words)

@@ -35,6 +35,7 @@ _MAY_DIFFER = (
     "motion.elbow_angle",
     "motion.direction",
     "cases",
+    "table",
     "name",
     "title",
     "output",

@@ -189,7 +189,7 @@ def keys() -> list[Any]:
     """Return all keys of a study that hold numbers."""
     from tendon_cli.studies.study import keys as number_keys
 
-    return [(path, key.number.quantity.long_name) for path, key in number_keys().items()]
+    return [(path, key.quantity.long_name) for path, key in number_keys().items()]
 
 
 def templates() -> list[Any]:
@@ -215,6 +215,13 @@ def cases(ctx: typer.Context) -> list[Any]:
     """Return the cases of the study that the line names."""
     study = _study(ctx)
     return [case.name for case in study.cases] if study is not None else []
+
+
+def rows(ctx: typer.Context) -> list[Any]:
+    """Return the rows of the tables of the study that the line names, as TABLE=NAME."""
+    study = _study(ctx)
+    tables = study.row_tables if study is not None else ()
+    return [f"{table.key}={name}" for table in tables for name in table.names[:_MOST_NAMES]]
 
 
 def persons(ctx: typer.Context) -> list[Any]:
@@ -298,5 +305,5 @@ def _all_columns() -> dict[str, str]:
     from tendon_cli.studies.study import keys as number_keys
 
     results = {name: QUANTITIES[name].long_name for name in (*OF_DESIGNS, *OF_STATES, *OF_CYCLES)}
-    numbers = {key.column: key.number.quantity.long_name for key in number_keys().values()}
+    numbers = {key.column: key.quantity.long_name for key in number_keys().values()}
     return results | numbers

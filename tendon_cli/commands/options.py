@@ -62,6 +62,23 @@ def split_names(texts: list[str] | None) -> tuple[str, ...]:
     return tuple(name for name in names if name)
 
 
+def rows_by_table(texts: list[str] | None) -> dict[str, str]:
+    """Return the rows that are chosen as TABLE=NAME, by their tables; raise UsageError."""
+    rows: dict[str, str] = {}
+    for text in texts or ():
+        table, equals, name = (part.strip() for part in text.partition("="))
+        if not table or not equals or not name:
+            from tendon_cli.units import shorten
+
+            problem = f'"{shorten(text)}" is not TABLE=NAME'
+            raise UsageError(problem, where="--row", hint="such as --row spring=S5")
+        if table in rows:
+            problem = f"{table} is given twice, expected one row of each table"
+            raise UsageError(problem, where="--row")
+        rows[table] = name
+    return rows
+
+
 def refuse_both(first: str, has_first: bool, second: str, has_second: bool) -> None:
     """Raise UsageError if two options that exclude each other are both given."""
     if has_first and has_second:
@@ -98,6 +115,12 @@ SettingsOption = Annotated[
 ]
 CaseOption = Annotated[
     str | None, option("NAME", "one of the study's cases", completer=completion.cases)
+]
+RowOption = Annotated[
+    list[str] | None,
+    option(
+        "TABLE=NAME", "take this row of a table; repeatable", "--row", completer=completion.rows
+    ),
 ]
 OutFileOption = Annotated[Path | None, output_option("file to write")]
 JsonOption = Annotated[bool, typer.Option("--json", help="print exactly one JSON object")]

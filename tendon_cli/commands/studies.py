@@ -98,6 +98,7 @@ def state(
     study: options.StudyArgument,
     settings: options.SettingsOption = None,
     case: options.CaseOption = None,
+    row: options.RowOption = None,
     person: PersonOption = None,
     draw: DrawOption = None,
     reversal: ReversalOption = False,
@@ -108,7 +109,14 @@ def state(
     """Work out one state line by line, with the numbers of every equation, to check by hand."""
     loaded = tendon.load_study(study, settings or ())
     page = tendon.state(
-        loaded, case, person, draw, reversal=reversal, plot=plot, overwrite=overwrite
+        loaded,
+        case,
+        person,
+        draw,
+        rows=options.rows_by_table(row),
+        reversal=reversal,
+        plot=plot,
+        overwrite=overwrite,
     )
     print_result(page.record if as_json else page.text)
     if not page.has_equilibrium:

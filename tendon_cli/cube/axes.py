@@ -13,7 +13,8 @@ from tendon_cli.model.kinematics import Rows
 from tendon_cli.space.axis import Axis, evenly_spaced, split_side
 from tendon_cli.space.space import Space
 from tendon_cli.studies.contents import column_of
-from tendon_cli.studies.spaces import WORDS_OF, space_of
+from tendon_cli.studies.model_words import WORDS_OF
+from tendon_cli.studies.spaces import space_of
 from tendon_cli.studies.study import Study
 
 LOAD = "load_mass"

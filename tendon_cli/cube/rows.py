@@ -15,6 +15,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from tendon_cli import say
 from tendon_cli.cube.columns import DERIVED, ColumnArray, TableColumns
 from tendon_cli.cube.cube import axis_values_of
 from tendon_cli.cube.source import table_in
@@ -33,7 +34,7 @@ from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.filters import Condition, read_filter
 from tendon_cli.tables.read import AnyTable
 from tendon_cli.tables.schema import Column, array_of, as_numpy
-from tendon_cli.units import factor_of, shorten
+from tendon_cli.units import shorten
 
 _FORMULA = r"^([=+\-@\t\r])"
 """Pattern of text that a spreadsheet would run as a formula."""
@@ -192,8 +193,8 @@ class CsvForm:
             return pc.replace_substring_regex(column, pattern=_FORMULA, replacement=r"'\1")
         if not pa.types.is_floating(column.type):
             return column
-        if self.units == "study" and quantity is not None and factor_of(quantity.shown_in) != 1.0:
-            column = pc.divide(column, factor_of(quantity.shown_in))
+        if self.units == "study" and quantity is not None and say.factor_of(quantity) != 1.0:
+            column = pc.divide(column, say.factor_of(quantity))
         if not (self._has_comma or is_rigid):
             return column
         texts = pc.replace_substring(column.cast(pa.string()), "inf", "rigid")
@@ -332,7 +333,7 @@ def _sums_of_sources(rows: TableRows) -> set[str]:
         sources = rows.table.study.sources
     else:
         sources = rows.table.facts.get("study", {}).get("sources", {})
-    return {source["sha256"] for source in sources.values()}
+    return {source["sha256"] for source in sources.values() if "sha256" in source}
 
 
 def _checksum(file: BinaryIO) -> str:

@@ -13,6 +13,8 @@ from tendon_cli.engine.folder import free_bytes
 from tendon_cli.engine.plan import STATES_PER_PART, Plan
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.engine.threads import available_cores
+from tendon_cli.space.axis import Axis
+from tendon_cli.studies.axis_words import name_words
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.tables.schema import ROW_GROUP
 from tendon_cli.tables.write import RowGroups
@@ -181,23 +183,31 @@ def _samples(plan: Plan) -> list[range]:
 
 def _axis_lines(plan: Plan) -> tuple[AxisLine, ...]:
     """Return every axis of a study with its first and last value in the units people read."""
-    values: dict[str, Any] = {axis.key: axis.names or axis.values for axis in plan.axes}
+    values: dict[str, Any] = {axis.key: _ends_of(axis) for axis in plan.axes}
+    lengths = {axis.key: len(axis) for axis in plan.axes}
     if plan.study.trajectory is not None:
         values["motion.trajectory"] = plan.study.trajectory.time
     else:
         values["motion.direction"] = plan.directions
         values["motion.elbow_angle"] = plan.elbow_angles
     return tuple(
-        AxisLine(key, len(along), _shown(key, along[0]), _shown(key, along[-1]))
+        AxisLine(key, lengths.get(key, len(along)), _shown(key, along[0]), _shown(key, along[-1]))
         for key, along in values.items()
     )
+
+
+def _ends_of(axis: Axis) -> tuple[Any, Any]:
+    """Return the first and the last value of an axis, or what their names say."""
+    if axis.names:
+        return name_words(axis, axis.names[0]), name_words(axis, axis.names[-1])
+    return axis.values[0], axis.values[-1]
 
 
 def _shown(key: str, value: Any) -> str:
     """Return a value in SI in the unit that people read it in; a name as it is."""
     if isinstance(value, str):
         return value
-    unit = keys()[key].number.quantity.shown_in if key in keys() else "s"
+    unit = keys()[key].quantity.shown_in if key in keys() else "s"
     suffix = "" if unit == "1" else f" {unit}"
     return f"{value / factor_of(unit):.6g}{suffix}"
 

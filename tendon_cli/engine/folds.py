@@ -7,7 +7,7 @@ import binascii
 import math
 import zlib
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -20,10 +20,11 @@ from tendon_cli.model import extremes, window
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
 from tendon_cli.model.extremes import Extremes
-from tendon_cli.model.kinematics import Flags
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import EXTENSOR_SLACK, FLEXOR_SLACK, LIMITS
 from tendon_cli.model.trajectory import Trajectory
-from tendon_cli.space.axis import PRETENSION
+from tendon_cli.model.window import drop_state_axes
+from tendon_cli.space.axis import PRETENSION, limit_of
 
 if TYPE_CHECKING:
     from tendon_cli.model.moving import Moving
@@ -55,6 +56,17 @@ class Folds:
         """Design axes along which nothing but pretension varies."""
         others = self.plan.space.axes_of(lambda key: key != PRETENSION)
         return frozenset(range(len(self.plan.shape))) - others
+
+    @cached_property
+    def _limit_axes(self) -> frozenset[int]:
+        """Design axes along which nothing but limits varies."""
+        others = self.plan.space.axes_of(lambda key: limit_of(key) is None)
+        return frozenset(range(len(self.plan.shape))) - others
+
+    @cached_property
+    def _bounds(self) -> Bounds:
+        """Limits of the plan's designs."""
+        return bounds_of(self.plan.study, self.plan.space)
 
     @cached_property
     def _arm_axes(self) -> frozenset[int]:
@@ -108,8 +120,30 @@ class Folds:
             Arrays in the shape of the block's design axes, SI: results, windows, judgements as
             truths, and the counts of `extremes.COUNTS`.
         """
+        shape = block.shape[:-2]
+        design = self.plan.design(block)
+        windows = {**self.windows(block, design)}
+        required = windows.pop(_REQUIRED, None)
+        first = block.first_along(self._limit_axes)
+        of_first = design if first.shape == block.shape else self.plan.design(first)
+        if required is not None:
+            required = required[tuple(slice(length) for length in first.shape[:-2])]
+        of_states = self._over_states(first, of_first, required)
+        results = {name: np.broadcast_to(values, shape) for name, values in of_states.items()}
+        results |= windows
+        bounds = self._bounds.of(design)
+        of_designs = {name: drop_state_axes(np.asarray(bound)) for name, bound in bounds.items()}
+        return results | extremes.judge(results, of_designs)
+
+    def _over_states(self, block: Block, design: Design, required: Array | None) -> Extremes:
+        """Return results and counts of designs that follow from their states without any limit.
+
+        Args:
+            block: The designs.
+            design: The same designs, as the model takes them.
+            required: Along a trajectory the least pretension without slack, N; else None.
+        """
         plan = self.plan
-        design = plan.design(block)
         folded = extremes.begin(block.shape[:-2])
         trajectory = plan.study.trajectory
         if trajectory is None:
@@ -125,18 +159,14 @@ class Folds:
             counted = trajectory.counted
             finished = extremes.finish(folded, counted.stop - counted.start)
             added = self._of_motion(block, moving)
-        windows = self.windows(block, design)
-        if _REQUIRED in windows:  # `fold` has that of the states at the design's own pretension
-            change = finished[_REQUIRED] - windows[_REQUIRED]
+        if required is not None:  # `fold` has that of the states at the design's own pretension
+            change = finished[_REQUIRED] - required
             finished["margin"] = finished["margin"] + change
-            finished[_REQUIRED] = windows.pop(_REQUIRED)
+            finished[_REQUIRED] = required
         results = extremes.as_read(finished, design)
         results |= added
         results |= extremes.of_design(design, folded)
-        results |= windows
-        judgements = extremes.judge(results, plan.study.limits)
-        counts = {name: folded[name] for name in extremes.COUNTS}
-        return results | judgements | counts
+        return results | {name: folded[name] for name in extremes.COUNTS}
 
     def windows(self, block: Block, design: Design) -> Extremes:
         """Return the windows of a block; designs that differ only in pretension share one.
@@ -191,7 +221,7 @@ class Folds:
     def _windows(self, block: Block, design: Design) -> Extremes:
         """Work out the windows of a block, N; an end that nothing bounds is NaN."""
         plan = self.plan
-        bounds = bounds_of(plan.study)
+        bounds = self._bounds
         trajectory = plan.study.trajectory
         required: Extremes = {}
         if trajectory is not None:
@@ -280,7 +310,7 @@ class Folds:
         required = along.low
         if not np.all(is_slack & along.is_open):
             slack_alone = Bounds(min_elbow_stiffness=-np.inf)
-            required = window_along(design, trajectory, slack_alone).low
+            required = window_along(replace(design, limits={}), trajectory, slack_alone).low
         return {"low": along.low, "high": along.high, "required_pretension": required}
 
 

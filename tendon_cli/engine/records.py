@@ -63,10 +63,17 @@ def read_record(folder: Path) -> dict[str, Any] | None:
     return found[0] if found else None
 
 
+_MOST_INDENTED = 2**20
+"""Characters of the longest record that is laid out for people; a longer one holds many rows."""
+
+
 def write_record(folder: Path, record: dict[str, Any]) -> None:
     """Write a record with its checksum, whole or not at all; raises OutputError."""
     record["checksum"] = checksum(record)
-    content = json.dumps(record, indent=2, ensure_ascii=False) + "\n"
+    content = json.dumps(record, ensure_ascii=False)
+    if len(content) <= _MOST_INDENTED:
+        content = json.dumps(record, indent=2, ensure_ascii=False)
+    content += "\n"
     write_whole(folder / kind_of(record).record, content.encode(), of_a_run=True)
 
 

@@ -28,6 +28,7 @@ from tendon_cli.engine.sweep_kind import SWEEP
 from tendon_cli.engine.table_columns import PlanColumns
 from tendon_cli.engine.task import Note, Task
 from tendon_cli.say import share
+from tendon_cli.space.axis import SLACK
 from tendon_cli.studies.checks import without_intervals
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import Column, TableLayout
@@ -254,9 +255,10 @@ class Sweep(Task):
         return warnings
 
     def _is_bilateral_anywhere(self) -> bool:
-        """Return True if tendons push in the model of the study or of one of its cases."""
-        models = [self.study.model, *(getattr(case, "model", None) for case in self.study.cases)]
-        return any(getattr(model, "slack", None) == "bilateral" for model in models)
+        """Return True if tendons push in the model of the study or of a row of its tables."""
+        tables = self.study.row_tables
+        of_rows = (table.numbers[SLACK] for table in tables if SLACK in table.numbers)
+        return self.study.model.slack == "bilateral" or any((row == 0.0).any() for row in of_rows)
 
 
 def state_rows(plan: Plan, block: Block, keys: LeadingValues) -> Filler:

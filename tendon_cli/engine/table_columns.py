@@ -24,13 +24,14 @@ from tendon_cli.quantities import (
     QUANTITIES,
     SIDES,
     Quantity,
+    bound_name,
     unit_of_reading,
 )
 from tendon_cli.space.axis import SLACK, Axis, Varying, of_side, split_side
-from tendon_cli.space.space import ANCHORS, Space
+from tendon_cli.space.space import ANCHORS, Carried, Space
 from tendon_cli.studies.axis_words import axis_meaning
 from tendon_cli.studies.contents import column_of
-from tendon_cli.studies.spaces import KEYS_OF_WORDS, WORDS_OF
+from tendon_cli.studies.model_words import KEYS_OF_WORDS, WORDS_OF
 from tendon_cli.studies.study import keys
 from tendon_cli.tables.schema import Column, Kind
 
@@ -78,7 +79,7 @@ def number_column(key: str) -> Column:
     """Return the column of a number or a word of a study that may differ between rows."""
     words = WORDS_OF.get(split_side(key)[0])
     if words is None:
-        return Column.of(keys()[key].number.quantity, column_of(key), is_axis=True)
+        return Column.of(keys()[key].quantity, column_of(key), is_axis=True)
     name = column_of(key)
     return Column(name, "text", "1", say.spaced(name), is_axis=True, choices=words)
 
@@ -90,6 +91,34 @@ def columns_set_by_names(space: Space) -> dict[str, Column]:
     """
     order = (*keys(), *KEYS_OF_WORDS)
     return {key: number_column(key) for key in order if key in space.set_by_names}
+
+
+def carried_columns(space: Space) -> dict[Column, Carried]:
+    """Return the columns that rows of named axes carry along, such as prices, with their values."""
+    columns = {}
+    for carried in space.carried:
+        first = carried.first
+        name = carried.first.name.replace("_", " ")
+        meaning = f"{name} of the {carried.tables[0]}"
+        if carried.column == first.name:
+            meaning = f"{name}, summed over {say.join_words(carried.tables)}"
+        if first.words:
+            kind: Kind = "text"
+            has_null = False
+        else:
+            kind = "number"
+            has_null = any(np.isnan(column.values).any() for _, column in carried.parts)
+        column = Column(
+            name=carried.column,
+            kind=kind,
+            unit=first.unit or "1",
+            long_name=meaning,
+            is_axis=True,
+            choices=first.words,
+            nullable=has_null,
+        )
+        columns[column] = carried
+    return columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +141,10 @@ class PlanColumns:
             if axis.names:
                 positions = np.arange(len(axis), dtype=np.float64)
                 columns[axis_column(axis)] = _within(Varying(np.nan, ((place, positions),)))
-        return columns | self._words
+        columns |= self._words
+        for column, carried in carried_columns(self.plan.space).items():
+            columns[column] = _carried(carried)
+        return columns
 
     @cached_property
     def designs(self) -> tuple[Column, ...]:
@@ -203,7 +235,7 @@ class PlanColumns:
     def _as_read(self, column: Column) -> Column:
         """Return a column that says how a pretension is read; any other column as it is."""
         read = self.plan.study.setting.read
-        if read == F0 or column.name not in AS_READ:
+        if read == F0 or column.name not in (*AS_READ, bound_name("max_pretension")):
             return column
         long_name = f"{column.long_name}, read as {read}"
         return replace(column, unit=unit_of_reading(read), long_name=long_name)
@@ -238,7 +270,7 @@ class PlanColumns:
     def _columns_of(self, key: str) -> dict[Column, BlockValues]:
         """Return the column of a key; if the sides differ, a null one and one for each side."""
         space = self.plan.space
-        quantity = keys()[key].number.quantity
+        quantity = keys()[key].quantity
         name = keys()[key].column
         common = space.number(key)
         numbers = {name: common}
@@ -280,6 +312,11 @@ def _sampled(values: npt.NDArray[Any], block: Block) -> npt.ArrayLike:
 
 def _null(_block: Block) -> npt.ArrayLike:
     return np.nan
+
+
+def _carried(carried: Carried) -> BlockValues:
+    """Return the function that gives what rows carry along for the designs of a block."""
+    return lambda block: carried.within(block.designs)
 
 
 def _within(number: Varying) -> BlockValues:

@@ -31,6 +31,7 @@ from tendon_cli.figures.choice_maps import (
 from tendon_cli.figures.frame import Page, grid_shape
 from tendon_cli.figures.served import draw_population
 from tendon_cli.figures.style import INK, OKABE_ITO, broken, hatch_key, house_style, unknown_hatch
+from tendon_cli.figures.trade_off import draw_first_trade_off
 from tendon_cli.figures.window_over_angle import draw_between
 from tendon_cli.registry import by_name
 from tendon_cli.space.axis import evenly_spaced
@@ -417,6 +418,7 @@ FIGURES: dict[str, Callable[[Cube, AnswerRecord, ChoiceRecord], Page | None]] = 
     "served_map": draw_served,
     "window": draw_windows,
     "front": draw_front,
+    "trade_off": draw_first_trade_off,
     "between": draw_between,
 }
 """Functions that draw the figures of an answer.

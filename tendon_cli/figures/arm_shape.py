@@ -12,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model.kinematics import Anchors, flexor_path
+from tendon_cli.space.axis import CASE_AXIS
 from tendon_cli.space.space import Space
-from tendon_cli.studies.spaces import axis_of, case_axis, case_place, single_numbers
+from tendon_cli.studies.spaces import axis_of, row_axes, row_place, single_numbers
 from tendon_cli.studies.study import Study
 
 Points = npt.NDArray[np.float64]
@@ -123,13 +124,10 @@ def arm_sizes(study: Study, case: str | None = None) -> ArmSizes:
     keys["flexor_radius"] = "spool.flexor_radius"
     keys["ratio"] = "spool.ratio"
     axes = [axis_of(study, key) for key in study.axes if key in keys.values()]
-    if case is None:
-        space = Space(tuple(axes), single_numbers(study))
-        first = (slice(0, 1),) * len(space.axes)
-    else:
-        place = case_place(study, case)
-        space = Space((case_axis(study), *axes), single_numbers(study))
-        first = (slice(place, place + 1), *[slice(0, 1)] * len(axes))
+    chosen = [axis for axis in row_axes(study) if case is not None and axis.key == CASE_AXIS]
+    place = 0 if case is None else row_place(study, CASE_AXIS, case, "--case")
+    space = Space((*chosen, *axes), single_numbers(study))
+    first = (*[slice(place, place + 1)] * len(chosen), *[slice(0, 1)] * len(axes))
     sizes = {}
     for name, key in keys.items():
         value = np.asarray(space.number(key).within(first)).item()
@@ -138,8 +136,14 @@ def arm_sizes(study: Study, case: str | None = None) -> ArmSizes:
     remarks = []
     if several:
         remarks.append(f"The first of several values of {', '.join(several)} is drawn.")
-    if study.cases and case is None:
-        remarks.append("The cases may differ in what is drawn here: it is the study's common arm.")
+    sizes_drawn = set(keys.values())
+    for table in study.row_tables:
+        if table.is_of_cases and case is None:
+            remarks.append(
+                "The cases may differ in what is drawn here: it is the study's common arm."
+            )
+        elif not table.is_of_cases and sizes_drawn.intersection(table.keys):
+            remarks.append(f"The rows of {table.key} differ in what is drawn: it is none of them.")
     anchors = Anchors(*(sizes.pop(name) for name in _ANCHORS))
     return ArmSizes(anchors, **sizes, remarks=tuple(remarks))
 

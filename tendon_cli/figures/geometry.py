@@ -21,8 +21,9 @@ from tendon_cli.figures.backend import Axes, mpl
 from tendon_cli.figures.frame import Page, framed, save_pages, source_of_study
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, SEQUENTIAL, house_style
 from tendon_cli.quantities import SIDES
+from tendon_cli.space.axis import CASE_AXIS
 from tendon_cli.studies.load import load_study
-from tendon_cli.studies.spaces import case_place
+from tendon_cli.studies.spaces import row_place
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.study_file import read_document
 from tendon_cli.studies.way_points import MAX_BYTES, read_route, smooth
@@ -230,7 +231,7 @@ def _routes(
     study: Study, file: Path, settings: tuple[str, ...], case: str | None
 ) -> Iterator[tuple[str, Page]]:
     """Yield the page of each route, after the ending of its name: "route", "route-flexor"."""
-    case_prefix = "" if case is None else f"cases.{case_place(study, case)}."
+    case_prefix = "" if case is None else f"cases.{row_place(study, CASE_AXIS, case, '--case')}."
     for side in ("", *SIDES):
         key = f"sheath.{side}.path" if side else "sheath.path"
         if f"{case_prefix}{key}" in study.sources:

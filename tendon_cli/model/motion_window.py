@@ -60,6 +60,8 @@ def window_along(design: Design, trajectory: Trajectory, bounds: Bounds) -> Wind
         trajectory: The motion.
         bounds: Limits of the designs.
     """
+    bounds = bounds.of(design)
+    design = replace(design, limits={})
     over_design = (ceiling(design, bounds), broken_by_design(design, bounds))
     of_bounds = [np.shape(bound)[:-2] for bound in bounds.values()]
     shape = np.broadcast_shapes(

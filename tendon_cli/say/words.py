@@ -14,7 +14,7 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context
 from typing import Any
 
 from tendon_cli import units
-from tendon_cli.quantities import QUANTITIES, SIDES, Quantity
+from tendon_cli.quantities import QUANTITIES, SIDES, Quantity, bound_name
 from tendon_cli.units import counted
 
 WIDTH = 80
@@ -30,7 +30,7 @@ _JOINED = "\u00a0"
 """No-break space."""
 _UNIT = re.compile(
     r"(?<=\d) (?=(?:N|kN|mm|m|deg|kPa|kg|rad|GPa|1)\b|%)|(?<=\d N) (?=m\b)|(?<=\b[A-Zημφψ]) (?=\d)"
-    r"|(?<=±) (?=\d)"
+    r"|(?<=±) (?=\d)| (?=[≤≥])|(?<=[≤≥]) (?=\d)"
 )
 """Spaces within a quantity, at which no line is broken."""
 
@@ -69,7 +69,8 @@ def number(value: float, digits: int = 4, *, toward: float | None = None) -> str
 
 def factor_of(quantity: Quantity) -> float:
     """Return the SI value of the unit that people read a quantity in."""
-    return units.factor_of(quantity.shown_in)
+    # What rows of a table carry along may have any unit, such as EUR.
+    return 1.0 if quantity.shown_in == quantity.unit else units.factor_of(quantity.shown_in)
 
 
 def quantity(
@@ -274,6 +275,8 @@ def _bound(share: float, rounding: str) -> str:
 # --- Columns, sentences ---------------------------------------------------------------------------
 
 _WORDS_OF_MARKS = {"_proximal": " at the motor", "_distal": " at the elbow"}
+_BOUND = bound_name("")
+"""Beginning of the name of a bound on a quantity."""
 _COLUMNS = {
     "radius_ratio": "flexor over extensor travel",
     "served": "share served",
@@ -286,6 +289,8 @@ _COLUMNS = {
 
 def column(name: str) -> str:
     """Return the words for a column or a quantity: "flexor tension at the elbow"."""
+    if name.startswith(_BOUND):
+        return f"limit of {column(name.removeprefix(_BOUND))}"
     words = _COLUMNS.get(name, name)
     for mark, word in _WORDS_OF_MARKS.items():
         words = words.replace(mark, word)

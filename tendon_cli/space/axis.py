@@ -19,7 +19,7 @@ DRAW_AXIS = "draw"
 NAMED_AXES = (CASE_AXIS, PERSON_AXIS, DRAW_AXIS)
 """Keys of the named axes that a study may have, slowest first."""
 SAMPLE_AXES = (PERSON_AXIS, DRAW_AXIS)
-"""Named axes of a sample, of whose members a share is served."""
+"""Axes of the persons and draws that a study draws itself."""
 PRETENSION = "tendon.pretension"
 
 # Keys of settings that a study gives as words, and the model takes as numbers
@@ -36,6 +36,9 @@ READ = "setting.read"
 READING_ERROR = "setting.reading_error"
 """Error of the gauge by which the pretension is read, in the unit of the reading."""
 WORDS = (REFERENCE, SLACK, SPRING_AT, AFTER, READ)
+
+LIMIT = "limits."
+"""Beginning of the key of a limit, followed by its name."""
 
 Role = Literal["choice", "condition", "draw", "pretension"]
 """A draw is a condition that belongs to a sample: a person, or a draw of the uncertain numbers."""
@@ -57,6 +60,11 @@ def split_side(path: str) -> tuple[str, str | None]:
     if len(parts) == 3 and parts[1] in SIDES:
         return f"{parts[0]}.{parts[2]}", parts[1]
     return path, None
+
+
+def limit_of(key: str) -> str | None:
+    """Return the name of the limit whose key is `limits.` and this name; None for another key."""
+    return key.removeprefix(LIMIT) if key.startswith(LIMIT) else None
 
 
 def evenly_spaced(count: int, most: int) -> Rows:
@@ -137,6 +145,21 @@ class Axis:
         """Values in SI, or their names if they have names, (len,)."""
         return np.array(self.names, dtype=object) if self.names else self.numbers[self.key]
 
+    @cached_property
+    def rank(self) -> Rows:
+        """Place of each value in ascending order, (len,), whatever the order of the values.
+
+        Rows with names are ordered by the numbers that they set, the numbers in the order of their
+        keys, and then by their names.
+        """
+        by_name = np.argsort(np.argsort(self.values, kind="stable"))
+        if not self.names:
+            return by_name
+        columns = [by_name, *(self.numbers[key] for key in sorted(self.numbers, reverse=True))]
+        ranks = np.empty(len(self), dtype=np.int64)
+        ranks[np.lexsort(columns)] = np.arange(len(self))
+        return ranks
+
     @property
     def length(self) -> int:
         """Number of values."""
@@ -161,12 +184,40 @@ class Axis:
 
 
 @dataclass(frozen=True, eq=False)
+class CarriedColumn:
+    """Column of named rows that sets no number of a study, such as a price or a supplier."""
+
+    name: str
+    """Name of the column, without a unit."""
+    unit: str
+    """Unit as the header of the column has it; empty if it has none."""
+    values: npt.NDArray[Any]
+    """Numbers, NaN in a row without one, or places in `words`, (rows,)."""
+    words: tuple[str, ...] = ()
+    """Words of a column of text; empty for a column of numbers."""
+
+    def text(self, row: int) -> str:
+        """Return the value of a row in words: "14 EUR", "A"; empty if it has none."""
+        if self.words:
+            return self.words[int(self.values[row])]
+        value = float(self.values[row])
+        if np.isnan(value):
+            return ""
+        number = f"{value:.12g}"
+        return f"{number} {self.unit}" if self.unit else f"{self.name.replace('_', ' ')} {number}"
+
+
+@dataclass(frozen=True, eq=False)
 class NamedAxis(Axis):
     """Axis of rows with names, each of which sets several numbers together.
 
-    Cases, persons and draws of the uncertain numbers are such axes; its key is its column, too. A
-    number is NaN in a row that does not set it: there the study's own value holds.
+    Cases, tables of a study, persons and draws of the uncertain numbers are such axes; its key is
+    its column, too. A number is NaN in a row that does not set it: there the study's own value
+    holds.
     """
+
+    carried: tuple[CarriedColumn, ...] = ()
+    """Columns that the rows carry along, and that set nothing."""
 
     @classmethod
     def of(
@@ -176,6 +227,7 @@ class NamedAxis(Axis):
         sets: Numbers,
         role: Role,
         weighting: Array | None = None,
+        carried: tuple[CarriedColumn, ...] = (),
     ) -> Self:
         """Return the axis of some rows.
 
@@ -185,8 +237,27 @@ class NamedAxis(Axis):
             sets: Numbers that the rows set or scale, (rows,) each.
             role: What the rows are to a designer.
             weighting: Weight of each row in a share, (rows,); None if all count the same.
+            carried: Columns that the rows carry along.
         """
-        return cls(key, key, sets, names, role, weighting=weighting)
+        return cls(key, key, sets, names, role, weighting=weighting, carried=carried)
+
+    @cached_property
+    def _places(self) -> dict[str, int]:
+        """Place of each name."""
+        return {name: place for place, name in enumerate(self.names)}
+
+    def place(self, name: str) -> int:
+        """Return the place of a name. Raises KeyError if it has none."""
+        return self._places[name]
+
+    @cached_property
+    def _differing(self) -> tuple[str, ...]:
+        """Keys of the numbers that are not the same in all rows; of a single row all keys."""
+        return tuple(
+            key
+            for key, values in self.numbers.items()
+            if len(values) == 1 or (values[1:] != values[0]).any()
+        )
 
     def told_by(self, row: int) -> dict[str, float]:
         """Return the numbers that a row sets and others do not; none if they are many.
@@ -196,11 +267,17 @@ class NamedAxis(Axis):
         if self.role == "draw":
             return {}
         numbers = {
-            key: float(values[row])
-            for key, values in self.numbers.items()
-            if not np.isnan(values[row]) and (len(values) == 1 or (values != values[row]).any())
+            key: float(self.numbers[key][row])
+            for key in self._differing
+            if not np.isnan(self.numbers[key][row])
         }
         return numbers if len(numbers) <= _MOST_TOLD else {}
+
+    def carried_by(self, row: int) -> tuple[str, ...]:
+        """Return what a row carries in words, texts first; the first columns only."""
+        columns = sorted(self.carried, key=lambda column: not column.words)
+        texts = (column.text(row) for column in columns)
+        return tuple(text for text in texts if text)[:_MOST_TOLD]
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,14 +302,14 @@ class Varying:
         """Return its values in a box, shaped to broadcast over designs, directions and angles."""
         values: Real = self.value
         for order, (axis, along) in enumerate(self.sets):
-            given = _along(axis, along, box)
+            given = along_axis(axis, along, box)
             values = given if order == 0 else np.where(np.isnan(given), values, given)
         for axis, along in self.scales:
-            values = values * _along(axis, along, box)
+            values = values * along_axis(axis, along, box)
         return values
 
 
-def _along(axis: int, values: Array, box: Box) -> Array:
+def along_axis(axis: int, values: Array, box: Box) -> Array:
     """Return the values along an axis that lie in a box, (1, ..., values, ..., 1)."""
     shape = [1] * (len(box) + 2)
     shape[axis] = -1

@@ -9,7 +9,7 @@ multiplied by the factors that axes give for it, such as for the anchors of a la
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -24,23 +24,58 @@ from tendon_cli.model.setting import with_set_pretension
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import (
     AFTER,
+    LIMIT,
+    PERSON_AXIS,
     PRETENSION,
     READ,
     READING_ERROR,
     REFERENCE,
-    SAMPLE_AXES,
     SLACK,
     SPRING_AT,
     Axis,
     Box,
+    CarriedColumn,
     NamedAxis,
     Numbers,
     Role,
     Varying,
+    along_axis,
+    limit_of,
     of_side,
     scale_of,
     split_side,
 )
+
+
+@dataclass(frozen=True, eq=False)
+class Carried:
+    """Column of a table that rows of named axes carry along: one column, or a sum of several."""
+
+    column: str
+    """Name of the column of the table."""
+    tables: tuple[str, ...]
+    """Keys of the axes whose columns are added."""
+    parts: tuple[tuple[int, CarriedColumn], ...]
+    """Place of each of these axes, and its column."""
+
+    @property
+    def first(self) -> CarriedColumn:
+        """First of the columns that are added: all have its unit."""
+        return self.parts[0][1]
+
+    def within(self, box: Box) -> Array:
+        """Return its values in a box, shaped to broadcast over designs, directions and angles.
+
+        The values of words are their places.
+        """
+        values = [along_axis(place, column.values, box) for place, column in self.parts]
+        return np.asarray(sum(values[1:], start=values[0]))
+
+    def at(self, places: Sequence[Rows]) -> Array:
+        """Return its values at places on each axis, (rows,) each."""
+        values = [column.values[places[place]] for place, column in self.parts]
+        return np.asarray(sum(values[1:], start=values[0]))
+
 
 Place = tuple[str, str | None]
 """Common key of a number, and its side; None if it belongs to no side."""
@@ -83,13 +118,12 @@ class Space:
         others = []
         places = self.places(np.arange(len(self)))
         for axis in self.axes:
-            if axis.key in SAMPLE_AXES or not axis.key:
+            if axis.role == "draw" or not axis.key:
                 columns.append(places[axis.key])
             else:
                 others.append(axis)
-        for axis in sorted(others, key=lambda axis: axis.key):
-            rank = np.argsort(np.argsort(axis.values, kind="stable"))
-            columns.append(rank[places[axis.key]])
+        others.sort(key=lambda axis: axis.key)
+        columns += [axis.rank[places[axis.key]] for axis in others]
         return np.lexsort(columns[::-1]) if columns else np.zeros(1, dtype=np.int64)
 
     def _of_roles(self, *roles: Role) -> Space:
@@ -117,12 +151,14 @@ class Space:
     def grouped(self) -> Space:
         """Return the same product grouped by persons, draws or pairs of both.
 
-        Their axes become the slowest. A pretension serves a group if it suits all other conditions
-        of the group, which counts as much in a share as its person and its draw are weighted.
+        Their axes become the slowest, that of persons first. A pretension serves a group if it
+        suits all other conditions of the group, which counts as much in a share as its person and
+        its draw are weighted.
         """
-        counted = tuple(axis for axis in self.axes if axis.role == "draw")
-        if not counted:
+        drawn = [axis for axis in self.axes if axis.role == "draw"]
+        if not drawn:
             return self
+        counted = tuple(sorted(drawn, key=lambda axis: axis.key != PERSON_AXIS))
         others = tuple(axis for axis in self.axes if axis not in counted)
         rows_per_group = math.prod(len(axis) for axis in others)
         weighting = np.ones(1)
@@ -175,12 +211,37 @@ class Space:
         }
 
     def columns(self, rows: Rows) -> dict[str, npt.NDArray[Any]]:
-        """Return rows as columns of a table: values, or the places of their names."""
+        """Return rows as columns of a table: values, or the places of their names or words.
+
+        They are the columns of the axes, and those that named axes carry along.
+        """
         places = self.places(rows)
-        return {
+        columns = {
             axis.column: places[axis.key] if axis.names else axis.values[places[axis.key]]
             for axis in self.axes
         }
+        along = [places[axis.key] for axis in self.axes]
+        for carried in self.carried:
+            columns[carried.column] = carried.at(along)
+        return columns
+
+    @cached_property
+    def carried(self) -> tuple[Carried, ...]:
+        """Columns that named axes carry along: each by itself, then the sums of those of a name."""
+        columns = []
+        sums: dict[str, list[tuple[int, CarriedColumn]]] = {}
+        for place, axis in enumerate(self.axes):
+            if not isinstance(axis, NamedAxis):
+                continue
+            for column in axis.carried:
+                name = f"{axis.key}_{column.name}"
+                columns.append(Carried(name, (axis.key,), ((place, column),)))
+                if not column.words:
+                    sums.setdefault(column.name, []).append((place, column))
+        for name, parts in sums.items():
+            keys = tuple(self.axes[place].key for place, _ in parts)
+            columns.append(Carried(name, keys, tuple(parts)))
+        return tuple(columns)
 
     @cached_property
     def keys_of_sides(self) -> frozenset[str]:
@@ -243,7 +304,14 @@ class Space:
     @cached_property
     def model_numbers(self) -> dict[Place, Varying]:
         """Numbers that the model takes, by common key and side."""
-        return {place: self.number(*place) for place in _PLACES}
+        of_limits = {(f"{LIMIT}{name}", None): number for name, number in self.limits.items()}
+        return {place: self.number(*place) for place in _PLACES} | of_limits
+
+    @cached_property
+    def limits(self) -> dict[str, Varying]:
+        """Limits that axes set, by name; a number is NaN for designs without that limit."""
+        keys = [key for key in self._axis_numbers if limit_of(key) is not None]
+        return {key.removeprefix(LIMIT): self.number(key) for key in keys}
 
     def axes_of(self, wanted: Callable[[str], bool]) -> frozenset[int]:
         """Return the places of the axes that some numbers of the model depend on.
@@ -292,6 +360,7 @@ class Space:
             trajectory=self.single.get(TRAJECTORY),
             unilateral=is_true(SLACK),
             given={key: given[key, side] for key, side in _GIVEN},
+            limits={name: given[f"{LIMIT}{name}", None] for name in self.limits},
             setting=Posture(**numbers(_SETTING), after_flexion=is_true(AFTER)),
             read=READINGS[int(self.single.get(READ, 0.0))],
         )

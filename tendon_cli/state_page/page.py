@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import itertools
 import textwrap
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from os import PathLike
 from typing import Any, ClassVar
@@ -20,7 +21,7 @@ from tendon_cli.files import result_path
 from tendon_cli.model.actuator import State
 from tendon_cli.model.statics import NO_EQUILIBRIUM, STATUS_NAMES
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.space.axis import CASE_AXIS, PRETENSION, READING_ERROR
+from tendon_cli.space.axis import CASE_AXIS, PRETENSION, READING_ERROR, NamedAxis
 from tendon_cli.state_page.lines import (
     PageLine,
     cycle_lines,
@@ -29,9 +30,10 @@ from tendon_cli.state_page.lines import (
     scalar,
     state_lines,
 )
+from tendon_cli.studies.axis_words import name_words
 from tendon_cli.studies.load import AnyStudy, any_study
 from tendon_cli.studies.people.person import PersonStudy, person_study
-from tendon_cli.studies.spaces import case_place
+from tendon_cli.studies.spaces import row_place
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import StudyNumber, draw_numbers, si_document
 
@@ -87,6 +89,7 @@ def state_page(
     person: str | None = None,
     draw: int | None = None,
     *,
+    rows: Mapping[str, str] | None = None,
     reversal: bool = False,
     plot: str | PathLike[str] | None = None,
     overwrite: bool = False,
@@ -102,13 +105,14 @@ def state_page(
         person: Name of one of its persons; by default the first, if it has persons.
         draw: Number of a draw, from 1, from which uncertain numbers are taken. By default they are
             nominal.
+        rows: Names of rows by their tables; by default the first of each.
         reversal: True to add what happens if the motion turns back at this state.
         plot: File of a figure of the motor, and of the turn if `reversal` is true.
         overwrite: True to replace a file that tendon did not write.
 
     Raises:
-        UsageError: The study does not have this case, person or draw, there is nothing to plot, or
-            tendon did not write the file.
+        UsageError: The study does not have this case, row, person or draw, there is nothing to
+            plot, or tendon did not write the file.
 
     >>> import tendon_cli as tendon
     >>> page = tendon.state(tendon.study({"motion": {"elbow_angle": "75 deg"}}))
@@ -128,7 +132,7 @@ def state_page(
             count = f"one of {len(names)} persons in the study"
             person_notes.append(f"{wearer.name}, {count}; --person chooses another")
     plan = Plan(certain)
-    block = _first_state(plan, case)
+    block = _first_state(plan, case, rows or {})
     state = plan.state(block)
     angle = float(plan.elbow_angles[0])
     table = study.sources.get("joint.excursion", {}).get("file", "table in the study")
@@ -198,8 +202,7 @@ def _drawn(study: Study, draw: int) -> tuple[Study, list[str]]:
     note = f"draw {draw} of {count}: {', '.join(texts)}"
     error = values.pop(READING_ERROR, None)
     given: dict[str, Any] = {
-        key: si_document(value, keys()[key].number.quantity.dimension)
-        for key, value in values.items()
+        key: si_document(value, keys()[key].quantity.dimension) for key, value in values.items()
     }
     if "pretension" not in study.tendon.model_fields_set:
         # The same as in the table of states, where one default holds for all draws.
@@ -251,13 +254,23 @@ def _body_lines(wearer: PersonStudy | None) -> list[PageLine]:
     return lines
 
 
-def _first_state(plan: Plan, case: str | None) -> Block:
-    """Return the block of the first state of the first design, or of the first of a case."""
-    designs = [slice(0, 1)] * len(plan.axes)
+def _first_state(plan: Plan, case: str | None, rows: Mapping[str, str]) -> Block:
+    """Return the block of the first state of the first design with some rows of tables.
+
+    Args:
+        plan: The plan of the study.
+        case: Name of a case; None for the first.
+        rows: Names of rows by their tables; the first of any other.
+    """
+    designs = {axis.key: slice(0, 1) for axis in plan.axes}
+    chosen = [(table, name, "--row") for table, name in rows.items()]
     if case is not None:
-        place = case_place(plan.study, case)
-        designs[0] = slice(place, place + 1)
-    return Block(0, tuple(designs), slice(0, 1), slice(0, 1))
+        chosen.append((CASE_AXIS, case, "--case"))
+    for table, name, option in chosen:
+        place = row_place(plan.study, table, name, option)
+        designs[table] = slice(place, place + 1)
+    first = tuple(designs.values())
+    return Block(0, first, slice(0, 1), slice(0, 1))
 
 
 def _notes(plan: Plan, block: Block) -> list[str]:
@@ -272,7 +285,10 @@ def _notes(plan: Plan, block: Block) -> list[str]:
             value = "lower end of its interval"
         else:
             value = "first"
-        option = "--case" if axis.key == CASE_AXIS else f"--set {axis.key}=..."
+        option = f"--set {axis.key}=..."
+        if isinstance(axis, NamedAxis):
+            option = "--case" if axis.key == CASE_AXIS else f"--row {axis.key}=..."
+            value = name_words(axis, value)
         notes.append(f"{axis.key}: {value} of {len(axis)} values; {option} chooses another")
     count = plan.states_per_design
     if plan.study.trajectory is not None:

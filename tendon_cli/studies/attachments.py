@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import errno
 import hashlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from tendon_cli.errors import Fault, InputError, StudyError
-from tendon_cli.files import read_file
+from tendon_cli.files import has_more_lines, read_file
 from tendon_cli.quantities import SIDES
 from tendon_cli.studies import angle_curves
+from tendon_cli.studies.csv_columns import Sheet
 from tendon_cli.studies.magnitude import Slip, slip_faults, slip_notes
 from tendon_cli.studies.parts import Part
 from tendon_cli.studies.people.people_section import MAX_BYTES as MAX_PEOPLE_BYTES
 from tendon_cli.studies.people.people_section import People
+from tendon_cli.studies.row_reading import RowCells, carried_faults, texts_with_points
+from tendon_cli.studies.row_table import RowTable
 from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.table_section import MAX_BYTES as MOST_TABLE_BYTES
+from tendon_cli.studies.table_section import MOST_ROWS, TableSection
 from tendon_cli.studies.toml_reading import MAX_BYTES, read_toml
 from tendon_cli.studies.values import StudyNumber
 from tendon_cli.units import shorten
@@ -57,6 +62,75 @@ class Attachments:
         if study.people is not None:
             update["people"] = self._people(study.people)
         return study.replaced(update) if self.sources else study
+
+    # --- Tables of rows --------------------------------------------------------------------------
+
+    def with_tables(self, study: Study) -> Study:
+        """Return the study with the rows of its tables in place of what names them.
+
+        All faults of the rows are collected. Numbers that are at fault are left out.
+        """
+        if not study.table:
+            return study
+        tables = []
+        for at, section in enumerate(study.table):
+            wrong = [*section.contradictions(at)]
+            self.faults += wrong
+            table = None if wrong else self._rows(section, at)
+            if table is not None:
+                tables.append(table)
+        self.faults += carried_faults(tables)
+        return study.replaced({"table": tuple(tables)})
+
+    def _rows(self, section: TableSection, at: int) -> RowTable | None:
+        """Return the rows of a table; None if its file cannot be read.
+
+        Args:
+            section: The table as the study states it.
+            at: Its place in the study, from 0.
+        """
+        if section.sample is not None:
+            self.sources[f"table.{at}.sample"] = section.sample_facts
+            return section.sampled(at)
+        cells = section.cells_of_rows(at) if section.file is None else self._cells(section, at)
+        if cells is None:
+            return None
+        reader = section.reader(cells)
+        table = reader.read(section.role)
+        is_of_file = section.file is not None
+        self.faults += [replace(fault, is_of_file=is_of_file) for fault in reader.faults]
+        key = f"table.{at}.{'file' if is_of_file else 'rows'}"
+        if reader.notes:
+            self.sources.setdefault(key, {})["warnings"] = reader.notes
+        return table
+
+    def _cells(self, section: TableSection, at: int) -> RowCells | None:
+        """Return the cells of the file of a table; None if it cannot be read."""
+        file = section.file or ""
+        key = f"table.{at}.file"
+        try:
+            has_too_many = has_more_lines(self.folder / file, MOST_ROWS + 1)
+        except (OSError, ValueError):
+            has_too_many = False  # whatever is wrong, reading it tells
+        if has_too_many:
+            problem = f'"{shorten(file)}" has more than {MOST_ROWS:,} lines'
+            hint = f"a table has {MOST_ROWS:,} rows at most"
+            self.faults.append(Fault(key, problem, hint))
+            return None
+        content = self._read(file, key, MOST_TABLE_BYTES)
+        if content is None:
+            return None
+        where = shorten(file, 200)
+        try:
+            sheet = Sheet.of(content, where, "row", as_lists=True)
+        except InputError as error:
+            place = error.where or where
+            self.faults.append(Fault(place, error.message, error.hint, is_of_file=True))
+            return None
+        self._note(key, file, content, rows=len(sheet.kept))
+        columns = [texts_with_points(texts, sheet.separator) for texts in sheet.columns]
+        header_place = f"{where}, line {sheet.header_line}"
+        return RowCells(where, sheet.header, columns, sheet.place, header_place, are_texts=True)
 
     # --- Motion and curves -----------------------------------------------------------------------
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from tendon_cli import say
 from tendon_cli.space.axis import NAMED_AXES, Axis, NamedAxis, split_side
 from tendon_cli.studies.contents import keys
-from tendon_cli.studies.spaces import WORDS_OF
+from tendon_cli.studies.model_words import WORDS_OF
 from tendon_cli.studies.values import RIGID
 
 
@@ -22,7 +22,7 @@ def axis_meaning(axis: Axis) -> str:
 def parameter(key: str, value: float | str) -> str:
     """Say a recorded number of a study with its symbol and unit."""
     number = math.inf if value == RIGID else float(value)
-    return say.parameter(keys()[key].number.quantity, number, say.side_of(key))
+    return say.parameter(keys()[key].quantity, number, say.side_of(key))
 
 
 def name_words(axis: Axis, name: str, *, in_brackets: bool = False) -> str:
@@ -63,7 +63,9 @@ def told_words(axis: Axis, name: str, number: Callable[[str, float], str]) -> st
     """
     if not isinstance(axis, NamedAxis):
         return ""
-    return numbers_in_words(axis.told_by(axis.names.index(name)), number)
+    row = axis.place(name)
+    carried = axis.carried_by(row)
+    return ", ".join(carried) if carried else numbers_in_words(axis.told_by(row), number)
 
 
 def numbers_in_words(told: Mapping[str, float], number: Callable[[str, float], str]) -> str:

@@ -6,6 +6,8 @@ import math
 from collections.abc import Collection, Iterator
 from typing import Any
 
+import numpy as np
+
 from tendon_cli.errors import Fault, StudyError
 from tendon_cli.model.design import F0
 from tendon_cli.model.forms import Need
@@ -17,6 +19,7 @@ from tendon_cli.space.axis import (
     PERSON_AXIS,
     PRETENSION,
     READING_ERROR,
+    SPRING_AT,
     of_side,
     split_side,
 )
@@ -28,11 +31,14 @@ from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.figures import figure_faults
 from tendon_cli.studies.magnitude import slip_faults
 from tendon_cli.studies.measured_motion import trajectory_fault
-from tendon_cli.studies.spaces import word_of
+from tendon_cli.studies.model_words import word_of
+from tendon_cli.studies.row_table import RowTable
 from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.toml_reading import KeyPlaces
 from tendon_cli.studies.values import Grid
 from tendon_cli.units import shorten, wanted
 
+_LARGEST_PRETENSION = "limits.max_pretension"
 _LEAVE_ONE_OUT = "leave one of them out"
 _GIVEN_BY: tuple[tuple[str, tuple[str, ...], str], ...] = (
     ("joint", ("torque",), "joint.stiffness"),
@@ -86,9 +92,7 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
     faults += _goal_faults(study, at_fault)
     if study.people is not None:
         faults += study.people.contradictions()
-    quantities = {
-        name: key.number.quantity for path, key in keys().items() for name in (path, key.column)
-    }
+    quantities = {name: key.quantity for path, key in keys().items() for name in (path, key.column)}
     faults += figure_faults(study.figure, quantities, at_fault)
     return faults
 
@@ -245,13 +249,13 @@ def _anchor_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
     if study.people is None or not study.people.is_from_file or key in at_fault:
         return
     stated = [f"arm.{name}" for name in study.stated_anchors]
-    of_cases = [
-        (f"cases.{at}.{path}", path)
-        for at, case in enumerate(study.cases)
-        for path in case_numbers(case)
+    of_rows = [
+        (place, path)
+        for table in study.row_tables
+        for place, path in table.places
         if path in _ANCHOR_KEYS
     ]
-    keys_given = [*stated, *(place for place, _ in of_cases)]
+    keys_given = [*stated, *(place for place, _ in of_rows)]
     is_measured = study.arm.anchors == "measured"
     if study.arm.anchors is None and keys_given:
         names = ", ".join(keys_given)
@@ -261,7 +265,7 @@ def _anchor_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
         problem = '"measured" is about stated anchors, but this study states none'
         yield Fault(key, problem, 'such as b1 = "110 mm" in [arm], or leave it out')
     elif is_measured:
-        for place, path in of_cases:
+        for place, path in of_rows:
             if path not in stated:
                 problem = "is measured in this case, and scaled from the mean man's in the others"
                 yield Fault(place, problem, f"give {path} in the study, too")
@@ -282,8 +286,8 @@ def _reading_faults(study: Study) -> Iterator[Fault]:
     if study.setting.read == F0:
         return
     given = {*study.numbers}
-    for case in study.cases:
-        given.update(case_numbers(case))
+    for table in study.row_tables:
+        given.update(table.keys)
     reading = f'setting.read = "{study.setting.read}"'
     problem = f"cannot be given with {reading}, which is a single reading for both sides"
     for key in sorted({of_side(PRETENSION, side) for side in SIDES} & given):
@@ -296,7 +300,7 @@ def _reading_unit_faults(study: Study) -> Iterator[Fault]:
     wanted_dimension = dimension_of_reading(read)
     stated = {
         "design.pretension": getattr(study.design.pretension, "dimension", None),
-        "limits.max_pretension": getattr(
+        _LARGEST_PRETENSION: getattr(
             getattr(study.limits, "max_pretension", None), "dimension", None
         ),
         READING_ERROR: getattr(study.setting.reading_error, "dimension", None),
@@ -304,8 +308,13 @@ def _reading_unit_faults(study: Study) -> Iterator[Fault]:
     if "pretension" in study.tendon.model_fields_set:
         stated[PRETENSION] = getattr(study.tendon.pretension, "dimension", None)
     for at, case in enumerate(study.cases):
-        of_case = getattr(getattr(case, "tendon", None), "pretension", None)
-        stated[f"cases.{at}.{PRETENSION}"] = getattr(of_case, "dimension", None)
+        for key in (PRETENSION, _LARGEST_PRETENSION):
+            table, _, name = key.partition(".")
+            of_case = getattr(getattr(case, table, None), name, None)
+            stated[f"cases.{at}.{key}"] = getattr(of_case, "dimension", None)
+    for rows in study.row_tables:
+        for key, reading in rows.readings.items():
+            stated[f"{rows.where}: {key}"] = reading
     accuracy = study.setting.accuracy
     if accuracy.tension is not None:
         stated["setting.accuracy"] = accuracy.dimension
@@ -335,7 +344,7 @@ def _null_limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
         if least == largest:
             problem = "needs work over a motion, but the study has a single elbow angle"
             problems["min_efficiency"] = (problem, "leave it out, or give a range of angles")
-    for name in sorted(problems.keys() & study.limits.keys()):
+    for name in sorted(problems.keys() & set(study.limit_names)):
         problem, hint = problems[name]
         yield Fault(f"limits.{name}", problem, hint)
 
@@ -362,17 +371,17 @@ def curve_faults(study: Study) -> Iterator[Fault]:
 
 def _limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
     """Yield a fault for each limit whose quantity cannot be computed without another key."""
-    for name in study.limits:
+    for name in study.limit_names:
         for need in LIMITS[name].needs:
             if not is_stated(study, need) and not _is_at_fault(need, at_fault):
                 hint = f'such as {need.key} = "{need.example}"'
                 yield Fault(f"limits.{name}", f"needs {need.phrase}", hint)
-    if "min_spring_room" in study.limits:
+    if "min_spring_room" in study.limit_names:
         problem = _lack_of_room(study)
         if problem is not None:
             yield Fault("limits.min_spring_room", problem, "leave it out")
     has_radius = study.joint.excursion is None or study.arm.contact_radius is not None
-    if "max_contact_pressure" in study.limits and not has_radius:
+    if "max_contact_pressure" in study.limit_names and not has_radius:
         problem = "needs the radius of the strap, which does not follow from measured travels"
         yield Fault("limits.max_contact_pressure", problem, 'such as arm.contact_radius = "45 mm"')
 
@@ -380,33 +389,40 @@ def _limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
 def _lack_of_room(study: Study) -> str | None:
     """Return the reason why the flexor has no spring with room between the anchors.
 
-    None if it has one, in the study and in each of its cases.
+    None if it has one, in the study and in each row of its tables.
     """
     if study.joint.excursion is not None:
         return "needs the anchors, which do not follow from measured travels"
-    springs: list[Any] = [study.spring]
-    springs += [getattr(case, "spring", None) for case in study.cases]
-    for spring in springs:
-        if spring is None:
-            continue
-        flexor = spring.flexor
-        place = getattr(flexor, "at", None) or spring.at or ""
-        if "motor" in place:
-            return "needs a spring at the joint, but the flexor's sits at the motor"
-        stiffness = getattr(flexor, "stiffness", None) or spring.stiffness
-        if stiffness is not None and math.isinf(stiffness.extremes[1]):
-            return "needs a spring, but the flexor has none"
-    return None
+    flexor = study.spring.flexor
+    place = getattr(flexor, "at", None) or study.spring.at or ""
+    stiffness = getattr(flexor, "stiffness", None) or study.spring.stiffness
+    is_at_motor = "motor" in place
+    is_rigid = stiffness is not None and math.isinf(stiffness.extremes[1])
+    for table in study.row_tables:
+        for common in (SPRING_AT, "spring.stiffness"):
+            for key in (common, of_side(common, SIDES[0])):
+                values = table.numbers.get(key, np.empty(0))
+                is_at_motor |= common == SPRING_AT and bool((values == 1.0).any())
+                is_rigid |= common != SPRING_AT and bool(np.isinf(values).any())
+    if is_at_motor:
+        return "needs a spring at the joint, but the flexor's sits at the motor"
+    return "needs a spring, but the flexor has none" if is_rigid else None
 
 
 def is_stated(study: Study, need: Need) -> bool:
-    """Return True if a study, or each of its cases, says what a limit needs."""
+    """Return True if a study, or each row of one of its tables, says what a limit needs."""
     if need == SPEED:
         return study.motion.speed is not None or study.motion.trajectory is not None
     either_key = {need.key, of_side(need.key, SIDES[0])}
     if either_key & study.numbers.keys():
         return True
-    return bool(study.cases) and all(either_key & case_numbers(case).keys() for case in study.cases)
+    return any(_say_in_all_rows(table, either_key) for table in study.row_tables)
+
+
+def _say_in_all_rows(table: RowTable, either_key: set[str]) -> bool:
+    """Return True if each row of a table sets one of some numbers."""
+    given = [~np.isnan(table.numbers[key]) for key in either_key & table.numbers.keys()]
+    return bool(given) and bool(np.logical_or.reduce(given).all())
 
 
 def _is_at_fault(need: Need, at_fault: set[str]) -> bool:
@@ -420,7 +436,7 @@ def _is_at_fault(need: Need, at_fault: set[str]) -> bool:
 def _condition_faults(study: Study) -> Iterator[Fault]:
     """Yield a fault for each condition that is no axis of any study, or cannot be one."""
     paths = {key.column: path for path, key in keys().items()}
-    known = (*keys(), *NAMED_AXES)
+    known = (*keys(), *NAMED_AXES, *(table.key for table in study.row_tables))
     for name in study.design.conditions or ():
         if split_side(name)[0] == PRETENSION:
             problem = f'"{name}" cannot be a condition: tendon design solves for it'
@@ -454,6 +470,12 @@ def _choice_columns(study: Study, at_fault: set[str]) -> Iterator[str]:
         is_choice = split_side(key)[0] != PRETENSION and key not in study.conditions
         if key in keys() and is_choice:
             yield keys()[key].column
+    choices = [table for table in study.row_tables if table.key not in study.conditions]
+    for table in choices:
+        yield from (keys()[key].column for key in table.keys if key in keys())
+        for column in table.carried:
+            if not column.words:
+                yield from (f"{table.key}_{column.name}", column.name)
 
 
 def _lacking(study: Study, column: str, at_fault: set[str]) -> str | None:
@@ -465,7 +487,7 @@ def _lacking(study: Study, column: str, at_fault: set[str]) -> str | None:
     return None
 
 
-# --- Cases ---------------------------------------------------------------------------------------
+# --- Tables of rows ------------------------------------------------------------------------------
 
 
 def _case_faults(study: Study) -> Iterator[Fault]:
@@ -500,3 +522,49 @@ def _drawn_case_faults(study: Study) -> Iterator[Fault]:
                 problem = "is uncertain in this study and drawn, so a case cannot set it"
                 hint = "[uncertainty] draws = 0 takes its middle in the other cases"
                 yield Fault(f"cases.{at}.{key}", problem, hint)
+
+
+def table_conflicts(study: Study, places: KeyPlaces, settings: Collection[str]) -> Iterator[Fault]:
+    """Yield a fault for each number that a table sets, and that something else gives, too.
+
+    Args:
+        study: The study, with the rows of its tables.
+        places: Lines of the keys in the file of the study.
+        settings: Keys that the command line sets.
+    """
+    setters: dict[str, str] = {}
+    for table in study.row_tables:
+        for key in table.keys:
+            other = _other_setter(study, key, settings)
+            if table.is_of_cases:
+                other = None  # its faults have places of their own
+            if key in setters:
+                other = f"so {setters[key]}"
+            setters[key] = "do the cases" if table.is_of_cases else f"does the table {table.key}"
+            if other is None:
+                continue
+            line = places.line_of(key)
+            where = f" (line {line})" if line is not None and key in places.lines else ""
+            problem = f'the table "{table.key}" sets {key}, but {other}{where}'
+            yield Fault(table.where, problem, "leave one of them out")
+
+
+def _other_setter(study: Study, key: str, settings: Collection[str]) -> str | None:
+    """Say what else than a table and a plain value gives a number; None if nothing does."""
+    values = study.numbers.get(key)
+    if key in settings:
+        return f"--set {key} does, too"
+    if key in study.words or (values is not None and values.is_axis):
+        return f"{key} is an axis of this study"
+    if key in study.uncertain:
+        return f"{key} is uncertain in this study"
+    if key in study.body_numbers:
+        return f"{key} comes from the body of each person"
+    if key in bends_of(study) and isinstance(bends_of(study)[key], CurveTable):
+        return f"{key} follows the joint in this study"
+    for owner, names, given in _GIVEN_BY:
+        owned = {f"{owner}.{name}" for name in names}
+        given_table, _, given_name = given.partition(".")
+        if key in owned and getattr(getattr(study, given_table), given_name) is not None:
+            return f"{given} also gives it"
+    return None

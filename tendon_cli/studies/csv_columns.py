@@ -13,6 +13,7 @@ import numpy as np
 from tendon_cli.cells import (
     SEPARATORS,
     cells_of,
+    columns_of,
     is_comment,
     lines_of,
     not_read,
@@ -46,18 +47,19 @@ class Sheet:
     separator: str
     """Comma, semicolon or tab."""
     columns: list[Any]
-    """Texts of each column."""
+    """Texts of each column, as arrays of Arrow or as plain lists."""
     faults: list[InputError] = field(default_factory=list)
     """Faults found so far; `raise_faults` raises them as one error."""
 
     @classmethod
-    def of(cls, content: bytes, where: str, row: str) -> Sheet:
+    def of(cls, content: bytes, where: str, row: str, *, as_lists: bool = False) -> Sheet:
         """Return the sheet of a file, with a comma, semicolon or tab between cells.
 
         Args:
             content: The file.
             where: Name of the file in errors.
             row: Noun for what a row describes, such as "person".
+            as_lists: True for columns of plain lists, for cells that are read one by one.
 
         Raises:
             InputError: The file is not such a table.
@@ -73,7 +75,8 @@ class Sheet:
         if len(kept) < 2:
             problem = f"holds no {row}s, expected a header and a line for each {row}"
             raise InputError(problem, where=where)
-        columns = texts_of(lines, kept[1:], separator, where, len(header), len(header))
+        split = columns_of if as_lists else texts_of
+        columns = split(lines, kept[1:], separator, where, len(header), len(header))
         return cls(where, header, kept[0] + 1, lines, kept[1:], separator, columns)
 
     def place(self, row: int) -> str:

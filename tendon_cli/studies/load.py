@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from copy import deepcopy
 from dataclasses import replace
@@ -16,7 +17,12 @@ from tendon_cli.errors import Fault, InputError, StudyError, TendonError, UsageE
 from tendon_cli.files import path_of
 from tendon_cli.space.axis import SPRING_AT, split_side
 from tendon_cli.studies.attachments import Attachments
-from tendon_cli.studies.checks import contradictions, curve_faults, implausible_faults
+from tendon_cli.studies.checks import (
+    contradictions,
+    curve_faults,
+    implausible_faults,
+    table_conflicts,
+)
 from tendon_cli.studies.json_schema import faults_of
 from tendon_cli.studies.spaces import impossibilities, with_readable_default
 from tendon_cli.studies.study import Study, keys
@@ -34,6 +40,8 @@ from tendon_cli.units import described, shorten
 AnyStudy: TypeAlias = str | PathLike[str] | Mapping[str, Any] | Study
 """Study, its keys in a dictionary, or the path of its file."""
 
+_ROWS = re.compile(r"table\.[0-9]+\.rows")
+"""Path of the rows of a table, whose empty cells leave the value of the study."""
 _NO_LINE = 10**9
 """Place of a fault without a line, behind all others."""
 
@@ -95,7 +103,13 @@ def load_study(path: str | PathLike[str], settings: Iterable[str] = ()) -> Study
             document.places.forget(key)
         document.content.setdefault("name", "study" if file == STDIN else file.stem)
         order = (*axes, *changed)
-        return study_from(document.content, document.places, folder=file.parent, order=order)
+        return study_from(
+            document.content,
+            document.places,
+            folder=file.parent,
+            order=order,
+            settings=tuple(changed),
+        )
     except TendonError as error:
         if error.where is None:
             error.where = "standard input" if file == STDIN else shorten(str(file), 1000)
@@ -108,6 +122,7 @@ def study_from(
     *,
     folder: Path = Path(),
     order: tuple[str, ...] = (),
+    settings: tuple[str, ...] = (),
 ) -> Study:
     """Return a checked study from a plain dictionary.
 
@@ -117,6 +132,7 @@ def study_from(
         folder: Folder in which files that the study names are looked up.
         order: Keys in the order in which their axes shall vary; keys that it leaves out follow in
             the order of the content.
+        settings: Keys that the command line sets, or `vary`; no table may set them, too.
 
     Raises:
         StudyError: The study has faults; all of them are listed, by line.
@@ -128,25 +144,38 @@ def study_from(
     faults += invalid
     files = Attachments(folder, accepts_slips=study is not None and study.allow_implausible)
     if study is not None:
-        faults += contradictions(study, {fault.key for fault in faults})
+        study = files.with_tables(study)
+        faults += contradictions(study, {fault.key for fault in (*faults, *files.faults)})
         typed = [*implausible_faults(study)]
         try:
             study = files.resolve(study)
         except InputError:
-            if not faults and not typed:
+            if not faults and not typed and not files.faults:
                 raise
         faults += files.faults
+        faults += table_conflicts(study, places, settings)
         faults += implausible_faults(study, files.sources)
         if not faults:
             faults += curve_faults(study)
             study = with_readable_default(study)
             faults += impossibilities(study)
+    if faults and all(fault.is_of_file for fault in faults):
+        raise _input_error(faults)
     if study is None or faults:
         placed = [replace(fault, line=fault.line or places.line_of(fault.key)) for fault in faults]
         placed.sort(key=lambda fault: _NO_LINE if fault.line is None else fault.line)
         raise StudyError(placed)
     axes = tuple(dict.fromkeys((*order, *_number_keys(content))))
     return study.ordered(axes, files.sources)
+
+
+def _input_error(faults: list[Fault]) -> InputError:
+    """Return the error of a study whose only faults stand in its tables of rows."""
+    if len(faults) == 1:
+        fault = faults[0]
+        return InputError(fault.problem, where=fault.key, hint=fault.hint)
+    listed = "\n".join(f"  {fault}" for fault in faults)
+    return InputError(f"its rows have {len(faults):,} faults:\n{listed}")
 
 
 def varied_study(study: Study, settings: Mapping[str, Any]) -> Study:
@@ -164,7 +193,7 @@ def varied_study(study: Study, settings: Mapping[str, Any]) -> Study:
         del content["tendon"]["pretension"]
     for key, value in settings.items():
         _put(content, key.split("."), plain_content(value, (key,)))
-    varied = study_from(content, order=(*study.axes, *settings))
+    varied = study_from(content, order=(*study.axes, *settings), settings=tuple(settings))
     return varied.ordered(varied.axes, study.sources)
 
 
@@ -194,6 +223,8 @@ def plain_content(value: Any, path: tuple[str, ...] = ()) -> Any:
     Raises:
         StudyError: A study file cannot have the value.
     """
+    if value is None or isinstance(value, (str, bool, int, float, date, time)):
+        return value
     key = shorten(".".join(path), 120)
     if len(path) > MAX_DEPTH:
         raise refused(f"nested deeper than {MAX_DEPTH} levels", "a study needs no more than four")
@@ -212,8 +243,6 @@ def plain_content(value: Any, path: tuple[str, ...] = ()) -> Any:
         value = value.tolist()
     if isinstance(value, (list, tuple, range)):
         return [plain_content(item, (*path, str(at))) for at, item in enumerate(value)]
-    if value is None or isinstance(value, (str, bool, int, float, date, time)):
-        return value
     expected = "expected text, a number, a list or a table"
     raise refused(f"a {type(value).__name__} is not possible here, {expected}", key=key)
 
@@ -223,6 +252,8 @@ def _without_empty_keys(content: Any, path: str, faults: list[Fault]) -> Any:
 
     Numbers are left as they are: their fields check them.
     """
+    if _ROWS.fullmatch(path):
+        return content
     if isinstance(content, list):
         return [
             _without_empty_keys(item, f"{path}.{at}", faults) for at, item in enumerate(content)
@@ -273,13 +304,14 @@ def _validated(content: dict[str, Any], places: KeyPlaces) -> tuple[Study | None
     can be checked; it is None if even that is no study.
     """
     faults: list[Fault] = []
-    rest = deepcopy(content)
+    rest = content
     while True:
         try:
             return Study.model_validate(rest), faults
         except ValidationError as error:
             if not faults:
                 faults = faults_of(error, places)
+                rest = deepcopy(content)
             details = error.errors(include_url=False)
             at_fault = [_innermost(rest, detail["loc"]) for detail in details]
             found = [place for place in at_fault if place is not None]

@@ -13,27 +13,25 @@ from tendon_cli.model.design import F0, MOTOR_TORQUE, READINGS, Design
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.setting import Reading
 from tendon_cli.quantities import SIDES, unit_of_reading
+from tendon_cli.say import join_words
 from tendon_cli.space.axis import (
-    AFTER,
     CASE_AXIS,
     DRAW_AXIS,
     PERSON_AXIS,
     PRETENSION,
     READ,
-    REFERENCE,
-    SLACK,
-    SPRING_AT,
     Axis,
     NamedAxis,
     Role,
-    of_side,
     scale_of,
     split_side,
 )
 from tendon_cli.space.space import EXCURSION, INERTIA, TRAJECTORY, Space
 from tendon_cli.studies.angle_curves import curves_of
-from tendon_cli.studies.contents import case_numbers, column_of
+from tendon_cli.studies.contents import column_of
 from tendon_cli.studies.fields import hint_at_nearest
+from tendon_cli.studies.model_words import number_of_word, numbers_of_words
+from tendon_cli.studies.row_table import RowTable
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import Grid, StudyNumber, draw_numbers
 from tendon_cli.units import shorten
@@ -47,18 +45,12 @@ _MOST_READINGS = 10**6
 """Largest number of designs whose setting is checked before the study runs."""
 _MOST_ARMS = 100_000
 """Largest number of arms whose anchors are checked before the study runs."""
+_MOST_LISTED = 20
+"""Largest number of rows of a table that a hint lists."""
+_MOST_COMPARED = 10_000
+"""Largest number of rows among which a hint seeks the nearest name."""
 _NO_TENSION = 1e-6
 """Rounding of a pretension, N."""
-
-WORDS_OF = {
-    REFERENCE: ("published", "initial"),
-    SLACK: ("bilateral", "unilateral"),
-    SPRING_AT: ("joint", "motor"),
-    AFTER: ("extension", "flexion"),
-}
-"""Common keys whose words are numbers to the model, each with its words for 0 and for 1."""
-KEYS_OF_WORDS = (*WORDS_OF, *(of_side(SPRING_AT, side) for side in SIDES))
-"""Keys of these words, those of one side included."""
 
 
 def space_of(study: Study) -> Space:
@@ -84,7 +76,7 @@ def single_numbers(study: Study) -> dict[str, Any]:
     numbers: dict[str, Any] = {
         key: values.single for key, values in study.numbers.items() if not values.is_axis
     }
-    numbers |= _numbers_of_words(study)
+    numbers |= numbers_of_words(study)
     numbers[READ] = float(READINGS.index(study.setting.read))
     numbers |= curves_of(study)
     if study.trajectory is not None:
@@ -94,36 +86,16 @@ def single_numbers(study: Study) -> dict[str, Any]:
     return numbers
 
 
-def word_of(table: object, key: str) -> str | None:
-    """Return the word at a dotted key of a study or a case; None if it has no single word."""
-    for name in key.split("."):
-        table = getattr(table, name, None)
-    return table if isinstance(table, str) else None
-
-
-def _numbers_of_words(table: object) -> dict[str, float]:
-    """Return the words that a study or a case gives, as the numbers that they are to the model."""
-    words = {key: word_of(table, key) for key in KEYS_OF_WORDS}
-    return {key: _number_of_word(key, word) for key, word in words.items() if word is not None}
-
-
-def _number_of_word(key: str, word: str) -> float:
-    """Return the number that a word is to the model: 0 or 1."""
-    return float(WORDS_OF[split_side(key)[0]].index(word))
-
-
 # --- Axes ----------------------------------------------------------------------------------------
 
 
 def named_axes(study: Study) -> tuple[NamedAxis, ...]:
-    """Return the axes of cases, persons and draws, as far as a study has them.
+    """Return the axes of cases, tables, persons and draws, as far as a study has them.
 
     If each person gets one draw of the uncertain numbers, the draws are values of the persons and
     no axis.
     """
-    axes: list[NamedAxis] = []
-    if study.cases:
-        axes.append(case_axis(study))
+    axes: list[NamedAxis] = [*row_axes(study)]
     drawing = study.drawing
     if study.people is not None:
         drawn_once: Mapping[str, Array] = {}
@@ -137,33 +109,46 @@ def named_axes(study: Study) -> tuple[NamedAxis, ...]:
     return tuple(axes)
 
 
-def case_axis(study: Study) -> NamedAxis:
-    """Return the axis of a study's cases.
-
-    A case may set numbers and words of the model; a number is NaN in a case that does not set it.
-    """
-    cases = [case_numbers(case) | _numbers_of_words(case) for case in study.cases]
-    keys_set = dict.fromkeys(key for given in cases for key in given)
-    numbers = {key: np.array([given.get(key, np.nan) for given in cases]) for key in keys_set}
-    return NamedAxis.of(CASE_AXIS, _case_names(study), numbers, _role(study, CASE_AXIS))
+def row_axis(study: Study, table: RowTable) -> NamedAxis:
+    """Return the axis of the rows of a table; the rows of a sample all count the same."""
+    role = _role(study, table.key)
+    return NamedAxis.of(table.key, table.names, table.numbers, role, carried=table.carried)
 
 
-def _case_names(study: Study) -> tuple[str, ...]:
-    """Return the names of a study's cases."""
-    return tuple(str(getattr(case, "name", "")) for case in study.cases)
+def row_axes(study: Study) -> tuple[NamedAxis, ...]:
+    """Return the axes of a study's cases and tables, slowest first."""
+    return tuple(row_axis(study, table) for table in study.row_tables)
 
 
-def case_place(study: Study, name: str) -> int:
-    """Return the position of a case in the study, counted from 0.
+def row_place(study: Study, table: str, name: str, option: str = "--row") -> int:
+    """Return the position of a row of a table, counted from 0.
+
+    Args:
+        study: The study.
+        table: Name of the table; "case" for the cases.
+        name: Name of the row.
+        option: The option that names it, for messages.
 
     Raises:
-        UsageError: The study has no case of this name.
+        UsageError: The study has no such table, or the table no row of this name.
     """
-    names = _case_names(study)
+    tables = {of_study.key: of_study for of_study in study.row_tables}
+    if table not in tables:
+        known = [key for key in tables if key != CASE_AXIS] if table != CASE_AXIS else []
+        listed = f"tables: {', '.join(known)}" if known else "the study has no [[table]]"
+        problem = f'there is no table "{shorten(table)}"'
+        if table == CASE_AXIS:
+            problem = f'there is no case "{shorten(name)}"'
+            listed = "the study has no [[cases]]"
+        hint = hint_at_nearest(table, known) or listed
+        raise UsageError(problem, where=option, hint=hint)
+    names = tables[table].names
     if name not in names:
-        listed = f"cases: {', '.join(names[:20])}" if names else "the study has no [[cases]]"
-        hint = hint_at_nearest(name, names) or listed
-        raise UsageError(f'there is no case "{shorten(name)}"', where="--case", hint=hint)
+        noun = "case" if table == CASE_AXIS else f"{table}"
+        more = ", ..." if len(names) > _MOST_LISTED else ""
+        listed = f"{'cases' if table == CASE_AXIS else 'rows'}: {', '.join(names[:_MOST_LISTED])}"
+        hint = hint_at_nearest(name, names[:_MOST_COMPARED]) or f"{listed}{more}"
+        raise UsageError(f'there is no {noun} "{shorten(name)}"', where=option, hint=hint)
     return names.index(name)
 
 
@@ -218,7 +203,7 @@ def axis_of(study: Study, key: str) -> Axis:
     """
     words = study.words.get(key)
     if words:
-        flags = np.array([_number_of_word(key, word) for word in words])
+        flags = np.array([number_of_word(key, word) for word in words])
         return Axis(key, column_of(key), {key: flags}, words, _role(study, key))
     values = study.numbers[key]
     grid = values.source if isinstance(values.source, Grid) and values.source.num > 1 else None
@@ -237,6 +222,8 @@ def _role(study: Study, key: str) -> Role:
     """Return the role of an axis other than persons and draws in the design of a suit."""
     if split_side(key)[0] == PRETENSION:
         return "pretension"
+    if key in study.drawn_tables:
+        return "draw"
     return "condition" if key in study.conditions else "choice"
 
 
@@ -370,7 +357,7 @@ def with_readable_default(study: Study) -> Study:
     """
     if study.setting.read in (F0, MOTOR_TORQUE) or "pretension" in study.tendon.model_fields_set:
         return study
-    if any(PRETENSION in case_numbers(case) for case in study.cases):
+    if any(PRETENSION in table.numbers for table in study.row_tables):
         return study
     space = space_of(study)
     if len(space) > _MOST_READINGS:
@@ -392,26 +379,33 @@ def _friction_faults(study: Study) -> Iterator[Fault]:
         if key.startswith("sheath."):
             ends = values.uncertain.reach if values.uncertain else values.extremes
             largest[key] = ends[1]
-    axes = (case_axis(study),) if study.cases else ()
-    space = Space(axes, largest)
+    space = Space(row_axes(study), largest)
+    if len(space) > _MOST_ARMS:
+        return
     for side in SIDES:
         friction = space.number("sheath.friction", side).within(space.whole)
         bend_angle = space.number("sheath.bend_angle", side).within(space.whole)
-        exponents = np.ravel(friction * bend_angle)  # (cases,), μφ
-        row = int(np.argmax(exponents > MAX_FRICTION_EXPONENT))
+        exponents = np.ravel(np.broadcast_to(friction * bend_angle, (*space.shape, 1, 1)))
+        row = int(np.argmax(exponents > MAX_FRICTION_EXPONENT))  # of (rows,), μφ
         if exponents[row] > MAX_FRICTION_EXPONENT:
-            place = f"on the {side}'s side{_in_case(space, row)}"
+            place = f"on the {side}'s side{_in_row(space, row)}"
             problem = f"friction x bend_angle reaches {exponents[row]:.4g} {place}"
             yield Fault("sheath.friction", f"{problem}, expected {MAX_FRICTION_EXPONENT:g} at most")
             return
 
 
-def _in_case(space: Space, row: int) -> str:
-    """Return the phrase by which an error names the case of a design; empty without cases."""
-    if not space.axes or space.axes[0].key != CASE_AXIS:
-        return ""
-    case = np.unravel_index(row, space.shape)[0]
-    return f' in the case "{shorten(space.axes[0].names[case])}"'
+def _in_row(space: Space, row: int) -> str:
+    """Return the phrase by which an error names the case or the rows of a design.
+
+    It is empty without cases and tables.
+    """
+    places = space.places(np.array([row]))
+    names = []
+    for axis in space.axes:
+        if isinstance(axis, NamedAxis):
+            name = shorten(axis.names[int(places[axis.key][0])])
+            names.append(f'the {axis.key} "{name}"')
+    return f" in {join_words(names)}" if names else ""
 
 
 def _anchor_faults(study: Study) -> Iterator[Fault]:
@@ -421,7 +415,7 @@ def _anchor_faults(study: Study) -> Iterator[Fault]:
     the angle between them is zero.
     """
     anchors = [f"arm.{name}" for name in ("a1", "b1", "a2", "b2")]
-    axes: list[Axis] = [case_axis(study)] if study.cases else []
+    axes: list[Axis] = [*row_axes(study)]
     axes += [axis_of(study, key) for key in study.axes if key in anchors]
     space = Space(tuple(axes), single_numbers(study))
     if len(space) > _MOST_ARMS:
@@ -434,7 +428,7 @@ def _anchor_faults(study: Study) -> Iterator[Fault]:
     for row in np.flatnonzero(is_as_far & is_reached):
         if np.min(np.abs(study.angles - meeting[row])) < 1e-9:
             angle = f"the elbow angle {np.degrees(meeting[row]):.6g} deg"
-            place = f"{angle}{_in_case(space, int(row))}"
+            place = f"{angle}{_in_row(space, int(row))}"
             hint = "make a1, b1 and a2, b2 differ, or leave this angle out"
             yield Fault("arm", f"the flexor's anchors coincide (L_c = 0) at {place}", hint)
             return

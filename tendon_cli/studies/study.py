@@ -16,14 +16,19 @@ from tendon_cli import say
 from tendon_cli.display import Displayed
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.registry import load
-from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, PERSON_AXIS, SAMPLE_AXES
+from tendon_cli.space.axis import (
+    CASE_AXIS,
+    DRAW_AXIS,
+    PERSON_AXIS,
+    SAMPLE_AXES,
+    limit_of,
+)
 from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies import parts
 from tendon_cli.studies.contents import (
     DESIGN_PARTS,
     Key,
     Title,
-    case_numbers,
     case_tables,
     keys,
     marked_numbers,
@@ -37,6 +42,8 @@ from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.magnitude import Slip, slip_notes
 from tendon_cli.studies.parts import Part, field_default
 from tendon_cli.studies.people.people_section import People
+from tendon_cli.studies.row_table import RowTable
+from tendon_cli.studies.table_section import TableSection
 from tendon_cli.studies.values import StudyNumber, Uncertain
 
 __all__ = ["Key", "Study", "keys"]
@@ -77,6 +84,9 @@ class StudyTables(Part):
     output: parts.Output = parts.Output()
     cases: Annotated[tuple[Part, ...], DeferredTables(case_tables)] = field_default(
         (), description="one axis of linked values, such as persons"
+    )
+    table: tuple[TableSection, ...] = field_default(
+        (), description="axes of rows that each set several numbers: catalogues, samples"
     )
 
     limits: Limits = Limits()
@@ -176,7 +186,17 @@ class Study(Displayed, StudyTables):
         found = dict(marked_slips(self, ""))
         for at, case in enumerate(self.cases):
             found |= dict(marked_slips(case, f"cases.{at}"))
+        for table in self.row_tables:
+            if table.slips:
+                found[table.where] = table.slips
         return found
+
+    @property
+    def limit_names(self) -> tuple[str, ...]:
+        """Names of the limits that bound some design: stated for all, on an axis, or by rows."""
+        of_rows = (limit_of(key) for table in self.row_tables for key in table.keys)
+        stated = {*self.limits.stated, *of_rows}
+        return tuple(name for name in type(self.limits).model_fields if name in stated)
 
     @property
     def words(self) -> dict[str, tuple[str, ...]]:
@@ -275,6 +295,25 @@ class Study(Displayed, StudyTables):
 
     # --- Axes ------------------------------------------------------------------------------------
 
+    @cached_property
+    def row_tables(self) -> tuple[RowTable, ...]:
+        """Tables of rows that each set several numbers: the cases, then each `[[table]]`.
+
+        A table is among them once its rows are read.
+        """
+        cases = (RowTable.of_cases(self.cases),) if self.cases else ()
+        return (*cases, *(table for table in self.table if isinstance(table, RowTable)))
+
+    @property
+    def drawn_tables(self) -> tuple[str, ...]:
+        """Names of the tables whose rows are draws, of which a share is enough."""
+        stated = self.design.conditions or ()
+        return tuple(
+            table.key
+            for table in self.row_tables
+            if table.role == "draw" and table.key not in stated
+        )
+
     @property
     def is_crossed(self) -> bool:
         """True if every person meets every draw of the uncertain numbers.
@@ -301,8 +340,8 @@ class Study(Displayed, StudyTables):
 
     @property
     def named_lengths(self) -> dict[str, int]:
-        """Numbers of cases, of persons and of draws as far as there are any, by axis."""
-        lengths = {CASE_AXIS: len(self.cases)} if self.cases else {}
+        """Numbers of rows, of persons and of draws as far as there are any, by axis."""
+        lengths = {table.key: len(table) for table in self.row_tables}
         if self.people is not None:  # a number of 0 while their file is not read
             lengths[PERSON_AXIS] = self.people.persons
         if self.draws:
@@ -313,7 +352,7 @@ class Study(Displayed, StudyTables):
     def axes(self) -> tuple[str, ...]:
         """Keys of the design axes, slowest first.
 
-        `case`, `person` and `draw` are axes of several numbers each.
+        Tables, `case`, `person` and `draw` are axes of several numbers each.
         """
         varied = [key for key, values in self.numbers.items() if values.is_axis]
         varied += self.words
@@ -326,18 +365,16 @@ class Study(Displayed, StudyTables):
         """Axes that a design must survive, slowest first; the others are choices.
 
         Without `[design] conditions` these are cases, persons, draws, and what a designer does not
-        decide: load, joint, anchors, setting and arm, but for the width of the strap. Persons,
-        draws and intervals are never choices.
+        decide: load, joint, anchors, setting and arm, but for the width of the strap; and tables
+        whose role says so, or that set nothing else. Persons, draws and intervals are never
+        choices.
         """
         stated = self.design.conditions
         if stated is None:
-            given = [
-                key
-                for key in self.axes
-                if key.partition(".")[0] in _GIVEN_TABLES and key != _STRAP_WIDTH
-            ]
-            stated = (CASE_AXIS, *given)
-        conditions = (*stated, *SAMPLE_AXES, *self.intervals)
+            given = [key for key in self.axes if _is_given(key)]
+            tables = [table.key for table in self.row_tables if _is_condition(table)]
+            stated = (*tables, *given)
+        conditions = (*stated, *SAMPLE_AXES, *self.drawn_tables, *self.intervals)
         return tuple(key for key in self.axes if key in conditions)
 
     @property
@@ -348,7 +385,8 @@ class Study(Displayed, StudyTables):
         """
         if self.design.serve is not None:
             return self.design.serve.single
-        return 0.95 if self.named_lengths.keys() & set(SAMPLE_AXES) else 1.0
+        drawn = {*SAMPLE_AXES, *self.drawn_tables}
+        return 0.95 if self.named_lengths.keys() & drawn else 1.0
 
     # --- Remarks and record ----------------------------------------------------------------------
 
@@ -426,6 +464,21 @@ class Study(Displayed, StudyTables):
         return hashlib.sha256(text.encode()).hexdigest()
 
 
+# --- Roles ----------------------------------------------------------------------------------------
+
+
+def _is_given(key: str) -> bool:
+    """Return True for the key of a number that a designer does not decide."""
+    return key.partition(".")[0] in _GIVEN_TABLES and key != _STRAP_WIDTH
+
+
+def _is_condition(table: RowTable) -> bool:
+    """Return True for a table whose rows are conditions unless the study names its conditions."""
+    if table.role is not None:
+        return table.role == "condition"
+    return bool(table.keys) and all(map(_is_given, table.keys))
+
+
 # --- Words ----------------------------------------------------------------------------------------
 
 
@@ -435,12 +488,12 @@ def _notes_on_scaled_anchors(study: Study) -> Iterator[str]:
     It goes by the values: a study that is read back from its record states the paper's, too.
     """
     of_paper = parts.Arm()
-    of_cases = {key for case in study.cases for key in case_numbers(case)}
+    of_rows = {key for table in study.row_tables for key in table.keys}
     stated = []
     for name in ANCHORS:
         values = getattr(study.arm, name).array
         is_of_paper = np.array_equal(values, getattr(of_paper, name).array)
-        if not is_of_paper or f"arm.{name}" in of_cases:
+        if not is_of_paper or f"arm.{name}" in of_rows:
             stated.append(f"arm.{name}")
     if stated:
         yield (
@@ -471,8 +524,9 @@ def _axis_text(study: Study, key: str) -> str:
         if study.people.file:
             return f"those of {study.people.file}"
         return say.counted(study.people.count, "person")
-    names = [str(getattr(case, "name", "")) for case in study.cases]
-    more = f", ... ({say.counted(len(names), 'case')})" if len(names) > _MAX_VALUES else ""
+    names = next(table.names for table in study.row_tables if table.key == key)
+    noun = "case" if key == CASE_AXIS else "row"
+    more = f", ... ({say.counted(len(names), noun)})" if len(names) > _MAX_VALUES else ""
     return ", ".join(names[:_MAX_VALUES]) + more
 
 

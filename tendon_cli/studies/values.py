@@ -87,6 +87,8 @@ OF_FRESH_BODIES: Stream = (1,)
 """Stream of the bodies of a fresh sample."""
 OF_FRESH_DRAWS: Stream = (2,)
 """Stream of the uncertain numbers of a fresh sample."""
+OF_TABLES: Stream = (3,)
+"""Stream of the samples that are tables of a study."""
 
 
 def random_numbers(seed: int, purpose: int, stream: Stream = OF_THE_STUDY) -> np.random.Generator:
@@ -136,6 +138,45 @@ def draw_fresh_numbers(
     """
     random = random_numbers(seed, len(uncertain), OF_FRESH_DRAWS)
     return _at_shares(uncertain, random.random((count, len(uncertain))))
+
+
+SAMPLERS = ("sobol", "latin-hypercube", "random")
+"""Ways to draw the rows of a sample."""
+_SAMPLE_DIGITS = 12
+"""Significant digits of the numbers of a sample: libraries of machines differ in the last ones."""
+
+
+def sample_numbers(
+    uncertain: Mapping[str, Uncertain], sampler: str, count: int, seed: int
+) -> dict[str, Array]:
+    """Draw the rows of a sample, which are the same on every machine.
+
+    Args:
+        uncertain: The distribution of each number, by its key.
+        sampler: One of `SAMPLERS`.
+        count: Number of rows. Sobol points are the first of the next power of two.
+        seed: Seed; the same seed gives the same rows.
+
+    Returns:
+        Values of each number, by its key, (count,), SI.
+    """
+    from scipy.stats import qmc
+
+    numbers = len(uncertain)
+    random = random_numbers(seed, numbers, OF_TABLES)
+    if sampler == "sobol":
+        power = max(0, count - 1).bit_length()
+        points = qmc.Sobol(numbers, scramble=True, rng=random).random_base2(power)[:count]
+    elif sampler == "latin-hypercube":
+        points = qmc.LatinHypercube(numbers, rng=random).random(count)
+    else:
+        points = random.random((count, numbers))
+    drawn = {}
+    for key, values in _at_shares(uncertain, points).items():
+        rounded = [float(f"{value:.{_SAMPLE_DIGITS}g}") for value in values.tolist()]
+        low, high = uncertain[key].reach
+        drawn[key] = np.clip(rounded, low, high)
+    return drawn
 
 
 def _at_shares(uncertain: Mapping[str, Uncertain], shares: Array) -> dict[str, Array]:

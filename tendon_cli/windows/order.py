@@ -129,8 +129,7 @@ class Order:
         for axis in sorted(self.question.choices.axes, key=lambda axis: axis.key):
             values = points.columns[axis.column][rows]
             if axis.names:
-                in_alphabet = np.argsort(np.argsort(np.array(axis.names), kind="stable"))
-                values = in_alphabet[values]
+                values = axis.rank[values]
             columns.append(values)
         count = len(points.row[rows])
         ranks = np.zeros(count, dtype=np.int64)

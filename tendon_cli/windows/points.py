@@ -8,8 +8,9 @@ from typing import Self
 import numpy as np
 
 from tendon_cli.model.kinematics import Array, Rows
-from tendon_cli.space.axis import PRETENSION, Numbers
+from tendon_cli.space.axis import PRETENSION, Numbers, split_side
 from tendon_cli.space.space import Space
+from tendon_cli.studies.contents import column_of
 from tendon_cli.windows.by_choice import ByChoice, ColumnArrays
 
 
@@ -24,7 +25,8 @@ class Points(ByChoice):
     numbers: Numbers
     """Numbers that the choices set, (choices,) each, by dotted key, SI."""
     columns: ColumnArrays
-    """Values of each axis, SI, or the positions of named values among their names."""
+    """Values of each axis, SI, or the positions of named values among their names; and what rows of
+    tables set and carry."""
     row: Rows
     """Rows of the grid, which are those of `choices.parquet`; -1 for a choice that has no row."""
 
@@ -39,7 +41,9 @@ class Points(ByChoice):
     @classmethod
     def of_rows(cls, choices: Space, rows: Rows) -> Self:
         """Return the choices in some rows of the grid."""
-        return cls(choices.numbers(rows), choices.columns(rows), rows)
+        numbers = choices.numbers(rows)
+        columns = {**choices.columns(rows), **_set_by_names(choices, numbers)}
+        return cls(numbers, columns, rows)
 
     @classmethod
     def of_columns(cls, choices: Space, columns: ColumnArrays, count: int) -> Self:
@@ -64,3 +68,18 @@ class Points(ByChoice):
     def repeat(self, count: int) -> Self:
         """Return the first choice `count` times."""
         return self.select(np.zeros(count, dtype=np.int64))
+
+
+def _set_by_names(choices: Space, numbers: Numbers) -> ColumnArrays:
+    """Return the columns of the numbers that vary over named axes, (choices,) each.
+
+    Args:
+        choices: All choices.
+        numbers: Numbers that some choices set.
+    """
+    points = choices.at(numbers)
+    columns: ColumnArrays = {}
+    for key in choices.set_by_names:
+        values = points.number(*split_side(key)).within(points.whole)
+        columns[column_of(key)] = np.broadcast_to(values, (*points.shape, 1, 1)).ravel()
+    return columns

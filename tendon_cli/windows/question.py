@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal, Self, cast
@@ -14,14 +15,15 @@ from tendon_cli.model import whole_motion
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import F0, READINGS, Design
 from tendon_cli.model.kinematics import Array, Flags, Rows
+from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.sliding import BOTH_DIRECTIONS
 from tendon_cli.space.axis import (
     DRAW_AXIS,
+    LIMIT,
     PERSON_AXIS,
     PRETENSION,
     READ,
     READING_ERROR,
-    SAMPLE_AXES,
     Axis,
     Numbers,
     overlay,
@@ -127,6 +129,7 @@ class Question:
     choices: Space
     conditions: Space
     bounds: Bounds
+    """Limits with the speed of the elbow; of a limit that differs between choices all values."""
     goals: tuple[Goal, ...] = ()
     """Goals of the study in their order; none if it leaves them open."""
     serve: float = 1.0
@@ -192,7 +195,11 @@ class Question:
     @property
     def _counts(self) -> dict[str, int]:
         """Numbers of persons and of draws by the keys of their axes."""
-        counts = {key: len(self.axes[key]) for key in (PERSON_AXIS, DRAW_AXIS) if key in self.axes}
+        counts = {PERSON_AXIS: len(self.axes[PERSON_AXIS])} if PERSON_AXIS in self.axes else {}
+        drawn = [axis for axis in self.axes.values() if axis.role == "draw"]
+        draws = [len(axis) for axis in drawn if axis.key != PERSON_AXIS]
+        if draws:
+            counts[DRAW_AXIS] = math.prod(draws)
         people = self.study.people
         bodies = people.population.completions if people is not None else 1
         if PERSON_AXIS in counts and bodies > 1:
@@ -204,8 +211,9 @@ class Question:
 
     @property
     def group_axis(self) -> Axis | None:
-        """Axis of persons or, without persons, of draws; None if there are neither."""
-        return self.axes.get(PERSON_AXIS) or self.axes.get(DRAW_AXIS)
+        """Axis of persons or, without persons, of draws or drawn rows; None if there is none."""
+        drawn = (axis for axis in self.conditions.axes if axis.role == "draw")
+        return next(drawn, None)
 
     # --- Other questions --------------------------------------------------------------------------
 
@@ -234,9 +242,18 @@ class Question:
         points = Axis.of_points({**self.condition_numbers, **numbers}, len(self.conditions))
         return replace(self, conditions=replace(self.conditions, axes=(points,)))
 
-    def with_bound(self, name: str, value: float) -> Self:
-        """Return this question with another value of one limit, or of the speed."""
-        return replace(self, bounds=self.bounds.changed(name, value))
+    def for_choice(self, points: Points) -> Self:
+        """Return this question with the limits of one choice as those that all choices share.
+
+        Limits that conditions set stay as they are.
+        """
+        space = self.choices.at(points.numbers)
+        bounds = self.bounds
+        for name, limit in space.limits.items():
+            if f"{LIMIT}{name}" not in self.condition_numbers:
+                value = np.asarray(limit.within(space.whole)).item()
+                bounds = bounds.changed(name, LIMITS[name].bound_of(value).item())
+        return replace(self, bounds=bounds)
 
     # --- Designs ----------------------------------------------------------------------------------
 
@@ -346,7 +363,7 @@ def arm_numbers(study: Study, conditions: Space) -> dict[str, Array]:
     """
     numbers: dict[str, Array] = {}
     for axis in conditions.axes:
-        if axis.key not in SAMPLE_AXES:
+        if axis.role != "draw":
             place = int(np.argmin(axis.values))
             least = {key: values[place : place + 1] for key, values in axis.numbers.items()}
             numbers = overlay(numbers, least)
@@ -376,7 +393,7 @@ def question_of(study: Study) -> Question:
         study=study,
         choices=space.choices,
         conditions=space.conditions,
-        bounds=bounds_of(study),
+        bounds=bounds_of(study, space),
         goals=goals_of(study),
         serve=study.serve,
         placement=placement,

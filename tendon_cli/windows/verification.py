@@ -75,9 +75,7 @@ class Verifier:
         if sample is None:
             return None
         others = [
-            _with_inside(question, axis)
-            for axis in question.conditions.axes
-            if axis.key not in SAMPLE_AXES
+            _with_inside(question, axis) for axis in question.conditions.axes if axis.role != "draw"
         ]
         conditions = Space((sample.axis, *others)).grouped()
         return cls(solver.for_question(replace(question, conditions=conditions)), sample)

@@ -6,7 +6,7 @@ import pytest
 import tendon_cli as tendon
 from tendon_cli.cube.choice_grid import position
 from tendon_cli.errors import InputError
-from tendon_cli.studies.spaces import case_axis
+from tendon_cli.studies.spaces import row_axes
 
 STUDY = {
     "arm": {"upper_arm_angle": 0.0},
@@ -65,7 +65,7 @@ def test_conditions_of_people_have_their_bodies():
 
 
 def test_a_name_that_the_axis_does_not_have_has_no_position():
-    axis = case_axis(tendon.study(STUDY))
+    axis = row_axes(tendon.study(STUDY))[0]
     assert position(axis, "d150").tolist() == [1]
     with pytest.raises(InputError) as told:
         position(axis, "d15")

@@ -1,0 +1,582 @@
+"""Reading the rows of a table: headers with units, names, numbers, and columns carried along.
+
+Every fault is collected, with the row and the column in which it stands.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cache
+from typing import Any
+
+import numpy as np
+from pydantic_core import PydanticCustomError
+
+from tendon_cli.errors import Fault
+from tendon_cli.model.body import DIMENSIONS as BODY_DIMENSIONS
+from tendon_cli.model.kinematics import Array
+from tendon_cli.quantities import QUANTITIES
+from tendon_cli.space.axis import NAMED_AXES, CarriedColumn, split_side
+from tendon_cli.studies.contents import keys
+from tendon_cli.studies.design_section import CHOICE_RESULTS
+from tendon_cli.studies.fields import SingleField, hint_at_nearest
+from tendon_cli.studies.magnitude import Slip
+from tendon_cli.studies.model_words import KEYS_OF_WORDS, WORDS_OF
+from tendon_cli.studies.reading_fields import DIMENSIONS as READINGS
+from tendon_cli.studies.row_table import NAME, RowTable, StatedRole, carried_header
+from tendon_cli.units import UNITS, Measure, Unit, described, known_units, shorten, to_float
+
+_MOST_OF_COLUMN = 5
+"""Largest number of faulty cells of a column that are listed."""
+_LONGEST_NAME = 200
+"""Most characters of the name of a row."""
+_NEAR = 0.75
+"""Similarity from which a header is taken for a slip of a key of the study."""
+_HEADER = re.compile(r"^(.*?)\s*(?:[(\[](.*)[)\]])?\s*$", re.DOTALL)
+_NUMBER = re.compile(r"[+-]?([0-9]{1,40}\.?[0-9]{0,40}|\.[0-9]{1,40})([eE][+-]?[0-9]{1,3})?")
+_NUMBERS = re.compile(rf"{_NUMBER.pattern}(?:\n{_NUMBER.pattern})*")
+_NUMBER_AND_UNIT = re.compile(rf"{_NUMBER.pattern}(\s.*)?")
+_OTHER_COLUMNS = (
+    *("design", "direction", "status", "taut", "stable", "feasible", "on_front", "advice"),
+    *("refined", "windows", "weighting", "from_by", "to_by", "between_samples", "choice", "sex"),
+    *("from_condition", "to_condition", "from_direction", "to_direction"),
+    *("from_elbow_angle", "to_elbow_angle", NAME),
+)
+"""Columns of tables that are neither a number of the study nor a quantity of its results."""
+
+
+@cache
+def row_keys() -> tuple[str, ...]:
+    """Return the dotted keys that a row may set, in the order of the schema."""
+    numbers = (key for key in keys() if not key.startswith("motion."))
+    return (*numbers, *KEYS_OF_WORDS)
+
+
+@cache
+def known_columns() -> frozenset[str]:
+    """Return the columns that tables of tendon have whatever a study carries along."""
+    numbers = {key.column for key in keys().values()}
+    results = QUANTITIES.keys() - set(BODY_DIMENSIONS)
+    return frozenset({*numbers, *results, *CHOICE_RESULTS, *_OTHER_COLUMNS, *NAMED_AXES})
+
+
+@dataclass(frozen=True)
+class RowCells:
+    """Cells of a table as they were written, by columns."""
+
+    where: str
+    """Place of the table, for errors: "springs.csv", "table.0"."""
+    header: Sequence[str]
+    """Headers of the columns."""
+    columns: Sequence[Sequence[Any]]
+    """Cells of each column: texts, or numbers of a study; None or "" for an empty cell."""
+    place: Callable[[int], str]
+    """Returns the place of a row, for errors."""
+    header_place: str
+    """Place of the headers, for errors."""
+    are_texts: bool = False
+    """True for a file of text, whose numbers need a unit."""
+
+    def __len__(self) -> int:
+        return len(self.columns[0]) if self.columns else 0
+
+
+@dataclass(frozen=True)
+class _ColumnHeader:
+    """Header of a column: what it names, and the unit in its brackets."""
+
+    text: str
+    """The header as written."""
+    name: str
+    """The header without its unit."""
+    unit: str
+    """Unit in the brackets; empty if there are none."""
+
+    @classmethod
+    def of(cls, text: str) -> _ColumnHeader:
+        """Return the header of a text: its name, and what stands in brackets behind it."""
+        match = _HEADER.match(text.strip())
+        if match is None:
+            return cls(text, text.strip(), "")
+        return cls(text.strip(), match[1].strip(), (match[2] or "").strip())
+
+    @property
+    def column(self) -> str:
+        """Name as that of a column: letters, digits and `_`."""
+        return re.sub(r"\W+", "_", self.name).strip("_")
+
+
+@dataclass
+class RowReader:
+    """Reader of the rows of one table; it collects every fault."""
+
+    key: str
+    """Name of the table."""
+    cells: RowCells
+    needs_names: bool = True
+    """False for a sample, whose rows are numbered."""
+    faults: list[Fault] = field(default_factory=list)
+    """Faults found so far."""
+    slips: list[Slip] = field(default_factory=list)
+    """Values that are far from any arm."""
+    notes: list[str] = field(default_factory=list)
+    """Sentences on headers that may have been meant as keys."""
+
+    def read(self, role: StatedRole | None) -> RowTable:
+        """Return the table; of a faulty one what could be read."""
+        headers = [_ColumnHeader.of(text) for text in self.cells.header]
+        numbers: dict[str, Array] = {}
+        readings: dict[str, str] = {}
+        carried: dict[str, CarriedColumn] = {}
+        names: tuple[str, ...] | None = None
+        seen: dict[str, str] = {}
+        for header, column in zip(headers, self.cells.columns, strict=True):
+            if not header.name:
+                if not all(map(_is_empty, column)):
+                    self._refuse_header(header, "a column without a header", "give it a name")
+                continue
+            if header.name in seen:
+                both = f'"{seen[header.name]}" and "{header.text}"'
+                self._refuse_header(header, f"{header.name} is given twice, {both}", None)
+                continue
+            seen[header.name] = header.text
+            if header.name == NAME:
+                names = self._names(column)
+            elif header.name in KEYS_OF_WORDS:
+                numbers[header.name] = self._words(header, column)
+            elif header.name in row_keys():
+                values, reading = self._numbers(header, column)
+                numbers[header.name] = values
+                if reading:
+                    readings[header.name] = reading
+            elif self._may_be_carried(header):
+                carried[header.column] = self._carried(header, column)
+        if not numbers and not self.faults:
+            self._note_nothing_set(headers)
+        if names is None:
+            names = tuple(map(str, range(1, len(self.cells) + 1)))
+            if self.needs_names:
+                found = shorten(", ".join(self.cells.header), 200)
+                problem = f"no column {NAME}, the headers read: {found}"
+                hint = f"a column {NAME} that tells the rows apart"
+                self.faults.append(Fault(self.cells.header_place, problem, hint))
+        return RowTable(
+            key=self.key,
+            names=names,
+            numbers=numbers,
+            role=role,
+            carried=tuple(carried.values()),
+            readings=readings,
+            slips=tuple(self.slips),
+            where=self.cells.where,
+        )
+
+    # --- Headers ---------------------------------------------------------------------------------
+
+    def _refuse_header(self, header: _ColumnHeader, problem: str, hint: str | None) -> None:
+        place = self.cells.header_place
+        shown = f'"{shorten(header.text)}": ' if header.text else ""
+        self.faults.append(Fault(place, f"{shown}{problem}", hint))
+
+    def _may_be_carried(self, header: _ColumnHeader) -> bool:
+        """Return True for a header that names no key of the study, but a column of its own."""
+        unit = f" ({header.unit})" if header.unit else ""
+        meant = {key.column: path for path, key in keys().items() if path in row_keys()}
+        if header.name in meant:
+            hint = f'did you mean "{meant[header.name]}{unit}"?'
+            self._refuse_header(header, "is not a key of a study, but a column of its tables", hint)
+            return False
+        if "." in header.name:
+            near = hint_at_nearest(header.name, row_keys(), cutoff=0.6)
+            if header.name.startswith("motion."):
+                problem = "is the same for all rows"
+                self._refuse_header(header, problem, f"say {header.name} in the study")
+            elif near is None:
+                tables = "keys such as spring.stiffness (kN/m); other headers have no dot"
+                self._refuse_header(header, "unknown key", tables)
+            else:
+                self._refuse_header(header, "unknown key", near.removesuffix('"?') + f'{unit}"?')
+            return False
+        if not header.column:
+            self._refuse_header(header, "has neither letters nor digits", "give it a name")
+            return False
+        own = f"{self.key}_{header.column}"
+        if own in known_columns():
+            alike = meant.get(own)
+            hint = f'did you mean "{alike}{unit}"?' if alike else "rename the column"
+            self._refuse_header(header, f"would be the column {own}, which tables have", hint)
+            return False
+        return True
+
+    def _note_nothing_set(self, headers: Sequence[_ColumnHeader]) -> None:
+        """Note that the rows set no number of the study, with keys that headers may have meant."""
+        meant = []
+        for header in headers:
+            key = _key_like(header.name)
+            if key is not None:
+                meant.append(f'{key} for "{header.text}"')
+        near = f"; did you mean {' or '.join(meant)}?" if meant else ""
+        self.notes.append(f"{self.cells.where}: its rows set no number of the study{near}")
+
+    # --- Columns ---------------------------------------------------------------------------------
+
+    def _names(self, column: Sequence[Any]) -> tuple[str, ...]:
+        """Return the names of the rows, all different; faulty ones are replaced."""
+        if _are_different_names(column):
+            return tuple(column)
+        rows: dict[str, int] = {}
+        names = []
+        wrong: list[Fault] = []
+        for row, cell in enumerate(column):
+            name = "" if _is_empty(cell) else str(cell).strip()
+            problem = ""
+            hint: str | None = None
+            if not name:
+                problem = "an empty name, expected one for each row"
+            elif len(name) > _LONGEST_NAME or not name.isprintable():
+                problem = f"{described(name)} is no name, expected {_LONGEST_NAME} characters"
+                problem += " at most that can be printed"
+            elif name in rows:
+                problem = f'"{shorten(name)}" is the name of two rows'
+                hint = f"the other is {self.cells.place(rows[name])}"
+            if problem:
+                wrong.append(Fault(f"{self.cells.place(row)}, {NAME}", problem, hint))
+                name = f"row {row + 1}"
+            rows.setdefault(name, row)
+            names.append(name)
+        self._list(wrong, NAME)
+        return tuple(names)
+
+    def _words(self, header: _ColumnHeader, column: Sequence[Any]) -> Array:
+        """Return a column of words of the model as the numbers that they are to it."""
+        words = WORDS_OF[split_side(header.name)[0]]
+        values = np.full(len(column), np.nan)
+        wrong = []
+        for row, cell in enumerate(column):
+            if _is_empty(cell):
+                continue
+            if cell in words:
+                values[row] = words.index(cell)
+                continue
+            expected = " or ".join(f'"{word}"' for word in words)
+            problem = f"{described(cell)} is not possible, expected {expected}"
+            hint = hint_at_nearest(str(cell), words)
+            wrong.append(Fault(self._cell_place(row, header), problem, hint))
+        self._list(wrong, header.text)
+        return values
+
+    def _numbers(self, header: _ColumnHeader, column: Sequence[Any]) -> tuple[Array, str]:
+        """Return a column of numbers in SI, and the dimension in which a reading is stated."""
+        mark = keys()[header.name].number
+        unit = None
+        if header.unit:
+            unit = self._unit(header, mark)
+            if unit is None:
+                return np.full(len(column), np.nan), ""
+        cells = _ColumnCells(mark, unit, are_texts=self.cells.are_texts)
+        if cells.are_si and set(map(type, column)) == {float} and not np.isinf(column).any():
+            values = np.array(column)
+        elif cells.may_be_plain and _are_plain_numbers(column):
+            values = cells.plain_values(column)
+        else:
+            values = self._values(header, column, cells)
+        self._refuse_out_of_bounds(header, mark, column, values, cells)
+        self._note_slips(header, mark, column, values, cells)
+        dimensions = cells.readings
+        if len(dimensions) > 1:
+            self._refuse_header(header, "mixes tensions and torques, expected one of both", None)
+        return values, next(iter(sorted(dimensions)), "")
+
+    def _values(self, header: _ColumnHeader, column: Sequence[Any], cells: _ColumnCells) -> Array:
+        """Return the values of the cells of a column in SI; NaN for an empty or a faulty one."""
+        values = np.full(len(column), np.nan)
+        wrong = []
+        without_unit = 0
+        for row, cell in enumerate(column):
+            if _is_empty(cell):
+                continue
+            try:
+                values[row] = cells.value(cell)
+            except _NoUnitError:
+                without_unit += 1
+            except PydanticCustomError as error:
+                context = error.context or {}
+                place = self._cell_place(row, header)
+                wrong.append(Fault(place, context["problem"], context["hint"]))
+        if without_unit:
+            problem = f"has no unit, and neither have {without_unit:,} of its cells"
+            quantity = cells.mark.quantity
+            units = ", ".join(known_units(quantity.dimension))
+            hint = f'write "{header.name} ({quantity.shown_in})"; units: {units}'
+            self._refuse_header(header, problem, hint)
+        self._list(wrong, header.text)
+        return values
+
+    def _refuse_out_of_bounds(
+        self,
+        header: _ColumnHeader,
+        mark: SingleField,
+        column: Sequence[Any],
+        values: Array,
+        cells: _ColumnCells,
+    ) -> None:
+        """Collect faults of values that are not possible, and make these NaN."""
+        is_word = np.isinf(values)
+        is_wrong = ~is_word & ~np.isnan(values) & ~((mark.low <= values) & (values <= mark.high))
+        wrong = []
+        for row in np.flatnonzero(is_wrong).tolist():
+            try:
+                mark.bounded(cells.measure(column[row]))
+            except PydanticCustomError as error:
+                context = error.context or {}
+                place = self._cell_place(row, header)
+                wrong.append(Fault(place, context["problem"], context["hint"]))
+        values[is_wrong] = np.nan
+        self._list(wrong, header.text)
+
+    def _note_slips(
+        self,
+        header: _ColumnHeader,
+        mark: SingleField,
+        column: Sequence[Any],
+        values: Array,
+        cells: _ColumnCells,
+    ) -> None:
+        """Collect the values of a column that are far from any arm."""
+        low, high = mark.plausible
+        is_far = np.isfinite(values) & (values != 0.0) & ~((low <= values) & (values <= high))
+        for row in np.flatnonzero(is_far).tolist():
+            measure = cells.measure(column[row])
+            written = measure.quoted.strip('"')
+            place = self._cell_place(row, header)
+            where = self.cells.where
+            place = place.removeprefix(f"{where}, ").removeprefix(f"{where}.")
+            self.slips += mark.slips((place, written, measure))
+
+    def _carried(self, header: _ColumnHeader, column: Sequence[Any]) -> CarriedColumn:
+        """Return a column that sets nothing: of numbers if every cell is one, else of text."""
+        if _are_plain_numbers(column):
+            return CarriedColumn(header.column, header.unit, np.array(list(map(float, column))))
+        empty = [_is_empty(cell) for cell in column]
+        given = [cell for cell, is_empty in zip(column, empty, strict=True) if not is_empty]
+        if given and all(map(_is_number, given)):
+            values = np.full(len(column), np.nan)
+            values[~np.array(empty)] = [float(cell) for cell in given]
+            return CarriedColumn(header.column, header.unit, values)
+        texts = ["" if _is_empty(cell) else str(cell) for cell in column]
+        words = tuple(dict.fromkeys(("", *texts)))
+        places = {word: place for place, word in enumerate(words)}
+        positions = np.array([places[text] for text in texts], dtype=np.int64)
+        return CarriedColumn(header.column, header.unit, positions, words)
+
+    def _unit(self, header: _ColumnHeader, mark: SingleField) -> Unit | None:
+        """Return the unit of a header; None if it is none of the number's, which is a fault."""
+        unit = UNITS.get(header.unit)
+        if unit is not None and unit.dimension in mark.dimensions:
+            return unit
+        dimension = mark.quantity.dimension
+        units = known_units(dimension)
+        hint = hint_at_nearest(header.unit, units) or f"units of {dimension}: {', '.join(units)}"
+        problem = f'"{shorten(header.unit)}" is no unit of {dimension}'
+        if dimension == "number":
+            problem = "is a number without a unit, expected nothing in brackets"
+            hint = f'write "{header.name}"'
+        self._refuse_header(header, problem, hint)
+        return None
+
+    def _cell_place(self, row: int, header: _ColumnHeader) -> str:
+        return f"{self.cells.place(row)}, {shorten(header.text)}"
+
+    def _list(self, wrong: list[Fault], column: str) -> None:
+        """Add the faults of a column, of many only the first and their number."""
+        self.faults += wrong[:_MOST_OF_COLUMN]
+        if len(wrong) > _MOST_OF_COLUMN:
+            more = len(wrong) - _MOST_OF_COLUMN
+            cells = "1 more cell" if more == 1 else f"{more:,} more cells"
+            self.faults.append(Fault(f"{self.cells.where}, {column}", f"and {cells} at fault"))
+
+
+class _NoUnitError(Exception):
+    """A cell is a number of which neither the cell nor the header says the unit."""
+
+
+@dataclass
+class _ColumnCells:
+    """Numbers of one column, exact in the unit of its header or in their own."""
+
+    mark: SingleField
+    """Mark of the number."""
+    unit: Unit | None
+    """Unit of the header; None if each cell has its own."""
+    are_texts: bool
+    """True if a number without a unit is not taken as SI."""
+    readings: set[str] = field(default_factory=set)
+    """Dimensions in which readings of a gauge are stated."""
+
+    def __post_init__(self) -> None:
+        self._known: dict[Any, float] = {}
+        self._shift = None if self.unit is None else _power_of_ten(self.unit.factor)
+        self._has_unit = self.mark.quantity.dimension != "number"
+        if self.unit is not None:
+            self._note_reading(self.unit.dimension)
+
+    @property
+    def are_si(self) -> bool:
+        """True if a cell that is a number without a unit is in SI."""
+        is_angle = self.mark.quantity.dimension == "angle"
+        return self.unit is None and not self.are_texts and not is_angle
+
+    @property
+    def may_be_plain(self) -> bool:
+        """True if plain numbers are in a unit that is a power of ten times that of SI."""
+        return not self._has_unit or self._shift is not None
+
+    def plain_values(self, column: Sequence[str]) -> Array:
+        """Return the values of a column of plain numbers in SI, (rows,)."""
+        if not self._shift:
+            return np.array(list(map(float, column)))
+        return np.array([_shifted(text, self._shift) for text in column])
+
+    def value(self, cell: Any) -> float:
+        """Return the value of a cell in SI.
+
+        Raises:
+            PydanticCustomError: The cell holds no number of this dimension.
+            _NoUnitError: Nothing says its unit.
+        """
+        known = self._known.get(cell)
+        if known is None:
+            known = self._read(cell)
+            self._known[cell] = known
+        return known
+
+    def _read(self, cell: Any) -> float:
+        if cell == self.mark.word and cell is not None:
+            return math.inf
+        if self.unit is not None and self._shift is not None:
+            text = _number_text(cell)
+            if text is not None:
+                return _shifted(text, self._shift)
+        return self.measure(cell).si
+
+    def measure(self, cell: Any) -> Measure:
+        """Return a cell as a number with its unit; raises as `value` does."""
+        text = _number_text(cell)
+        if text is not None and self.unit is not None:
+            return Measure(text, self.unit)
+        if text is not None and self._has_unit and self.are_texts:
+            raise _NoUnitError
+        measure = self.mark.measure(cell)
+        if isinstance(cell, str):
+            self._note_reading(measure.unit.dimension)
+        return measure
+
+    def _note_reading(self, dimension: str) -> None:
+        if self.mark.dimensions == READINGS:
+            self.readings.add(dimension)
+
+
+def _are_different_names(cells: Sequence[Any]) -> bool:
+    """Return True if all cells are good names of rows, and all different."""
+    if set(map(type, cells)) != {str} or len(set(cells)) < len(cells):
+        return False
+    is_long = max(map(len, cells)) > _LONGEST_NAME
+    has_spaces = any(cell.strip() != cell or not cell for cell in cells)
+    return not (is_long or has_spaces) and "".join(cells).isprintable()
+
+
+def _are_plain_numbers(cells: Sequence[Any]) -> bool:
+    """Return True if all cells are texts of plain numbers, in one look at all of them."""
+    if set(map(type, cells)) != {str}:
+        return False
+    return _NUMBERS.fullmatch("\n".join(cells)) is not None
+
+
+def _power_of_ten(factor: Fraction) -> int | None:
+    """Return the exponent of a factor that is a power of ten; None for any other."""
+    exponent = round(math.log10(to_float(factor)))
+    return exponent if factor == Fraction(10) ** exponent else None
+
+
+def _shifted(text: str, exponent: int) -> float:
+    """Return a number times a power of ten, rounded once."""
+    mantissa, _, power = text.lower().partition("e")
+    return float(f"{mantissa}e{int(power or 0) + exponent}")
+
+
+def _number_text(cell: Any) -> str | None:
+    """Return the digits of a cell that is a plain number; None for any other."""
+    if isinstance(cell, bool):
+        return None
+    if isinstance(cell, (int, float)):
+        return repr(cell) if math.isfinite(cell) else None
+    text = str(cell).strip()
+    return text if _NUMBER.fullmatch(text) else None
+
+
+def _is_number(cell: Any) -> bool:
+    """Return True for a cell that is a plain number."""
+    return _number_text(cell) is not None
+
+
+def _is_empty(cell: Any) -> bool:
+    """Return True for a cell that holds nothing, as a spreadsheet or a DataFrame has it."""
+    if isinstance(cell, str):
+        return not cell.strip()
+    return cell is None or (isinstance(cell, float) and math.isnan(cell))
+
+
+def _key_like(name: str) -> str | None:
+    """Return the key of a study whose last part is a header, such as "stiffness"; None if none."""
+    plain = name.lower().replace(" ", "_")
+    return next((key for key in row_keys() if key.rpartition(".")[2] == plain), None)
+
+
+def texts_with_points(texts: list[str], separator: str) -> list[str]:
+    """Return the texts of a column of a CSV, in which a comma between digits is decimal.
+
+    Commas are decimal unless they separate cells; texts that are no numbers stay as they are.
+    """
+    if separator == ",":
+        return texts
+    with_points = (text.replace(",", ".") for text in texts)
+    return [
+        plain if _NUMBER_AND_UNIT.fullmatch(plain) else text
+        for plain, text in zip(with_points, texts, strict=True)
+    ]
+
+
+def carried_faults(tables: Sequence[RowTable]) -> list[Fault]:
+    """Return faults of columns that tables carry: names that exist, and sums of different units."""
+    faults = []
+    columns: dict[str, str] = {table.key: table.where for table in tables}
+    sums: dict[str, tuple[RowTable, CarriedColumn]] = {}
+    for at, table in enumerate(tables):
+        if table.key in [other.key for other in tables[:at]]:
+            problem = f'"{table.key}" is the name of two tables, expected each name once'
+            faults.append(Fault(table.where, problem))
+        for column in table.carried:
+            header = f'{table.where}: "{carried_header(column)}"'
+            own = f"{table.key}_{column.name}"
+            if own in columns:
+                problem = f"would be the column {own}, which {columns[own]} gives, too"
+                faults.append(Fault(header, problem, "rename one of them"))
+            columns[own] = table.where
+            if column.words:
+                continue
+            if column.name in known_columns() or column.name in columns:
+                path = next((path for path, key in keys().items() if key.column == column.name), "")
+                hint = f'did you mean "{path}"?' if path else "rename the column"
+                problem = f"would be summed as {column.name}, which is a column of its own"
+                faults.append(Fault(header, problem, hint))
+                continue
+            first = sums.setdefault(column.name, (table, column))
+            if first[1].unit != column.unit:
+                other = f'{first[0].where} "{carried_header(first[1])}"'
+                problem = f"cannot be added to {other}: their units differ"
+                faults.append(Fault(header, problem, "give both the same unit, or another name"))
+    return faults

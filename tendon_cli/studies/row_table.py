@@ -1,0 +1,136 @@
+"""Rows of a study that each set several numbers: cases, catalogues, prototypes, samples."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+
+from tendon_cli.model.kinematics import Array
+from tendon_cli.space.axis import CASE_AXIS, CarriedColumn
+from tendon_cli.studies.contents import case_numbers, keys
+from tendon_cli.studies.magnitude import Slip
+from tendon_cli.studies.model_words import WORDS_OF, numbers_of_words
+from tendon_cli.studies.parts import Part
+from tendon_cli.studies.values import RIGID
+
+StatedRole = Literal["choice", "condition", "draw"]
+"""Role of the rows of a table for a designer, as a study states it."""
+NAME = "name"
+"""Header of the column with the names of the rows."""
+
+
+@dataclass(frozen=True, eq=False)
+class RowTable:
+    """Rows with names, each of which sets several numbers of a study together."""
+
+    key: str
+    """Name of the table, of its axis and of the column that says which row."""
+    names: tuple[str, ...]
+    """Names of the rows, all different."""
+    numbers: Mapping[str, Array]
+    """Numbers that the rows set, (rows,) each, by dotted key, SI; NaN in a row without one."""
+    role: StatedRole | None = None
+    """Role as the study states it; None if it leaves it open."""
+    carried: tuple[CarriedColumn, ...] = ()
+    """Columns that set no number of the study."""
+    readings: Mapping[str, str] = field(default_factory=dict)
+    """Dimension in which the pretensions of the table are stated, by dotted key."""
+    slips: tuple[Slip, ...] = ()
+    """Values that are far from any arm."""
+    where: str = ""
+    """Place of the table, for errors: "springs.csv", "table.0"."""
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    @classmethod
+    def of_cases(cls, cases: tuple[Part, ...]) -> RowTable:
+        """Return the table of a study's `[[cases]]`, which may set words of the model, too."""
+        rows = [case_numbers(case) | numbers_of_words(case) for case in cases]
+        keys_set = dict.fromkeys(key for row in rows for key in row)
+        numbers = {key: np.array([row.get(key, np.nan) for row in rows]) for key in keys_set}
+        names = tuple(str(getattr(case, NAME, "")) for case in cases)
+        return cls(CASE_AXIS, names, numbers, "condition", where="cases")
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Dotted keys of the numbers that its rows set."""
+        return tuple(self.numbers)
+
+    @property
+    def is_of_cases(self) -> bool:
+        """True for the cases of a study."""
+        return self.key == CASE_AXIS
+
+    @property
+    def places(self) -> Iterator[tuple[str, str]]:
+        """Places of its numbers for errors, with their keys: those of cases one by one."""
+        for key, values in self.numbers.items():
+            if self.is_of_cases:
+                for row in np.flatnonzero(~np.isnan(values)).tolist():
+                    yield f"cases.{row}.{key}", key
+            else:
+                yield f"{self.where}: {key}", key
+
+    def document(self) -> dict[str, Any]:
+        """Return the table as a study file may have it, by columns, in SI."""
+        return self._document
+
+    @cached_property
+    def _document(self) -> dict[str, Any]:
+        columns: dict[str, Any] = {NAME: list(self.names)}
+        for key, values in self.numbers.items():
+            header, cells = _cells_of(key, values, self.readings.get(key))
+            columns[header] = cells
+        for column in self.carried:
+            columns[carried_header(column)] = carried_cells(column)
+        role = {} if self.role is None else {"role": self.role}
+        return {"name": self.key, **role, "rows": columns}
+
+
+def _cells_of(key: str, values: Array, reading: str | None) -> tuple[str, list[Any]]:
+    """Return the header and the cells of a column of numbers or words, in SI.
+
+    Args:
+        key: Dotted key of the number.
+        values: Its values.
+        reading: Dimension in which a pretension is stated; None for any other number.
+    """
+    words = next((of_key for common, of_key in WORDS_OF.items() if is_of_key(key, common)), None)
+    if words is not None:
+        return key, [None if np.isnan(value) else words[int(value)] for value in values]
+    cells: list[Any] = values.tolist()
+    if not np.isfinite(values).all():
+        cells = [RIGID if value == np.inf else _or_none(value) for value in cells]
+    unit = {"force": "N", "torque": "N m"}.get(reading or "")
+    if key in keys() and keys()[key].number.quantity.dimension == "angle":
+        unit = "rad"
+    return (key if unit is None else f"{key} ({unit})"), cells
+
+
+def is_of_key(key: str, common: str) -> bool:
+    """Return True if a key is a common one, or that of one of its sides."""
+    table, _, name = common.rpartition(".")
+    return key.startswith(f"{table}.") and key.endswith(f".{name}")
+
+
+def carried_header(column: CarriedColumn) -> str:
+    """Return the header of a carried column, with its unit if it has one."""
+    return f"{column.name} ({column.unit})" if column.unit else column.name
+
+
+def carried_cells(column: CarriedColumn) -> list[Any]:
+    """Return the cells of a carried column; None for a cell without a number."""
+    if column.words:
+        return [column.words[place] for place in column.values.tolist()]
+    return [_or_none(value) for value in column.values.tolist()]
+
+
+def _or_none(value: float) -> float | None:
+    """Return a number; None if it is not one."""
+    return None if math.isnan(value) else value

@@ -1,0 +1,149 @@
+"""Bad tables: every fault at once, with row and column, what was expected and what helps."""
+
+from __future__ import annotations
+
+import pytest
+
+import tendon_cli as tendon
+from tendon_cli.errors import InputError, StudyError
+
+BAD = """\
+name,spring.stifness (kN/m),spring.stiffness (kN/m),spool.ratio,arm.b1,\
+tendon.diameter (kg),load_mass (kg)
+S1,1,-3,0.6,120,5,1
+,1,3,abc,120,5,1
+S1,1,3 kN/m,=1+2,130,5,x
+S4,1,4,0.5,130,5,<script>alert(1)</script>
+"""
+OF_BAD = [
+    ("line 3, name", "an empty name"),
+    ("line 4, name", '"S1" is the name of two rows', "line 2"),
+    ("line 1", "spring.stifness", 'did you mean "spring.stiffness (kN/m)"'),
+    ("line 2, spring.stiffness", "-3 kN/m is impossible"),
+    ("line 3, spool.ratio", '"abc"'),
+    ("line 4, spool.ratio", '"=1+2"'),
+    ("line 1", '"arm.b1": has no unit', 'write "arm.b1 (mm)"'),
+    ("line 1", '"kg" is no unit of length'),
+    ("line 1", '"load_mass (kg)"', 'did you mean "load.mass (kg)"'),
+]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def faults_of(error, *content, **study):
+    with pytest.raises(error) as caught:
+        tendon.study({"table": list(content), **study})
+    return str(caught.value)
+
+
+def of_file(name="springs.csv", **more):
+    return {"name": "spring", "file": name, **more}
+
+
+def test_all_faults_of_a_file_are_said_at_once(folder):
+    (folder / "springs.csv").write_text(BAD)
+    text = faults_of(InputError, of_file())
+    for words in OF_BAD:
+        line = [line for line in text.splitlines() if all(word in line for word in words)]
+        assert line, words
+        assert "springs.csv" in line[0]
+
+
+def test_faults_of_the_study_stand_beside_those_of_the_file(folder):
+    (folder / "springs.csv").write_text(BAD)
+    motor = {"name": "motor", "rows": [{"name": "M", "spool.ratio": 0.6}]}
+    text = faults_of(StudyError, of_file(), motor, load={"mass": "3 N"})
+    assert "load.mass" in text
+    assert 'the table "motor" sets spool.ratio, but so does the table spring' in text
+    assert text.count("springs.csv, line") >= len(OF_BAD)
+
+
+@pytest.mark.parametrize(
+    ("study", "other"),
+    [
+        ({"spring": {"stiffness": ["1 kN/m", "2 kN/m"]}}, "is an axis"),
+        ({"spring": {"stiffness": "3 kN/m +/- 0.2 kN/m"}}, "is uncertain"),
+        ({"cases": [{"name": "a", "spring": {"stiffness": "4 kN/m"}}]}, "so do the cases"),
+    ],
+)
+def test_a_number_that_something_else_sets_is_refused_with_both_places(study, other):
+    table = {"name": "part", "rows": [{"name": "A", "spring.stiffness": "3 kN/m"}]}
+    text = faults_of(StudyError, table, **study)
+    assert "table.0" in text
+    assert 'the table "part" sets spring.stiffness' in text
+    assert other in text
+
+
+def test_the_command_line_is_a_place_too(folder):
+    (folder / "springs.csv").write_text("name,spool.ratio\nA,0.6\n")
+    (folder / "study.toml").write_text('[[table]]\nname = "part"\nfile = "springs.csv"\n')
+    with pytest.raises(StudyError, match=r"--set spool\.ratio does, too"):
+        tendon.load_study("study.toml", ["spool.ratio=0.7"])
+    with pytest.raises(StudyError, match=r"spool\.ratio"):
+        tendon.load_study("study.toml").vary(**{"spool.ratio": 0.7})
+
+
+@pytest.mark.parametrize(
+    ("table", "problem"),
+    [
+        ({"name": "load_mass", "rows": [{"name": "A", "spool.ratio": 0.6}]}, "is a column"),
+        ({"name": "two words", "rows": [{"name": "A", "spool.ratio": 0.6}]}, "no name of a table"),
+        ({"rows": [{"name": "A", "spool.ratio": 0.6}]}, "is missing"),
+        ({"name": "a"}, "has no rows"),
+        ({"name": "a", "rows": []}, "at least one row"),
+        ({"name": "a", "rows": [{"spool.ratio": 0.6}]}, "no column name"),
+        ({"name": "a", "file": "none.csv"}, "there is no file"),
+        ({"name": "a", "rows": [{"name": "A", "motion.speed": "9 deg/s"}]}, "same for all rows"),
+        ({"name": "spring", "rows": [{"name": "A", "stiffness": 3}]}, "spring_stiffness"),
+        ({"name": "a", "rows": [{"name": "A", "friction": 3}]}, "sheath.friction"),
+        (
+            {"name": "a", "rows": [{"name": "A", "spring.stiffness": "8000000 kN/m"}]},
+            "far from any arm",
+        ),
+        ({"name": "a", "rows": [{"name": "A", "arm.upper_arm_angle": 3}]}, "degrees or radians"),
+        ({"name": "a", "rows": {"name": ["A"], "spool.ratio": [1, 2]}}, "same number in all"),
+        ({"name": "a", "rows": [{"name": "A", "spring.at": "knee"}]}, '"joint" or "motor"'),
+    ],
+)
+def test_a_bad_table_says_what_helps(folder, table, problem):
+    assert problem in faults_of((StudyError, InputError), table)
+
+
+def test_sums_of_different_units_name_both_headers():
+    first = {"name": "a", "rows": [{"name": "A", "spool.ratio": 0.6, "price (EUR)": 3}]}
+    second = {"name": "b", "rows": [{"name": "B", "spool.flexor_radius": 0.03, "price ($)": 4}]}
+    text = faults_of(StudyError, first, second)
+    assert '"price (EUR)"' in text
+    assert '"price ($)"' in text
+
+
+def test_too_many_rows_are_refused_before_they_are_read(folder, monkeypatch):
+    monkeypatch.setattr("tendon_cli.studies.attachments.MOST_ROWS", 1000)
+    monkeypatch.setattr("tendon_cli.files._CHUNK", 64)
+    rows = "x,not a number\n" * 2000
+    (folder / "springs.csv").write_text(f"name,spool.ratio\n{rows}")
+    text = faults_of(StudyError, of_file())
+    assert "more than 1,000 lines" in text
+    assert "not a number" not in text
+
+
+def test_formulas_and_scripts_that_are_carried_are_text(folder):
+    cells = ['=HYPERLINK("http://x")', "<script>alert(1)</script>", "@SUM(A1)"]
+    rows = {"name": list("abc"), "spool.ratio": [0.6, 0.7, 0.8], "supplier": cells}
+    study = tendon.study({"table": [{"name": "part", "rows": rows}]})
+    assert list(tendon.sweep(study).designs.part_supplier) == cells
+
+
+def test_a_file_of_a_german_spreadsheet_is_read(folder):
+    (folder / "springs.csv").write_bytes(
+        "name;spring.stiffness (kN/m);Preis (EUR);Lieferant\r\nS1;1,5;9,5;Müller\r\n".encode(
+            "latin-1"
+        )
+    )
+    table = tendon.study({"table": [of_file()]}).row_tables[0]
+    assert table.numbers["spring.stiffness"].tolist() == [1500.0]
+    assert [column.text(0) for column in table.carried] == ["9.5 EUR", "Müller"]
