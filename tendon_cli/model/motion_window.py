@@ -295,6 +295,8 @@ class Search:
             rows: Designs whose windows are moved.
             upper: True for upper ends.
         """
+        if not len(rows):
+            return
         name = "high" if upper else "low"
         search = self if len(rows) == self.count else self.select(rows)
         inside = np.maximum(getattr(window, name)[rows], 0.0)
