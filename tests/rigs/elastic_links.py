@@ -158,7 +158,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class History:
-    """What a rig did along its motion; all arrays are (samples,).
+    """Course of a rig along its motion; all arrays are (samples,).
 
     Attributes:
         time: Instants, s.
@@ -205,7 +205,7 @@ class History:
 
 @dataclass(frozen=True)
 class Demand:
-    """What the joints ask of the cables, over all samples or at one instant.
+    """Demand of the joints on the cables, over all samples or at one instant.
 
     Cables stand for all flexors first, then for all extensors (2 rigs, …). A last axis of samples
     is there only in what `make_demand` returns.

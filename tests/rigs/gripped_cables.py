@@ -13,7 +13,7 @@ tension to the higher one. Nothing depends on rates.
 From one instant to the next the ends move, and each node either stays where it was or slips one
 way: a complementarity problem per cable. It is solved exactly: with every node's state given,
 the positions solve a tridiagonal system; states that contradict the outcome are changed, until
-none does (`next_states`). All cables are solved as one banded system.
+none does (`move_cables`). All cables are solved as one banded system.
 """
 
 from __future__ import annotations
@@ -32,6 +32,12 @@ TOWARD_ELBOW = -1
 
 MOST_ROUNDS = 4000
 """Changes of states after which the nodes count as not solvable."""
+
+ROUNDS_OF_GUESS = 2
+"""Rounds after which a cable starts anew from the fronts at its ends."""
+
+ROUNDS_OF_CORRECTION = 14
+"""Rounds after which states are improved in the way that is sure to end."""
 
 TOLERANCE = 1e-13
 """Way by which a choice must be better than the one that stands, m."""
@@ -167,6 +173,20 @@ def solve_positions(
     return solved[:, 0].reshape(state.shape), solved[:, 1].reshape(state.shape)
 
 
+def corrected_states(
+    state: NDArray[np.int8], moved: Array, to_motor: Array, to_elbow: Array
+) -> NDArray[np.int8]:
+    """Return states with every contradiction mended by itself; quick, but it may go in circles.
+
+    A node that slipped against its direction sticks; one that sticks beyond its limit slips.
+    Arguments as `next_states` has them.
+    """
+    sticks = state == STICKS
+    new = np.where(moved * state < -TOLERANCE, STICKS, state)
+    new = np.where(sticks & (to_motor < -TOLERANCE), TOWARD_MOTOR, new)
+    return np.where(sticks & (to_elbow > TOLERANCE), TOWARD_ELBOW, new).astype(np.int8)
+
+
 def next_states(
     state: NDArray[np.int8], moved: Array, to_motor: Array, to_elbow: Array
 ) -> NDArray[np.int8]:
@@ -198,6 +218,55 @@ def next_states(
     least = np.minimum(moved, to_motor)
     larger = np.where(to_elbow + gain > least, TOWARD_ELBOW, smaller)
     return np.where(has_settled[:, None], larger, improved).astype(np.int8)
+
+
+def front_from_end(
+    position: Array, end: Array, compliance: Array, natural: Array, grip: Array
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the direction and the number of nodes that slip from one end of each cable.
+
+    The end pulls or pays out, and nodes slip one after the other, all at their limit, up to the
+    first that can hold the rest. All fronts are tried at once: with the first j nodes slipping
+    the tensions of links 0 … j form a geometric series, whose stretch is known.
+
+    Args:
+        position: Positions before, counted toward this end, nearest node first (cables, nodes), m.
+        end: Position of the end (cables,), m.
+        compliance: Of each link, nearest first (cables, nodes + 1), m/N.
+        natural: Stretch of each link at zero positions (cables, nodes + 1), m.
+        grip: μφ/n of each cable (cables,).
+    """
+    inner = (position[:, :-1] - position[:, 1:] + natural[:, 1:-1]) / compliance[:, 1:-1]
+    stretch = end[:, None] - position + np.cumsum(natural[:, :-1], axis=1)
+    first = stretch[:, 0] / compliance[:, 0]
+    direction = np.sign(first - inner[:, 0]).astype(np.intp)
+    ratio = np.exp(grip * direction)[:, None]
+    powers = ratio ** np.arange(position.shape[1])
+    series = powers * np.cumsum(compliance[:, :-1] / powers, axis=1)
+    at_front = (stretch / series)[:, :-1]
+    holds = np.where(direction[:, None] > 0, at_front <= ratio * inner, at_front >= ratio * inner)
+    slipping = np.where(holds.any(axis=1), holds.argmax(axis=1), position.shape[1])
+    return direction, slipping
+
+
+def guess_states(
+    cables: Cables, before: Array, grip: Array, motor_end: Array, elbow_end: Array
+) -> NDArray[np.int8]:
+    """Guess the states of nodes from the fronts that start at both ends (cables, nodes)."""
+    if cables.nodes < 2:
+        return np.zeros(before.shape, dtype=np.int8)
+    winds, from_motor = front_from_end(before, motor_end, cables.compliance, cables.natural, grip)
+    yields, from_elbow = front_from_end(
+        -before[:, ::-1],
+        -elbow_end,
+        cables.compliance[:, ::-1],
+        cables.natural[:, ::-1],
+        grip,
+    )
+    place = np.arange(cables.nodes)
+    state = np.where(place < from_motor[:, None], winds[:, None], STICKS)
+    slips = cables.nodes - place <= from_elbow[:, None]
+    return np.where(slips & (state == STICKS), -yields[:, None], state).astype(np.int8)
 
 
 def move_cables(
@@ -236,10 +305,14 @@ def move_cables(
     result.state[is_slack] = STICKS
     rows = np.flatnonzero(~is_slack)
     factor = np.exp(grip)
-    for _ in range(MOST_ROUNDS):
+    for trial in range(MOST_ROUNDS):
         if not len(rows):
             return result
         part = cables.select(rows)
+        if trial == ROUNDS_OF_GUESS:
+            result.state[rows] = guess_states(
+                part, before.position[rows], grip[rows], motor_end[rows], elbow_end[rows]
+            )
         position, slope = solve_positions(
             part,
             before.position[rows],
@@ -251,7 +324,8 @@ def move_cables(
         tension = link_tensions(part, position, motor_end[rows], elbow_end[rows])
         ratio = factor[rows][:, None]
         toward_motor = part.compliance[:, :-1]
-        states = next_states(
+        improve = corrected_states if trial < ROUNDS_OF_CORRECTION else next_states
+        states = improve(
             result.state[rows],
             position - before.position[rows],
             toward_motor * (ratio * tension[:, 1:] - tension[:, :-1]),
