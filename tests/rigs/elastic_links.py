@@ -421,6 +421,11 @@ def find_spool_angle(
     raise RuntimeError(f"no spool angle balances rigs {rows.tolist()}")
 
 
+def has_turned(before: Gripped, after: Gripped) -> NDArray[np.bool_]:
+    """Return True for each rig some of whose nodes have changed their states (rigs,)."""
+    return (before.state != after.state).any(axis=1).reshape(2, -1).any(axis=0)
+
+
 def settle(
     spooled: Spooled, before: Gripped, demand: Demand, angle: Array, guess: Array
 ) -> tuple[Array, Gripped]:
@@ -445,7 +450,9 @@ def settle(
     softness = spooled.cables.compliance.sum(axis=1)
     stiffness = (demand.arm * spooled.spool / softness).reshape(2, -1).sum(axis=0)
     turn = np.abs(new_angle - angle) * stiffness
-    rows = np.flatnonzero(turn > BALANCE_TOLERANCE)
+    rows = np.flatnonzero((turn > BALANCE_TOLERANCE) & has_turned(before, after))
+    if not len(rows):
+        return new_angle, after
     both = both_sides(rows, rigs)
     asked = demand.select(rows)
     held = spooled.select(rows).move(before.select(both), after.state[both], asked, angle[rows])
@@ -489,8 +496,7 @@ def step(
     motor_work = mean_torque * (new_angle - angle)
     lost = friction_work(before, after).reshape(2, -1).sum(axis=0)
 
-    changes = (before.state != after.state).any(axis=1).reshape(2, -1).any(axis=0)
-    rows = np.flatnonzero(changes)
+    rows = np.flatnonzero(has_turned(before, after))
     if not len(rows):
         return new_angle, after, motor_work, lost
     both = both_sides(rows, rigs)
