@@ -115,7 +115,7 @@ class Course:
         motor_torque: Torque of the motor, N m.
         spool_angle: Spool's angle since the set-up, rad.
         slides: 1 where both sheaths slide as when the spool winds the flexor, -1 where they
-            slide the other way, 0 where some node does otherwise.
+            slide the other way, 0 where some node does otherwise; at rest as they last slid.
         is_slack: True where a tendon is slack.
         lost: Work of friction over the cycle, J.
         work: Work of the motor over the cycle, J.
@@ -157,9 +157,9 @@ class RandomCase:
 
     @property
     def highest_frequency(self) -> float:
-        """Highest frequency of the motion that matters, Hz; of reaches, from their duration."""
+        """Highest frequency of the motion that matters, Hz; of reaches, two in a reach."""
         if isinstance(self.joint, Reaches):
-            return self.joint.frequency / self.joint.share
+            return 4.0 * self.joint.frequency / self.joint.share
         return self.joint.frequency * len(self.joint.amplitudes)
 
     def motion(self, cycles: int = CYCLES, samples: int = SAMPLES) -> Motion:
@@ -194,10 +194,18 @@ class RandomCase:
         is_this = (kept["kind"] == kind) & (kept["seed"] == self.seed)
         return int(np.flatnonzero(is_this)[0])
 
-    def study(self, folder: Path, cycles: int = 5, samples: int = 100) -> dict[str, Any]:
+    def study(
+        self, folder: Path, cycles: int = 5, samples: int = 240, cutoff: float = 4.0
+    ) -> dict[str, Any]:
         """Write trajectory and task as CSV files; return a study that names them.
 
         The record has whole cycles from time 0 on. Every number is a string with a unit.
+
+        Args:
+            folder: Folder of the CSV files.
+            cycles: Cycles of the record.
+            samples: Rows of a cycle; a multiple of `KEPT` has those of `course` among them.
+            cutoff: Cutoff of the low-pass over the highest frequency of the motion.
         """
         motion = self.motion(cycles, samples)
         trajectory = folder / "trajectory.csv"
@@ -205,7 +213,7 @@ class RandomCase:
         study = study_numbers(self.suit)
         study["name"] = f"{self.kind.replace(' ', '-').replace(chr(39), '')}-{self.seed}"
         study["motion"]["trajectory"] = str(trajectory)
-        study["motion"]["cutoff"] = f"{4.0 * self.highest_frequency:.6g} Hz"
+        study["motion"]["cutoff"] = f"{cutoff * self.highest_frequency:.6g} Hz"
         if self.task:
             task = folder / "task.csv"
             write_table(task, "time (s),torque (N m)", motion.time, motion.task)
