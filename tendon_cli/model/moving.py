@@ -26,6 +26,7 @@ from tendon_cli.model.sliding import (
     Turns,
     against,
     in_play,
+    not_past,
     slack_passes,
     spool_turns,
 )
@@ -103,19 +104,27 @@ class Moving:
         """Direction in which the tendons slide, (designs, samples), and their turns."""
         angle = self._spool_angle
         mean = self._flat(0.5 * (angle[..., :1, :] + angle[..., 1:, :]))
-        tensions = self.candidates.balance.flexor, self.candidates.balance.extensor
+        return spool_turns(mean, self._play)
 
-        def play(designs: Rows, samples: Rows) -> Array:
-            """Return the larger play of both tendons and candidates, rad."""
-            largest = np.zeros(samples.shape)
-            for tension, side in zip(tensions, self._turns_of_sides, strict=True):
-                for direction in (0, 1):
-                    force = self._pick(tension, designs, direction, samples)
-                    per_newton = self._pick(side.turn, designs, direction, samples)
-                    largest = np.fmax(largest, force * per_newton)
-            return largest
+    def _play(self, designs: Rows, samples: Rows) -> Array:
+        """Return the larger play of both tendons and candidates, rad."""
+        at = self.candidates.balance
+        largest = np.zeros(samples.shape)
+        for tension, side in zip((at.flexor, at.extensor), self._turns_of_sides, strict=True):
+            for direction in (0, 1):
+                force = self._pick(tension, designs, direction, samples)
+                per_newton = self._pick(side.turn, designs, direction, samples)
+                largest = np.fmax(largest, force * per_newton)
+        return largest
 
-        return spool_turns(mean, play)
+    @property
+    def _largest_play(self) -> Array:
+        """Largest play of each design at the start of the motion and at its turns, rad."""
+        flexion, turns = self._sliding
+        designs = np.arange(len(flexion))
+        largest = self._play(designs, np.zeros_like(designs))
+        np.maximum.at(largest, turns.design, turns.play)
+        return largest
 
     @cached_property
     def flexion(self) -> Flags:
@@ -169,8 +178,9 @@ class Moving:
         start = self._pick(self._spool_angle, turns.design, before, turns.sample)
         spool_angle = self._flat(_choose(self._spool_angle, self.flexion))
         passing = slack_passes(self._flat(held.status))
-        turning = passing | against(self._ends_of_tendons(), flexion)
-        turning |= in_play(spool_angle, flexion, turns, start)
+        goes_back = against(self._ends_of_tendons(), flexion)
+        turning = passing | goes_back | in_play(spool_angle, flexion, turns, start)
+        turning |= not_past(spool_angle, flexion, turns, goes_back, self._largest_play)
         return Sliding(
             flexion=self.flexion,
             turning=self._of_states(turning),
