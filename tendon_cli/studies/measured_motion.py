@@ -10,7 +10,7 @@ import numpy as np
 from tendon_cli.errors import Fault
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.trajectory import Trajectory
-from tendon_cli.studies.angle_curves import CurveTable
+from tendon_cli.studies.angle_curves import CurveTable, task_note
 from tendon_cli.units import shorten
 
 CUTOFF = 6.0
@@ -18,6 +18,9 @@ CUTOFF = 6.0
 REVERSAL = math.radians(1.0)
 """Smallest turn back that counts as a reversal if a study states none, rad: noise is smaller."""
 _ORDER = 2  # of the low-pass
+_MOST_PARTS = 50
+"""Most parts of a step of the motion in which a torque over time is smoothed."""
+_ROUNDING = 1e-6  # of a ratio of steps
 _LARGEST_GAP = 5.0  # median steps; a longer one between samples is a warning
 
 
@@ -51,6 +54,29 @@ def trajectory_of(motion: Any) -> Trajectory | None:
     jerk = np.gradient(acceleration, step)
     reversal = REVERSAL if motion.reversal is None else float(motion.reversal.single)
     return Trajectory(time, angle, np.array([speed, acceleration, jerk]), reversal)
+
+
+def torque_at_samples(task: CurveTable, time: Array, cutoff: float) -> Array:
+    """Return the torque of a task at the samples of a motion (K,), smoothed as its angles are, N m.
+
+    The torque is a straight line between its rows. It is smoothed on steps at least as short as its
+    own, so that a force plate that is read faster than the joint adds nothing false, and keeps its
+    first and last value beyond them.
+
+    Args:
+        task: The torque over time, on the clock of the motion.
+        time: Equally spaced times of the samples, (K,), s.
+        cutoff: Cutoff of the low-pass, Hz.
+    """
+    from scipy import signal  # only a torque over time pays for its import
+
+    step = float(time[1] - time[0])
+    own_step = float(np.median(np.diff(task.times)))
+    parts = min(max(1, math.ceil(step / own_step - _ROUNDING)), _MOST_PARTS)
+    fine = np.linspace(time[0], time[-1], parts * (len(time) - 1) + 1)
+    torque = np.interp(fine, task.times, task.columns["torque"])
+    low_pass = signal.butter(_ORDER, cutoff, fs=parts / step)
+    return np.asarray(signal.filtfilt(*low_pass, torque)[::parts])
 
 
 def at_times(trajectory: Trajectory, time: Array) -> Trajectory:
@@ -116,6 +142,8 @@ def facts_of(motion: Any, where: str) -> dict[str, Any]:
         f"(rms); the largest speed is {speed:.4g} deg/s, "
         f"the largest acceleration {acceleration:.4g} rad/s²"
     )
+    if "torque" in table.columns:
+        note += f"; {task_note(table)}"
     warnings = []
     gap = int(np.argmax(steps))
     if steps[gap] > _LARGEST_GAP * np.median(steps):
