@@ -209,10 +209,14 @@ class ChoiceCertificate(CertificateRecord):
 
 
 class CurvesRecord(TypedDict):
-    """Pretensions that each limit allows the choice named first, over the elbow angle."""
+    """Pretensions that each limit allows the choice named first, over the motion."""
 
     elbow_angle: list[float]
-    """Angles, rad."""
+    """Angles, rad: in order, or those of the samples of a motion in time."""
+    time: list[float] | None
+    """Times of the samples of a motion in time, s; null if the motion is not in time."""
+    at_record_end: list[bool] | None
+    """True for samples at the ends of its record, which count for nothing; null likewise."""
     samples: list[float]
     """Angles of the study, rad."""
     all_conditions: bool
