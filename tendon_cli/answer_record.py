@@ -7,7 +7,7 @@ spring is "rigid". Whatever is said about an answer follows from its record alon
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, TypeAlias, TypedDict, cast
+from typing import Any, Literal, NotRequired, TypeAlias, TypedDict, cast
 
 Value: TypeAlias = float | str
 """Value on an axis: a number, SI, "rigid", or a name."""
@@ -141,6 +141,10 @@ class ChoiceRecord(TypedDict):
     """Elbow angle that binds below, rad."""
     to_elbow_angle: float | None
     """Elbow angle that binds above, rad."""
+    from_time: NotRequired[float | None]
+    """Moment of a trajectory that binds below, s; there with a trajectory alone."""
+    to_time: NotRequired[float | None]
+    """Moment of a trajectory that binds above, s."""
     served: float
     """Largest share that one pretension serves."""
     served_at: float

@@ -132,7 +132,6 @@ _OF_STUDIES = (
     # Motion.
     _quantity("speed", "θ̇", "angular speed", "speed of the elbow, the same throughout"),
     _quantity("cutoff", "f_c", "frequency", "cutoff of the low-pass over a measured trajectory"),
-    _quantity("reversal", "δθ", "angle", "by how much the angle comes back until friction turns"),
     _quantity("inertia", "I", "inertia", "moment of inertia of forearm and hand about the elbow"),
     _quantity("time", "t", "time", "time along the trajectory"),
     _quantity("elbow_speed", "θ̇", "angular speed", "speed of the elbow along the trajectory"),
@@ -172,6 +171,15 @@ _OF_STATES = (  # columns in their order
             value=lambda at: at.motion.flexor_travel),
     _result("extensor_travel", "H_e", "length", "lengthening of the extensor tendon's path", "never",
             value=lambda at: at.motion.extensor_travel),
+)  # fmt: skip
+
+_OF_MOTION_STATES = (  # further columns along a motion in time
+    _result("friction_direction", "s", "number", "way in which the tendons slide: 1 as in flexion, −1 as in extension", "never",
+            value=lambda at: 2.0 * at.sliding.flexion - 1.0),
+    _result("turning", "turning", "number", "the tendons turn, or slack passes from one to the other: torque lies between those of both directions", "never",
+            value=lambda at: at.sliding.turning),
+    _result("motor_torque_other", "τ_m other", "torque", "torque of the motor in the other direction of friction, while the tendons turn", "often",
+            value=lambda at: at.sliding.torque_while_turning),
 )  # fmt: skip
 
 _OF_DESIGNS = (  # over all states of a design
@@ -229,6 +237,8 @@ _OF_CYCLES = (  # both strokes of a design at a speed of the elbow
 _OF_TRAJECTORIES = (  # along a motion in time
     _quantity("rms_motor_torque", "rms τ_m", "torque", "root mean square of the motor torque over time"),
     _quantity("braking_work", "W_b", "energy", "work that the motor takes up, where it brakes"),
+    _quantity("turning_fraction", "turning share", "number", "share of samples at which the tendons turn"),
+    _quantity("opposite_fraction", "opposite share", "number", "share of samples at which the spool turns against the joint"),
 )  # fmt: skip
 
 _LENGTHS_OF_A_SIDE = (  # name, symbol, meaning
@@ -255,6 +265,7 @@ def _of_figures() -> list[Quantity]:
 _ALL = (
     *_OF_STUDIES,
     *_OF_STATES,
+    *_OF_MOTION_STATES,
     *_OF_DESIGNS,
     *_OF_LIMITS,
     *_OF_WINDOWS,
@@ -265,6 +276,8 @@ QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
 OF_FIGURES: dict[str, Quantity] = {quantity.name: quantity for quantity in _of_figures()}
 OF_STATES = tuple(quantity.name for quantity in _OF_STATES)
 """Results that each state has."""
+OF_MOTION_STATES = tuple(quantity.name for quantity in _OF_MOTION_STATES)
+"""Further results of each state if the study has a trajectory."""
 OF_DESIGNS = tuple(quantity.name for quantity in _OF_DESIGNS)
 """Results that each design has, over all its states."""
 OF_CYCLES = tuple(quantity.name for quantity in _OF_CYCLES)
@@ -289,7 +302,7 @@ PLAUSIBLE: dict[str, tuple[float, float]] = {
     "spring_stiffness": (10.0, 1e7), "anchor_stiffness": (100.0, 1e7), "spring_free_length": (0.005, 1.0),
     "min_spring_room": (-0.1, 0.5), "flexor_radius": (0.002, 0.2), "spool_ratio": (0.1, 10.0),
     # Motion: slow rehabilitation to a throw; the time between two samples of a trajectory.
-    "speed": (0.01, 50.0), "cutoff": (0.5, 50.0), "reversal": (0.0, 0.2), "time": (1e-4, 1.0),
+    "speed": (0.01, 50.0), "cutoff": (0.5, 50.0), "time": (1e-4, 1.0),
     # Limits.
     "min_flexor_tension": (0.0, 500.0), "min_extensor_tension": (0.0, 500.0), "max_tension": (1.0, 10000.0),
     "max_pretension": (1.0, 10000.0), "max_spring_extension": (0.001, 1.0), "peak_motor_torque": (0.01, 1000.0),

@@ -21,6 +21,7 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import BREAKING_FORCE, FREE_LENGTH
 from tendon_cli.model.motor import peak_demand
+from tendon_cli.model.moving import Moving, motion_demand
 from tendon_cli.model.window import Ends
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import of_side
@@ -184,7 +185,11 @@ def _tightest(solver: Solver, choice: Solutions) -> tuple[float, float]:
     severest = solver.severest_conditions(choice.points, choice.pretension, served, 1)
     few = question.for_conditions(severest)
     design = few.designs(choice.points.at_pretension(choice.pretension))
-    state = evaluate(design, few.angles, few.flexion)
+    trajectory = question.study.trajectory
+    if trajectory is None:
+        state = evaluate(design, few.angles, few.flexion)
+    else:
+        state = Moving.of(design, trajectory).counted_states[0]
     extension = np.asarray(state.balance.flexor * state.flexor.spring)
     path = np.asarray(state.motion.flexor_path, dtype=np.float64)
     room = np.where(design.flexor.spring_at_motor, np.nan, path - extension)
@@ -200,11 +205,14 @@ def _motor(solver: Solver, choice: Solutions) -> MotorRecord:
     question = solver.question
     speed: float | None = None
     power: float | None = None
-    if question.study.trajectory is not None or question.study.motion.speed is not None:
-        demands = [
-            peak_demand(design, question.angles, question.flexion, float(question.bounds.speed))
-            for _, _, design in solver.portions(choice.points.at_pretension(choice.pretension))
-        ]
+    trajectory = question.study.trajectory
+    if trajectory is not None or question.study.motion.speed is not None:
+        designs = solver.portions(choice.points.at_pretension(choice.pretension))
+        if trajectory is not None:
+            demands = [motion_demand(Moving.of(design, trajectory)) for _, _, design in designs]
+        else:
+            motion = question.angles, question.flexion, float(question.bounds.speed)
+            demands = [peak_demand(design, *motion) for _, _, design in designs]
         speed, power = (finite_or_none(max(values)) for values in zip(*demands, strict=True))
     return {
         "torque": abs(float(choice.worst.peak_motor_torque[0])),

@@ -115,6 +115,8 @@ class WindowEnd(NamedTuple):
     """Direction of the state; None if the limit belongs to no state."""
     elbow_angle: float | None
     """Elbow angle of the state, rad."""
+    time: float | None
+    """Moment of the state along a trajectory, s; None without one."""
 
 
 def lower_end(row: ChoiceRecord) -> WindowEnd:
@@ -125,6 +127,7 @@ def lower_end(row: ChoiceRecord) -> WindowEnd:
         row["from_under"],
         row["from_direction"],
         row["from_elbow_angle"],
+        row.get("from_time"),
     )
 
 
@@ -136,6 +139,7 @@ def upper_end(row: ChoiceRecord) -> WindowEnd:
         row["to_under"],
         row["to_direction"],
         row["to_elbow_angle"],
+        row.get("to_time"),
     )
 
 
@@ -215,6 +219,8 @@ def where(question: QuestionRecord, end: WindowEnd) -> str:
     if end.direction is not None and end.elbow_angle is not None:
         words.append(end.direction)
         words.append(say.quantity("elbow_angle", end.elbow_angle))
+    if end.time is not None:
+        words.append(f"at {say.quantity('time', end.time)}")
     inside = ", ".join(word for word in words if word)
     return f" ({inside})" if inside else ""
 

@@ -20,7 +20,8 @@ from tendon_cli.model.kinematics import Array, Flags, Spline
 from tendon_cli.model.limits import CONTACT_PRESSURE, LIMIT_NAMES, LIMITS
 from tendon_cli.model.limits import PRETENSION as LIMIT_PRETENSION
 from tendon_cli.model.motor_window import motion_excess
-from tendon_cli.model.setting import reading_at
+from tendon_cli.model.moving import Moving
+from tendon_cli.model.setting import pretension_of, reading_at
 from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, PRETENSION, WORDS, Axis, of_side
 from tendon_cli.space.space import Space
 from tendon_cli.studies.study import keys
@@ -144,10 +145,15 @@ def _slope_of_motor_end(alone: Question, choice: Solutions, end: End, design: De
     state = int(choice.binding(end).state[0])
     pretension = float(choice.pretension_at(end)[0])
 
+    flexion = alone.flexion
+    trajectory = alone.study.trajectory
+    if trajectory is not None:
+        kept = np.full((1, 1, 1), pretension_of(design, pretension))
+        held = Moving.of(design, trajectory).at_pretension(kept).flexion
+        flexion = held.reshape(1, -1)
+
     def excess_of(changed: Design, bounds: Bounds, at_pretension: complex) -> complex:
-        return motion_excess(
-            name, changed, alone.angles, alone.flexion, bounds, at_pretension, state
-        )
+        return motion_excess(name, changed, alone.angles, flexion, bounds, at_pretension, state)
 
     def slope(changed: Design, bounds: Bounds) -> float:
         by_number = excess_of(changed, bounds, pretension).imag

@@ -81,6 +81,7 @@ def choice_columns(question: Question) -> tuple[Column, ...]:
         Column("to_direction", "text", "1", of_state, choices=directions),
         Column.of(QUANTITIES["elbow_angle"], "from_elbow_angle"),
         Column.of(QUANTITIES["elbow_angle"], "to_elbow_angle"),
+        *_times(question),
         *_of_quantities("served", "served_at", "pretension", *WORST, read=read),
         *_of_quantities(*SETTING_COLUMNS, "tolerance_length", read=read),
         Column("advice", "text", "1", "advice that it fails; empty if none", choices=ADVICE),
@@ -102,6 +103,13 @@ def choice_columns(question: Question) -> tuple[Column, ...]:
         ),
         *_of_quantities(*VERIFIED, read=read),
     )
+
+
+def _times(question: Question) -> tuple[Column, ...]:
+    """Return the columns of the moments that bind along a trajectory."""
+    if question.study.trajectory is None:
+        return ()
+    return tuple(Column.of(QUANTITIES["time"], f"{end}_time") for end in ("from", "to"))
 
 
 def part_columns(question: Question) -> tuple[Column, ...]:
@@ -154,14 +162,18 @@ def _of_end(question: Question, choices: Solutions, end: End) -> ColumnArrays:
     binding = choices.binding(end)
     has_state = binding.state >= 0
     direction, place = np.divmod(binding.state, question.angles.size)
-    if question.study.trajectory is not None:
-        direction = np.where(question.flexion[0, place], 0, 1)
+    trajectory = question.study.trajectory
+    of_time: ColumnArrays = {}
+    if trajectory is not None:
+        direction = np.where(trajectory.is_flexing[place], 0, 1)
+        of_time = {f"{end}_time": np.where(has_state, trajectory.time[place], np.nan)}
     angle_of_state = np.where(has_state, question.angles[0, place], np.nan)
     return {
         f"{end}_by": binding.by.astype(np.int64) + 1,
         f"{end}_condition": binding.condition,
         f"{end}_direction": np.where(has_state, direction + 1, 0),
         f"{end}_elbow_angle": np.where(np.isnan(binding.angle), angle_of_state, binding.angle),
+        **of_time,
     }
 
 

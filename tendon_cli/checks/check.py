@@ -222,6 +222,8 @@ def _with_state(breach: Breach, plan: Plan) -> Breach:
         else:
             severity = np.where(np.isnan(state.elbow_torque), 1.0, 0.0)
         values = np.broadcast_to(severity, block.shape).reshape(len(directions), -1)
+        if plan.study.trajectory is not None:  # the ends of the record do not count
+            values = np.where(plan.study.trajectory.is_at_end[block.angles], np.nan, values)
         if np.isnan(values).all() or np.nanmax(values) <= worst:
             continue
         worst = float(np.nanmax(values))

@@ -93,11 +93,21 @@ def _of_states(study: Study, limit: DesignLimit, rows: Rows) -> Floats:
 def _state_values(study: Study, limit: DesignLimit, designs: Rows) -> Floats:
     """Return the quantity that a limit bounds in all states of some designs, (designs, states)."""
     angles = study.angles.reshape(1, -1)
-    state = State.of(_designs_at(study, designs), angles, study.flexion)
+    state = _states_at(study, designs)
     speed = np.nan if study.motion.speed is None else study.motion.speed.single
     values = limit.value(state, speed)
     shape = (len(designs), *np.broadcast_shapes(angles.shape, study.flexion.shape))
     return np.broadcast_to(values, shape).reshape(len(designs), -1)
+
+
+def _states_at(study: Study, designs: Rows) -> State:
+    """Return all states of designs by number; along a trajectory those that hold."""
+    at = _designs_at(study, designs)
+    if study.trajectory is None:
+        return State.of(at, study.angles.reshape(1, -1), study.flexion)
+    from tendon_cli.model.moving import Moving  # only a study of motion pays for its import
+
+    return Moving.of(at, study.trajectory).state
 
 
 def _designs_at(study: Study, designs: Rows) -> Design:

@@ -9,7 +9,7 @@ import zlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,10 +17,16 @@ import numpy.typing as npt
 from tendon_cli import kernel
 from tendon_cli.engine.plan import Block, Plan, bounds_of
 from tendon_cli.model import extremes, window
+from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
 from tendon_cli.model.extremes import Extremes
 from tendon_cli.model.kinematics import Flags
+from tendon_cli.model.limits import LIMITS
+from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.space.axis import PRETENSION
+
+if TYPE_CHECKING:
+    from tendon_cli.model.moving import Moving
 
 VALUES_AT_ONCE = 2**18
 """Most values in an array for compiled code, and most states where NumPy has arrays of all."""
@@ -77,7 +83,10 @@ class Folds:
             # The arrays that compiled code is given: of arms at angles, of designs in directions.
             rules.append((self._arm_axes, len(plan.elbow_angles), VALUES_AT_ONCE))
             rules.append((all_axes - self._pretension_axes, 2, VALUES_AT_ONCE))
-        if plan.of_forms or plan.of_motion or extremes.OVER_STATES:
+        if plan.study.trajectory is not None:
+            # NumPy works out both directions, and many arrays of each.
+            rules.append((all_axes, states, plan.block_states))
+        elif plan.of_forms or plan.of_motion or extremes.OVER_STATES:
             # NumPy works out columns from arrays of all states.
             rules.append((all_axes, states, VALUES_AT_ONCE))
 
@@ -101,13 +110,23 @@ class Folds:
         plan = self.plan
         design = plan.design(block)
         folded = extremes.begin(block.shape[:-2])
-        for stretch in self._stretches(block):
-            state = plan.state(stretch, design)
-            angles = plan.elbow_angles[stretch.angles]
-            kernel.fold_extremes(folded, state, angles, stretch.shape)
-        finished = extremes.finish(folded, plan.states_per_design)
+        trajectory = plan.study.trajectory
+        if trajectory is None:
+            for stretch in self._stretches(block):
+                state = plan.state(stretch, design)
+                angles = plan.elbow_angles[stretch.angles]
+                kernel.fold_extremes(folded, state, angles, stretch.shape)
+            finished = extremes.finish(folded, plan.states_per_design)
+            added = self._by_numpy(block, design)
+        else:
+            moving = plan.moving(block, design)
+            kernel.fold_motion(folded, moving)
+            counted = trajectory.counted
+            finished = extremes.finish(folded, counted.stop - counted.start)
+            finished |= self._required_along(design, trajectory, finished)
+            added = self._of_motion(block, moving)
         results = extremes.as_read(finished, design)
-        results |= self._by_numpy(block, design)
+        results |= added
         results |= extremes.of_design(design, folded)
         results |= self.windows(block, design)
         judgements = extremes.judge(results, plan.study.limits)
@@ -164,7 +183,14 @@ class Folds:
         """Work out the windows of a block, N; an end that nothing bounds is NaN."""
         plan = self.plan
         bounds = bounds_of(plan.study)
-        if bounds.of_motion:  # limits over several states at once
+        trajectory = plan.study.trajectory
+        if trajectory is not None:
+            from tendon_cli.model.motion_window import window_along  # only these pay for its import
+
+            along = window_along(design, trajectory, bounds)
+            low = along.low
+            high = along.high
+        elif bounds.of_motion:  # limits over several states at once
             from tendon_cli.model.motor_window import narrow  # only these pay for its import
 
             motion = plan.motion(block)
@@ -208,17 +234,48 @@ class Folds:
             state = plan.state(block, design)
             columns |= extremes.of_forms(plan.of_forms, state)
             columns |= extremes.over_states(state, block.shape)
-        if plan.study.trajectory is not None:
+        if speed is not None:
             from tendon_cli.model.motor import (
-                motion_columns,  # only a study of motion pays for its import
+                cycle_columns,  # only a study of motion pays for its import
             )
-
-            columns |= motion_columns(design, plan.study.trajectory)
-        elif speed is not None:
-            from tendon_cli.model.motor import cycle_columns
 
             columns |= cycle_columns(design, *plan.motion(block), speed.single)
         return {name: np.broadcast_to(values, block.shape[:-2]) for name, values in columns.items()}
+
+    def _of_motion(self, block: Block, moving: Moving) -> Extremes:
+        """Work out the columns that compiled code does not know, along a trajectory."""
+        from tendon_cli.model.moving import motion_columns
+
+        columns: Extremes = motion_columns(moving)
+        for state in moving.counted_states:
+            for name, values in extremes.of_forms(self.plan.of_forms, state).items():
+                worse = np.fmin if LIMITS[name].from_below else np.fmax
+                columns[name] = worse(columns[name], values) if name in columns else values
+        if extremes.OVER_STATES:
+            counted = moving.trajectory.counted
+            shape = (*block.shape[:-1], counted.stop - counted.start)
+            columns |= extremes.over_states(moving.counted_states[0], shape)
+        return {name: np.broadcast_to(values, block.shape[:-2]) for name, values in columns.items()}
+
+    def _required_along(
+        self, design: Design, trajectory: Trajectory, finished: Extremes
+    ) -> Extremes:
+        """Work out the smallest pretension that leaves no slack along a trajectory, N.
+
+        Which states count depends on the pretension, so that it is sought as an end of a window.
+
+        Args:
+            design: The designs.
+            trajectory: The motion.
+            finished: Their columns, of the states that count at their own pretension.
+        """
+        from tendon_cli.model.motion_window import window_along
+
+        slack_alone = Bounds(min_elbow_stiffness=-np.inf)
+        shape = finished["required_pretension"].shape
+        required = np.broadcast_to(window_along(design, trajectory, slack_alone).low, shape)
+        change = finished["required_pretension"] - required
+        return {"required_pretension": required, "margin": finished["margin"] + change}
 
 
 # --- Choices --------------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,6 +29,9 @@ from tendon_cli.space.space import Space
 from tendon_cli.studies.checks import is_stated
 from tendon_cli.studies.spaces import lengths_of, space_of
 from tendon_cli.studies.study import Study
+
+if TYPE_CHECKING:
+    from tendon_cli.model.moving import Moving
 
 STATES_PER_FILE = 2**21
 """Most states of a study whose tables are single files."""
@@ -147,7 +151,7 @@ class Plan:
 
     @cached_property
     def directions(self) -> tuple[str, ...]:
-        """Directions of motion in the order of the rows; in a trajectory that of its start."""
+        """Directions of motion in the order of the rows; along a trajectory that of its start."""
         if self.study.trajectory is not None:
             return ("flexion" if self.study.flexion[0, 0] else "extension",)
         return self.study.motion.direction
@@ -252,7 +256,7 @@ class Plan:
 
         Returns:
             Elbow angles (1, angles), rad, and True where the elbow flexes: (directions, 1), or
-            along a trajectory (1, angles).
+            along a trajectory, where tendons may slide the other way, (1, angles).
         """
         angles = self.elbow_angles[block.angles].reshape(1, -1)
         flexion = self.study.flexion[block.directions]
@@ -271,7 +275,27 @@ class Plan:
             block: The states.
             design: Designs of the block, if the caller has them already.
         """
-        return State.of(design or self.design(block), *self.motion(block))
+        if self.study.trajectory is None:
+            return State.of(design or self.design(block), *self.motion(block))
+        from tendon_cli.model.moving import at_samples  # only a study of motion pays for its import
+
+        state = self.moving(block, design).state
+        is_whole = block.shape[-1] == len(self.elbow_angles)
+        return state if is_whole else at_samples(state, block.angles, len(self.elbow_angles))
+
+    def moving(self, block: Block, design: Design | None = None) -> Moving:
+        """Return the designs of a block along the whole trajectory of the study.
+
+        Args:
+            block: The designs.
+            design: The same designs, if the caller has them already.
+        """
+        from tendon_cli.model.moving import Moving  # only a study of motion pays for its import
+
+        trajectory = self.study.trajectory
+        if trajectory is None:
+            raise ValueError("the study has no trajectory")
+        return Moving.of(design or self.design(block), trajectory)
 
     def _block_from(self, design: int, most: int) -> Block:
         """Return the largest block of consecutive designs from one on, at most `most` of them."""

@@ -19,6 +19,7 @@ from tendon_cli.model.statics import STATUS_NAMES
 from tendon_cli.quantities import (
     AS_READ,
     OF_DESIGNS,
+    OF_MOTION_STATES,
     OF_STATES,
     QUANTITIES,
     SIDES,
@@ -31,7 +32,7 @@ from tendon_cli.studies.axis_words import axis_meaning
 from tendon_cli.studies.contents import column_of
 from tendon_cli.studies.spaces import KEYS_OF_WORDS, WORDS_OF
 from tendon_cli.studies.study import keys
-from tendon_cli.tables.schema import Column
+from tendon_cli.tables.schema import Column, Kind
 
 ALWAYS = (
     "tendon.pretension",
@@ -49,6 +50,13 @@ JUDGEMENTS = {
     "feasible": "taut, stable and within every limit",
 }
 """Columns of `designs` that are true or false, with their meanings; the record counts each."""
+
+AT_RECORD_END = (
+    "so near an end of the record that smoothing spoils it: counts in no peak, mean, work or limit"
+)
+"""Meaning of the column `at_record_end`."""
+_KINDS: dict[str, Kind] = {"friction_direction": "count", "turning": "truth"}
+"""Kinds of columns along a trajectory that are no numbers."""
 
 _MOST_MOMENT_ARMS = 2**18
 """Most moment arms, arms times elbow angles, that are computed to see if results may be null."""
@@ -139,20 +147,25 @@ class PlanColumns:
             }
         time = Column.of(QUANTITIES["time"], is_axis=True, nullable=False)
         speed = Column.of(QUANTITIES["elbow_speed"], nullable=False)
+        at_end = Column("at_record_end", "truth", "1", AT_RECORD_END)
+        flexes = trajectory.is_flexing
         samples = {
             time: trajectory.time,
-            direction: np.where(trajectory.flexion == trajectory.flexion[0], 0, 1),
+            direction: np.where(flexes == flexes[0], 0, 1),
             angle: angles,
             speed: trajectory.speed,
+            at_end: trajectory.is_at_end,
         }
         return {column: partial(_sampled, values) for column, values in samples.items()}
 
     @cached_property
     def states(self) -> tuple[Column, ...]:
         """Columns of `states`, with the results that the study keeps."""
-        kept = self.plan.study.output.states or ("status", *OF_STATES)
+        kept = self.plan.study.output.states or ("status", *OF_STATES, *OF_MOTION_STATES)
         status = Column("status", "text", "1", "which tendon is slack", choices=STATUS_NAMES)
-        results = (status, *(self._result(QUANTITIES[name]) for name in OF_STATES))
+        results = [status, *(self._result(QUANTITIES[name]) for name in OF_STATES)]
+        if self.plan.study.trajectory is not None:
+            results += [_of_motion(QUANTITIES[name]) for name in OF_MOTION_STATES]
         return (
             *self.leading,
             *self.of_states,
@@ -245,6 +258,13 @@ class PlanColumns:
     def _model_pretension(self, block: Block) -> npt.ArrayLike:
         """Return the pretension that the model takes for a setting, N."""
         return np.asarray(self.plan.design(block).flexor.pretension)
+
+
+def _of_motion(quantity: Quantity) -> Column:
+    """Return the column of a further result along a trajectory."""
+    column = Column.of(quantity, nullable=quantity.null != "never")
+    kind = _KINDS.get(quantity.name)
+    return column if kind is None else replace(column, kind=kind)
 
 
 def _design_numbers(block: Block) -> npt.ArrayLike:

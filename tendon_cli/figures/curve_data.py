@@ -311,14 +311,15 @@ def _overlay(data: CurveData) -> CurveData:
     common = replace(first.quantity, name=first.quantity.dimension, symbol="", shown_in=first.unit)
     names = [quantity.titled for quantity in data.quantities]
     swapped = {part: np.swapaxes(getattr(data, part), 0, 2) for part in _ARRAYS}
-    repeated = {part: np.repeat(getattr(data, part), len(names), axis=1) for part in _OF_LINES}
+    count = len(names)
     return replace(
         data,
         quantities=(ColumnLabel(common.name, common, first.unit, first.factor),),
-        x_values=np.repeat(data.x_values, len(names), axis=1),
+        x_values=np.repeat(data.x_values, count, axis=1),
         colours=tuple(zip(names, _qualitative_colours(len(names)), strict=True)),
+        turning=np.repeat(data.turning, count, axis=1),
+        at_record_end=np.repeat(data.at_record_end, count, axis=1),
         **swapped,
-        **repeated,
     )
 
 
@@ -328,16 +329,23 @@ def _merge_equal_panels(data: CurveData) -> CurveData:
         return data
     first = {part: getattr(data, part)[:, :1] for part in _OF_PANELS}
     first_x = data.x_values[:1]
-    first_lines = {part: getattr(data, part)[:1] for part in _OF_LINES}
-    parts = (first | first_lines).items()
-    is_same = _all_equal(data.x_values, first_x) and all(
-        _all_equal(getattr(data, part), values) for part, values in parts
+    turning = data.turning[:1]
+    is_same = (
+        _all_equal(data.x_values, first_x)
+        and _all_equal(data.turning, turning)
+        and all(_all_equal(getattr(data, part), values) for part, values in first.items())
     )
     if not is_same:
         return data
     note = f"The same picture for {', '.join(data.panels)}."
     return replace(
-        data, **first, **first_lines, x_values=first_x, panels=(), notes=(*data.notes, note)
+        data,
+        **first,
+        turning=turning,
+        at_record_end=data.at_record_end[:1],
+        x_values=first_x,
+        panels=(),
+        notes=(*data.notes, note),
     )
 
 

@@ -198,7 +198,7 @@ def _mark_motion(axes: Axes, data: CurveData, x: Scale, cell: Cell) -> None:
         shade_turning(axes, turning[x.order], x.edges, lines)
         times = data.x_values[panel, colour, dash][x.order]
         torque = values[colour, dash][x.order]
-        other = data.others[cell][colour, dash][x.order]
+        other = np.where(at_ends, np.nan, data.others[cell][colour, dash])[x.order]
         draw_band(axes, times, torque, other, data.colours[colour][1])
 
 
@@ -307,9 +307,15 @@ def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
     is_known = np.isfinite(np.array([data.values[cell] for cell in cells])).any(axis=(1, 2))
     if data.x is not None and not is_known.all():
         key.append(hatch_key("no value"))
+    return [*key, *_motion_key(data, cells)]
+
+
+def _motion_key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
+    """Return the part of the key that a motion in time has: turns, their range, record's ends."""
+    key: list[Any] = []
     if data.turning.any():
         key.append(turning_key())
-    if np.isfinite(data.others).any():
+    if np.isfinite(np.array([data.others[cell] for cell in cells])).any():
         key.append(band_key())
     if data.at_record_end.any():
         key.append(ends_key())

@@ -14,7 +14,7 @@ from tendon_cli.studies.filters import Truth
 
 Floats = npt.NDArray[np.float64]
 
-TURNING_WORDS = "turning"
+TURNING_WORDS = "the tendons turn"
 ENDS_WORDS = "end of the record, counts for nothing"
 BAND_WORDS = "the torque lies in this band"
 _TURNING: dict[str, Any] = {"facecolor": "#c9ced6", "linewidth": 0.0}

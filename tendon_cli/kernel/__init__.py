@@ -25,6 +25,7 @@ import os
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -33,11 +34,14 @@ from tendon_cli.kernel.native import Columns, Native
 from tendon_cli.model import window
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import SHARES, Bounds, bounded_forms
-from tendon_cli.model.extremes import Extremes, fold
+from tendon_cli.model.extremes import Extremes, begin, fold, merge_tensions
 from tendon_cli.model.forms import is_nothing
 from tendon_cli.model.kinematics import Array, Real
 from tendon_cli.model.limits import spring_room
 from tendon_cli.quantities import SIDES
+
+if TYPE_CHECKING:
+    from tendon_cli.model.moving import Moving
 
 NO_COMPILED_VARIABLE = "TENDON_NO_COMPILED"
 """Environment variable that, if it is set to anything, makes NumPy do all of the work."""
@@ -131,6 +135,26 @@ def fold_extremes(folded: Extremes, at: State, elbow_angle: Array, shape: tuple[
         fold(folded, at, elbow_angle)
     else:
         code.extremes(chosen, shape, _given(at), np.ascontiguousarray(elbow_angle), folded)
+
+
+def fold_motion(folded: Extremes, moving: Moving) -> None:
+    """Fold all states along a trajectory into the extremes of its designs, where they count.
+
+    Where the tendons turn, torque and tensions may be those of either direction; the stiffness is
+    that of the states that hold.
+
+    Args:
+        folded: Extremes of no state yet by name, over the designs' axes; changed in place.
+        moving: The designs along their trajectory.
+    """
+    angle = moving.trajectory.angle[moving.trajectory.counted]
+    shape = (*folded["slack"].shape, 1, len(angle))
+    held, turned = moving.counted_states
+    fold_extremes(folded, held, angle, shape)
+    other = begin(folded["slack"].shape)
+    fold_extremes(other, turned, angle, shape)
+    merge_tensions(folded, other)
+    folded["slack"][...] = moving.slack_count()
 
 
 def fold_window(

@@ -8,7 +8,7 @@ each other; a result has the broadcast shape of its inputs. SI units, angles in 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,8 +17,9 @@ from tendon_cli.model import statics
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flag, Flags, Real, Travels
 from tendon_cli.model.sheath import Sheathed, sheaths_of
+from tendon_cli.model.sliding import Sliding
 from tendon_cli.model.statics import Balance, Coupling, Response, Status, respond
-from tendon_cli.quantities import OF_STATES, QUANTITIES, SIDES
+from tendon_cli.quantities import OF_MOTION_STATES, OF_STATES, QUANTITIES, SIDES
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +53,9 @@ class State:
     speed: Array | None = None
     """Speed of the joint along a trajectory, rad/s."""
     torque_rate: Array | None = None
-    """Rate of the torque of inertia along a trajectory, N m/s."""
+    """Rate of the torque of inertia and of a task over time along a trajectory, N m/s."""
+    sliding: Sliding | None = None
+    """Way in which the tendons slide along a trajectory; None if `flexion` states it."""
 
     @classmethod
     def of(cls, design: Design, elbow_angle: Real, flexion: Flag) -> State:
@@ -75,9 +78,12 @@ class State:
         torque_rate = None
         if design.trajectory is not None:
             speed, acceleration, jerk = design.trajectory.derivatives_at(elbow_angle)
+            task, task_rate = design.trajectory.task_at(elbow_angle)
             inertia = arm.inertia + design.load_mass * np.square(arm.load_distance)
-            other_torque = np.asarray(other_torque + inertia * acceleration)
-            torque_rate = np.asarray(inertia * jerk)
+            other_torque = np.asarray(
+                other_torque + inertia * acceleration + design.load_scale * task
+            )
+            torque_rate = np.asarray(inertia * jerk + design.load_scale * task_rate)
         return cls(
             design=design,
             elbow_angle=elbow_angle,
@@ -93,6 +99,14 @@ class State:
             speed=speed,
             torque_rate=torque_rate,
         )
+
+    def at_pretension(self, pretension: Real) -> State:
+        """Return the same states at a pretension of both sides, N, with what it does not change."""
+        sides = {name: replace(getattr(self.design, name), pretension=pretension) for name in SIDES}
+        changed = replace(self, design=replace(self.design, **sides))
+        known = ("coupling", "arm_slopes", "response", "held_stiffness", "motor_arms")
+        vars(changed).update({name: vars(self)[name] for name in known if name in vars(self)})
+        return changed
 
     @cached_property
     def coupling(self) -> Coupling:
@@ -287,15 +301,21 @@ class State:
         """Index into `statics.STATUS_NAMES`."""
         return self.balance.status
 
-    def columns(self, names: Iterable[str] = OF_STATES) -> dict[str, Array]:
+    def columns(self, names: Iterable[str] | None = None) -> dict[str, Array]:
         """Return columns of the states table by name, as `quantities` defines them.
 
-        The status is not among them.
+        By default these are all but the status.
         """
+        if names is None:
+            names = OF_STATES if self.sliding is None else (*OF_STATES, *OF_MOTION_STATES)
         return {name: np.asarray(_VALUES[name](self)) for name in names}
 
 
-_VALUES = {name: value for name in OF_STATES if (value := QUANTITIES[name].value) is not None}
+_VALUES = {
+    name: value
+    for name in (*OF_STATES, *OF_MOTION_STATES)
+    if (value := QUANTITIES[name].value) is not None
+}
 
 
 def evaluate(design: Design, elbow_angle: Real, flexion: Flag) -> State:

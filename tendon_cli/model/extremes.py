@@ -110,6 +110,20 @@ def fold(folded: Extremes, at: State, elbow_angle: Array) -> None:
         _reduction(name)(folded[name], values, out=folded[name])
 
 
+def merge_tensions(folded: Extremes, others: Extremes) -> None:
+    """Merge the extremes of tensions, and of what follows from them, over other states, in place.
+
+    Counts and the elbow stiffness stay as they are.
+
+    Args:
+        folded: Extremes of designs.
+        others: Extremes of the same designs over other states.
+    """
+    for name in (*_SMALLEST, *_LARGEST):
+        if name != "min_elbow_stiffness":
+            _reduction(name)(folded[name], others[name], out=folded[name])
+
+
 def _tension_columns(at: State) -> dict[str, Array]:
     """Return the columns of `fold` on tensions and on the springs, which follow them."""
     low_x, high_x = _extreme_tensions(at.balance.flexor, at.flexor)

@@ -22,9 +22,8 @@ import numpy.typing as npt
 
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.design import Design, map_arrays, shape_of
-from tendon_cli.model.kinematics import Array, Flags
+from tendon_cli.model.kinematics import Array, Flags, Real
 from tendon_cli.model.statics import BOTH_SLACK, EXTENSOR_SLACK, FLEXOR_SLACK
-from tendon_cli.model.trajectory import Trajectory
 
 _LONGEST_STEP = float(np.radians(1.0))
 """Longest step of an integral over the elbow angle, rad."""
@@ -59,11 +58,39 @@ class MotorRates:
     falls."""
 
 
-def motor_rates(state: State) -> MotorRates:
-    """Return the rates of states.
+@dataclass(frozen=True, eq=False)
+class TendonRates:
+    """Rates of both tendons in states, per radian of the elbow; per second along a trajectory."""
+
+    turning: Real
+    """Rate of the elbow: 1, or its speed along a trajectory, rad/s."""
+    winding: Array
+    """Length wound on the flexor's spool, m; NaN where both tendons are slack."""
+    flexor_pulls: Flags
+    """True where the flexor is under tension."""
+    extensor_pulls: Flags
+    """True where the extensor is under tension."""
+    path_shortening: Array
+    """Shortening of the flexor's path, m."""
+    path_lengthening: Array
+    """Lengthening of the extensor's path, m."""
+    flexor: Array
+    """Rate of the distal flexor tension, N."""
+    extensor: Array
+    """Rate of the distal extensor tension, N."""
+
+    @property
+    def wound(self) -> Array:
+        """Length wound on the flexor's spool, m; 0 where the spool is free."""
+        is_free = np.isnan(self.winding) & ~np.isnan(self.path_shortening)
+        return np.where(is_free, 0.0, self.winding)
+
+
+def tendon_rates(state: State) -> TendonRates:
+    """Return the rates of the tendons in states.
 
     They follow from the elbow stiffness k = dα/dθ R_f (J_f/c_f + η J_e/c_e), which leaves slack
-    sides out.
+    sides out; along a trajectory k θ̇ and the rate of inertia and task take its place.
     """
     design = state.design
     coupling = state.coupling
@@ -90,28 +117,51 @@ def motor_rates(state: State) -> MotorRates:
     wound = np.where(is_free, 0.0, winding)
 
     # Rates of both distal tensions, by the lengths that each side takes up.
-    x = state.balance.flexor
-    y = state.balance.extensor
     path_shortening = coupling.moment_arm * turning
     path_lengthening = np.asarray(coupling.extensor_arm) * turning
     flexor_stretching = wound - path_shortening
     extensor_stretching = path_lengthening - coupling.ratio * wound
-    resting_flexor = state.flexor
     if state.resting is not None:  # a bend that follows the joint stretches the tendons, too
+        x = state.balance.flexor
+        y = state.balance.extensor
         flexor_stretching = flexor_stretching - state.flexor.compliance_rate * x * turning
         extensor_stretching = extensor_stretching - state.extensor.compliance_rate * y * turning
-        resting_flexor = state.resting[0]
-    x_rate = flexor_pulls * flexor_stretching / coupling.flexor_compliance
-    y_rate = extensor_pulls * extensor_stretching / coupling.extensor_compliance
+    return TendonRates(
+        turning=turning,
+        winding=winding,
+        flexor_pulls=flexor_pulls,
+        extensor_pulls=extensor_pulls,
+        path_shortening=path_shortening,
+        path_lengthening=path_lengthening,
+        flexor=flexor_pulls * flexor_stretching / coupling.flexor_compliance,
+        extensor=extensor_pulls * extensor_stretching / coupling.extensor_compliance,
+    )
 
+
+def motor_rates(state: State, rates: TendonRates | None = None) -> MotorRates:
+    """Return the rates of motor, springs and friction in states.
+
+    Args:
+        state: The states.
+        rates: Result of `tendon_rates` for them, if it is known already.
+    """
+    rates = tendon_rates(state) if rates is None else rates
+    design = state.design
+    turning = rates.turning
+    wound = rates.wound
+    x = state.balance.flexor
+    y = state.balance.extensor
+    resting_flexor = state.flexor if state.resting is None else state.resting[0]
     resting_stretch = resting_flexor.compliance * design.flexor.pretension
-    flexor_storing = state.flexor.storage_rate(x, x_rate, turning)
-    extensor_storing = state.extensor.storage_rate(y, y_rate, turning)
-    flexor_friction = state.flexor.friction_rate(x, x_rate, path_shortening, turning)
-    extensor_friction = state.extensor.friction_rate(y, y_rate, -path_lengthening, turning)
+    flexor_storing = state.flexor.storage_rate(x, rates.flexor, turning)
+    extensor_storing = state.extensor.storage_rate(y, rates.extensor, turning)
+    flexor_friction = state.flexor.friction_rate(x, rates.flexor, rates.path_shortening, turning)
+    extensor_friction = state.extensor.friction_rate(
+        y, rates.extensor, -rates.path_lengthening, turning
+    )
     return MotorRates(
         spool_angle=state.spool_angle + resting_stretch / design.flexor_radius,
-        spool_speed=winding / design.flexor_radius,
+        spool_speed=rates.winding / design.flexor_radius,
         power=np.asarray(state.motor_torque * wound / design.flexor_radius),
         stored=0.5
         * (state.flexor.energy_compliance * x * x + state.extensor.energy_compliance * y * y),
@@ -155,48 +205,17 @@ def peak_demand(
     Args:
         design: Designs.
         elbow_angle: Elbow angles, (1, K), rad.
-        flexion: Directions, (D, 1), or (1, K) along a trajectory.
-        speed: Speed of the elbow, rad/s; it does not matter along a trajectory.
+        flexion: Directions, (D, 1).
+        speed: Speed of the elbow, rad/s.
 
     Returns:
         Both over all designs and states; NaN if no state has an equilibrium.
     """
     rates = motor_rates(evaluate(design, elbow_angle, flexion))
-    turning = np.ones(())
-    if design.trajectory is None:
-        turning = np.where(flexion, speed, -speed)
+    turning = np.where(flexion, speed, -speed)
     speeds = np.abs(turning * rates.spool_speed)
     powers = turning * rates.power
     return float(np.fmax.reduce(speeds, axis=None)), float(np.fmax.reduce(powers, axis=None))
-
-
-def motion_columns(design: Design, trajectory: Trajectory) -> dict[str, Array]:
-    """Return the columns of designs along a trajectory, as `cycle_columns` does.
-
-    Integrals over time are sums over its samples. Differences are NaN, because there is no other
-    direction at the same angle to compare with.
-    """
-    state = evaluate(design, trajectory.angle[np.newaxis], trajectory.flexion[np.newaxis])
-    rates = motor_rates(state)
-    weights = trajectory.weights
-
-    def total(values: Array) -> Array:
-        return np.asarray(np.broadcast_to(values, rates.power.shape)[..., 0, :] @ weights)
-
-    driving_work = total(np.maximum(rates.power, 0.0))
-    friction_loss = total(rates.friction)
-    columns = _columns(
-        state,
-        rates,
-        rates.spool_speed,
-        rates.power,
-        (driving_work, friction_loss),
-        np.array([[True]]),
-    )
-    mean_square_torque = total(np.square(state.motor_torque)) / weights.sum()
-    columns["rms_motor_torque"] = np.sqrt(mean_square_torque)
-    columns["braking_work"] = total(np.maximum(-rates.power, 0.0))
-    return columns
 
 
 def _columns(

@@ -166,9 +166,13 @@ class Motor:
     """Least and largest load, kg; power is then the largest for any load between."""
 
     def __post_init__(self) -> None:
+        self.trajectory = self.design.trajectory
+        if self.trajectory is not None and self.angles.size == len(self.trajectory.time):
+            counted = self.trajectory.counted
+            self.angles = self.angles[:, counted]
+            self.flexion = self.flexion[:, counted]
         states = len(self.flexion), self.angles.size
         self.signs = np.broadcast_to(np.where(self.flexion, 1.0, -1.0), states)
-        self.trajectory = self.design.trajectory
         self.velocity = self.signs * self.speed if self.trajectory is None else np.ones(states)
         self.spool_angle, self.spool_speed, self.torque = self._lines(self.angles)
 
@@ -258,7 +262,7 @@ class Motor:
         It is summed in fine steps, because power has kinks where the motor begins to brake.
         """
         if self.trajectory is not None:
-            seconds = self.trajectory.weights
+            seconds = self.trajectory.weights[self.trajectory.counted]
             return lambda at: np.asarray(np.maximum(self.power(at), 0.0) @ seconds)
         nodes, weights = gauss_rule(np.unique(self.angles))
         _, turning, torque = self._lines(nodes[np.newaxis])
@@ -275,8 +279,8 @@ class Motor:
     def loss(self) -> Measure:
         """Function of pretension: work that friction takes, J: a parabola, smooth in the angle."""
         if self.trajectory is not None:
-            nodes = self.trajectory.angle
-            weight = self.trajectory.weights
+            nodes = self.angles[0]
+            weight = self.trajectory.weights[self.trajectory.counted]
         else:
             ends = np.array([self.angles.min(), self.angles.max()])
             nodes, weights = gauss_rule(ends, _LOSS_STEP)

@@ -106,8 +106,8 @@ def reversal(state: State, elbow_angle: Real, flexion: Flags) -> Reversal:
     opposite = ~np.asarray(flexion)
     flexor_after, extensor_after = sheaths_of(design.flexor, design.extensor, elbow_angle, opposite)
     return Reversal(
-        flexor=_side(state.flexor, flexor_after, state.balance.flexor, radius),
-        extensor=_side(
+        flexor=side_reversal(state.flexor, flexor_after, state.balance.flexor, radius),
+        extensor=side_reversal(
             state.extensor, extensor_after, state.balance.extensor, radius * design.ratio
         ),
         flexor_radius=radius,
@@ -115,7 +115,7 @@ def reversal(state: State, elbow_angle: Real, flexion: Flags) -> Reversal:
     )
 
 
-def _side(before: Sheathed, after: Sheathed, tension: Array, radius: Array) -> SideReversal:
+def side_reversal(before: Sheathed, after: Sheathed, tension: Array, radius: Array) -> SideReversal:
     """Return the turn of one tendon, by its sheath before and after it and its distal tension T.
 
     The stretch is T |c before - after|. As the front has come through the share q of the sheath's

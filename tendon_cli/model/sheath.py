@@ -9,13 +9,14 @@ supposes that the curvature is spread evenly along the sheath. The rest of the m
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from tendon_cli.model.design import Side
+from tendon_cli.model.design import Side, map_arrays
 from tendon_cli.model.kinematics import Array, Flag, Real
 
 _LEAST_EXPONENT = 1e-100
@@ -123,12 +124,17 @@ class Sheathed:
         return self.tendon + self.spring + self.anchor
 
     @property
+    def is_still(self) -> bool:
+        """True if the bend of the sheath stays as it is as the joint turns."""
+        return not np.any(self.exponent_rate)
+
+    @property
     def compliance_rate(self) -> Array:
         """Derivative of the compliance by θ, dc/dθ, m/(N rad)."""
         spring_exponent_rate = np.where(self.at_motor, self.exponent_rate, 0.0)
         return np.asarray(self._tendon_rate + self.spring * spring_exponent_rate)
 
-    @property
+    @cached_property
     def exponent(self) -> Array:
         """Natural logarithm of proximal over distal tension, -σμφ."""
         return np.asarray(-np.log(self.capstan))
@@ -136,10 +142,12 @@ class Sheathed:
     @property
     def _tendon_rate(self) -> Array:
         """Derivative of `tendon` by θ, m/(N rad)."""
+        if self.is_still:
+            return np.zeros(())
         share = elongation_slope(self.exponent) / relative_elongation(self.exponent)
         return np.asarray(self.tendon * share * self.exponent_rate)
 
-    @property
+    @cached_property
     def strain(self) -> Array:
         """Twice the tendon's strain energy over T², ∫ (F/T)² ds / AE, m/N; T is the distal tension.
 
@@ -152,6 +160,8 @@ class Sheathed:
     @property
     def _strain_rate(self) -> Array:
         """Derivative of `strain` by θ, m/(N rad)."""
+        if self.is_still:
+            return np.zeros(())
         slope = 2.0 * elongation_slope(2.0 * self.exponent) * self.exponent_rate
         return np.asarray(self.tendon * slope / relative_elongation(self.exponent))
 
@@ -160,7 +170,7 @@ class Sheathed:
         """Twice the spring's energy over the square of the distal tension, m/N."""
         return np.where(self.at_motor, self.spring / self.capstan, self.spring)
 
-    @property
+    @cached_property
     def energy_compliance(self) -> Array:
         """Twice the energy of tendon, spring and anchor over the distal tension squared, m/N."""
         return np.asarray(self._spring_energy + self.anchor + self.strain)
@@ -179,6 +189,21 @@ class Sheathed:
             self.energy_compliance * tension * tension_rate
             + 0.5 * rate * tension * tension * turning
         )
+
+    def sliding_speeds(
+        self, tension: Array, tension_rate: Array, path_rate: Real, turning: Real = 1.0
+    ) -> tuple[Array, Array]:
+        """Return the speeds toward the motor at which the tendon slides at both ends of the sheath.
+
+        The first is that at the joint, the second that at the motor, m/rad or m/s. Between its ends
+        the speed of a tendon is monotone. Arguments are those of `friction_rate`.
+        """
+        give_at_joint = self.anchor + np.where(self.at_motor, 0.0, self.spring)
+        at_joint = np.asarray(path_rate + give_at_joint * tension_rate)
+        stretching = self.tendon * tension_rate
+        if not self.is_still:
+            stretching = stretching + self._tendon_rate * tension * turning
+        return at_joint, np.asarray(at_joint + stretching)
 
     def friction_rate(
         self, tension: Array, tension_rate: Array, path_rate: Real, turning: Real = 1.0
@@ -203,6 +228,17 @@ class Sheathed:
         bending = (proximal * self._tendon_rate - 0.5 * self._strain_rate) * turning
         along = tension_rate * (proximal * self.tendon - self.strain) + tension * bending
         return np.asarray(tension * ((proximal - 1.0) * sliding + along))
+
+    def chosen(self, choose: Callable[[Array], Array]) -> Sheathed:
+        """Return the sheath with each of its arrays changed, and what is known of it alike.
+
+        Args:
+            choose: Function of an array, such as the choice of one direction.
+        """
+        changed: Sheathed = map_arrays(self, choose)
+        for name in ("compliance", "exponent", "strain", "energy_compliance"):
+            vars(changed)[name] = choose(np.asarray(getattr(self, name)))
+        return changed
 
 
 def sheath_of(side: Side, toward: Real, angle: Real) -> Sheathed:

@@ -1,16 +1,18 @@
-"""A motion in time: speed, acceleration and direction of the joint along its samples.
+"""A motion in time: angles of the joint, their derivatives, and a task's torque at its samples.
 
 The tendons are in balance at each sample: only the joint moves in time, by the inertia of limb and
-load.
+load. Which way the tendons slide is not part of the motion, but follows from each design
+(`sliding`).
 """
 
 from __future__ import annotations
 
-from copy import copy
-
 import numpy as np
 
 from tendon_cli.model.kinematics import Array, Flags, Real
+
+_SAME_TIME = 1e-9
+"""Distance within which two times are the same but for rounding, as a share of a step."""
 
 
 class Trajectory:
@@ -19,20 +21,30 @@ class Trajectory:
     A sample is found by its angle, so equal angles are made to differ in the last bits.
     """
 
-    def __init__(self, time: Array, angle: Array, derivatives: Array, reversal: float) -> None:
-        """Sort the samples by their angles and find the direction of each.
+    def __init__(
+        self,
+        time: Array,
+        angle: Array,
+        derivatives: Array,
+        *,
+        task: Array | None = None,
+        margin: float = 0.0,
+    ) -> None:
+        """Sort the samples by their angles.
 
         Args:
             time: Times (K,), s.
             angle: Angles (K,), rad.
             derivatives: First three derivatives of the angle by time (3, K), rad/s, rad/s², rad/s³.
-            reversal: Angle by which friction's direction lags behind a turn, as in
-                `friction_directions`, rad.
+            task: Torque of a task over time and its rate (2, K), N m and N m/s, positive if the
+                flexor must give it; None without one.
+            margin: Time at either end of the record in which smoothing spoils derivatives, s: the
+                samples there count in no peak, mean, work or limit.
         """
         self.time = time
         self.derivatives = derivatives
-        self.reversal = reversal
-        self.flexion = friction_directions(angle, reversal)
+        self.task = task
+        self.margin = margin
         self._order = np.argsort(angle, kind="stable")
         ascending = angle[self._order]
         for place in range(1, len(angle)):
@@ -53,10 +65,38 @@ class Trajectory:
         return np.asarray(self.derivatives[1])
 
     @property
+    def is_flexing(self) -> Flags:
+        """True at samples at which the joint flexes (K,); at rest as in its last motion."""
+        direction = np.sign(self.speed)
+        moves = direction != 0.0
+        if not moves.any():
+            return np.ones(len(direction), dtype=np.bool_)
+        last = np.maximum.accumulate(np.where(moves, np.arange(len(direction)), -1))
+        first = int(np.argmax(moves))
+        return np.asarray(direction[np.where(last < 0, first, last)] > 0.0)
+
+    @property
+    def counted(self) -> slice:
+        """Samples that count in peaks, means, works and limits: all but those at the ends."""
+        slack = _SAME_TIME * float(self.time[1] - self.time[0])
+        first = np.searchsorted(self.time, self.time[0] + self.margin - slack)
+        stop = np.searchsorted(self.time, self.time[-1] - self.margin + slack, side="right")
+        return slice(int(first), int(stop))
+
+    @property
+    def is_at_end(self) -> Flags:
+        """True at samples at the ends of the record, which do not count (K,)."""
+        at_end = np.ones(len(self.time), dtype=np.bool_)
+        at_end[self.counted] = False
+        return at_end
+
+    @property
     def weights(self) -> Array:
-        """Weight of each sample in an integral over time by trapezoids (K,), s."""
-        steps = np.diff(self.time)
-        return np.asarray(0.5 * (np.append(steps, 0.0) + np.insert(steps, 0, 0.0)))
+        """Weight of each sample in an integral over time by trapezoids (K,), s; 0 at the ends."""
+        weights = np.zeros(len(self.time))
+        steps = np.diff(self.time[self.counted])
+        weights[self.counted] = 0.5 * (np.append(steps, 0.0) + np.insert(steps, 0, 0.0))
+        return weights
 
     def derivatives_at(self, angle: Real) -> Array:
         """Return the derivatives at angles of samples.
@@ -68,58 +108,24 @@ class Trajectory:
             Three derivatives (3, ...), rad/s, rad/s², rad/s³. All are 0 at an angle that no sample
             has, where the joint rests.
         """
+        return self._at(angle, self.derivatives)
+
+    def task_at(self, angle: Real) -> Array:
+        """Return the torque of the task and its rate at angles of samples, (2, ...), N m and N m/s.
+
+        Both are 0 without a task over time, and at an angle that no sample has.
+
+        Args:
+            angle: Angles of any shape, rad.
+        """
+        if self.task is None:
+            return np.zeros((2, *np.shape(angle)))
+        return self._at(angle, self.task)
+
+    def _at(self, angle: Real, values: Array) -> Array:
+        """Return values of samples (..., K) at angles; 0 at an angle that no sample has."""
         wanted = np.asarray(np.real(angle))
         place = np.minimum(np.searchsorted(self._ascending, wanted), len(self._order) - 1)
         sample = self._order[place]
         is_sampled = self._ascending[place] == wanted
-        return np.where(is_sampled, self.derivatives[:, sample], 0.0)
-
-    @property
-    def with_shifted_turns(self) -> tuple[Trajectory, Trajectory]:
-        """The motion with friction that turns one sample earlier, and with friction one later.
-
-        Together they cover every turn that is possible with peaks between the samples.
-        """
-        # A parabola rises above its samples by up to an eighth of their second difference.
-        peak = np.abs(np.diff(self.angle, 2)).max() / 8.0
-        early_flexion = friction_directions(self.angle, max(0.0, self.reversal - peak))
-        late_flexion = friction_directions(self.angle, self.reversal + peak)
-        early = copy(self)
-        early.flexion = np.append(early_flexion[1:], self.flexion[-1])
-        late = copy(self)
-        late.flexion = np.insert(late_flexion[:-1], 0, self.flexion[0])
-        return early, late
-
-
-def friction_directions(angle: Array, reversal: float) -> Flags:
-    """Return True for samples at which friction has the direction of flexion.
-
-    Its direction turns once the angle has come back by `reversal`. At rest it is that of the last
-    motion; before the first motion it is that of the next.
-
-    Args:
-        angle: Angles in the order of time (K,), rad.
-        reversal: Angle by which friction's direction lags behind a turn, rad.
-
-    Returns:
-        True in flexion, False in extension (K,).
-    """
-    flexion = np.empty(len(angle), np.bool_)
-    first = angle[0]
-    furthest = angle[0]
-    direction = 0  # 1 in flexion, -1 in extension, 0 before the first motion
-    for place, value in enumerate(angle):
-        if direction == 0:
-            if abs(value - first) > reversal:
-                direction = int(np.sign(value - first))
-            furthest = value
-            flexion[: place + 1] = direction > 0
-        elif direction * (furthest - value) > reversal:
-            direction = -direction
-            furthest = value
-        else:
-            furthest = max(direction * furthest, direction * value) * direction
-        flexion[place] = direction > 0
-    if direction == 0:
-        flexion[:] = angle[-1] >= angle[0]
-    return flexion
+        return np.where(is_sampled, values[:, sample], 0.0)

@@ -103,8 +103,8 @@ def window(design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds) -
     states = len(flexion), elbow_angle.size
     arrays = (
         *ends_of_states(at, bounds),
-        _ceiling(design, bounds),
-        _broken_by_design(design, bounds),
+        ceiling(design, bounds),
+        broken_by_design(design, bounds),
     )
     shape = np.broadcast_shapes(*(array.shape for array in arrays), states)
     folded = begin(shape[:-2])
@@ -165,13 +165,13 @@ def fold(folded: Extremes, at: State, bounds: Bounds, states: Rows) -> None:
 
 def finish(folded: Extremes, design: Design, bounds: Bounds) -> Ends:
     """Return the ends, from the tightest over all states and from what holds for whole designs."""
-    is_broken = _drop_state_axes(_broken_by_design(design, bounds)) != NOTHING
-    ceiling = _drop_state_axes(_ceiling(design, bounds))
+    is_broken = _drop_state_axes(broken_by_design(design, bounds)) != NOTHING
+    largest = _drop_state_axes(ceiling(design, bounds))
     low, high = pretensions(folded, design, bounds)
     is_empty = np.isnan(low)
     blocked_state = np.where(is_broken, -1.0, folded["blocked"])
     is_low_zero = ~(folded["low"] > 0.0)
-    is_high_ceiling = (ceiling < folded["high"]) | np.isinf(folded["high"])
+    is_high_ceiling = (largest < folded["high"]) | np.isinf(folded["high"])
     low_state = np.where(is_low_zero, -1.0, folded["low_state"])
     high_state = np.where(is_high_ceiling, -1.0, folded["high_state"])
     return Ends(
@@ -186,14 +186,14 @@ def finish(folded: Extremes, design: Design, bounds: Bounds) -> Ends:
 
 def pretensions(folded: Extremes, design: Design, bounds: Bounds) -> tuple[Array, Array]:
     """Return the smallest and the largest pretension of windows, as `Ends` has them, N."""
-    is_broken = _drop_state_axes(_broken_by_design(design, bounds)) != NOTHING
+    is_broken = _drop_state_axes(broken_by_design(design, bounds)) != NOTHING
     is_empty = np.isfinite(folded["blocked"]) | is_broken
     low = np.maximum(folded["low"], 0.0)
-    high = np.minimum(folded["high"], _drop_state_axes(_ceiling(design, bounds)))
+    high = np.minimum(folded["high"], _drop_state_axes(ceiling(design, bounds)))
     return nan_where(is_empty, low), nan_where(is_empty, high)
 
 
-def _ceiling(design: Design, bounds: Bounds) -> Array:
+def ceiling(design: Design, bounds: Bounds) -> Array:
     """Return the largest F0 that `max_pretension` allows, itself a reading of the design's kind."""
     largest = bounds.get("max_pretension")
     if largest is None:
@@ -229,7 +229,7 @@ def reading_of(pretension: Array, design: Design) -> Array:
         return reading_at(design, pretension[..., np.newaxis, np.newaxis])[..., 0, 0]
 
 
-def _broken_by_design(design: Design, bounds: Bounds) -> Codes:
+def broken_by_design(design: Design, bounds: Bounds) -> Codes:
     """Return the first limit on a number of the design that it breaks at any pretension.
 
     That is the limit's code, or NOTHING.
@@ -257,7 +257,7 @@ def with_binding_limits(
         flexion: Directions of all states, (D, 1), or (1, K) along a trajectory.
         bounds: Limits of the designs.
     """
-    broken = _drop_state_axes(_broken_by_design(design, bounds))
+    broken = _drop_state_axes(broken_by_design(design, bounds))
     directions = np.broadcast_to(flexion, (len(flexion), elbow_angle.size))
 
     def binding(state: Rows, beside: Array, *, upper: bool) -> Codes:

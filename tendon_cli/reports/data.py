@@ -337,7 +337,7 @@ def _encoded(array: npt.NDArray[Any]) -> str:
     return base64.b64encode(zlib.compress(array.tobytes(), 6)).decode("ascii")
 
 
-# --- States of some designs as curves over the motion, and their arms, by the model alone ----------
+# --- States of some designs as curves over the motion, and their arms, by the model alone ---------
 
 
 MOST_ANGLES = 61

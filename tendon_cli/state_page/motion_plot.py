@@ -18,10 +18,8 @@ from tendon_cli.figures.motion_marks import (
     turning_key,
 )
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO
-from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.moving import Moving
-from tendon_cli.model.trajectory import Trajectory
 
 MOTOR_STYLE: dict[str, Any] = {"color": OKABE_ITO[0]}
 """Style of the motor along a motion in time."""
@@ -48,15 +46,13 @@ class MotorMotion:
     """True at the ends of the record."""
 
     @classmethod
-    def of(cls, design: Design, trajectory: Trajectory) -> MotorMotion:
-        """Evaluate a single design along a trajectory."""
-        moving = Moving.of(design, trajectory)
-        count = len(trajectory.time)
+    def of(cls, moving: Moving) -> MotorMotion:
+        """Evaluate a single design along its trajectory."""
+        trajectory = moving.trajectory
 
         def along(values: Any) -> Any:
             """Return values of all samples, (samples,)."""
-            last = np.asarray(values)
-            return np.broadcast_to(last.reshape(-1) if last.size > 1 else last.ravel(), count)
+            return np.broadcast_to(np.ravel(values), len(trajectory.time))
 
         sliding = moving.sliding
         turning = along(sliding.turning)
@@ -95,7 +91,8 @@ def draw_torque_over_time(axes: Axes, motion: MotorMotion, torque_limit: float |
     hatch_ends(axes, motion.is_at_end, edges)
     axes.plot(motion.time, motion.joint_torque, **_JOINT)
     axes.plot(motion.time, motion.motor_torque, gid="curve", **MOTOR_STYLE)
-    draw_band(axes, motion.time, motion.motor_torque, motion.other_torque, MOTOR_STYLE["color"])
+    other = np.where(motion.counts, motion.other_torque, np.nan)
+    draw_band(axes, motion.time, motion.motor_torque, other, MOTOR_STYLE["color"])
     axes.axhline(0.0, color=FAINT, linewidth=0.5)
     if torque_limit is not None:
         for sign in (1.0, -1.0):

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.engine.plan import Plan
+from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import Axes, Line2D
 from tendon_cli.figures.frame import framed, source_of_study
@@ -27,6 +27,7 @@ from tendon_cli.model.motor import cycle_columns, motor_rates
 from tendon_cli.model.reversal import reversal
 from tendon_cli.model.statics import NO_EQUILIBRIUM
 from tendon_cli.quantities import QUANTITIES, SIDES
+from tendon_cli.state_page.lines import scalar, slides_in_flexion
 from tendon_cli.state_page.motion_plot import (
     MOTOR_STYLE,
     MotorMotion,
@@ -60,7 +61,7 @@ class Stroke:
 
 
 def draw_motor(
-    path: Path, state: State, plan: Plan, *, turns: bool, overwrite: bool = False
+    path: Path, state: State, plan: Plan, block: Block, *, turns: bool, overwrite: bool = False
 ) -> Path:
     """Draw the motor of a state's design into a file.
 
@@ -69,6 +70,7 @@ def draw_motor(
         state: The state.
         plan: The plan of the study. Both strokes are drawn if the study has a speed, the whole
             motion if it has one in time.
+        block: The block of that state.
         turns: True to draw the torque while the spool turns back at that state.
         overwrite: True to replace a file that tendon did not write.
 
@@ -101,7 +103,7 @@ def draw_motor(
         for direction in plan.directions:
             strokes[direction] = stroke_of(design, plan, direction, speed.single)
     if trajectory is not None:
-        motion = MotorMotion.of(design, trajectory)
+        motion = MotorMotion.of(plan.moving(block))
     with house_style():
         key = [
             Line2D([], [], label=direction, **style)
@@ -114,7 +116,10 @@ def draw_motor(
         page = framed(title, 74.0, key, notes, study=source_of_study(plan.study))
         has_motor = bool(strokes) or motion is not None
         count = 2 * has_motor + turns
-        panels = page.figure.subplots(1, count, squeeze=False)[0]
+        widths = [1.0] * count
+        if motion is not None:
+            widths[0] = 2.0
+        panels = page.figure.subplots(1, count, squeeze=False, width_ratios=widths)[0]
         limits = plan.study.limits
         if strokes:
             curves = {
@@ -129,7 +134,7 @@ def draw_motor(
         if turns:
             angles, torque, follows = turn_of(state, plan)
             _draw_turn(panels[-1], angles, torque, follows)
-            panels[-1].set_title(f"Turn from {plan.directions[0]} at {_place_text(state, plan)}")
+            panels[-1].set_title(_turn_title(plan, block))
         for axes in panels:
             axes.yaxis.set_major_formatter(plain_numbers())
             axes.set_ylabel("motor torque $\\tau_m$ (N m)")
@@ -174,8 +179,8 @@ def turn_of(state: State, plan: Plan) -> tuple[Array, Array, dict[str, tuple[flo
         The angles by which the spool is turned back, rad; the motor's torque at each, N m; and by
         side the angle and the torque at which the far end of a taut tendon follows.
     """
-    flexion = np.asarray(plan.directions[0] == "flexion")
-    turned = reversal(state, float(plan.elbow_angles[0]), flexion)
+    flexion = np.asarray(slides_in_flexion(plan, state))
+    turned = reversal(state, scalar(state.elbow_angle), flexion)
     ends = {side: float(np.ravel(getattr(turned, side).turn)[0]) for side in SIDES}
     positive = [end for end in ends.values() if end > 0.0]
     turns = 1.15 * max(positive or [1e-3]) * np.linspace(0.0, 1.0, _POINTS)
@@ -205,8 +210,8 @@ def _notes(design: Design, plan: Plan, *, turns: bool) -> list[str]:
             )
     if plan.study.trajectory is not None:
         notes.append(
-            "Speed and torque are those of the samples that count; while the sheath turns, friction "
-            "is that of the one direction or the other."
+            "Torque against speed is that of the samples that count, with friction in the "
+            "direction in which the tendons slide."
         )
     if turns:
         notes.append("Dots: where the far end of each tendon follows the spool.")
@@ -253,12 +258,12 @@ def _draw_torque_and_speed(
     axes.set_ylim(low, high)
 
 
-def _place_text(state: State, plan: Plan) -> str:
-    """Return the place at which a state stands: its angle, or its time."""
-    angle = f"{np.degrees(float(np.ravel(state.elbow_angle)[0])):.6g}°"
-    if plan.study.trajectory is None:
-        return angle
-    return f"{plan.study.trajectory.time[first_counted(plan)]:.4g} s, {angle}"
+def _turn_title(plan: Plan, block: Block) -> str:
+    """Return the title of the panel of a turn: the time or the angle at which it is."""
+    place = block.angles.start
+    if plan.study.trajectory is not None:
+        return f"Turn at {plan.study.trajectory.time[place]:.4g} s"
+    return f"Turn from {plan.directions[0]} at {np.degrees(plan.elbow_angles[place]):.6g}°"
 
 
 def _draw_loop(axes: Axes, strokes: Mapping[str, Stroke]) -> None:

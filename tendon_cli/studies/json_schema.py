@@ -118,6 +118,13 @@ def _fault(detail: Any, places: KeyPlaces) -> Fault:
     return Fault(shorten(".".join(path), 120), problem, hint, line)
 
 
+_FALLEN_AWAY = {
+    "motion.reversal": "leave it out: friction goes with the sliding of the tendons, which follows "
+    "from the motion and the suit",
+}
+"""Keys of earlier versions, each with what to do now."""
+
+
 def _problem_and_hint(detail: Any, path: list[str]) -> tuple[str, str | None]:
     """Return the problem and a hint, in our words, from what pydantic reports."""
     kind = detail["type"]
@@ -126,10 +133,12 @@ def _problem_and_hint(detail: Any, path: list[str]) -> tuple[str, str | None]:
     if kind == "tendon":
         return context["problem"], context["hint"]
     if kind == "extra_forbidden":
-        key = ".".join(path[2:])
+        key = ".".join(path[2:] if path[0] == "cases" else path)
         if path[0] == "cases" and any(f"{known}.".startswith(f"{key}.") for known in key_words()):
             hint = f"say {key} for the whole study, or write a study for each case"
             return "is the same for all cases", hint
+        if key in _FALLEN_AWAY:
+            return "is no longer a key", _FALLEN_AWAY[key]
         return "unknown key", _hint_at_key(path)
     if kind == "literal_error":
         words = [word.strip(" '") for word in context["expected"].replace(" or ", ",").split(",")]

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
 
-from tendon_cli.quantities import OF_STATES
+from tendon_cli.quantities import OF_MOTION_STATES, OF_STATES
 from tendon_cli.studies.accuracy import Accuracy, AccuracyField
 from tendon_cli.studies.angle_curves import (
     EXCURSION,
@@ -66,6 +66,10 @@ field_default: Any = Field
 """Field whose default is as a study file would say it; the field's validator reads it."""
 
 
+_RESULTS_OF_STATES = ("status", *OF_STATES, *OF_MOTION_STATES)
+"""Results of states that a study may keep; the last ones are there along a trajectory."""
+
+
 def _check_state_columns(names: tuple[str, ...]) -> tuple[str, ...]:
     """Return the names if all are results of the states; refuse any other.
 
@@ -76,8 +80,8 @@ def _check_state_columns(names: tuple[str, ...]) -> tuple[str, ...]:
             raise fault(
                 f'"{name}" identifies the state of a row, so it is always written', "leave it out"
             )
-        if name != "status" and name not in OF_STATES:
-            hint = hint_at_nearest(name, ("status", *OF_STATES))
+        if name not in _RESULTS_OF_STATES:
+            hint = hint_at_nearest(name, _RESULTS_OF_STATES)
             raise fault(f'"{shorten(name)}" is not a result of the states', hint)
     return names
 
@@ -93,7 +97,7 @@ Tables = Annotated[
 ]
 StateColumns = Annotated[
     tuple[str, ...],
-    *one_or_many({"enum": ["status", *OF_STATES]}, each_once=True),
+    *one_or_many({"enum": list(_RESULTS_OF_STATES)}, each_once=True),
     Field(min_length=1),
     AfterValidator(_check_state_columns),
 ]
@@ -331,7 +335,6 @@ class Motion(Part):
         f"speed; a third column, torque, is that of a task: {SIGN_OF_TASK}",
     )
     cutoff: Annotated[StudyNumber | None, SingleField("cutoff", 1e-3, 1e4)] = None
-    reversal: Annotated[StudyNumber | None, SingleField("reversal", 0.0, 3.2)] = None
     inertia: Annotated[StudyNumber | None, SingleField("inertia", 0.0, 1e3)] = None
 
 

@@ -248,13 +248,13 @@ class Study(Displayed, StudyTables):
 
     @cached_property
     def trajectory(self) -> Trajectory | None:
-        """Motion in time, smoothed; None for a study of single angles."""
+        """Motion in time, smoothed, with a task over time; None for a study of single angles."""
         if self.motion.trajectory is None:
             return None
         # Only a study with a trajectory pays for the import.
         from tendon_cli.studies.measured_motion import trajectory_of
 
-        return trajectory_of(self.motion)
+        return trajectory_of(self.motion, self.load.torque)
 
     @property
     def angles(self) -> npt.NDArray[np.float64]:
@@ -263,12 +263,13 @@ class Study(Displayed, StudyTables):
 
     @property
     def flexion(self) -> npt.NDArray[np.bool_]:
-        """True where friction is that of flexion.
+        """True where the joint flexes.
 
-        The shape is (directions, 1), or (1, samples) for a trajectory.
+        The shape is (directions, 1), or (1, samples) for a trajectory, along which tendons may
+        slide the other way.
         """
         if self.trajectory is not None:
-            return self.trajectory.flexion[np.newaxis]
+            return self.trajectory.is_flexing[np.newaxis]
         is_flexion = [direction == "flexion" for direction in self.motion.direction]
         return np.array(is_flexion).reshape(-1, 1)
 

@@ -14,6 +14,7 @@ from tendon_cli.model import whole_motion
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import F0, READINGS, Design
 from tendon_cli.model.kinematics import Array, Flags, Rows
+from tendon_cli.model.sliding import BOTH_DIRECTIONS
 from tendon_cli.space.axis import (
     DRAW_AXIS,
     PERSON_AXIS,
@@ -152,8 +153,11 @@ class Question:
 
     @property
     def flexion(self) -> Flags:
-        """True where a direction is flexion, (D, 1), or a sample of a trajectory, (1, K)."""
-        return self.study.flexion
+        """True where a direction is flexion, (D, 1).
+
+        Along a trajectory these are both directions in which tendons may slide.
+        """
+        return BOTH_DIRECTIONS if self.study.trajectory is not None else self.study.flexion
 
     @property
     def states_per_design(self) -> int:

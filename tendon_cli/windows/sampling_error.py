@@ -9,9 +9,10 @@ import numpy as np
 
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Rows
+from tendon_cli.model.motion_window import window_along
 from tendon_cli.model.motor_window import narrow
 from tendon_cli.model.trajectory import Trajectory
-from tendon_cli.model.window import Ends, Window, as_read, window, with_binding_limits
+from tendon_cli.model.window import Ends, Window, as_read, with_binding_limits
 from tendon_cli.studies.measured_motion import at_times
 from tendon_cli.windows.question import Question
 from tendon_cli.windows.solutions import Solutions
@@ -135,32 +136,14 @@ def _ends_over_angles(
 def _ends_over_times(
     question: Question, design: Design, trajectory: Trajectory
 ) -> Callable[[Array], Array]:
-    """Return a function from the times of a trajectory's samples, s, to `_common_ends`.
-
-    Friction may reverse a sample earlier or later. With dense samples both are tried, and the
-    tightest ends count.
-    """
+    """Return a function from the times of a trajectory's samples, s, to `_common_ends`."""
 
     def ends(times: Array) -> Array:
         """Return `_common_ends` of windows with the trajectory taken at times, s."""
         motion = at_times(trajectory, times)
-        is_dense = len(times) > len(trajectory.time) + 1
-        motions = motion.with_shifted_turns if is_dense else [motion]
-        common = []
-        for moved in motions:
-            along = replace(design, trajectory=moved)
-            angle = moved.angle[np.newaxis]
-            flexion = moved.flexion[np.newaxis]
-            windows = narrow(
-                window(along, angle, flexion, question.bounds),
-                along,
-                angle,
-                flexion,
-                question.bounds,
-                question.loads,
-            )
-            common.append(_common_ends(as_read(windows, design)))
-        return np.asarray(np.max(common, axis=0))
+        along = replace(design, trajectory=motion)
+        windows = window_along(along, motion, question.bounds)
+        return _common_ends(as_read(windows, design))
 
     return ends
 

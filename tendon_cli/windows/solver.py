@@ -17,7 +17,10 @@ from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import CONTACT_PRESSURE, contact_pressure
+from tendon_cli.model.motion_window import window_along
 from tendon_cli.model.motor_window import narrow
+from tendon_cli.model.moving import Moving
+from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.model.window import Ends, Window
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question, select_numbers
@@ -27,6 +30,8 @@ _STATES_AT_ONCE = 2**21
 """States in one portion, so that each array of the model stays within a few megabytes."""
 _MOTOR_IN_NUMPY = 8
 """Factor by which a portion is smaller with limits on the motor, whose arrays hold all states."""
+_MOTION_IN_NUMPY = 32
+"""Factor by which a portion is smaller along a trajectory, of which NumPy has all states."""
 _SAME_ANGLE = 1e-12
 """Distance within which two angles are the same but for rounding, rad."""
 _REFINED_AT_ONCE = 2**12
@@ -79,14 +84,16 @@ class Solver:
     def _all_limits(self, ends: Ends, points: Points, *, named: bool) -> Ends:
         """Turn ends as F0 into ends of all limits, as a `Window` if `named` or at no cost."""
         question = self.question
-        of_motion = bool(question.bounds.of_motion)
-        named = named or of_motion or kernel.kind() is None
-        if not named and question.is_f0:
+        is_along = question.study.trajectory is not None  # ends have all limits already
+        of_motion = bool(question.bounds.of_motion) and not is_along
+        named = named or of_motion or is_along or kernel.kind() is None
+        if question.is_f0 and (is_along or not named):
             return ends
         finished: dict[str, Any] = {}
+        kind = Window if is_along else Ends
         for rows, conditions, design in self.portions(points):
-            part = Ends(**{name: values[rows, conditions] for name, values in vars(ends).items()})
-            if named:
+            part = kind(**{name: values[rows, conditions] for name, values in vars(ends).items()})
+            if named and not is_along:
                 part = window.with_binding_limits(
                     part, design, question.angles, question.flexion, question.bounds
                 )
@@ -133,8 +140,11 @@ class Solver:
             The ends; and True for lower and for upper ends that may lie between the samples.
         """
         question = self.question
-        is_continuous = question.study.trajectory is None and question.angles.size >= 3
-        if not is_continuous:
+        if question.study.trajectory is not None:
+            along = self._windows_along(points, question.study.trajectory)
+            nowhere = np.zeros(along.low.shape, dtype=np.bool_)
+            return along, nowhere, nowhere
+        if question.angles.size < 3:
             ends = self._fold_states(points, question.angles)
             nowhere = np.zeros(ends.low.shape, dtype=np.bool_)
             return ends, nowhere, nowhere
@@ -149,6 +159,18 @@ class Solver:
             low_between |= low_begins
             high_between |= high_begins
         return ends, low_between, high_between
+
+    def _windows_along(self, points: Points, trajectory: Trajectory) -> Window:
+        """Return the windows along a trajectory, (choices, conditions), of all limits, as F0."""
+        found: dict[str, Any] = {}
+        whole = (len(points), len(self.question.conditions))
+        for rows, conditions, design in self.portions(points):
+            part = window_along(design, trajectory, self.question.bounds)
+            for name, values in vars(part).items():
+                if name not in found:
+                    found[name] = np.empty(whole, dtype=values.dtype)
+                found[name][rows, conditions] = values
+        return Window(**found)
 
     def _tighten_at_contact(self, ends: Ends, points: Points) -> tuple[Flags, Flags]:
         """Tighten ends at the angles from which on the straps press, in place.
@@ -310,14 +332,17 @@ class Solver:
         that `Worst.of_quantities` takes.
         """
         flexion = self.question.flexion
+        trajectory = self.question.study.trajectory
         for rows, conditions, design in self.portions(points.at_pretension(pretension)):
             shape = (rows.stop - rows.start, conditions.stop - conditions.start)
             values = extremes.begin(shape)
-            angles = self.question.angles
-            if self.question.study.trajectory is None:
-                angles = whole_motion.with_contacts(angles, design)
-            state = State.of(design, angles, flexion)
-            kernel.fold_extremes(values, state, angles.ravel(), (*shape, len(flexion), angles.size))
+            if trajectory is not None:
+                kernel.fold_motion(values, Moving.of(design, trajectory))
+            else:
+                angles = whole_motion.with_contacts(self.question.angles, design)
+                state = State.of(design, angles, flexion)
+                states = (*shape, len(flexion), angles.size)
+                kernel.fold_extremes(values, state, angles.ravel(), states)
             tension = values["max_strap_tension"][..., np.newaxis, np.newaxis]
             pressure = contact_pressure(design, tension)[..., 0, 0]
             quantities = (
@@ -344,7 +369,9 @@ class Solver:
         question = self.question
         count = len(points)
         most = _STATES_AT_ONCE // question.states_per_design
-        if question.bounds.of_motion:
+        if question.study.trajectory is not None:
+            most //= _MOTION_IN_NUMPY
+        elif question.bounds.of_motion:
             most //= _MOTOR_IN_NUMPY
         most = max(1, most)
         width = min(len(question.conditions), max(1, most // min(count, 2 * math.isqrt(most))))

@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.bounds import Bounds
-from tendon_cli.model.motor import cycle_columns, motion_columns
-from tendon_cli.model.motor_window import narrow
+from tendon_cli.model.motion_window import window_along
+from tendon_cli.model.motor import cycle_columns
+from tendon_cli.model.moving import Moving, motion_columns
 from tendon_cli.model.reversal import drift
-from tendon_cli.model.trajectory import Trajectory, friction_directions
-from tendon_cli.model.window import window
+from tendon_cli.model.trajectory import Trajectory
 
 from .designs import BOTH_DIRECTIONS, baseline, design
 
@@ -35,7 +35,7 @@ def swing(count=2001, cycles=1.0):
     acceleration = RATE**2 * np.cos(turn)
     jerk = -(RATE**3) * np.sin(turn)
     derivatives = SWING * np.array([speed, acceleration, jerk])
-    return Trajectory(time, angle, derivatives, 0.0)
+    return Trajectory(time, angle, derivatives)
 
 
 def moved(trajectory, inertia=INERTIA, **changes):
@@ -46,17 +46,22 @@ def moved(trajectory, inertia=INERTIA, **changes):
 
 def samples(trajectory):
     """Return angles and directions of a trajectory, each (1, samples)."""
-    return trajectory.angle[np.newaxis], trajectory.flexion[np.newaxis]
+    return trajectory.angle[np.newaxis], trajectory.is_flexing[np.newaxis]
+
+
+def along(made):
+    """Return a design along its trajectory."""
+    return Moving.of(made, made.trajectory)
 
 
 def states_of(made):
-    """Return the states of a design along its trajectory."""
-    return evaluate(made, *samples(made.trajectory))
+    """Return the states of a design that hold along its trajectory."""
+    return along(made).state
 
 
 def results_of(made):
     """Return the motor's results along the trajectory of a design as plain numbers by name."""
-    return {name: float(value) for name, value in motion_columns(made, made.trajectory).items()}
+    return {name: float(value) for name, value in motion_columns(along(made)).items()}
 
 
 def test_inertia_asks_for_torque_and_leaves_the_stiffness_as_it_is():
@@ -72,7 +77,7 @@ def test_inertia_asks_for_torque_and_leaves_the_stiffness_as_it_is():
 
 def test_each_sample_is_known_by_its_angle_though_the_joint_rests():
     rates = np.array([np.arange(5.0), -np.arange(5.0), np.ones(5)])
-    trajectory = Trajectory(np.arange(5.0), np.zeros(5), rates, 0.0)
+    trajectory = Trajectory(np.arange(5.0), np.zeros(5), rates)
     assert len(set(trajectory.angle)) == 5
     assert np.abs(trajectory.angle).max() < 1e-300
     np.testing.assert_array_equal(trajectory.derivatives_at(trajectory.angle), rates)
@@ -87,12 +92,14 @@ def test_where_a_joint_drifts_and_where_it_is_set_it_stands_still():
 
 
 def test_slow_full_swings_come_to_what_a_cycle_does():
-    """Without inertia a full swing has the work, loss, travel and peaks of both strokes."""
+    """Without inertia a full swing has the work and travel of both strokes, and adds the turns."""
     changes = {"forearm_mass": 4.0, "forearm_com": 0.25, "pretension": 200.0}
-    results = results_of(moved(swing(40_001), inertia=0.0, **changes))
+    made = moved(swing(40_001), inertia=0.0, **changes)
+    results = results_of(made)
+    results["friction_loss"] -= float(along(made).sliding.turn_loss.sum())
     angles = np.linspace(MIDDLE - SWING, MIDDLE + SWING, 91)[np.newaxis]
     strokes = cycle_columns(design(baseline(**changes)), angles, BOTH_DIRECTIONS, 1.0)
-    for name in ("motor_work_in", "friction_loss", "spool_travel", "efficiency"):
+    for name in ("motor_work_in", "friction_loss", "spool_travel"):
         assert results[name] == pytest.approx(float(strokes[name]), rel=2e-4), name
 
 
@@ -109,7 +116,8 @@ def test_work_in_less_braking_is_what_the_elbow_takes_stores_and_friction_loses(
         0.5 * (state.flexor.energy_compliance * x * x + state.extensor.energy_compliance * y * y)[0]
     )
     motor_work = results["motor_work_in"] - results["braking_work"]
-    expected = elbow_work + stored[-1] - stored[0] + results["friction_loss"]
+    lost = results["friction_loss"] - float(state.sliding.turn_loss.sum())
+    expected = elbow_work + stored[-1] - stored[0] + lost
     assert motor_work == pytest.approx(expected, rel=1e-6)
 
 
@@ -122,7 +130,8 @@ def test_peaks_and_the_root_mean_square_are_those_of_the_states():
     root_mean_square = np.sqrt(np.mean(torque**2))
     assert results["rms_motor_torque"] == pytest.approx(root_mean_square, rel=1e-3)
     power = torque * np.gradient(state.spool_angle[0], trajectory.time)
-    keeps_direction = trajectory.flexion[:-1] == trajectory.flexion[1:]
+    flexion = state.sliding.flexion[0]
+    keeps_direction = flexion[:-1] == flexion[1:]
     peak = power[:-1][keeps_direction].max()
     assert results["peak_motor_power"] == pytest.approx(peak, rel=1e-3)
     assert np.isnan(results["max_backlash"])
@@ -140,20 +149,20 @@ LIMITS = (
 @pytest.mark.parametrize("name", LIMITS)
 def test_windows_along_a_trajectory_are_where_its_columns_keep_the_limit(name):
     trajectory = swing(121)
-    angle, flexion = samples(trajectory)
     changes = {"load_mass": 2.0, "ratio": 0.7}
     made = moved(trajectory, **changes)
-    wide = window(made, angle, flexion, Bounds())
+    wide = window_along(made, trajectory, Bounds())
 
     def value(pretension):
         held = moved(trajectory, **changes, pretension=pretension)
         if name == "peak_motor_torque":
-            return float(np.abs(states_of(held).motor_torque).max())
+            held = along(held)
+            torques = [held.state.motor_torque, held.turned.motor_torque]
+            return float(np.abs(torques).max())
         return results_of(held)[name.removeprefix("max_")]
 
     limit = value(0.6 * float(wide.low) + 0.4 * float(wide.high))
-    bounds = Bounds(**{name: limit})
-    left = narrow(window(made, angle, flexion, bounds), made, angle, flexion, bounds)
+    left = window_along(made, trajectory, Bounds(**{name: limit}))
     ends = [
         (float(left.low), float(wide.low), -1.0),
         (float(left.high), float(wide.high), 1.0),
@@ -162,30 +171,3 @@ def test_windows_along_a_trajectory_are_where_its_columns_keep_the_limit(name):
     for end, wide_end, outward in ends:
         assert value(end) <= limit * (1.0 + 1e-9)
         assert end == wide_end or value(end + 1e-3 * outward) > limit
-
-
-# --- The direction of friction --------------------------------------------------------------------
-
-
-def test_friction_turns_once_the_angle_has_come_back_far_enough():
-    angle = np.radians([0.0, 0.5, 2.0, 5.0, 4.5, 4.2, 3.9, 2.0, 2.5, 3.5, 3.5, 3.5])
-    expected = [True, True, True, True, True, True, False, False, False, True, True, True]
-    assert friction_directions(angle, np.radians(1.0)).tolist() == expected
-
-
-def test_noise_smaller_than_the_reversal_turns_nothing():
-    rng = np.random.default_rng(1)
-    angle = np.concatenate([np.linspace(0.0, 1.0, 200), np.linspace(1.0, 0.2, 200)])
-    flexion = friction_directions(angle + rng.uniform(-0.004, 0.004, 400), 0.0175)
-    assert np.flatnonzero(np.diff(flexion)).size == 1
-    assert flexion[0]
-    assert not flexion[-1]
-
-
-@given(st.integers(0, 1000), st.floats(0.0, 0.3))
-def test_a_mirrored_motion_has_the_other_friction(seed, reversal):
-    angle = np.cumsum(np.random.default_rng(seed).normal(0.0, 0.1, 60))
-    flexion = friction_directions(angle, reversal)
-    mirrored = friction_directions(-angle, reversal)
-    if np.abs(angle - angle[0]).max() > reversal:
-        np.testing.assert_array_equal(flexion, ~mirrored)

@@ -9,7 +9,7 @@ import tendon_cli as tendon
 from tendon_cli.errors import TendonError
 from tendon_cli.studies.angle_curves import CurveTable
 from tendon_cli.studies.json_schema import schema_text
-from tendon_cli.studies.measured_motion import torque_at_samples
+from tendon_cli.studies.measured_motion import task_at_samples
 
 from .csv_text import csv_text
 
@@ -136,7 +136,9 @@ def test_samples_of_a_task_do_not_depend_on_how_often_it_is_read(step):
     slow = 5.0 * np.sin(2.0 * np.pi * 0.5 * times)  # N m
     hum = 3.0 * np.sin(2.0 * np.pi * 99.7 * times) if step < 0.01 else 0.0  # of a force plate
     task = CurveTable({"time": tuple(times), "torque": tuple(slow + hum)})
-    samples = torque_at_samples(task, TIME, 6.0)
+    samples, rate = task_at_samples(task, TIME, 6.0)
     truth = 5.0 * np.sin(2.0 * np.pi * 0.5 * TIME)
+    slope = 5.0 * np.pi * np.cos(np.pi * TIME)
     inner = slice(40, -40)
     np.testing.assert_allclose(samples[inner], truth[inner], atol=0.02)
+    np.testing.assert_allclose(rate[inner], slope[inner], atol=0.1)

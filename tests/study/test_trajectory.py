@@ -93,9 +93,16 @@ def test_a_sweep_along_it_has_a_row_per_sample_and_the_motor_over_time(file):
     first = states[states["design"] == 0]
     assert first["direction"].iloc[:99].eq("flexion").all()
     assert first["direction"].iloc[110:190].eq("extension").all()
-    torque = first["motor_torque"].to_numpy()
+    counted = first[~first["at_record_end"]]
+    torque = counted["motor_torque"].to_numpy()
+    other = counted["motor_torque_other"].to_numpy()
     assert designs["rms_motor_torque"][0] == pytest.approx(np.sqrt(np.mean(torque**2)), rel=5e-3)
-    assert designs["peak_motor_torque"].abs()[0] == np.abs(torque).max()
+    assert designs["peak_motor_torque"].abs()[0] == np.nanmax(np.abs([torque, other]))
+    assert designs["turning_fraction"][0] == pytest.approx(counted["turning"].mean())
+    assert (np.isnan(other) == ~counted["turning"]).all()
+    slides_back = counted["friction_direction"] < 0
+    is_opposite = (counted["elbow_speed"] < 0) != slides_back
+    assert designs["opposite_fraction"][0] == pytest.approx(is_opposite.mean())
     assert designs["max_backlash"].isna().all()
     assert (designs["braking_work"] >= 0.0).all()
     assert run.to_xarray()["motor_torque"].dims == ("load_mass", "time")

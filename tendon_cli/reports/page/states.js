@@ -181,7 +181,7 @@ async function turningShapes() {
     opacity: 0.25,
     line: { width: 0 },
     layer: "below",
-    name: "turning",
+    name: "the tendons turn",
     showlegend: at === 0,
   }));
 }
