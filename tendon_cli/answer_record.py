@@ -679,6 +679,29 @@ class PopulationRecord(TypedDict):
 # --- The answer -----------------------------------------------------------------------------------
 
 
+class CutoffCheck(TypedDict):
+    """Largest values over designs at the cutoff of a trajectory, and at 0.7 times that."""
+
+    cutoff: float
+    """Cutoff of the study, Hz."""
+    lower: float
+    """Lower cutoff, Hz."""
+    peak_motor_speed: tuple[float | None, float | None]
+    """Largest speed of the motor at the cutoff and at the lower one, rad/s; null if unknown."""
+    peak_motor_power: tuple[float | None, float | None]
+    """Largest power of the motor at both, W."""
+    decides: bool
+    """True if either changes by over 10 %: then it is the cutoff that decides it."""
+
+
+class ChecksRecord(TypedDict):
+    """Checks of what an answer rests on."""
+
+    cutoff: CutoffCheck
+    """What the cutoff of the trajectory's low-pass decides, for the choice named first at its
+    pretension."""
+
+
 class BestRecord(TypedDict):
     """The best choices, and the first of them on the bench."""
 
@@ -708,6 +731,8 @@ class BestRecord(TypedDict):
     """Motion of the ends of the best choice's window, the largest per 1 % first."""
     taken_as_exact: list[ExactRecord]
     """Numbers that the study takes as exact, the one that moves an end most first."""
+    checks: NotRequired[ChecksRecord]
+    """There if a trajectory gives the motion, and a choice has a window."""
 
 
 class FreshRecord(TypedDict):

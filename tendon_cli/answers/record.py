@@ -14,6 +14,7 @@ from tendon_cli.answer_record import (
     BestRecord,
     BetweenSamples,
     CertificateRecord,
+    ChecksRecord,
     ChoiceCertificate,
     ChoiceRecord,
     ConflictRecord,
@@ -49,6 +50,7 @@ from tendon_cli.answers.text_notes import (
     scope_words,
 )
 from tendon_cli.answers.verified_record import fresh_record, verified_record
+from tendon_cli.engine.cutoff_check import check_of_designs
 from tendon_cli.engine.task import Note
 from tendon_cli.model.kinematics import Rows
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
@@ -375,6 +377,14 @@ def _certificate_record(certificate: Certificate) -> CertificateRecord:
     }
 
 
+def _checks(solver: Solver, chosen: Solutions) -> ChecksRecord | None:
+    """Return the checks of the choice named first, at its pretension; None if there are none."""
+    at_pretension = chosen.points.at_pretension(chosen.pretension)
+    designs = (design for _, _, design in solver.portions(at_pretension))
+    check = check_of_designs(solver.question.study, designs)
+    return None if check is None else {"cutoff": check}
+
+
 # --- The record -----------------------------------------------------------------------------------
 
 
@@ -400,6 +410,9 @@ def _best_record(
         "taken_as_exact": [],
     }
     if chosen is not None:
+        checks = _checks(solver, chosen)
+        if checks is not None:
+            record["checks"] = checks
         record["setting"] = setting_record(question, chosen)
         record["drift"] = drift_record(question, chosen)
         if ends is not None:

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import kernel
+from tendon_cli.engine.cutoff_check import check_of_sweep
 from tendon_cli.engine.folds import (
     COUNTED,
     Folds,
@@ -206,6 +207,7 @@ class Sweep(Task):
 
     def results(self, notes: Sequence[Note], proving: Any) -> dict[str, Any]:  # noqa: ARG002
         """Count designs, states and choices for the record, from the notes of all parts."""
+        check = check_of_sweep(self.plan)
         return {
             "designs": self.plan.designs,
             "states": self.plan.states,
@@ -214,6 +216,7 @@ class Sweep(Task):
             "feasible_choices": count_feasible_choices(
                 self.plan, (note["feasible"] for note in notes)
             ),
+            **({} if check is None else {"checks": {"cutoff": check}}),
         }
 
     def warnings(self, record: Mapping[str, Any]) -> list[str]:
