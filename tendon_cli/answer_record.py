@@ -698,8 +698,8 @@ class ChecksRecord(TypedDict):
     """Checks of what an answer rests on."""
 
     cutoff: CutoffCheck
-    """What the cutoff of the trajectory's low-pass decides, for the choice named first at its
-    pretension."""
+    """Peaks that the cutoff of the trajectory's low-pass decides, for the choice named first at its
+    pretension; without a window for the choice nearest to one."""
 
 
 class BestRecord(TypedDict):
@@ -732,7 +732,7 @@ class BestRecord(TypedDict):
     taken_as_exact: list[ExactRecord]
     """Numbers that the study takes as exact, the one that moves an end most first."""
     checks: NotRequired[ChecksRecord]
-    """There if a trajectory gives the motion, and a choice has a window."""
+    """There if a trajectory gives the motion."""
 
 
 class FreshRecord(TypedDict):

@@ -56,7 +56,7 @@ from tendon_cli.model.kinematics import Rows
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
 from tendon_cli.model.window import Ends
 from tendon_cli.proof.certify import Certificate, Report, certify
-from tendon_cli.space.axis import evenly_spaced
+from tendon_cli.space.axis import PRETENSION, evenly_spaced
 from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows import candidates
 from tendon_cli.windows.candidates import LimitPair
@@ -330,6 +330,9 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
         "notes": [*_notes(question, verifier), *remedies.notes],
         "population": None,
     }
+    checks = _checks(solver, named_first)
+    if checks is not None:
+        record["checks"] = checks
     setting = record["setting"]
     if chosen is not None and setting is not None:
         accuracy = setting["accuracy"]
@@ -377,9 +380,15 @@ def _certificate_record(certificate: Certificate) -> CertificateRecord:
     }
 
 
-def _checks(solver: Solver, chosen: Solutions) -> ChecksRecord | None:
-    """Return the checks of the choice named first, at its pretension; None if there are none."""
-    at_pretension = chosen.points.at_pretension(chosen.pretension)
+def _checks(solver: Solver, choice: Solutions) -> ChecksRecord | None:
+    """Return the checks of a choice at its pretension; None if there are none.
+
+    A choice without a window is checked at the pretension that it asks for, or else at the study's.
+    """
+    stated = solver.question.study.numbers[PRETENSION].array[:1]
+    known = (choice.pretension, choice.pretension_from, stated)
+    pretension = next(values for values in known if np.isfinite(values).all())
+    at_pretension = choice.points.at_pretension(pretension)
     designs = (design for _, _, design in solver.portions(at_pretension))
     check = check_of_designs(solver.question.study, designs)
     return None if check is None else {"cutoff": check}
@@ -410,9 +419,6 @@ def _best_record(
         "taken_as_exact": [],
     }
     if chosen is not None:
-        checks = _checks(solver, chosen)
-        if checks is not None:
-            record["checks"] = checks
         record["setting"] = setting_record(question, chosen)
         record["drift"] = drift_record(question, chosen)
         if ends is not None:

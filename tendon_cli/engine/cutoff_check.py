@@ -1,4 +1,4 @@
-"""What the cutoff of a trajectory's low-pass decides: peaks at the cutoff and at a lower one.
+"""Peaks that the cutoff of a trajectory's low-pass decides: at the cutoff and at a lower one.
 
 Noise of the angle grows in its derivatives, and motion above the cutoff is lost. Both show in what
 the peaks of the motor do at 0.7 times the cutoff: of clean motions below a quarter of the cutoff
@@ -50,7 +50,7 @@ def check_of_designs(study: Study, designs: Iterable[Design]) -> CutoffCheck | N
     from tendon_cli.model.moving import Moving, motion_demand
     from tendon_cli.studies.measured_motion import LOWER, cutoff_of, trajectory_of
 
-    lower = trajectory_of(study.motion, LOWER)
+    lower = trajectory_of(study.motion, study.load.torque, LOWER)
     if lower is None:
         return None
     demands = []

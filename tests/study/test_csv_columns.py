@@ -65,7 +65,7 @@ def test_columns_that_are_not_read_are_named():
 
 
 def test_a_column_in_the_file_of_a_trajectory_that_is_not_read_is_named(tmp_path):
-    rows = [f"{0.1 * row:.1f},{40 + row % 20},1" for row in range(20)]
+    rows = [f"{0.1 * row:.1f},{40 + row % 20},1" for row in range(40)]
     (tmp_path / "walk.csv").write_text("\n".join(["time (s),angle (deg),force (N)", *rows]))
     (tmp_path / "study.toml").write_text('[motion]\ntrajectory = "walk.csv"\n')
     study = load_study(tmp_path / "study.toml", ["motion.cutoff=2 Hz"])
