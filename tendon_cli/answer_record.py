@@ -698,8 +698,15 @@ class ChecksRecord(TypedDict):
     """Checks of what an answer rests on."""
 
     cutoff: CutoffCheck
-    """Peaks that the cutoff of the trajectory's low-pass decides, for the choice named first at its
+    """Check of the cutoff of the trajectory's low-pass, for the choice named first at its
     pretension; without a window for the choice nearest to one."""
+
+
+class Checked(TypedDict):
+    """Part of the record that only some answers have."""
+
+    checks: NotRequired[ChecksRecord]
+    """There if a trajectory gives the motion."""
 
 
 class BestRecord(TypedDict):
@@ -731,8 +738,6 @@ class BestRecord(TypedDict):
     """Motion of the ends of the best choice's window, the largest per 1 % first."""
     taken_as_exact: list[ExactRecord]
     """Numbers that the study takes as exact, the one that moves an end most first."""
-    checks: NotRequired[ChecksRecord]
-    """There if a trajectory gives the motion."""
 
 
 class FreshRecord(TypedDict):
@@ -746,7 +751,7 @@ class FreshRecord(TypedDict):
     """Noun for the members: persons are drawn, too, or draws alone."""
 
 
-class AnswerResults(BestRecord):
+class AnswerResults(BestRecord, Checked):
     """Answer without the facts of the run."""
 
     question: QuestionRecord

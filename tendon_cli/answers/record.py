@@ -14,7 +14,7 @@ from tendon_cli.answer_record import (
     BestRecord,
     BetweenSamples,
     CertificateRecord,
-    ChecksRecord,
+    Checked,
     ChoiceCertificate,
     ChoiceRecord,
     ConflictRecord,
@@ -322,6 +322,7 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
         "serve": question.serve,
         "verified_by": None if verifier is None else fresh_record(verifier.sample),
         **_best_record(solver, named, chosen, ends),
+        **_checks(solver, named_first),
         "between_samples": between,
         "proved": [] if proved is None else named.records(proved),
         "conflicts": [*_conflicts(named, relevant, conflicts)],
@@ -330,9 +331,6 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
         "notes": [*_notes(question, verifier), *remedies.notes],
         "population": None,
     }
-    checks = _checks(solver, named_first)
-    if checks is not None:
-        record["checks"] = checks
     setting = record["setting"]
     if chosen is not None and setting is not None:
         accuracy = setting["accuracy"]
@@ -365,7 +363,7 @@ def _between_samples(
         **_certificate_record(of_chosen),
         "choices": of_each,
         "method": PROOF_METHOD,
-        "scope": scope_words(scope.angles, scope.ranges, scope.served),
+        "scope": scope_words(scope.angles, scope.ranges, scope.served, _times(solver.question)),
         "curves": curves_of(solver, chosen, of_chosen.ends),
     }
 
@@ -380,8 +378,17 @@ def _certificate_record(certificate: Certificate) -> CertificateRecord:
     }
 
 
-def _checks(solver: Solver, choice: Solutions) -> ChecksRecord | None:
-    """Return the checks of a choice at its pretension; None if there are none.
+def _times(question: Question) -> tuple[float, float] | None:
+    """Return the first and the last time that count in a motion in time, s; None without one."""
+    trajectory = question.study.trajectory
+    if trajectory is None:
+        return None
+    counted = trajectory.time[trajectory.counted]
+    return float(counted[0]), float(counted[-1])
+
+
+def _checks(solver: Solver, choice: Solutions) -> Checked:
+    """Return the checks of a choice at its pretension, as an entry of the record.
 
     A choice without a window is checked at the pretension that it asks for, or else at the study's.
     """
@@ -391,7 +398,7 @@ def _checks(solver: Solver, choice: Solutions) -> ChecksRecord | None:
     at_pretension = choice.points.at_pretension(pretension)
     designs = (design for _, _, design in solver.portions(at_pretension))
     check = check_of_designs(solver.question.study, designs)
-    return None if check is None else {"cutoff": check}
+    return {} if check is None else {"checks": {"cutoff": check}}
 
 
 # --- The record -----------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Peaks that the cutoff of a trajectory's low-pass decides: at the cutoff and at a lower one.
+"""Check of what the cutoff of a trajectory's low-pass decides.
 
 Noise of the angle grows in its derivatives, and motion above the cutoff is lost. Both show in what
 the peaks of the motor do at 0.7 times the cutoff: of clean motions below a quarter of the cutoff
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 _CHANGES = 0.1
 """Share by which a peak must change to be decided by the cutoff."""
-_MOST_DESIGNS = 64
+_MOST_DESIGNS = 16
 """Most designs of a sweep that are looked at, evenly spread."""
 
 
@@ -31,10 +31,14 @@ def check_of_sweep(plan: Plan) -> CutoffCheck | None:
     """Check the designs of a sweep, or as many of them as are quick; None without a trajectory."""
     if plan.study.trajectory is None:
         return None
+    from tendon_cli.model.motor import select_points  # only a study of motion pays for its import
+
     count = min(plan.designs, _MOST_DESIGNS)
     rows = np.unique(np.linspace(0, plan.designs - 1, count).round().astype(np.int64))
-    blocks = (block for row in rows.tolist() for block in plan.blocks(range(row, row + 1)))
-    return check_of_designs(plan.study, (plan.design(block) for block in blocks))
+    shape = plan.shape or (1,)
+    every = plan.space.design(plan.space.whole)
+    designs = select_points(every, (*shape, 1, 1), np.unravel_index(rows, shape))
+    return check_of_designs(plan.study, [designs])
 
 
 def check_of_designs(study: Study, designs: Iterable[Design]) -> CutoffCheck | None:

@@ -21,7 +21,7 @@ from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
 from tendon_cli.model.extremes import Extremes
 from tendon_cli.model.kinematics import Flags
-from tendon_cli.model.limits import LIMITS
+from tendon_cli.model.limits import EXTENSOR_SLACK, FLEXOR_SLACK, LIMITS
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.space.axis import PRETENSION
 
@@ -39,6 +39,7 @@ _MOST_WINDOWS_KEPT = 2**17
 _MOST_STATES_BEFOREHAND = 2**25
 """Most states that are folded to windows before any part is begun."""
 
+_REQUIRED = "required_pretension"
 COUNTED = ("taut", "stable", "feasible", "slack", "no_equilibrium", "unstable")
 """Counts in the record: designs by judgement; slack, unbalanced and unstable states."""
 
@@ -123,12 +124,16 @@ class Folds:
             kernel.fold_motion(folded, moving)
             counted = trajectory.counted
             finished = extremes.finish(folded, counted.stop - counted.start)
-            finished |= self._required_along(design, trajectory, finished)
             added = self._of_motion(block, moving)
+        windows = self.windows(block, design)
+        if _REQUIRED in windows:  # `fold` has that of the states at the design's own pretension
+            change = finished[_REQUIRED] - windows[_REQUIRED]
+            finished["margin"] = finished["margin"] + change
+            finished[_REQUIRED] = windows.pop(_REQUIRED)
         results = extremes.as_read(finished, design)
         results |= added
         results |= extremes.of_design(design, folded)
-        results |= self.windows(block, design)
+        results |= windows
         judgements = extremes.judge(results, plan.study.limits)
         counts = {name: folded[name] for name in extremes.COUNTS}
         return results | judgements | counts
@@ -141,7 +146,8 @@ class Folds:
             design: The same designs, as the model takes them.
 
         Returns:
-            `pretension_from` and `pretension_to` (N) in the shape of the block's design axes.
+            `pretension_from` and `pretension_to` (N) in the shape of the block's design axes; along
+            a trajectory also `required_pretension`, as F0.
         """
         shape = block.shape[:-2]
         if self.known_windows is not None:
@@ -173,7 +179,10 @@ class Folds:
         if math.prod(different.shape) > most_states:
             return None
         shape = different.shape[:-2]
-        columns = {name: np.empty(shape) for name in ("pretension_from", "pretension_to")}
+        names = ["pretension_from", "pretension_to"]
+        if plan.study.trajectory is not None:
+            names.append(_REQUIRED)
+        columns = {name: np.empty(shape) for name in names}
         for block in self.small_blocks(different):
             for name, values in self._windows(block, plan.design(block)).items():
                 columns[name][block.designs] = values
@@ -184,20 +193,20 @@ class Folds:
         plan = self.plan
         bounds = bounds_of(plan.study)
         trajectory = plan.study.trajectory
+        required: Extremes = {}
         if trajectory is not None:
-            from tendon_cli.model.motion_window import window_along  # only these pay for its import
-
-            along = window_along(design, trajectory, bounds)
-            low = along.low
-            high = along.high
+            ends = self._ends_along(design, trajectory, bounds)
+            low = ends["low"]
+            high = ends["high"]
+            required = {_REQUIRED: ends[_REQUIRED]}
         elif bounds.of_motion:  # limits over several states at once
             from tendon_cli.model.motor_window import narrow  # only these pay for its import
 
             motion = plan.motion(block)
             of_states = window.window(design, *motion, bounds)
-            ends = narrow(of_states, design, *motion, bounds)
-            low = ends.low
-            high = ends.high
+            narrowed = narrow(of_states, design, *motion, bounds)
+            low = narrowed.low
+            high = narrowed.high
         else:
             folded = window.begin(block.shape[:-2])
             angles = len(plan.elbow_angles)
@@ -211,6 +220,7 @@ class Folds:
         return {
             "pretension_from": low,
             "pretension_to": extremes.nan_where(np.isinf(high), high),
+            **required,
         }
 
     def _stretches(self, block: Block) -> Iterator[Block]:
@@ -257,25 +267,21 @@ class Folds:
             columns |= extremes.over_states(moving.counted_states[0], shape)
         return {name: np.broadcast_to(values, block.shape[:-2]) for name, values in columns.items()}
 
-    def _required_along(
-        self, design: Design, trajectory: Trajectory, finished: Extremes
-    ) -> Extremes:
-        """Work out the smallest pretension that leaves no slack along a trajectory, N.
+    def _ends_along(self, design: Design, trajectory: Trajectory, bounds: Bounds) -> Extremes:
+        """Work out the windows of designs along a trajectory, and the least pretension, N.
 
-        Which states count depends on the pretension, so that it is sought as an end of a window.
-
-        Args:
-            design: The designs.
-            trajectory: The motion.
-            finished: Their columns, of the states that count at their own pretension.
+        Which states count depends on the pretension, so that the smallest that leaves no slack is
+        an end of a window, too.
         """
-        from tendon_cli.model.motion_window import window_along
+        from tendon_cli.model.motion_window import window_along  # only these pay for its import
 
-        slack_alone = Bounds(min_elbow_stiffness=-np.inf)
-        shape = finished["required_pretension"].shape
-        required = np.broadcast_to(window_along(design, trajectory, slack_alone).low, shape)
-        change = finished["required_pretension"] - required
-        return {"required_pretension": required, "margin": finished["margin"] + change}
+        along = window_along(design, trajectory, bounds)
+        is_slack = (along.low_by == FLEXOR_SLACK) | (along.low_by == EXTENSOR_SLACK)
+        required = along.low
+        if not np.all(is_slack & along.is_open):
+            slack_alone = Bounds(min_elbow_stiffness=-np.inf)
+            required = window_along(design, trajectory, slack_alone).low
+        return {"low": along.low, "high": along.high, "required_pretension": required}
 
 
 # --- Choices --------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ each other; a result has the broadcast shape of its inputs. SI units, angles in 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -20,6 +20,16 @@ from tendon_cli.model.sheath import Sheathed, sheaths_of
 from tendon_cli.model.sliding import Sliding
 from tendon_cli.model.statics import Balance, Coupling, Response, Status, respond
 from tendon_cli.quantities import OF_MOTION_STATES, OF_STATES, QUANTITIES, SIDES
+
+
+@dataclass(frozen=True, eq=False)
+class JointRates:
+    """Rates of the joint along a trajectory."""
+
+    speed: Array
+    """Speed, rad/s."""
+    torque: Array
+    """Rate of the torque of inertia and of a task over time, N m/s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,10 +60,8 @@ class State:
     """Slope of that torque over the elbow angle, without inertia, N m/rad."""
     resting: tuple[Sheathed, Sheathed] | None = None
     """Both sheaths in the posture in which the pretension is set; None if they are the same."""
-    speed: Array | None = None
-    """Speed of the joint along a trajectory, rad/s."""
-    torque_rate: Array | None = None
-    """Rate of the torque of inertia and of a task over time along a trajectory, N m/s."""
+    rates: JointRates | None = None
+    """Rates along a trajectory; None without one."""
     sliding: Sliding | None = None
     """Way in which the tendons slide along a trajectory; None if `flexion` states it."""
 
@@ -74,16 +82,14 @@ class State:
             resting = sheaths_of(design.flexor, design.extensor, angle, flexion)
         inclination = np.add(elbow_angle, arm.upper_arm_angle)
         other_torque = np.asarray(design.other_torque(elbow_angle))
-        speed = None
-        torque_rate = None
+        rates = None
         if design.trajectory is not None:
             speed, acceleration, jerk = design.trajectory.derivatives_at(elbow_angle)
             task, task_rate = design.trajectory.task_at(elbow_angle)
             inertia = arm.inertia + design.load_mass * np.square(arm.load_distance)
-            other_torque = np.asarray(
-                other_torque + inertia * acceleration + design.load_scale * task
-            )
-            torque_rate = np.asarray(inertia * jerk + design.load_scale * task_rate)
+            scale = design.load_scale
+            other_torque = np.asarray(other_torque + inertia * acceleration + scale * task)
+            rates = JointRates(speed, np.asarray(inertia * jerk + scale * task_rate))
         return cls(
             design=design,
             elbow_angle=elbow_angle,
@@ -96,17 +102,8 @@ class State:
             other_torque=other_torque,
             other_slope=np.asarray(design.other_torque(elbow_angle, 1)),
             resting=resting,
-            speed=speed,
-            torque_rate=torque_rate,
+            rates=rates,
         )
-
-    def at_pretension(self, pretension: Real) -> State:
-        """Return the same states at a pretension of both sides, N, with what it does not change."""
-        sides = {name: replace(getattr(self.design, name), pretension=pretension) for name in SIDES}
-        changed = replace(self, design=replace(self.design, **sides))
-        known = ("coupling", "arm_slopes", "response", "held_stiffness", "motor_arms")
-        vars(changed).update({name: vars(self)[name] for name in known if name in vars(self)})
-        return changed
 
     @cached_property
     def coupling(self) -> Coupling:

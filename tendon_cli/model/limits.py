@@ -112,10 +112,11 @@ def _motor_speed(at: Any, speed: Real) -> Form:
     by_extensor = coupling.ratio * coupling.extensor_arm / coupling.extensor_compliance
     pull = coupling.moment_arm / coupling.flexor_compliance + by_extensor
     torque_per_turn = at.design.flexor_radius * pull  # of the elbow, N m/rad
-    if at.speed is None:
+    if at.rates is None:
         return Form(stiffness=speed / torque_per_turn)
-    turn_per_torque = np.where(at.speed < 0.0, -1.0, 1.0) / torque_per_turn
-    return Form(stiffness=at.speed * turn_per_torque, constant=at.torque_rate * turn_per_torque)
+    turn_per_torque = np.where(at.rates.speed < 0.0, -1.0, 1.0) / torque_per_turn
+    stiffness = at.rates.speed * turn_per_torque
+    return Form(stiffness=stiffness, constant=at.rates.torque * turn_per_torque)
 
 
 def _lost_efficiency(motor: Any, least: Real) -> Callable[[Array], Array]:

@@ -95,8 +95,11 @@ def tendon_rates(state: State) -> TendonRates:
     design = state.design
     coupling = state.coupling
     status = state.status
-    turning = 1.0 if state.speed is None else state.speed
-    torque_rate = 0.0 if state.torque_rate is None else state.torque_rate
+    turning: Real = 1.0
+    torque_rate: Real = 0.0
+    if state.rates is not None:
+        turning = state.rates.speed
+        torque_rate = state.rates.torque
 
     unilateral = np.asarray(design.unilateral)
     is_flexor_slack = (status == FLEXOR_SLACK) | (status == BOTH_SLACK)

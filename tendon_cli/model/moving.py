@@ -30,6 +30,7 @@ from tendon_cli.model.sliding import (
     spool_turns,
 )
 from tendon_cli.model.trajectory import Trajectory
+from tendon_cli.quantities import SIDES
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +49,7 @@ class Moving:
 
     def at_pretension(self, pretension: Real) -> Moving:
         """Return the same designs at a pretension of both sides, (..., 1, 1), N."""
-        moved = Moving(self.candidates.at_pretension(pretension), self.trajectory)
+        moved = Moving(_at_pretension(self.candidates, pretension), self.trajectory)
         designs = np.broadcast_shapes(self.shape[:-1], np.shape(pretension)[:-2])
         vars(moved).update(
             shape=(*designs, self.shape[-1]),
@@ -296,6 +297,15 @@ def _from_unstretched_flexor(at: State) -> Array:
     resting = at.flexor if at.resting is None else at.resting[0]
     stretch = resting.compliance * at.design.flexor.pretension
     return np.asarray(at.spool_angle + stretch / at.design.flexor_radius)
+
+
+def _at_pretension(at: State, pretension: Real) -> State:
+    """Return states at a pretension of both sides, N, with what it does not change."""
+    sides = {name: replace(getattr(at.design, name), pretension=pretension) for name in SIDES}
+    changed = replace(at, design=replace(at.design, **sides))
+    known = ("coupling", "arm_slopes", "response", "held_stiffness", "motor_arms")
+    vars(changed).update({name: vars(at)[name] for name in known if name in vars(at)})
+    return changed
 
 
 def _choose(values: Array, flexion: Flags) -> Array:

@@ -139,7 +139,8 @@ def _confirmed(
         samples: Samples of all extremes, ascending for each design, (extremes,).
         play: Returns the play at designs and samples, rad.
     """
-    count, last = angle.shape[0], angle.shape[1] - 1
+    count = angle.shape[0]
+    last = angle.shape[1] - 1
     rows = np.arange(count)
     number = np.bincount(designs, minlength=count)
     rank = np.arange(len(designs)) - np.repeat(np.cumsum(number) - number, number)

@@ -297,7 +297,7 @@ def motor_lines(state: State, speed: float, *, flexion: bool) -> list[PageLine]:
 def moving_lines(state: State, time: float) -> list[PageLine]:
     """Return lines of speed, power and sliding at one state of a motion in time; `time` in s."""
     rates = motor_rates(state)
-    speed = np.asarray(0.0 if state.speed is None else state.speed)
+    speed = np.asarray(0.0 if state.rates is None else state.rates.speed)
     formula = "speed of the motor, stretching springs too"
     lines = section(
         f"Motor at {time:.6g} s (slack sides left out)",

@@ -12,9 +12,10 @@ import tendon_cli as tendon
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.limits import LIMITS
+from tendon_cli.model.motion_window import window_along
 from tendon_cli.model.motor_window import Motor, narrow
 from tendon_cli.model.trajectory import Trajectory
-from tendon_cli.model.window import Window, ends_of_states, window
+from tendon_cli.model.window import Window, ends_of_states
 from tendon_cli.proof import subdivision
 from tendon_cli.windows import solver as solver_module
 from tendon_cli.windows.question import question_of
@@ -481,7 +482,8 @@ def random_motion(rng):
     They are swings of several frequencies, some after a rest, some with noise.
     """
     rate = rng.choice([25.0, 50.0, 100.0])
-    seconds = rng.uniform(1.0, 4.0)
+    cutoff = rng.uniform(2.0, 8.0)
+    seconds = 6.1 / cutoff + rng.uniform(0.0, 3.0)
     time = np.round(np.arange(0.0, seconds, 1.0 / rate), 6)
     sizes = rng.dirichlet(np.ones(3))
     turns = 2.0 * np.pi * rng.uniform(0.2, 1.5, 3)
@@ -499,8 +501,7 @@ def random_motion(rng):
             "time": time.tolist(),
             "angle": [f"{value!r} deg" for value in angle.tolist()],
         },
-        "cutoff": f"{rng.uniform(2.0, 8.0)} Hz",
-        "reversal": f"{rng.uniform(0.3, 3.0)} deg",
+        "cutoff": f"{cutoff} Hz",
         "inertia": float(rng.choice([0.0, 0.08])),
     }
 
@@ -511,16 +512,13 @@ def refined_motion(trajectory, times):
     time = np.linspace(trajectory.time[0], trajectory.time[-1], samples)
     angle = CubicSpline(trajectory.time, trajectory.angle)(time)
     derivatives = [CubicSpline(trajectory.time, values)(time) for values in trajectory.derivatives]
-    return Trajectory(time, angle, np.array(derivatives), trajectory.reversal)
+    return Trajectory(time, angle, np.array(derivatives), margin=trajectory.margin)
 
 
 def ends_along(question, trajectory):
     """Return the ends of the window along a trajectory."""
     designs = replace(under_both(question), trajectory=trajectory)
-    angles = trajectory.angle[np.newaxis]
-    flexion = trajectory.flexion[np.newaxis]
-    of_states = window(designs, angles, flexion, question.bounds)
-    windows = narrow(of_states, designs, angles, flexion, question.bounds, question.loads)
+    windows = window_along(designs, trajectory, question.bounds)
     return windows.low.max(), min(windows.high.min(), 1e3)
 
 

@@ -16,6 +16,7 @@ from tendon_cli.model.statics import EXTENSOR_SLACK, FLEXOR_SLACK, TAUT
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.studies.measured_motion import smoothed
 
+from .designs import SIDES
 from .motions import CHECKED, Wave, checked_suit, moving, results
 
 IN_A_CYCLE = 1000  # samples
@@ -260,11 +261,8 @@ def values_at(made, pretensions):
     counted = along.trajectory.counted
     held, turned = along.counted_states
     columns = motion_columns(along)
-    tensions = [
-        [at.balance.flexor, at.flexor_tension_proximal, at.balance.extensor]
-        + [at.extensor_tension_proximal]
-        for at in (held, turned)
-    ]
+    names = [f"{side}_tension_{end}" for side in SIDES for end in ("proximal", "distal")]
+    tensions = [list(at.columns(names).values()) for at in (held, turned)]
     slack = held.balance.is_slack | turned.balance.is_slack
     return {
         "peak_motor_torque": np.abs([held.motor_torque, turned.motor_torque]).max(axis=(0, 2, 3)),

@@ -287,7 +287,7 @@ class Maker:
 
     def trajectory(self):
         """Return strokes in time."""
-        count = self.rng.randint(14, 30)
+        count = self.rng.randint(32, 60)  # six periods of the cutoff at least
         period = self.rng.uniform(8, 20)
         low = self.rng.uniform(0, 20)
         high = self.rng.uniform(60, 100)
@@ -378,7 +378,7 @@ class Maker:
     def motion(self):
         """Return `[motion]`: angles, directions and a speed, or a trajectory."""
         if self.happens(0.1):
-            settings = {"cutoff": "4 Hz", "reversal": "2 deg", "inertia": 0.08}
+            settings = {"cutoff": "4 Hz", "inertia": 0.08}
             chosen = {key: value for key, value in settings.items() if self.happens(0.4)}
             return {"trajectory": self.trajectory(), **chosen}
         motion = {}
