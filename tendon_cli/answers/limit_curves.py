@@ -24,7 +24,7 @@ def curves_of(solver: Solver, choice: Solutions, ends: Ends) -> CurvesRecord:
     """Return the pretensions that each limit allows one choice over the motion, as recorded.
 
     Limits on the whole motion have no curve. Along a trajectory the states count that hold at the
-    choice's pretension, and where tendons turn those of the other direction.
+    end of the choice's window, and where tendons turn there those of the other direction.
 
     Args:
         solver: Solver of the question.
@@ -44,16 +44,22 @@ def curves_of(solver: Solver, choice: Solutions, ends: Ends) -> CurvesRecord:
     pretension = choice.pretension[:1]
     is_served = (ends.low <= pretension) & (pretension <= ends.high)
     counts = is_served if is_served.any() else ~is_served
-    for _, conditions, design in solver.portions(choice.points.at_pretension(pretension)):
-        part_counts = counts[:, conditions, np.newaxis, np.newaxis]
-        for bounds, which in _counted(question, design, part_counts):
-            part_lower, part_upper = end_curves(
-                design, question.angles, question.flexion, bounds, which
-            )
-            for name, values in part_lower.items():
-                lower[name] = np.maximum(values, lower.get(name, values))
-            for name, values in part_upper.items():
-                upper[name] = np.minimum(values, upper.get(name, values))
+    of_ends = [pretension]
+    if trajectory is not None:
+        of_ends = [
+            _known(end, pretension) for end in (choice.pretension_from, choice.pretension_to)
+        ]
+    for place, at_end in enumerate(of_ends):
+        for _, conditions, design in solver.portions(choice.points.at_pretension(at_end)):
+            part_counts = counts[:, conditions, np.newaxis, np.newaxis]
+            for bounds, which in _counted(question, design, part_counts):
+                part_lower, part_upper = end_curves(
+                    design, question.angles, question.flexion, bounds, which
+                )
+                if place == 0:
+                    _tighten(lower, part_lower, np.maximum)
+                if place == len(of_ends) - 1:
+                    _tighten(upper, part_upper, np.minimum)
     return {
         "elbow_angle": question.angles.ravel().tolist(),
         "time": None if trajectory is None else trajectory.time.tolist(),
@@ -63,6 +69,17 @@ def curves_of(solver: Solver, choice: Solutions, ends: Ends) -> CurvesRecord:
         "lower": {name: [*map(finite_or_none, values.tolist())] for name, values in lower.items()},
         "upper": {name: [*map(finite_or_none, values.tolist())] for name, values in upper.items()},
     }
+
+
+def _known(end: Array, pretension: Array) -> Array:
+    """Return an end of a window, (1,), or if it is not finite the choice's pretension."""
+    return end[:1] if np.isfinite(end[:1]).all() else pretension
+
+
+def _tighten(curves: dict[str, Array], others: dict[str, Array], tighter: np.ufunc) -> None:
+    """Put the tighter of both curves of each limit into `curves`, in place."""
+    for name, values in others.items():
+        curves[name] = tighter(values, curves.get(name, values))
 
 
 def _counted(question: Question, design: Design, counts: Flags) -> Iterator[tuple[Bounds, Flags]]:

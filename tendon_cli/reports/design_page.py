@@ -331,7 +331,7 @@ def _between(record: AnswerRecord, bounds: Mapping[str, float]) -> dict[str, Any
     low, high = drawn.window
     return {
         "along": drawn.along.round(6).tolist(),
-        "is_in_time": drawn.is_in_time,
+        "at_end": (~drawn.does_count).astype(int).tolist() if drawn.is_in_time else None,
         "lines": lines,
         "window": [low, finite_or_none(high)],
         "top": drawn.top,

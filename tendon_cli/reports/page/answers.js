@@ -204,7 +204,8 @@ const KINDS = ["flexor", "extensor", "motor", "joint", "mark"]; // colours of th
 // Draws the pretension that each limit allows at each angle or time, for the choice named first;
 // its window is the pretension that all limits allow at all of them.
 async function drawBetween() {
-  const { along, is_in_time: isInTime, lines, samples, window: ends, top, says } = page.between;
+  const { along, at_end: atEnd, lines, samples, window: ends, top, says } = page.between;
+  const isInTime = atEnd !== null;
   const unit = isInTime ? " s" : "°";
   byId("between-says").textContent = says;
   const traces = lines.map(({ label, end, values }, number) => ({
@@ -229,6 +230,9 @@ async function drawBetween() {
       marker: { color: colour("text"), size: 5 },
       hovertemplate: "%{x:.4g}°: %{y:.5g} N<extra></extra>",
     });
+  }
+  if (atEnd) {
+    traces.push(endsTrace(atEnd, along, 0, top));
   }
   const [low, high] = ends;
   const band = {

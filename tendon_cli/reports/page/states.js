@@ -91,19 +91,25 @@ async function stateTraces() {
     });
     if (line.other) {
       const others = await unpack(line.other);
-      traces.push(bandTrace(traces.at(-1), others.subarray(start, start + places.length)));
+      const trace = traces.at(-1);
+      trace.other = Array.from(others.subarray(start, start + places.length));
+      traces.push(bandTrace(trace));
     }
   }
   if (isInTime()) {
-    traces.push(endsTrace(valueTraces(traces)));
+    const values = valueTraces(traces).flatMap((trace) => trace.y.filter(Number.isFinite));
+    const heights = [Math.min(...values, 0), Math.max(...values, 0)];
+    traces.push(endsTrace(page.states.ends, places, ...heights));
   }
   return traces;
 }
 
 // Returns the area between a line and its values with friction the other way, while the sheath
 // turns.
-function bandTrace(trace, others) {
-  const bound = trace.y.map((value, at) => (Number.isFinite(others[at]) ? others[at] : value));
+function bandTrace(trace) {
+  const { ends } = page.states;
+  const isTurning = (at) => Number.isFinite(trace.other[at]) && !ends[at];
+  const bound = trace.y.map((value, at) => (isTurning(at) ? trace.other[at] : value));
   return {
     type: "scatter",
     mode: "lines",
@@ -119,8 +125,7 @@ function bandTrace(trace, others) {
 }
 
 // Returns the first and the last place of each stretch in which something holds.
-function stretchesOf(holds) {
-  const places = placesAcross();
+function stretchesOf(holds, places) {
   const stretches = [];
   holds.forEach((value, at) => {
     if (value && !holds[at - 1]) {
@@ -133,14 +138,11 @@ function stretchesOf(holds) {
   return stretches;
 }
 
-// Returns the hatched areas of the ends of the record, as high as the values.
-function endsTrace(traces) {
-  const values = traces.flatMap((trace) => trace.y.filter(Number.isFinite));
-  const low = Math.min(...values, 0);
-  const high = Math.max(...values, 0);
+// Returns the hatched areas of the ends of the record between two heights.
+function endsTrace(ends, places, low, high) {
   const x = [];
   const y = [];
-  for (const [first, last] of stretchesOf(page.states.ends)) {
+  for (const [first, last] of stretchesOf(ends, places)) {
     x.push(first, first, last, last, null);
     y.push(low, high, high, low, null);
   }
@@ -169,7 +171,7 @@ async function turningShapes() {
   const { ends } = page.states;
   const holds = Array.from(turning.subarray(start, start + count));
   const inside = holds.map((value, at) => value > 0 && !ends[at]);
-  return stretchesOf(inside).map(([x0, x1], at) => ({
+  return stretchesOf(inside, placesAcross()).map(([x0, x1], at) => ({
     type: "rect",
     xref: "x",
     yref: "paper",
@@ -318,7 +320,9 @@ function drawAngle() {
   const { unit } = groupShown();
   const items = valueTraces(byId("states").data).map((trace) => {
     const value = formatWithUnit(trace.y[shown.angle], unit);
-    return make("li", {}, `${trace.name}: ${value}`);
+    const other = trace.other ? trace.other[shown.angle] : NaN;
+    const range = Number.isFinite(other) ? ` to ${formatWithUnit(other, unit)}, turning` : "";
+    return make("li", {}, `${trace.name}: ${value}${range}`);
   });
   byId("arm-values").replaceChildren(...items);
   const place = placesAcross()[shown.angle];
