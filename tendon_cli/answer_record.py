@@ -221,10 +221,14 @@ class ChoiceCertificate(CertificateRecord):
 
 
 class CurvesRecord(TypedDict):
-    """Pretensions that each limit allows the choice named first, over the elbow angle."""
+    """Pretensions that each limit allows the choice named first, over the motion."""
 
     elbow_angle: list[float]
-    """Angles, rad."""
+    """Angles, rad: in order, or those of the samples of a motion in time."""
+    time: list[float] | None
+    """Times of the samples of a motion in time, s; null if the motion is not in time."""
+    at_record_end: list[bool] | None
+    """True for samples at the ends of its record, which count for nothing; null likewise."""
     samples: list[float]
     """Angles of the study, rad."""
     all_conditions: bool
@@ -709,7 +713,14 @@ class ChecksRecord(TypedDict):
 
     cutoff: CutoffCheck
     """Check of the cutoff of the trajectory's low-pass, for the choice named first at its
-    pretension."""
+    pretension; without a window for the choice nearest to one."""
+
+
+class Checked(TypedDict):
+    """Part of the record that only some answers have."""
+
+    checks: NotRequired[ChecksRecord]
+    """There if a trajectory gives the motion."""
 
 
 class BestRecord(TypedDict):
@@ -741,8 +752,6 @@ class BestRecord(TypedDict):
     """Motion of the ends of the best choice's window, the largest per 1 % first."""
     taken_as_exact: list[ExactRecord]
     """Numbers that the study takes as exact, the one that moves an end most first."""
-    checks: NotRequired[ChecksRecord]
-    """There if a trajectory gives the motion, and a choice has a window."""
 
 
 class FreshRecord(TypedDict):
@@ -769,7 +778,7 @@ class TradeOffRecord(TypedDict):
     """For each the choice of the grid that would be named first; null if none has a window."""
 
 
-class AnswerResults(BestRecord):
+class AnswerResults(BestRecord, Checked):
     """Answer without the facts of the run."""
 
     question: QuestionRecord

@@ -14,7 +14,7 @@ from tendon_cli.answer_record import (
     BestRecord,
     BetweenSamples,
     CertificateRecord,
-    ChecksRecord,
+    Checked,
     ChoiceCertificate,
     ChoiceRecord,
     ConflictRecord,
@@ -57,7 +57,7 @@ from tendon_cli.model.kinematics import Rows
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
 from tendon_cli.model.window import Ends
 from tendon_cli.proof.certify import Certificate, Report, certify
-from tendon_cli.space.axis import evenly_spaced
+from tendon_cli.space.axis import PRETENSION, evenly_spaced
 from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows import candidates
 from tendon_cli.windows.candidates import LimitPair
@@ -326,6 +326,7 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
         "serve": question.serve,
         "verified_by": None if verifier is None else fresh_record(verifier.sample),
         **_best_record(solver, named, chosen, ends),
+        **_checks(solver, named_first),
         "between_samples": between,
         "proved": [] if proved is None else named.records(proved),
         "conflicts": [*_conflicts(named, relevant, conflicts)],
@@ -396,7 +397,7 @@ def _between_samples(
         **_certificate_record(of_chosen),
         "choices": of_each,
         "method": PROOF_METHOD,
-        "scope": scope_words(scope.angles, scope.ranges, scope.served),
+        "scope": scope_words(scope.angles, scope.ranges, scope.served, _times(solver.question)),
         "curves": curves_of(solver, chosen, of_chosen.ends),
     }
 
@@ -411,12 +412,27 @@ def _certificate_record(certificate: Certificate) -> CertificateRecord:
     }
 
 
-def _checks(solver: Solver, chosen: Solutions) -> ChecksRecord | None:
-    """Return the checks of the choice named first, at its pretension; None if there are none."""
-    at_pretension = chosen.points.at_pretension(chosen.pretension)
+def _times(question: Question) -> tuple[float, float] | None:
+    """Return the first and the last time that count in a motion in time, s; None without one."""
+    trajectory = question.study.trajectory
+    if trajectory is None:
+        return None
+    counted = trajectory.time[trajectory.counted]
+    return float(counted[0]), float(counted[-1])
+
+
+def _checks(solver: Solver, choice: Solutions) -> Checked:
+    """Return the checks of a choice at its pretension, as an entry of the record.
+
+    A choice without a window is checked at the pretension that it asks for, or else at the study's.
+    """
+    stated = solver.question.study.numbers[PRETENSION].array[:1]
+    known = (choice.pretension, choice.pretension_from, stated)
+    pretension = next(values for values in known if np.isfinite(values).all())
+    at_pretension = choice.points.at_pretension(pretension)
     designs = (design for _, _, design in solver.portions(at_pretension))
     check = check_of_designs(solver.question.study, designs)
-    return None if check is None else {"cutoff": check}
+    return {} if check is None else {"checks": {"cutoff": check}}
 
 
 # --- The record -----------------------------------------------------------------------------------
@@ -444,9 +460,6 @@ def _best_record(
         "taken_as_exact": [],
     }
     if chosen is not None:
-        checks = _checks(solver, chosen)
-        if checks is not None:
-            record["checks"] = checks
         record["setting"] = setting_record(question, chosen)
         record["drift"] = drift_record(question, chosen)
         if ends is not None:

@@ -98,7 +98,8 @@ def _answer(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Block]:
         if own_sample:
             proof = f"The window{own_sample} is {proof[0].lower()}{proof[1:]}"
         first_sentence += f" {proof}"
-    yield say.sentence(first_sentence)
+    decided = say.cutoff_words(record.get("checks"))
+    yield say.sentence(f"{first_sentence} {decided}".rstrip())
     yield from _list(f"Why,{own_sample}" if own_sample else "Why", _why(record, best))
     changes = relaxations_words(record, record["would_take"])
     yield from _list("What it would take, all else equal", changes)
@@ -340,7 +341,8 @@ def _table_of_choices(record: AnswerResults, rows: Sequence[tuple[str, ChoiceRec
 def _no_window(record: AnswerResults) -> Iterator[say.Block]:
     """Yield the answer if no choice has a window."""
     question = record["question"]
-    yield say.sentence(no_window_words(record))
+    decided = say.cutoff_words(record.get("checks"))
+    yield say.sentence(f"{no_window_words(record)} {decided}".rstrip())
     reasons = (text for conflict in record["conflicts"] for text in _reasons(record, conflict))
     yield from _list("Why", reasons)
     changes = relaxations_words(record, record["would_take"])

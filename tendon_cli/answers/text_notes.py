@@ -109,6 +109,7 @@ def scope_words(
     angles: tuple[float, float],
     ranges: Mapping[str, tuple[float, float]],
     served: str | None = None,
+    times: tuple[float, float] | None = None,
 ) -> str:
     """Say what a proof holds for: "every angle from 0 to 90 deg and every load from 0 to 10 kg".
 
@@ -116,8 +117,12 @@ def scope_words(
         angles: First and last elbow angle, rad.
         ranges: Least and largest value of numbers, by their keys, SI.
         served: Noun for those of whom only some must be served; None if all must be.
+        times: First and last time that count in a motion in time, s, which has its moments in place
+            of angles; None without one.
     """
     words = [_every("angle", "elbow_angle", angles)]
+    if times is not None:
+        words = [_every("moment", "time", times)]
     for key, values in ranges.items():
         name = keys()[key].quantity.name
         noun = "load" if key == "load.mass" else say.spaced(name)

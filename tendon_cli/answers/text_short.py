@@ -66,6 +66,9 @@ def short_text(record: AnswerResults) -> str:
 def _answer(record: AnswerResults, best: ChoiceRecord) -> Iterator[Section]:
     """Yield the sections of an answer in which a choice has a window."""
     first = [Clause(first_words(record, best))]
+    decided = say.cutoff_words(record.get("checks"))
+    if decided:
+        first.append(Clause(decided))
     rule = why_first(record)
     if rule:
         first.append(Clause(rule, 1))
@@ -140,7 +143,9 @@ def _rests_on(record: AnswerResults) -> Iterator[Clause]:
 
 def _no_window(record: AnswerResults) -> Iterator[Section]:
     """Yield the sections of an answer in which no choice has a window."""
-    yield Section("", [Clause(no_window_words(record))])
+    decided = say.cutoff_words(record.get("checks"))
+    first = [Clause(words) for words in (no_window_words(record), decided) if words]
+    yield Section("", first, " ")
     conflicts = record["conflicts"]
     if conflicts:
         nearest = min(conflicts, key=_distance)

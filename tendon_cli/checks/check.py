@@ -28,7 +28,9 @@ from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.results import AnyResult, Result, Run, folder_of, open_result
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS
+from tendon_cli.model.motor import motor_rates
 from tendon_cli.model.statics import SLACK_TOLERANCE
+from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.quantities import SIDES
 from tendon_cli.registry import load
 from tendon_cli.tables.schema import as_numpy
@@ -203,14 +205,17 @@ def _breaches_of(
             "excess": float(excess[row]),
             "direction": None,
             "elbow_angle": None,
+            "time": None,
         }
 
 
 def _with_state(breach: Breach, plan: Plan) -> Breach:
     """Add direction and elbow angle (rad) of the state that breaks the limit worst, and return it.
 
-    Nothing is added if the limit is not on states.
+    Nothing is added if the limit is not on states. Along a motion in time the moment is added, too.
     """
+    if plan.study.trajectory is not None:
+        return _with_moment(breach, plan, plan.study.trajectory)
     limit = LIMITS.get(breach["limit"])
     speed = plan.study.motion.speed
     if limit is not None and limit.forms is None:
@@ -229,8 +234,6 @@ def _with_state(breach: Breach, plan: Plan) -> Breach:
         else:
             severity = np.where(np.isnan(state.elbow_torque), 1.0, 0.0)
         values = np.broadcast_to(severity, block.shape).reshape(len(directions), -1)
-        if plan.study.trajectory is not None:  # the ends of the record do not count
-            values = np.where(plan.study.trajectory.is_at_end[block.angles], np.nan, values)
         if np.isnan(values).all() or np.nanmax(values) <= worst:
             continue
         worst = float(np.nanmax(values))
@@ -238,4 +241,37 @@ def _with_state(breach: Breach, plan: Plan) -> Breach:
         flexion = np.broadcast_to(plan.motion(block)[1], values.shape)[direction, angle]
         breach["direction"] = "flexion" if flexion else "extension"
         breach["elbow_angle"] = float(angles[angle])
+    return breach
+
+
+def _with_moment(breach: Breach, plan: Plan, trajectory: Trajectory) -> Breach:
+    """Add the time (s) of a motion at which a limit is broken worst, and its state; return it."""
+    # Only a study of motion pays for its import.
+    from tendon_cli.model.motion_window import OF_WHAT_HOLDS
+
+    limit = LIMITS.get(breach["limit"])
+    design = range(breach["design"], breach["design"] + 1)
+    moving = plan.moving(next(iter(plan.blocks(design))))
+    held, turned = moving.counted_states
+    severity: Array
+    if limit is not None and limit.forms is not None:
+        severity = limit.beyond(limit.value(held, np.nan), 0.0)
+        if limit.name not in OF_WHAT_HOLDS:
+            severity = np.fmax(severity, limit.beyond(limit.value(turned, np.nan), 0.0))
+    elif breach["limit"] == "peak_motor_power":
+        severity = motor_rates(held).power
+    elif breach["limit"] == SLACK:
+        severity = np.fmax(held.response.required, turned.response.required)
+    elif breach["limit"] == NO_EQUILIBRIUM:
+        severity = np.where(np.isnan(held.elbow_torque), 1.0, 0.0)
+    else:
+        return breach
+    times = trajectory.time[trajectory.counted]
+    values = np.broadcast_to(np.ravel(severity), times.shape)
+    if np.isnan(values).all():
+        return breach
+    sample = trajectory.counted.start + int(np.nanargmax(values))
+    breach["direction"] = "flexion" if trajectory.is_flexing[sample] else "extension"
+    breach["elbow_angle"] = float(trajectory.angle[sample])
+    breach["time"] = float(trajectory.time[sample])
     return breach

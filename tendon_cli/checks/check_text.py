@@ -74,7 +74,8 @@ def _breach_text(breach: Record, cube: Cube) -> str:
     text = f"design {design}{place}: {_excess_text(breach)}"
     if breach["direction"] is not None:
         angle = number(math.degrees(breach["elbow_angle"]))
-        text += f"; worst in {breach['direction']} at {angle} deg"
+        moment = "" if breach["time"] is None else f" at {_shown('time', breach['time'])},"
+        text += f"; worst{moment} in {breach['direction']} at {angle} deg"
     return text
 
 

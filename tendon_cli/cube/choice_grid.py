@@ -1,4 +1,4 @@
-"""The choices of an answer by the axes of their grid, and the window over the angle."""
+"""The choices of an answer by the axes of their grid, and the window over the motion."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answer_record import AnswerRecord, ChoiceRecord
+from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, CurvesRecord
+from tendon_cli.cube.axes import ANGLE, TIME
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import drawn_name, reading
 from tendon_cli.errors import InputError
-from tendon_cli.model.kinematics import Array, Rows
+from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.values import RIGID
@@ -88,31 +89,36 @@ def pretension_name(document: Mapping[str, Any]) -> str:
     return "pretension F₀" if words == "pretension" else words
 
 
-# --- The window over the angle --------------------------------------------------------------------
+# --- The window over the motion -------------------------------------------------------------------
 
 _ROOM = 1.6
 """Height of the picture over the top of the window, as a factor."""
 
 
 @dataclass(frozen=True)
-class OverAngle:
-    """Window of the best choice over the elbow angle: the pretensions that keep its limits, N.
+class OverMotion:
+    """Window of the best choice over the motion: the pretensions that keep its limits, N.
 
-    In a pair the lower end comes first, then the upper one.
+    It is over the elbow angle, or over the time of a motion in time. In a pair the lower end comes
+    first, then the upper one.
     """
 
-    angle: Array
-    """Elbow angles, deg."""
+    place: str
+    """Column of the places: elbow_angle or time."""
+    along: Array
+    """Elbow angles, deg, or times, s."""
+    does_count: Flags
+    """False at the ends of the record of a motion in time, which count for nothing."""
     ends: tuple[dict[str, Array], dict[str, Array]]
     """Ends by limit; NaN where a limit sets none."""
     tightest: tuple[Array, Array]
     """Largest of the lower ends, smallest of the upper ones."""
     samples: Array
-    """Elbow angles of the study, deg."""
+    """Elbow angles of the study, deg; none along a motion in time, where all places are samples."""
     at_samples: tuple[Array, Array]
     """Tightest ends at the samples; NaN above the picture."""
     window: tuple[float, float]
-    """Window of the choice over all angles; its upper end is infinite if nothing bounds it."""
+    """Window of the choice over all places; its upper end is infinite if nothing bounds it."""
     top: float
     """Pretension at the upper edge of the picture."""
     texts: tuple[str, str]
@@ -120,13 +126,28 @@ class OverAngle:
     works: tuple[str, str]
     """Words for the window, and for the room between the tightest lines: "works at every angle"."""
 
+    @property
+    def is_in_time(self) -> bool:
+        """True along a motion in time."""
+        return self.place == TIME
+
+    @property
+    def word(self) -> str:
+        """Noun for a place: "angle" or "time"."""
+        return "time" if self.is_in_time else "angle"
+
+    @property
+    def axis_label(self) -> str:
+        """Label of the axis of places."""
+        return "time (s)" if self.is_in_time else "elbow angle θ (deg)"
+
     def shown(self, values: Array) -> Array:
         """Return the values that lie in the picture; the others are NaN."""
         return np.where((values >= 0.0) & (values <= 1.02 * self.top), values, np.nan)
 
 
-def over_angle(record: AnswerRecord) -> OverAngle | None:
-    """Return the best choice's window over the angle; None if the record of the answer has none."""
+def over_motion(record: AnswerRecord) -> OverMotion | None:
+    """Return the best choice's window over the motion; None if the record of an answer has none."""
     between = record["between_samples"]
     best = record["best"]
     if between is None or best is None:
@@ -135,17 +156,21 @@ def over_angle(record: AnswerRecord) -> OverAngle | None:
     low = math.nan if best["pretension_from"] is None else best["pretension_from"]
     high = math.inf if best["pretension_to"] is None else best["pretension_to"]
     top = _ROOM * (high if math.isfinite(high) else max(2.0 * low, 1.0))
+    is_in_time = curves["time"] is not None
     angle = np.degrees(curves["elbow_angle"])
-    samples = np.degrees(curves["samples"])
+    along = np.array(curves["time"]) if is_in_time else angle
+    samples = np.zeros(0) if is_in_time else np.degrees(curves["samples"])
     lower = _arrays(curves["lower"])
     upper = _arrays(curves["upper"])
-    floor = np.fmax.reduce([*lower.values(), np.zeros(len(angle))])
-    roof = np.fmin.reduce([*upper.values(), np.full(len(angle), np.inf)])
-    floor_at_samples = np.interp(samples, angle, floor)
-    roof_at_samples = np.interp(samples, angle, roof)
-    scope, works = _scope_texts(record, best, of_all=curves["all_conditions"])
-    return OverAngle(
-        angle=angle,
+    floor = np.fmax.reduce([*lower.values(), np.zeros(len(along))])
+    roof = np.fmin.reduce([*upper.values(), np.full(len(along), np.inf)])
+    floor_at_samples = np.interp(samples, along, floor)
+    roof_at_samples = np.interp(samples, along, roof)
+    scope, works = _scope_texts(record, best, curves)
+    return OverMotion(
+        place=TIME if is_in_time else ANGLE,
+        along=along,
+        does_count=~np.array(curves["at_record_end"] or np.zeros(len(along)), dtype=np.bool_),
         ends=(lower, upper),
         tightest=(floor, roof),
         samples=samples,
@@ -173,21 +198,24 @@ def served_words(record: AnswerRecord) -> str:
 
 
 def _scope_texts(
-    record: AnswerRecord, best: ChoiceRecord, *, of_all: bool
+    record: AnswerRecord, best: ChoiceRecord, curves: CurvesRecord
 ) -> tuple[str, tuple[str, str]]:
     """Say for which conditions the lines are, and what the window and the room between them do.
 
     Args:
         record: Record of an answer.
         best: The choice that it names first.
-        of_all: True if the lines are those of all conditions.
+        curves: Its lines.
     """
+    of_all = curves["all_conditions"]
     pretension = "the pretension"
     if best["pretension"] is not None:
         pretension = f"{say.number(best['pretension'], 3)} {record['question']['unit']}"
     lines = "all conditions" if of_all else f"the conditions that {pretension} serves"
-    window = "works at every angle"
-    room = "works at that angle" if of_all else "works at that angle for those served"
+    is_in_time = curves["time"] is not None
+    place = "time" if is_in_time else "angle"
+    window = "works at all times" if is_in_time else "works at every angle"
+    room = f"works at that {place}" if of_all else f"works at that {place} for those served"
     remark = ""
     if record["serve"] < 1.0:
         share = f"at least {say.percent(record['serve'])}"
@@ -197,4 +225,5 @@ def _scope_texts(
             room = f"{room} for all"
     elif not of_all:
         remark = " The window is that of all conditions."
-    return f"Each line is the worst of {lines} and both directions.{remark}", (window, room)
+    directions = "" if is_in_time else " and both directions"
+    return f"Each line is the worst of {lines}{directions}.{remark}", (window, room)

@@ -54,7 +54,7 @@ def check_of_designs(study: Study, designs: Iterable[Design]) -> CutoffCheck | N
     from tendon_cli.model.moving import Moving, motion_demand
     from tendon_cli.studies.measured_motion import LOWER, cutoff_of, trajectory_of
 
-    lower = trajectory_of(study.motion, LOWER)
+    lower = trajectory_of(study.motion, study.load.torque, LOWER)
     if lower is None:
         return None
     demands = []

@@ -160,7 +160,9 @@ class Run(Result):
         record = self.record
         designs = record["designs"]
         feasible = say.share(record["feasible"], designs, "design")
-        facts = [
+        decided = say.cutoff_words(record.get("checks"))
+        facts = [("note", decided)] if decided else []
+        facts += [
             ("feasible", f"{feasible}: taut, stable and within every limit"),
             ("  taut", say.share(record["taut"], designs, "design")),
             ("  stable", say.share(record["stable"], designs, "design")),

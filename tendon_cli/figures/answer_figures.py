@@ -32,7 +32,7 @@ from tendon_cli.figures.frame import Page, grid_shape
 from tendon_cli.figures.served import draw_population
 from tendon_cli.figures.style import INK, OKABE_ITO, broken, hatch_key, house_style, unknown_hatch
 from tendon_cli.figures.trade_off import draw_first_trade_off
-from tendon_cli.figures.window_over_angle import draw_between
+from tendon_cli.figures.window_over_motion import draw_between
 from tendon_cli.registry import by_name
 from tendon_cli.space.axis import evenly_spaced
 from tendon_cli.studies.study import Study

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.cube.axes import LOAD
+from tendon_cli.cube.axes import LOAD, TIME
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel
@@ -47,10 +47,14 @@ _TENDON_ENDINGS = (
     "_flexor_tension",
 )
 """Endings of tensions and lengths, which fall below zero in a model in which tendons push."""
-_ARRAYS = ("values", "slack", "any_slack", "unstable")
+_ARRAYS = ("values", "slack", "any_slack", "unstable", "others")
 """Fields of CurveData of shape (quantities, panels, colours, dashes, x)."""
+_OF_LINES = ("turning", "at_record_end")
+"""Fields of shape (panels, colours, dashes, x)."""
 _OF_PANELS = (*_ARRAYS, "broken")
 """Fields whose second dimension is the panels."""
+_OTHER = "_other"
+"""Ending of a column with the values of the other direction of friction."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +81,13 @@ class CurveData:
     """Limits that some designs on lines of the margin break, such as "max tension ≤ 300 N"."""
     broken: Truth
     """True where each of these limits is broken (limits, panels, colours, dashes, x)."""
+    turning: Truth
+    """True where the sheath turns in a motion in time (panels, colours, dashes, x)."""
+    at_record_end: Truth
+    """True for samples at the ends of its record (panels, colours, dashes, x)."""
+    others: Floats
+    """Values of the other direction of friction while the sheath turns, in the shape of `values`;
+    NaN elsewhere, and for quantities of which the table has none."""
     colours: tuple[tuple[str, Colour], ...]
     """Text in the key and colour of the lines, by the index of their colour; at least one."""
     dashes: tuple[str, ...]
@@ -123,6 +134,16 @@ def curve_data(
     # Of shape (quantities, marks, panels, colours, dashes, x).
     marks = np.array([_marks(cube, read, name) for name in plan.quantities])
     slack, any_slack, unstable = np.moveaxis(marks & is_known[:, np.newaxis], 1, 0)
+    others = np.array(
+        [
+            shown.scaled(read.get(f"{name}{_OTHER}", np.full(is_kept.shape, np.nan)))
+            for name, shown in zip(plan.quantities, quantities, strict=True)
+        ]
+    )
+    turning, at_record_end = (
+        is_kept & (read[name] > 0.0) if name in read else np.zeros_like(is_kept)
+        for name in _OF_LINES
+    )
     x, x_label, x_values = _along_x(cube, plan, read, spec)
     panels = _axis_texts(cube, plan, plan.panels, spec)
     colours = _axis_texts(cube, plan, plan.colour, spec)
@@ -148,6 +169,9 @@ def curve_data(
         unstable=unstable,
         limits=limits,
         broken=broken,
+        turning=turning,
+        at_record_end=at_record_end,
+        others=np.where(is_kept, others, np.nan),
         colours=tuple(zip(colours or ("",), _colours(plan, len(colours)), strict=True)),
         dashes=_axis_texts(cube, plan, plan.dash, spec),
         panels=panels,
@@ -171,6 +195,7 @@ def _read_columns(
         _STIFFNESS,
         "taut",
         "stable",
+        *_marks_of_motion(plan),
         *(condition.column for condition in masks),
         plan.x_column,
         *cube.defining,
@@ -178,6 +203,13 @@ def _read_columns(
         *(axis.column for axis in cube.axes if axis.is_text),
     ]
     return cube.gather(plan.rows(cube), [name for name in names if name in cube.columns])
+
+
+def _marks_of_motion(plan: CurvePlan) -> list[str]:
+    """Return the columns that mark lines over time; empty over anything else."""
+    if plan.x_column != TIME:
+        return []
+    return [*_OF_LINES, *(f"{name}{_OTHER}" for name in plan.quantities)]
 
 
 def _axis_texts(
@@ -280,11 +312,14 @@ def _overlay(data: CurveData) -> CurveData:
     common = replace(first.quantity, name=first.quantity.dimension, symbol="", shown_in=first.unit)
     names = [quantity.titled for quantity in data.quantities]
     swapped = {part: np.swapaxes(getattr(data, part), 0, 2) for part in _ARRAYS}
+    count = len(names)
     return replace(
         data,
         quantities=(ColumnLabel(common.name, common, first.unit, first.factor),),
-        x_values=np.repeat(data.x_values, len(names), axis=1),
+        x_values=np.repeat(data.x_values, count, axis=1),
         colours=tuple(zip(names, _qualitative_colours(len(names)), strict=True)),
+        turning=np.repeat(data.turning, count, axis=1),
+        at_record_end=np.repeat(data.at_record_end, count, axis=1),
         **swapped,
     )
 
@@ -295,13 +330,24 @@ def _merge_equal_panels(data: CurveData) -> CurveData:
         return data
     first = {part: getattr(data, part)[:, :1] for part in _OF_PANELS}
     first_x = data.x_values[:1]
-    is_same = _all_equal(data.x_values, first_x) and all(
-        _all_equal(getattr(data, part), values) for part, values in first.items()
+    turning = data.turning[:1]
+    is_same = (
+        _all_equal(data.x_values, first_x)
+        and _all_equal(data.turning, turning)
+        and all(_all_equal(getattr(data, part), values) for part, values in first.items())
     )
     if not is_same:
         return data
     note = f"The same picture for {', '.join(data.panels)}."
-    return replace(data, **first, x_values=first_x, panels=(), notes=(*data.notes, note))
+    return replace(
+        data,
+        **first,
+        turning=turning,
+        at_record_end=data.at_record_end[:1],
+        x_values=first_x,
+        panels=(),
+        notes=(*data.notes, note),
+    )
 
 
 def _all_equal(values: npt.NDArray[np.generic], first: npt.NDArray[np.generic]) -> bool:

@@ -11,6 +11,15 @@ from tendon_cli.cube.labels import ColumnLabel
 from tendon_cli.figures.backend import Axes, Line2D
 from tendon_cli.figures.curve_data import CurveData, Floats
 from tendon_cli.figures.frame import Page, empty_panels, framed, grid_shape, lowest, settle
+from tendon_cli.figures.motion_marks import (
+    band_key,
+    draw_band,
+    ends_key,
+    hatch_ends,
+    shade_turning,
+    stretches,
+    turning_key,
+)
 from tendon_cli.figures.scales import Scale, plain_numbers
 from tendon_cli.figures.style import (
     COLUMN_WIDTH,
@@ -137,6 +146,8 @@ def _draw_lines(axes: Axes, data: CurveData, cell: Cell) -> None:
     values = data.values[cell]  # (colours, dashes, x)
     for colour, dash in np.ndindex(*values.shape[:2]):
         _draw_line(axes, data, cell, colour, dash)
+    if data.x is not None and not data.x.names:
+        _mark_motion(axes, data, data.x, cell)
     if data.x is None:
         axes.xaxis.set_major_formatter(plain_numbers())
         return
@@ -175,13 +186,27 @@ def _draw_line(axes: Axes, data: CurveData, cell: Cell, colour: int, dash: int) 
         axes.plot(_middle(x)[change], _middle(y)[change], **_KINK, gid="kink")
 
 
+def _mark_motion(axes: Axes, data: CurveData, x: Scale, cell: Cell) -> None:
+    """Mark turns, the range of the torque there, and the ends of the record along a motion."""
+    panel = cell[1]
+    values = data.values[cell]  # (colours, dashes, x)
+    at_ends = data.at_record_end[panel].any(axis=(0, 1))
+    hatch_ends(axes, at_ends[x.order], x.edges)
+    lines = int(np.prod(values.shape[:2]))
+    for colour, dash in np.ndindex(*values.shape[:2]):
+        turning = data.turning[panel, colour, dash] & ~at_ends
+        shade_turning(axes, turning[x.order], x.edges, lines)
+        times = data.x_values[panel, colour, dash][x.order]
+        torque = values[colour, dash][x.order]
+        other = np.where(at_ends, np.nan, data.others[cell][colour, dash])[x.order]
+        draw_band(axes, times, torque, other, data.colours[colour][1])
+
+
 def _hatch_unknown(axes: Axes, x: Scale, values: Floats) -> None:
     """Hatch the stretches of x where no line of a panel has a value."""
     is_unknown = np.asarray(~np.isfinite(values).any(axis=(0, 1)))
-    bordered = np.concatenate(([False], is_unknown[x.order], [False]))
-    changes = np.flatnonzero(np.diff(bordered.astype(np.int8)))
-    for start, stop in changes.reshape(-1, 2):
-        axes.axvspan(x.edges[start], x.edges[stop], zorder=0.6, **unknown_hatch())
+    for first, last in stretches(is_unknown[x.order], x.edges):
+        axes.axvspan(first, last, zorder=0.6, **unknown_hatch())
 
 
 def _stretches(x: Floats, y: Floats, holds: Truth) -> tuple[Floats, Floats]:
@@ -282,6 +307,18 @@ def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
     is_known = np.isfinite(np.array([data.values[cell] for cell in cells])).any(axis=(1, 2))
     if data.x is not None and not is_known.all():
         key.append(hatch_key("no value"))
+    return [*key, *_motion_key(data, cells)]
+
+
+def _motion_key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
+    """Return the part of the key that a motion in time has: turns, their range, record's ends."""
+    key: list[Any] = []
+    if data.turning.any():
+        key.append(turning_key())
+    if np.isfinite(np.array([data.others[cell] for cell in cells])).any():
+        key.append(band_key())
+    if data.at_record_end.any():
+        key.append(ends_key())
     return key
 
 

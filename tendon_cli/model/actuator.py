@@ -90,8 +90,9 @@ class State:
             speed, acceleration, jerk = design.trajectory.derivatives_at(elbow_angle)
             task, task_rate = design.trajectory.task_at(elbow_angle)
             inertia = arm.inertia + design.load_mass * np.square(arm.load_distance)
-            other_torque = np.asarray(other_torque + inertia * acceleration + task)
-            rates = JointRates(speed, np.asarray(inertia * jerk + task_rate))
+            scale = design.load_scale
+            other_torque = np.asarray(other_torque + inertia * acceleration + scale * task)
+            rates = JointRates(speed, np.asarray(inertia * jerk + scale * task_rate))
         return cls(
             design=design,
             elbow_angle=elbow_angle,

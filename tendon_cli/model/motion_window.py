@@ -341,7 +341,7 @@ class Search:
         for ends in self._ends:
             for values in (ends.low[rows], ends.high[rows]):
                 finite = np.where(np.isfinite(values), values, 0.0)
-                largest = np.maximum(largest, finite.reshape(len(rows), -1).max(axis=1))
+                largest = np.maximum(largest, finite.max(axis=(1, 2)))
         return largest + _STEP
 
     def bisect(self, inside: Array, outside: Array) -> tuple[Array, Tightest]:

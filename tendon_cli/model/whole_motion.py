@@ -91,7 +91,8 @@ def end_curves(
         elbow_angle: Angles, (1, K), rad.
         flexion: Directions of motion, (D, 1).
         bounds: Limits of the designs.
-        counts: True for the designs that count; their shape, then (1, 1).
+        counts: True for the designs, or the states, that count; the designs' shape, then (1, 1) or
+            (D, K).
 
     Returns:
         Least and largest pretensions by the name of the limit, (K,), N, over both directions and

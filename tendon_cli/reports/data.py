@@ -24,6 +24,7 @@ from tendon_cli.cube.labels import ColumnLabel
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Anchors, Array, Rows
+from tendon_cli.model.moving import Moving
 from tendon_cli.quantities import QUANTITIES, SIDES
 from tendon_cli.space.axis import Axis, evenly_spaced
 from tendon_cli.studies.axis_words import name_words
@@ -336,11 +337,17 @@ def _encoded(array: npt.NDArray[Any]) -> str:
     return base64.b64encode(zlib.compress(array.tobytes(), 6)).decode("ascii")
 
 
-# --- States of some designs as curves over the elbow angle, and their arms, by the model alone ----
+# --- States of some designs as curves over the motion, and their arms, by the model alone ---------
 
 
 MOST_ANGLES = 61
 """Largest number of elbow angles of a curve."""
+MOST_SAMPLES = 201
+"""Largest number of samples of a curve over a motion in time."""
+_MOST_STATES = 250_000
+"""Largest number of states along a motion in time that are worked out at once for the page."""
+TURNING = "turning"
+OTHER_TORQUE = "motor_torque_other"
 MOST_DESIGNS = 400
 """Largest number of designs whose states the page has: about 3 kB each."""
 
@@ -363,39 +370,60 @@ Curves = dict[str, Array]
 """Columns of states, (designs, directions, angles), and measures of an arm, (designs,), by name."""
 
 
-def angles_of(study: Study) -> Array:
-    """Return the elbow angles of the curves, (1, angles), rad."""
-    angles = study.angles
-    if study.trajectory is not None:  # the curves leave out its motion
-        angles = np.linspace(angles.min(), angles.max(), MOST_ANGLES)
-    selected = angles[evenly_spaced(len(angles), MOST_ANGLES)]
-    return np.asarray(selected).reshape(1, -1)
+def places_of(study: Study) -> Rows:
+    """Return the positions of the curves' places among the study's angles or samples."""
+    most = MOST_ANGLES if study.trajectory is None else MOST_SAMPLES
+    return evenly_spaced(len(study.angles), most)
+
+
+def most_designs(study: Study) -> int:
+    """Return the largest number of designs whose states the page has.
+
+    Along a motion in time each needs all of its samples, so that there are fewer.
+    """
+    if study.trajectory is None:
+        return MOST_DESIGNS
+    return max(1, min(MOST_DESIGNS, _MOST_STATES // len(study.angles)))
 
 
 def curves(
     study: Study, design: Design, shape: tuple[int, ...], labels: Iterable[str] = GROUPS
 ) -> Curves:
-    """Evaluate designs as curves over the elbow angle, with the measures of their arms.
+    """Evaluate designs as curves over the motion, with the measures of their arms.
 
     Args:
-        study: Directions and elbow angles.
+        study: Directions and elbow angles, or the motion in time.
         design: Designs whose numbers broadcast over `shape`, directions and angles.
         shape: Lengths of the axes of the designs.
         labels: Names of the groups in GROUPS whose columns are wanted. The travels are left out
             for an arm with anchors, which the page draws.
+
+    Returns:
+        Columns (designs, directions, places) and measures (designs,). A motion in time has one
+        direction, and its columns are joined by TURNING and OTHER_TORQUE.
     """
-    is_flexion = np.array([[direction == "flexion"] for direction in study.motion.direction])
-    angles = angles_of(study)
-    columns = State.columns(evaluate(design, angles, is_flexion))
+    places = places_of(study)
+    directions = 1
+    if study.trajectory is None:
+        directions = len(study.motion.direction)
+        is_flexion = np.array([[direction == "flexion"] for direction in study.motion.direction])
+        state = evaluate(design, study.angles[np.newaxis, places], is_flexion)
+        places = np.arange(len(places))
+    else:
+        state = Moving.of(design, study.trajectory).state
+    columns = State.columns(state)
     joint = design.arm.joint
     has_anchors = isinstance(joint, Anchors)
+    wanted = [name for label in labels for name in GROUPS[label]]
+    if has_anchors:
+        wanted = [name for name in wanted if name not in GROUPS["travel"]]
+    wanted += [name for name in (TURNING, OTHER_TORQUE) if name in columns]
     result: Curves = {}
-    for label in labels:
-        if has_anchors and label == "travel":
-            continue
-        for name in GROUPS[label]:
-            states = np.broadcast_to(columns[name], (*shape, is_flexion.size, angles.size))
-            result[name] = states.reshape(-1, is_flexion.size, angles.size)
+    for name in wanted:
+        values = np.asarray(columns[name])
+        along = values[..., places] if values.ndim and values.shape[-1] > 1 else values
+        states = np.broadcast_to(along, (*shape, directions, len(places)))
+        result[name] = states.reshape(-1, directions, len(places))
     measures: dict[str, Any] = {}
     if has_anchors:
         measures = {name: getattr(joint, name) for name in _ANCHORS}
@@ -429,7 +457,7 @@ def states_record(
     """Return curves and arms as JSON.
 
     Args:
-        study: Directions and elbow angles.
+        study: Directions and elbow angles, or the motion in time.
         positions: Positions along the page's axes whose product the designs are.
         named_curves: Name of each condition, which may be empty, and the curves under it.
 
@@ -439,12 +467,21 @@ def states_record(
     groups: list[dict[str, Any]] = []
     for number, (condition, result) in enumerate(named_curves):
         groups += _groups(number, condition, result)
-    record = {
+    places = places_of(study)
+    record: dict[str, Any] = {
         "kept": [[int(index) for index in along] for along in positions],
-        "angles": [round(float(angle), 6) for angle in np.rad2deg(angles_of(study).ravel())],
+        "angles": [round(float(angle), 6) for angle in np.rad2deg(study.angles[places])],
         "directions": list(study.motion.direction),
         "groups": groups,
+        "times": None,
+        "ends": None,
+        "turning": None,
     }
+    if study.trajectory is not None:
+        record["times"] = study.trajectory.time[places].round(6).tolist()
+        record["ends"] = study.trajectory.is_at_end[places].astype(int).tolist()
+        record["directions"] = [""]
+        record["turning"] = [pack_classes(result[TURNING]) for _, result in named_curves]
     arms = [
         {name: _short(result[name]) for name in _ARM if name in result}
         for _, result in named_curves
@@ -460,6 +497,9 @@ def _groups(arm: int, condition: str, result: Curves) -> Iterable[dict[str, Any]
         lines = [_line(column, result[column]) for column in columns]
         if label == "torque":
             lines[0]["colour"] = "joint"
+            if OTHER_TORQUE in result:
+                shown = ColumnLabel.of(OTHER_TORQUE, QUANTITIES[OTHER_TORQUE])
+                lines[1]["other"] = pack_numbers(shown.scaled(result[OTHER_TORQUE]))
         yield {
             "label": f"{label}, {condition}" if condition else label,
             "condition": condition,

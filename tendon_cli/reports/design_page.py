@@ -11,7 +11,7 @@ import pyarrow as pa
 
 from tendon_cli import say
 from tendon_cli.answer_record import AnswerRecord, as_answer, value_of
-from tendon_cli.cube.choice_grid import conflicts_of, over_angle, position, pretension_name
+from tendon_cli.cube.choice_grid import conflicts_of, over_motion, position, pretension_name
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube, choices_of
 from tendon_cli.cube.labels import ColumnLabel
@@ -21,14 +21,15 @@ from tendon_cli.quantities import QUANTITIES
 from tendon_cli.reports import html
 from tendon_cli.reports.data import (
     GROUPS,
-    MOST_DESIGNS,
     OF_TAUT,
+    OTHER_TORQUE,
     PageAxis,
     curves,
     exact_record,
     given_columns,
     given_records,
     middle_of,
+    most_designs,
     number_record,
     pack_classes,
     pack_numbers,
@@ -120,6 +121,7 @@ def design_page(answer: Result) -> str:
         between=between,
     )
 
+    is_in_time = cube.study.trajectory is not None
     words = html.blocks(record["blocks"])
     words += html.notes(thinning_text(axes, left_out))
     parts: dict[str, html.Part] = {}
@@ -129,14 +131,16 @@ def design_page(answer: Result) -> str:
         parts["windows"] = ("Windows", "Windows of pretension", html.part("windows"))
     if between is not None:
         heading = "What binds where, for the choice named first"
-        parts["between"] = ("Angles", heading, html.part("between"))
+        tab = "Times" if is_in_time else "Angles"
+        parts["between"] = (tab, heading, html.part("between", is_in_time=is_in_time))
     if people is not None:
         parts["people"] = ("People", "For whom", html.part("people"))
     if len(design["goals"]) > 1:
         parts["front"] = ("Front", "What one goal costs the other", html.part("front"))
     if states is not None:
         heading = "The states of one choice, at its pretension"
-        parts["design"] = ("One choice", heading, html.part("states"))
+        states_part = html.part("states", is_in_time=is_in_time)
+        parts["design"] = ("One choice", heading, states_part)
     parts["list"] = ("Table", "All choices of this page", html.part("table"))
     return html.result_page(
         record, answer.kind.noun, ("The answer", words), parts, record["study"], data
@@ -264,7 +268,7 @@ def _states(cube: Cube, axes: Sequence[PageAxis], pretension: ColumnArray) -> tu
     study = cube.study
     space = space_of(study).without_pretension()
     selected = evenly_spaced(len(space.conditions), MOST_CONDITIONS)
-    positions, rows = rows_with_states(cube, axes, MOST_DESIGNS // len(selected))
+    positions, rows = rows_with_states(cube, axes, most_designs(study) // len(selected))
     cells = np.zeros(1, np.int64)  # of a grid without axes
     if axes:
         lengths = [len(axis.positions) for axis in axes]
@@ -278,10 +282,10 @@ def _states(cube: Cube, axes: Sequence[PageAxis], pretension: ColumnArray) -> tu
         design = space.at(numbers, space.conditions.numbers(condition)).design()
         name = _condition_name(space.conditions, condition)
         of_condition = curves(study, design, (len(rows), 1), OF_TAUT)
-        for label in OF_TAUT:
-            for column in GROUPS[label]:
-                if column in of_condition:
-                    of_condition[column] = np.where(has_pretension, of_condition[column], np.nan)
+        shown = [column for label in OF_TAUT for column in GROUPS[label]]
+        for column in (*shown, OTHER_TORQUE):
+            if column in of_condition:
+                of_condition[column] = np.where(has_pretension, of_condition[column], np.nan)
         named_curves.append((name, of_condition))
     return states_record(study, positions, named_curves)
 
@@ -309,7 +313,7 @@ def _between(record: AnswerRecord, bounds: say.LimitValues) -> dict[str, Any] | 
     Returns:
         The curves as JSON; None if the answer has none.
     """
-    drawn = over_angle(record)
+    drawn = over_motion(record)
     if drawn is None:
         return None
     lines = []
@@ -326,7 +330,8 @@ def _between(record: AnswerRecord, bounds: say.LimitValues) -> dict[str, Any] | 
             lines.append({"label": label, "end": end, "values": rounded})
     low, high = drawn.window
     return {
-        "angles": drawn.angle.round(6).tolist(),
+        "along": drawn.along.round(6).tolist(),
+        "at_end": (~drawn.does_count).astype(int).tolist() if drawn.is_in_time else None,
         "lines": lines,
         "window": [low, finite_or_none(high)],
         "top": drawn.top,

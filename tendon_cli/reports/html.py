@@ -193,9 +193,19 @@ _PLOTS = {
 }
 
 
-def part(name: str) -> str:
-    """Return a figure or the table, with its controls, from `page/parts.html`."""
+_PLOTS_IN_TIME = {"states": "States over time", "between": "The window over time"}
+"""Names of figures that are over time where the motion is."""
+
+
+def part(name: str, *, is_in_time: bool = False) -> str:
+    """Return a figure or the table, with its controls, from `page/parts.html`.
+
+    Args:
+        name: Name of the part.
+        is_in_time: True if the motion of the study is one in time.
+    """
     _, *texts = re.split(r"<!-- (\w+) -->\n", _page_file("parts.html"))
     parts = dict(zip(texts[::2], texts[1::2], strict=True))
-    figure = plot(name, _PLOTS[name]) if name in _PLOTS else ""
+    labels = _PLOTS | _PLOTS_IN_TIME if is_in_time else _PLOTS
+    figure = plot(name, labels[name]) if name in labels else ""
     return parts[name].replace("{plot}", figure)

@@ -29,12 +29,12 @@ from tendon_cli.files import (
 from tendon_cli.registry import load
 from tendon_cli.reports import html
 from tendon_cli.reports.data import (
-    MOST_DESIGNS,
     PageAxis,
     curves,
     given_columns,
     given_records,
     middle_of,
+    most_designs,
     number_record,
     pack_classes,
     page_axes,
@@ -85,10 +85,6 @@ _CLASSES = (
     {"label": "no equilibrium", "sign": "N", "colour": "nowhere"},
 )
 """Outcomes of a design, the best first; signs tell them apart where colours cannot."""
-_SLOWLY = (
-    "The states of one design are shown for slow motion over the angle; `tendon plot` draws its "
-    "motion in time, with inertia."
-)
 
 
 def write_report(
@@ -220,8 +216,6 @@ def sweep_page(run: Run) -> str:
 
     warnings = [f"Warning: {warning}" for warning in run.record["warnings"]]
     remarks = thinning_text(axes, left_out)
-    if cube.document["motion"].get("trajectory"):
-        remarks.append(_SLOWLY)
     answer = html.blocks([say.sentence(run.head())])
     answer += html.table((), run.facts())
     answer += html.notes(warnings, "warning")
@@ -229,7 +223,9 @@ def sweep_page(run: Run) -> str:
     parts: dict[str, html.Part] = {}
     if axes:
         parts["map"] = ("Map", "Map of the designs", html.part("map"))
-    parts["design"] = ("One design", "The states of one design", html.part("states"))
+    is_in_time = run.study.trajectory is not None
+    states_part = html.part("states", is_in_time=is_in_time)
+    parts["design"] = ("One design", "The states of one design", states_part)
     parts["list"] = ("Table", "All designs of this page", html.part("table"))
     return html.result_page(
         run.record, run.kind.noun, ("What came out", answer), parts, cube.document, data
@@ -265,7 +261,7 @@ def _outcomes(
 
 def _states(cube: Cube, axes: Sequence[PageAxis]) -> tuple[Any, Any]:
     """Return the states of some designs as curves, and their arms, as `states_record` does."""
-    positions, rows = rows_with_states(cube, axes, MOST_DESIGNS)
+    positions, rows = rows_with_states(cube, axes, most_designs(cube.study))
     space = space_of(cube.study)
     design = space.at(space.numbers(rows)).design()
     result = curves(cube.study, design, (len(rows),))

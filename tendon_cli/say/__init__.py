@@ -2,6 +2,7 @@
 
 from tendon_cli.model.forms import LimitWords
 from tendon_cli.say.blocks import Block, as_text, heading, items, sentence, table
+from tendon_cli.say.cutoff import cutoff_words
 from tendon_cli.say.fitting import Clause, Section, fit
 from tendon_cli.say.limit_phrases import (
     OPEN,
@@ -69,6 +70,7 @@ __all__ = [
     "conflict",
     "conflict_label",
     "counted",
+    "cutoff_words",
     "duration",
     "factor_of",
     "fit",

@@ -8,15 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.engine.plan import Plan
+from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Anchors, flexor_path
 from tendon_cli.model.motor import cycle_columns, motor_rates
+from tendon_cli.model.moving import Moving, motion_columns
 from tendon_cli.model.reversal import reversal
 from tendon_cli.model.setting import all_readings, pretension_per_length, setting_of
 from tendon_cli.model.statics import NO_EQUILIBRIUM
-from tendon_cli.quantities import OF_CYCLES, QUANTITIES, SIDES
+from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES, QUANTITIES, SIDES
 
 _SYMBOL_WIDTH = 9
 _FORMULA_WIDTH = 42
@@ -253,6 +254,27 @@ def _setting(design: Design) -> list[PageLine]:
     )
 
 
+# --- The state on the page ------------------------------------------------------------------------
+
+
+def place_text(plan: Plan, block: Block) -> str:
+    """Return where the state of a block stands: direction and angle, and the time of a motion."""
+    place = block.angles.start
+    angle = f"{np.degrees(plan.elbow_angles[place]):.6g} deg"
+    trajectory = plan.study.trajectory
+    if trajectory is None:
+        return f"{plan.directions[0]} at {angle}"
+    direction = "flexion" if trajectory.is_flexing[place] else "extension"
+    return f"{trajectory.time[place]:.6g} s, {direction} at {angle}"
+
+
+def slides_in_flexion(plan: Plan, state: State) -> bool:
+    """Return True if the tendons of a single state slide as in flexion."""
+    if state.sliding is None:
+        return plan.directions[0] == "flexion"
+    return bool(np.ravel(state.sliding.flexion)[0])
+
+
 # --- Motor and transmission -----------------------------------------------------------------------
 
 
@@ -270,6 +292,43 @@ def motor_lines(state: State, speed: float, *, flexion: bool) -> list[PageLine]:
         ("P_U", "into tendons and springs", rates.storage_rate * moving, "W"),
         ("P_μ", "friction along both sheaths", rates.friction * moving, "W"),
     )
+
+
+def moving_lines(state: State, time: float) -> list[PageLine]:
+    """Return lines of speed, power and sliding at one state of a motion in time; `time` in s."""
+    rates = motor_rates(state)
+    speed = np.asarray(0.0 if state.rates is None else state.rates.speed)
+    formula = "speed of the motor, stretching springs too"
+    lines = section(
+        f"Motor at {time:.6g} s (slack sides left out)",
+        ("θ̇", "speed of the elbow", speed, "rad/s"),
+        ("α̇", formula, rates.spool_speed, "rad/s"),
+        ("P_m", "τ_m α̇, below 0 the motor brakes", rates.power, "W"),
+        ("P_a", "τ_a θ̇, at the elbow", state.elbow_torque * speed, "W"),
+        ("P_U", "into tendons and springs", rates.storage_rate, "W"),
+        ("P_μ", "friction along both sheaths", rates.friction, "W"),
+    )
+    if state.sliding is not None:
+        title = lines[0].section
+        way = 1.0 if np.ravel(state.sliding.flexion)[0] else -1.0
+        lines += section(title, ("s", "tendons slide: 1 as in flexion, else -1", way, "1"))
+        if np.ravel(state.sliding.turning)[0]:
+            other = state.sliding.other_torque
+            lines += section(title, ("τ_m'", "turning: τ_m lies between it and this", other, "N m"))
+    return lines
+
+
+def motion_lines(moving: Moving) -> list[PageLine]:
+    """Return lines of the results of a single design over its motion in time."""
+    totals = motion_columns(moving)
+    rows = []
+    for name in (*OF_CYCLES, *OF_TRAJECTORIES):
+        quantity = QUANTITIES[name]
+        symbol = quantity.symbol if len(quantity.symbol) < _SYMBOL_WIDTH else ""
+        rows.append((symbol, name, totals[name], quantity.unit))
+    counted = moving.trajectory.time[moving.trajectory.counted]
+    lines = section(f"Over the motion from {counted[0]:.6g} to {counted[-1]:.6g} s", *rows)
+    return [line for line in lines if not all(np.isnan(line.values))]
 
 
 def cycle_lines(design: Design, plan: Plan, speed: float) -> list[PageLine]:

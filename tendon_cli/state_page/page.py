@@ -25,9 +25,13 @@ from tendon_cli.space.axis import CASE_AXIS, PRETENSION, READING_ERROR, NamedAxi
 from tendon_cli.state_page.lines import (
     PageLine,
     cycle_lines,
+    motion_lines,
     motor_lines,
+    moving_lines,
+    place_text,
     reversal_lines,
     scalar,
+    slides_in_flexion,
     state_lines,
 )
 from tendon_cli.studies.axis_words import name_words
@@ -96,8 +100,9 @@ def state_page(
 ) -> StatePage:
     """Work out the first state of a study's first design, line by line.
 
-    For a person the page begins with the steps from body to arm. If the study has a speed, speed
-    and power of the motor are added.
+    Along a motion in time it is the first sample that counts. For a person the page begins with the
+    steps from body to arm. If the study has a speed or a motion in time, speed and power of the
+    motor are added.
 
     Args:
         study: The study.
@@ -134,25 +139,25 @@ def state_page(
     plan = Plan(certain)
     block = _first_state(plan, case, rows or {})
     state = plan.state(block)
-    angle = float(plan.elbow_angles[0])
+    angle = scalar(state.elbow_angle)
     table = study.sources.get("joint.excursion", {}).get("file", "table in the study")
     lines = [*_body_lines(wearer), *state_lines(state, angle, table)]
     code = int(state.status.flat[0])
     status = STATUS_NAMES[code]
     has_equilibrium = code != NO_EQUILIBRIUM
     if has_equilibrium:
-        lines += _motor_part(plan, state, reversal=reversal)
+        lines += _motor_part(plan, block, state, reversal=reversal)
     else:
         status = f"{status}: {_no_equilibrium(scalar(state.coupling.elbow_torque))}"
     if target is not None:
         from tendon_cli.state_page.plot import draw_motor  # imports matplotlib
 
-        draw_motor(target, state, plan, turns=reversal, overwrite=overwrite)
+        draw_motor(target, state, plan, block, turns=reversal, overwrite=overwrite)
     columns = {
         name: _null_unless_finite(scalar(values)) for name, values in state.columns().items()
     }
     load = scalar(state.design.load_mass)
-    where = f"{plan.directions[0]} at {np.degrees(angle):.6g} deg, load {load:.6g} kg"
+    where = f"{place_text(plan, block)}, load {load:.6g} kg"
     notes = (*person_notes, *draw_notes, *study.notes, *study.warnings, *_notes(plan, block))
     return StatePage(
         title=f"{study.name}: {where}",
@@ -225,16 +230,21 @@ def _no_equilibrium(elbow_torque: float) -> str:
     )
 
 
-def _motor_part(plan: Plan, state: State, *, reversal: bool) -> list[PageLine]:
-    """Return lines of the motor if the study has a speed, and of a turn back if `reversal`."""
-    flexion = plan.directions[0] == "flexion"
+def _motor_part(plan: Plan, block: Block, state: State, *, reversal: bool) -> list[PageLine]:
+    """Return lines of the motor if the study has a motion, and of a turn back if `reversal`."""
     speed = plan.study.motion.speed
+    trajectory = plan.study.trajectory
     lines: list[PageLine] = []
     if speed is not None:
+        flexion = slides_in_flexion(plan, state)
         lines += motor_lines(state, speed.single, flexion=flexion)
         lines += cycle_lines(state.design, plan, speed.single)
+    if trajectory is not None:
+        lines += moving_lines(state, float(trajectory.time[block.angles.start]))
+        lines += motion_lines(plan.moving(block))
     if reversal:
-        lines += reversal_lines(state, float(plan.elbow_angles[0]), flexion=flexion)
+        flexion = slides_in_flexion(plan, state)
+        lines += reversal_lines(state, scalar(state.elbow_angle), flexion=flexion)
     return lines
 
 
@@ -257,11 +267,15 @@ def _body_lines(wearer: PersonStudy | None) -> list[PageLine]:
 def _first_state(plan: Plan, case: str | None, rows: Mapping[str, str]) -> Block:
     """Return the block of the first state of the first design with some rows of tables.
 
+    Along a motion in time it is the first sample that counts.
+
     Args:
         plan: The plan of the study.
         case: Name of a case; None for the first.
         rows: Names of rows by their tables; the first of any other.
     """
+    trajectory = plan.study.trajectory
+    first = 0 if trajectory is None else trajectory.counted.start
     designs = {axis.key: slice(0, 1) for axis in plan.axes}
     chosen = [(table, name, "--row") for table, name in rows.items()]
     if case is not None:
@@ -269,8 +283,7 @@ def _first_state(plan: Plan, case: str | None, rows: Mapping[str, str]) -> Block
     for table, name, option in chosen:
         place = row_place(plan.study, table, name, option)
         designs[table] = slice(place, place + 1)
-    first = tuple(designs.values())
-    return Block(0, first, slice(0, 1), slice(0, 1))
+    return Block(0, tuple(designs.values()), slice(0, 1), slice(first, first + 1))
 
 
 def _notes(plan: Plan, block: Block) -> list[str]:
@@ -293,7 +306,7 @@ def _notes(plan: Plan, block: Block) -> list[str]:
     count = plan.states_per_design
     if plan.study.trajectory is not None:
         notes.append(
-            f"the first of the trajectory's {count} samples, with its inertia; "
+            f"the first sample that counts, of the trajectory's {count}, with its inertia; "
             "`tendon sweep` and `tendon show RUN --table states` have them all"
         )
     elif count > 1:

@@ -1,7 +1,8 @@
 """The figure of a motor.
 
 It shows the motor's torque against its speed over the cycle, the loop that friction opens, and the
-torque while the spool turns back.
+torque while the spool turns back. Along a motion in time it shows the torque over time instead of
+the loop.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.engine.plan import Plan
+from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import Axes, Line2D
 from tendon_cli.figures.frame import framed, source_of_study
@@ -26,6 +27,14 @@ from tendon_cli.model.motor import cycle_columns, motor_rates
 from tendon_cli.model.reversal import reversal
 from tendon_cli.model.statics import NO_EQUILIBRIUM
 from tendon_cli.quantities import QUANTITIES, SIDES
+from tendon_cli.state_page.lines import scalar, slides_in_flexion
+from tendon_cli.state_page.motion_plot import (
+    MOTOR_STYLE,
+    MotorMotion,
+    draw_torque_over_time,
+    limit_style,
+    motion_key,
+)
 
 Array = npt.NDArray[np.float64]
 
@@ -52,14 +61,16 @@ class Stroke:
 
 
 def draw_motor(
-    path: Path, state: State, plan: Plan, *, turns: bool, overwrite: bool = False
+    path: Path, state: State, plan: Plan, block: Block, *, turns: bool, overwrite: bool = False
 ) -> Path:
     """Draw the motor of a state's design into a file.
 
     Args:
         path: The file.
         state: The state.
-        plan: The plan of the study. Both strokes are drawn if the study has a speed.
+        plan: The plan of the study. Both strokes are drawn if the study has a speed, the whole
+            motion if it has one in time.
+        block: The block of that state.
         turns: True to draw the torque while the spool turns back at that state.
         overwrite: True to replace a file that tendon did not write.
 
@@ -69,6 +80,7 @@ def draw_motor(
             write the file.
     """
     speed = plan.study.motion.speed
+    trajectory = plan.study.trajectory
     design = state.design
     if int(state.status.flat[0]) == NO_EQUILIBRIUM:
         raise UsageError(
@@ -76,13 +88,7 @@ def draw_motor(
             where="--plot",
             hint="--set 'motion.elbow_angle=60 deg' chooses another state",
         )
-    if plan.study.trajectory is not None and not turns:
-        raise UsageError(
-            "the motor is drawn for a stroke at one speed, but this study has a motion in time",
-            where="--plot",
-            hint="--reversal draws the turn at this state; `tendon plot` draws the motion",
-        )
-    if speed is None and not turns:
+    if speed is None and trajectory is None and not turns:
         raise UsageError(
             "the study has no speed, so the motor cannot be drawn",
             where="--plot",
@@ -91,31 +97,49 @@ def draw_motor(
     format_of(path, "--plot")
     title = f"{plan.study.name}: the motor, load {float(np.ravel(design.load_mass)[0]):.6g} kg"
     strokes = {}
+    motion = None
     if speed is not None:
         title = f"{title}, elbow at {np.degrees(speed.single):.6g} deg/s"
         for direction in plan.directions:
             strokes[direction] = stroke_of(design, plan, direction, speed.single)
+    if trajectory is not None:
+        motion = MotorMotion.of(plan.moving(block))
     with house_style():
         key = [
             Line2D([], [], label=direction, **style)
             for direction, style in _DIRECTIONS.items()
             if direction in strokes
         ]
+        if motion is not None:
+            key = motion_key(motion)
         notes = _notes(design, plan, turns=turns)
         page = framed(title, 74.0, key, notes, study=source_of_study(plan.study))
-        count = 2 * bool(strokes) + turns
-        panels = page.figure.subplots(1, count, squeeze=False)[0]
+        has_motor = bool(strokes) or motion is not None
+        count = 2 * has_motor + turns
+        widths = [1.0] * count
+        if motion is not None:
+            widths[0] = 2.0
+        panels = page.figure.subplots(1, count, squeeze=False, width_ratios=widths)[0]
+        limits = _limits_of(design, plan)
         if strokes:
-            _draw_torque_and_speed(panels[0], strokes, _limits_of(design, plan))
+            curves = {
+                direction: (stroke.motor_speed, stroke.motor_torque)
+                for direction, stroke in strokes.items()
+            }
+            _draw_torque_and_speed(panels[0], curves, limits)
             _draw_loop(panels[1], strokes)
+        if motion is not None:
+            draw_torque_over_time(panels[0], motion, limits.get("peak_motor_torque"))
+            _draw_torque_and_speed(panels[1], {"": motion.speed_and_torque}, limits)
         if turns:
             angles, torque, follows = turn_of(state, plan)
             _draw_turn(panels[-1], angles, torque, follows)
-            angle = np.degrees(plan.elbow_angles[0])
-            panels[-1].set_title(f"Turn from {plan.directions[0]} at {angle:.6g}°")
+            panels[-1].set_title(_turn_title(plan, block))
         for axes in panels:
             axes.yaxis.set_major_formatter(plain_numbers())
             axes.set_ylabel("motor torque $\\tau_m$ (N m)")
+        if motion is not None:
+            panels[0].set_ylabel("torque (N m)")
     return page.of_joint(plan.study).save(path, overwrite=overwrite)
 
 
@@ -162,8 +186,8 @@ def turn_of(state: State, plan: Plan) -> tuple[Array, Array, dict[str, tuple[flo
         The angles by which the spool is turned back, rad; the motor's torque at each, N m; and by
         side the angle and the torque at which the far end of a taut tendon follows.
     """
-    flexion = np.asarray(plan.directions[0] == "flexion")
-    turned = reversal(state, float(plan.elbow_angles[0]), flexion)
+    flexion = np.asarray(slides_in_flexion(plan, state))
+    turned = reversal(state, scalar(state.elbow_angle), flexion)
     ends = {side: float(np.ravel(getattr(turned, side).turn)[0]) for side in SIDES}
     positive = [end for end in ends.values() if end > 0.0]
     turns = 1.15 * max(positive or [1e-3]) * np.linspace(0.0, 1.0, _POINTS)
@@ -182,7 +206,7 @@ def _notes(design: Design, plan: Plan, *, turns: bool) -> list[str]:
     limits = _limits_of(design, plan)
     notes: list[str] = []
     bounds = [f"{limits[name]:.4g} {QUANTITIES[name].unit}" for name in _LIMITS if name in limits]
-    if speed is not None and bounds:
+    if bounds and (speed is not None or plan.study.trajectory is not None):
         notes.append(f"Dotted: the limits, {', '.join(bounds)}.")
     if speed is not None and len(plan.directions) == 2:
         angles = plan.elbow_angles[np.newaxis]
@@ -191,30 +215,35 @@ def _notes(design: Design, plan: Plan, *, turns: bool) -> list[str]:
             notes.append(
                 f"The shaded area is what friction takes over both strokes, {loss.item():.3g} J."
             )
+    if plan.study.trajectory is not None:
+        notes.append(
+            "Torque against speed is that of the samples that count, with friction in the "
+            "direction in which the tendons slide."
+        )
     if turns:
         notes.append("Dots: where the far end of each tendon follows the spool.")
     return notes
 
 
 def _draw_torque_and_speed(
-    axes: Axes, strokes: Mapping[str, Stroke], limits: Mapping[str, float]
+    axes: Axes, curves: Mapping[str, tuple[Array, Array]], limits: Mapping[str, float]
 ) -> None:
     """Draw torque against speed, with the motor's limits.
 
     The limits widen the view, so that the distance to them is seen.
+
+    Args:
+        axes: The panel.
+        curves: Speeds, rad/s, and torques, N m, by direction; of a motion in time by "".
+        limits: Limits of the study.
     """
-    for direction, stroke in strokes.items():
-        style = _DIRECTIONS[direction]
-        axes.plot(stroke.motor_speed, stroke.motor_torque, gid="curve", **style)
+    for direction, (motor_speed, motor_torque) in curves.items():
+        style = _DIRECTIONS.get(direction, MOTOR_STYLE)
+        axes.plot(motor_speed, motor_torque, gid="curve", **style)
     axes.axhline(0.0, color=FAINT, linewidth=0.5)
     axes.axvline(0.0, color=FAINT, linewidth=0.5)
     axes.margins(0.08)
-    dotted: dict[str, Any] = {
-        "color": INK,
-        "linewidth": 0.8,
-        "linestyle": (0, (1.0, 1.2)),
-        "gid": "limit",
-    }
+    dotted = limit_style()
     torque, speed, power = (limits.get(name, 0.0) for name in _LIMITS)
     left, right = axes.get_xlim()
     low, high = axes.get_ylim()
@@ -234,6 +263,14 @@ def _draw_torque_and_speed(
     axes.set_xlabel("motor speed (rad/s)")
     axes.set_xlim(left, right)
     axes.set_ylim(low, high)
+
+
+def _turn_title(plan: Plan, block: Block) -> str:
+    """Return the title of the panel of a turn: the time or the angle at which it is."""
+    place = block.angles.start
+    if plan.study.trajectory is not None:
+        return f"Turn at {plan.study.trajectory.time[place]:.4g} s"
+    return f"Turn from {plan.directions[0]} at {np.degrees(plan.elbow_angles[place]):.6g}°"
 
 
 def _draw_loop(axes: Axes, strokes: Mapping[str, Stroke]) -> None:

@@ -1,9 +1,12 @@
-"""Curves over the joint's angle as smooth cubic splines, from a CSV or from lists in the study."""
+"""Curves over the joint's angle, or over time, from a CSV or from lists in the study.
+
+Those over the angle are smooth cubic splines.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,7 +17,7 @@ from pydantic_core import CoreSchema
 from tendon_cli.errors import InputError
 from tendon_cli.model.kinematics import Array, Spline
 from tendon_cli.quantities import SIDES
-from tendon_cli.studies.csv_columns import read_columns
+from tendon_cli.studies.csv_columns import Sheet, columns_of_sheet
 from tendon_cli.studies.fields import FieldMark, SingleField, fault
 from tendon_cli.studies.magnitude import Slip, column_slips, slip_of, step_slips
 from tendon_cli.studies.number import NumberField, schema_table
@@ -51,9 +54,29 @@ class CurveTable:
     """Values as they were written that are far from any arm."""
 
     @property
+    def is_in_time(self) -> bool:
+        """True if the columns are over times, False if they are over angles."""
+        return "time" in self.columns
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return len(next(iter(self.columns.values())))
+
+    @property
     def angles(self) -> Array:
         """Angles, ascending, rad."""
         return np.array(self.columns["angle"])
+
+    @property
+    def times(self) -> Array:
+        """Times, ascending, s."""
+        return np.array(self.columns["time"])
+
+    def without(self, column: str) -> CurveTable:
+        """Return the curve without a column, with the slips of all."""
+        kept = {name: values for name, values in self.columns.items() if name != column}
+        return CurveTable(kept, self.slips)
 
     def document(self) -> dict[str, Any]:
         """Return the columns as a study may state them."""
@@ -89,18 +112,90 @@ class CurveTable:
 
 
 @dataclass(frozen=True)
-class CurveColumns(FieldMark):
-    """Mark of a field that is a curve: the name of a CSV, or a table with these columns."""
+class CurveColumns:
+    """Columns of a curve over angles or times."""
 
     dimensions: tuple[tuple[str, str], ...]
     """Name and dimension of each column, the angle or time first."""
     fewest: int = 3
     """Smallest number of rows of a curve."""
+    optional: tuple[str, ...] = ()
+    """Names of those columns that a curve may lack."""
+    meaning: str = ""
+    """Sign of the values in words, for errors."""
+    is_sampled: bool = False
+    """True for a motion that is measured sample by sample, whose usual step is plausible."""
+
+    @property
+    def first(self) -> str:
+        """Name of the column over which the others are given."""
+        return self.dimensions[0][0]
 
     @property
     def names(self) -> list[str]:
-        """Names of the columns, the angle or time first."""
-        return [name for name, _ in self.dimensions]
+        """Names of the columns that every curve has, the angle or time first."""
+        return [name for name, _ in self.dimensions if name not in self.optional]
+
+    @property
+    def phrase(self) -> str:
+        """Names of the columns, and the sign of their values."""
+        sign = f" ({self.meaning})" if self.meaning else ""
+        more = "".join(f" and, if there is one, {name}" for name in self.optional)
+        return f"{', '.join(self.names)}{more}{sign}"
+
+    def are_in(self, names: Collection[object]) -> bool:
+        """Return True if a table with these names, and no others, is such a curve."""
+        return set(names) - set(self.optional) == set(self.names)
+
+    def among(self, names: Collection[str]) -> dict[str, str]:
+        """Return the dimension of each column, without the optional ones that have no name here."""
+        return {
+            name: dimension
+            for name, dimension in self.dimensions
+            if name not in self.optional or name in names
+        }
+
+    def of_lists(self, value: Mapping[str, object]) -> CurveTable:
+        """Return the curve of a table of lists.
+
+        Raises:
+            PydanticCustomError: The lists are no curve.
+        """
+        columns: dict[str, tuple[float, ...]] = {}
+        slips: tuple[Slip, ...] = ()
+        for name, dimension in self.among([*value]).items():
+            listed = value[name]
+            if not isinstance(listed, (list, tuple)) or len(listed) > MOST_ROWS:
+                raise fault(f"{name}: {described(listed)} is not a list of values")
+            single = SingleField(_QUANTITIES[dimension], 0, 0)
+            measures = [single.measure(item) for item in listed]
+            columns[name] = tuple(measure.si for measure in measures)
+            if dimension != "time":
+                slips += _list_slips(name, dimension, listed, measures)
+        if len({len(values) for values in columns.values()}) > 1:
+            raise fault(
+                f"its lists have different lengths, expected one value of each for every "
+                f"{self.first}"
+            )
+        wrong = disorder(np.array([*columns.values()]), self.fewest, self.first)
+        if wrong is not None:
+            raise fault(wrong[0])
+        if self.is_sampled:
+            slips += step_slips(np.array(columns["time"]), "s", "")
+        return _ascending(columns, slips)
+
+    def json_table(self) -> dict[str, Any]:
+        """Return the JSON schema of a table with these columns."""
+        values = {"type": "array", "items": {"type": ["number", "string"]}, "minItems": self.fewest}
+        return schema_table(dict.fromkeys(dict(self.dimensions), values), len(self.names))
+
+
+@dataclass(frozen=True)
+class CurveField(FieldMark):
+    """Mark of a field that is a curve: the name of a CSV, or a table of lists."""
+
+    kinds: tuple[CurveColumns, ...]
+    """Columns of each kind of curve that the field takes."""
 
     def read(self, value: object) -> str | CurveTable | None:
         """Return the name of a file as it is, and lists of values as a table.
@@ -112,53 +207,41 @@ class CurveColumns(FieldMark):
             return value
         if isinstance(value, str) and 0 < len(value) <= _LONGEST_NAME:
             return value
-        if not isinstance(value, dict) or set(value) != set(self.names):
-            names = ", ".join(self.names)
-            raise fault(
-                f"{described(value)} is not a curve, expected the name of a CSV file, "
-                f"or lists of {names}"
-            )
-        columns: dict[str, tuple[float, ...]] = {}
-        slips: tuple[Slip, ...] = ()
-        for name, dimension in self.dimensions:
-            measures = self._column(name, dimension, value[name])
-            columns[name] = tuple(measure.si for measure in measures)
-            if dimension != "time":
-                slips += _list_slips(name, dimension, value[name], measures)
-        first = self.names[0]
-        if len({len(values) for values in columns.values()}) > 1:
-            raise fault(
-                f"its lists have different lengths, expected one value of each for every {first}"
-            )
-        wrong = disorder(np.array([*columns.values()]), self.fewest, first)
-        if wrong is not None:
-            raise fault(wrong[0])
-        if first == "time":
-            slips += step_slips(np.array(columns[first]), "s", "")
-        return _ascending(columns, slips)
-
-    def _column(self, name: str, dimension: str, values: object) -> tuple[Measure, ...]:
-        """Return a list of values. Raises PydanticCustomError if it is not a list of them."""
-        if not isinstance(values, (list, tuple)) or len(values) > MOST_ROWS:
-            raise fault(f"{name}: {described(values)} is not a list of values")
-        single = SingleField(_QUANTITIES[dimension], 0, 0)
-        return tuple(single.measure(value) for value in values)
+        for kind in self.kinds:
+            if isinstance(value, dict) and kind.are_in(value):
+                return kind.of_lists(value)
+        lists = ", or of ".join(kind.phrase for kind in self.kinds)
+        raise fault(
+            f"{described(value)} is not a curve, expected the name of a CSV file, or lists of "
+            f"{lists}"
+        )
 
     def __get_pydantic_json_schema__(
         self, core: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        return {"anyOf": [{"type": "string", "minLength": 1}, self.json_table()]}
-
-    def json_table(self) -> dict[str, Any]:
-        """Return the JSON schema of a table with these columns."""
-        values = {"type": "array", "items": {"type": ["number", "string"]}, "minItems": self.fewest}
-        return schema_table(dict.fromkeys(self.names, values), len(self.names))
+        tables = [kind.json_table() for kind in self.kinds]
+        return {"anyOf": [{"type": "string", "minLength": 1}, *tables]}
 
 
-TORQUE = CurveColumns((("angle", "angle"), ("torque", "torque")))
-EXCURSION = CurveColumns((("angle", "angle"), ("flexor", "length"), ("extensor", "length")))
+SIGN_OF_TASK = "positive torque is what the flexor must give"
+"""Sign of the torque of a task in words."""
+TORQUE = CurveColumns(
+    (("angle", "angle"), ("torque", "torque")), meaning="positive torque resists flexion"
+)
+TASK_OVER_ANGLE = CurveColumns(TORQUE.dimensions, meaning=SIGN_OF_TASK)
+TASK_OVER_TIME = CurveColumns((("time", "time"), ("torque", "torque")), 2, meaning=SIGN_OF_TASK)
+EXCURSION = CurveColumns(
+    (("angle", "angle"), ("flexor", "length"), ("extensor", "length")),
+    meaning="both rise with flexion",
+)
 BEND = CurveColumns((("angle", "angle"), ("bend", "angle")), fewest=2)
-TRAJECTORY = CurveColumns((("time", "time"), ("angle", "angle")), fewest=12)
+TRAJECTORY = CurveColumns(
+    (("time", "time"), ("angle", "angle"), ("torque", "torque")),
+    fewest=12,
+    optional=("torque",),
+    meaning=SIGN_OF_TASK,
+    is_sampled=True,
+)
 
 
 @dataclass(frozen=True)
@@ -170,7 +253,7 @@ class BendField(NumberField):
         if isinstance(value, CurveTable):
             return value
         if isinstance(value, dict) and "bend" in value:
-            return BEND.read(value)
+            return CurveField((BEND,)).read(value)
         return super().read(value)
 
     def _json_choices(self) -> list[dict[str, Any]]:
@@ -229,33 +312,46 @@ def _ascending(columns: Mapping[str, Sequence[float]], slips: tuple[Slip, ...] =
     return CurveTable({name: tuple(values[::step]) for name, values in columns.items()}, slips)
 
 
-def read_curve(content: bytes, where: str, columns: CurveColumns) -> tuple[CurveTable, list[str]]:
+def read_curve(content: bytes, where: str, *kinds: CurveColumns) -> tuple[CurveTable, list[str]]:
     """Return a curve from the content of a CSV, whose headers are those of `read_columns`.
 
     A note names the columns that are not read, if there are any.
 
+    Args:
+        content: The file.
+        where: Name of the file in errors.
+        kinds: Columns that it may have; the first kind counts over whose angle or time it is.
+
     Raises:
         InputError: The content is not such a curve; the error names the line.
     """
-    first = columns.names[0]
-    read = read_columns(content, where, dict(columns.dimensions), first)
+    sheet = Sheet.of(content, where, kinds[0].first if len(kinds) == 1 else "row")
+    fitting = [kind for kind in kinds if sheet.find(kind.first) is not None]
+    if len(kinds) > 1 and not fitting:
+        columns = ", or ".join(kind.phrase for kind in kinds)
+        names = " or ".join(kind.first for kind in kinds)
+        raise sheet.lacks(names, f"expected the columns {columns}")
+    kind = fitting[0] if fitting else kinds[0]
+    present = [name for name in kind.optional if sheet.find(name) is not None]
+    dimensions = kind.among(present)
+    read = columns_of_sheet(sheet, dimensions, meaning=kind.meaning)
     lines = read.lines
-    wrong = disorder(read.values, columns.fewest, first)
+    wrong = disorder(read.values, kind.fewest, kind.first)
     if wrong is not None:
         problem, row = wrong
         line = lines[min(row, len(lines) - 1)] if lines else 1
-        hint = f"a row of {', '.join(columns.names)} for each {first}, in order"
+        hint = f"a row of {', '.join(dimensions)} for each {kind.first}, in order"
         raise InputError(problem, where=f"{where}, line {line}", hint=hint)
     slips: tuple[Slip, ...] = ()
     places = [f"{where}, line {line}" for line in lines]
     for (name, dimension), values, unit in zip(
-        columns.dimensions, read.values, read.units, strict=True
+        dimensions.items(), read.values, read.units, strict=True
     ):
-        if dimension == "time":
-            slips += step_slips(values, unit, where)
-        else:
+        if dimension != "time":
             slips += column_slips(_quantity_of(name, dimension), values, unit, name, places)
-    curve = _ascending(dict(zip(columns.names, read.values.tolist(), strict=True)), slips)
+        elif kind.is_sampled:
+            slips += step_slips(values, unit, where)
+    curve = _ascending(dict(zip(dimensions, read.values.tolist(), strict=True)), slips)
     return curve, read.notes
 
 
@@ -282,7 +378,7 @@ def curves_of(study: Any) -> dict[str, Spline]:
     joint = study.joint
     curves = {}
     for key, table in (("joint.torque", joint.torque), ("load.torque", study.load.torque)):
-        if isinstance(table, CurveTable):
+        if isinstance(table, CurveTable) and not table.is_in_time:
             curves[key] = table.spline("torque")
     for key, table in bends_of(study).items():
         curves[key] = table.spline("bend")
@@ -307,7 +403,7 @@ def bends_of(study: Any) -> dict[str, CurveTable]:
 
 
 def not_covered(study: Any, table: CurveTable, *, is_travel: bool) -> str | None:
-    """Return the problem if a study asks for angles outside of a curve; None if it does not.
+    """Return the problem if a curve does not reach as far as the motion; None if it does.
 
     Args:
         study: The study.
@@ -316,6 +412,8 @@ def not_covered(study: Any, table: CurveTable, *, is_travel: bool) -> str | None
     """
     if isinstance(study.motion.trajectory, str):  # not read yet
         return None
+    if table.is_in_time:
+        return _clock_not_covered(study.motion.trajectory, table)
     motion = "motion.elbow_angle" if study.trajectory is None else "motion.trajectory"
     asked = [(motion, study.angles.min()), (motion, study.angles.max())]
     if is_travel:
@@ -327,6 +425,42 @@ def not_covered(study: Any, table: CurveTable, *, is_travel: bool) -> str | None
             reach = f"{math.degrees(low):.6g} to {math.degrees(high):.6g} deg"
             return f"reaches from {reach}, but {key} asks for {math.degrees(angle):.6g} deg"
     return None
+
+
+def _clock_not_covered(trajectory: CurveTable | None, task: CurveTable) -> str | None:
+    """Return the problem if a torque over time does not reach over the whole motion.
+
+    A sample of the motion stands for half a step on either side, which is the tolerance. Without a
+    motion in time there is no problem of the clock.
+    """
+    if trajectory is None:
+        return None
+    half_step = 0.5 * float(np.median(np.diff(trajectory.times)))
+    first, last = trajectory.times[[0, -1]]
+    if task.times[0] - half_step <= first and last <= task.times[-1] + half_step:
+        return None
+    reach = f"{task.times[0]:.6g} to {task.times[-1]:.6g} s"
+    return (
+        f"reaches from {reach}, but motion.trajectory from {first:.6g} to {last:.6g} s, "
+        "on the same clock"
+    )
+
+
+def hint_to_cover(table: CurveTable) -> str:
+    """Return the advice for a curve that does not reach as far as the motion."""
+    if table.is_in_time:
+        return "extend the torque, or shorten the motion"
+    return "extend the table, or ask for fewer angles"
+
+
+def task_note(columns: CurveTable) -> str:
+    """Return a note on a torque over time: its range, its clock and the meaning of its sign."""
+    torques = columns.columns["torque"]
+    first, last = columns.times[[0, -1]]
+    return (
+        f"torque of a task from {min(torques):.4g} to {max(torques):.4g} N m at "
+        f"{first:.4g} to {last:.4g} s, smoothed as the angle is; {SIGN_OF_TASK}"
+    )
 
 
 def warnings_of(study: Any, table: CurveTable, where: str) -> list[str]:

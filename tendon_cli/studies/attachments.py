@@ -12,6 +12,7 @@ from tendon_cli.errors import Fault, InputError, StudyError
 from tendon_cli.files import has_more_lines, read_file
 from tendon_cli.quantities import SIDES
 from tendon_cli.studies import angle_curves
+from tendon_cli.studies.angle_curves import CurveTable
 from tendon_cli.studies.csv_columns import Sheet
 from tendon_cli.studies.magnitude import Slip, slip_faults, slip_notes
 from tendon_cli.studies.parts import Part
@@ -26,8 +27,14 @@ from tendon_cli.studies.toml_reading import MAX_BYTES, read_toml
 from tendon_cli.studies.values import StudyNumber
 from tendon_cli.units import shorten
 
-_CURVES = (("joint", "torque"), ("joint", "excursion"), ("load", "torque"))
-"""Tables and keys that may name the file of a curve."""
+_CURVES = {
+    ("joint", "torque"): (angle_curves.TORQUE,),
+    ("joint", "excursion"): (angle_curves.EXCURSION,),
+    ("load", "torque"): (angle_curves.TASK_OVER_ANGLE, angle_curves.TASK_OVER_TIME),
+}
+"""Kinds of curves by the tables and keys that may name their files."""
+_TORQUE = "torque"
+"""Column of the torque of a task, of which a trajectory may have one."""
 _LARGEST_ERROR = 10.0
 """Largest standard error of a friction coefficient."""
 
@@ -135,14 +142,37 @@ class Attachments:
     # --- Motion and curves -----------------------------------------------------------------------
 
     def _with_trajectory(self, study: Study) -> Study:
-        """Return the study with the rows of its motion in time in place of their file."""
-        file = study.motion.trajectory
-        if not isinstance(file, str):
+        """Return the study with the rows of its motion in time in place of their file.
+
+        The torque of a third column becomes the torque of its load.
+        """
+        stated = study.motion.trajectory
+        rows = self._trajectory_rows(study, stated) if isinstance(stated, str) else stated
+        if rows is None:
             return study
+        task = study.load.torque
+        if _TORQUE in rows.columns:
+            if task is not None and task != stated:
+                problem = (
+                    f"cannot be given with motion.trajectory, whose column {_TORQUE} also gives it"
+                )
+                self.faults.append(Fault("load.torque", problem, "leave one of them out"))
+            task = CurveTable({name: rows.columns[name] for name in ("time", _TORQUE)})
+        motion = study.motion.model_copy(update={"trajectory": rows.without(_TORQUE)})
+        load = study.load.model_copy(update={"torque": task})
+        return study.replaced({"motion": motion, "load": load})
+
+    def _trajectory_rows(self, study: Study, file: str) -> CurveTable | None:
+        """Return the rows of the file of a motion in time; None if they cannot be smoothed.
+
+        Args:
+            study: The study.
+            file: Name of the file.
+        """
         key = "motion.trajectory"
         content = self._read(file, key, angle_curves.MAX_BYTES)
         if content is None:
-            return study
+            return None
         from tendon_cli.studies import measured_motion  # only a trajectory pays for its import
 
         where = shorten(file, 200)
@@ -152,16 +182,18 @@ class Attachments:
         if wrong is not None:
             self.faults.append(wrong)
             notes += self._judged(key, rows.slips)
-            motion = motion.model_copy(update={"trajectory": None})
+            self._note(key, file, content, warnings=notes)
+            return None
         facts = measured_motion.facts_of(motion, where)
-        facts["warnings"] = [*notes, *facts.get("warnings", [])]
+        facts["warnings"] = [*notes, *facts["warnings"]]
         self._note(key, file, content, **facts)
-        return study.replaced({"motion": motion})
+        return rows
 
     def _curves(self, study: Study) -> dict[str, Any]:
         """Return the tables of joint and load with curves in place of their files."""
         update: dict[str, Any] = {}
-        for table, name in _CURVES:
+        has_time = study.motion.trajectory is not None
+        for (table, name), kinds in _CURVES.items():
             part = update.get(table, getattr(study, table))
             file = getattr(part, name)
             if not isinstance(file, str):
@@ -171,16 +203,18 @@ class Attachments:
             if content is None:
                 continue
             is_travel = name == "excursion"
-            columns = angle_curves.EXCURSION if is_travel else angle_curves.TORQUE
             where = shorten(file, 200)
-            curve, warnings = angle_curves.read_curve(content, where, columns)
+            preferred = kinds[::-1] if has_time else kinds
+            curve, warnings = angle_curves.read_curve(content, where, *preferred)
             beyond = angle_curves.not_covered(study, curve, is_travel=is_travel)
             if beyond is not None:
-                hint = "extend the table, or ask for fewer angles"
-                raise InputError(beyond, where=where, hint=hint)
+                raise InputError(beyond, where=where, hint=angle_curves.hint_to_cover(curve))
             if is_travel:
                 warnings += angle_curves.warnings_of(study, curve, where)
-            self._note(key, file, content, rows=len(curve.angles), warnings=warnings)
+            facts: dict[str, Any] = {"rows": curve.rows, "warnings": warnings}
+            if curve.is_in_time:
+                facts["note"] = f"{where}: {angle_curves.task_note(curve)}"
+            self._note(key, file, content, **facts)
             update[table] = part.model_copy(update={name: curve})
         return update
 

@@ -24,7 +24,13 @@ from tendon_cli.space.axis import (
     split_side,
 )
 from tendon_cli.space.space import ANCHORS
-from tendon_cli.studies.angle_curves import CurveTable, bends_of, not_covered
+from tendon_cli.studies.angle_curves import (
+    SIGN_OF_TASK,
+    CurveTable,
+    bends_of,
+    hint_to_cover,
+    not_covered,
+)
 from tendon_cli.studies.contents import case_numbers
 from tendon_cli.studies.design_section import CHOICE_RESULTS
 from tendon_cli.studies.fields import hint_at_nearest
@@ -83,7 +89,7 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
         *_case_faults(study),
         *_anchor_faults(study, at_fault),
         *_limit_faults(study, at_fault),
-        *curve_faults(study),
+        *curve_faults(study, at_fault),
     ]
     motion_fault = trajectory_fault(study.motion)
     if motion_fault is not None:
@@ -352,10 +358,15 @@ def _null_limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
 # --- Curves and limits ---------------------------------------------------------------------------
 
 
-def curve_faults(study: Study) -> Iterator[Fault]:
-    """Yield a fault for each curve that does not reach as far as the joint moves.
+def curve_faults(study: Study, at_fault: Collection[str] = ()) -> Iterator[Fault]:
+    """Yield a fault for each curve that does not reach as far as the motion.
 
-    Curves from files are checked only once the files have been read.
+    A torque over time needs a motion in time. Curves from files are checked only once the files
+    have been read.
+
+    Args:
+        study: The study, without the keys that are at fault by themselves.
+        at_fault: Dotted keys that were left out of it.
     """
     curves: dict[str, Any] = {
         "joint.torque": study.joint.torque,
@@ -366,7 +377,16 @@ def curve_faults(study: Study) -> Iterator[Fault]:
         if isinstance(curve, CurveTable):
             beyond = not_covered(study, curve, is_travel=key == "joint.excursion")
             if beyond:
-                yield Fault(key, beyond, "extend the curve, or ask for fewer angles")
+                yield Fault(key, beyond, hint_to_cover(curve))
+    task = study.load.torque
+    is_in_time = isinstance(task, CurveTable) and task.is_in_time
+    if is_in_time and study.motion.trajectory is None and "motion.trajectory" not in at_fault:
+        problem = "is a torque over time, but the study has no motion in time"
+        hint = (
+            "add motion.trajectory on the same clock, or give the torque over the angle; "
+            f"{SIGN_OF_TASK}"
+        )
+        yield Fault("load.torque", problem, hint)
 
 
 def _limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:

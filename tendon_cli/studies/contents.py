@@ -13,7 +13,7 @@ from pydantic.fields import FieldInfo
 from tendon_cli.quantities import QUANTITIES, Quantity, bound_name
 from tendon_cli.space.axis import limit_of, split_side
 from tendon_cli.studies.accuracy import Accuracy
-from tendon_cli.studies.angle_curves import CurveColumns, CurveTable
+from tendon_cli.studies.angle_curves import CurveField, CurveTable
 from tendon_cli.studies.design_section import Limits
 from tendon_cli.studies.fields import SingleField, WordField, fault
 from tendon_cli.studies.magnitude import Slip
@@ -195,7 +195,7 @@ def _overriding_table(part: type[Part]) -> type[Part]:
     """Return the type of a table inside a case: no key has a default, no number is an axis."""
     fields: dict[str, Any] = {}
     for name, field in part.model_fields.items():
-        is_curve = any(isinstance(mark, CurveColumns) for mark in field.metadata)
+        is_curve = any(isinstance(mark, CurveField) for mark in field.metadata)
         if is_curve or name in _SAME_FOR_ALL_CASES:
             continue  # cases differ in numbers, not in the joint
         number = _number_mark(field)

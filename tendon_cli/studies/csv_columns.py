@@ -83,6 +83,24 @@ class Sheet:
         """Return file and line of a row, for errors."""
         return f"{self.where}, line {self.kept[row] + 1}"
 
+    @property
+    def header_place(self) -> str:
+        """File and line of the header, for errors."""
+        return f"{self.where}, line {self.header_line}"
+
+    def find(self, name: str) -> tuple[int, str] | None:
+        """Return place and unit of the first column of a name; None if there is none."""
+        for at, text in enumerate(self.header):
+            known = name_and_unit(text, (name,))
+            if known is not None:
+                return at, known[1]
+        return None
+
+    def lacks(self, name: str, hint: str) -> InputError:
+        """Return the error that there is no column of a name."""
+        problem = f"no column {name}, the header reads: {shorten(', '.join(self.header))}"
+        return InputError(problem, where=self.header_place, hint=hint)
+
     def ignored(self, places: set[int]) -> list[str]:
         """Return a note that names the columns that are not at these places; empty if none is."""
         names = [text for place, text in enumerate(self.header) if place not in places]
@@ -190,9 +208,7 @@ class ReadColumns:
 def read_columns(
     content: bytes, where: str, columns: Mapping[str, str], row: str, unit: str = ""
 ) -> ReadColumns:
-    """Return columns of numbers.
-
-    A header is a name with its unit, such as `angle (deg)` or `torque_Nm`.
+    """Return columns of numbers, as `columns_of_sheet` reads them.
 
     Args:
         content: The file.
@@ -205,38 +221,44 @@ def read_columns(
         InputError: Columns are missing, have no unit, or hold no numbers; the error names the lines
             of all faults.
     """
-    sheet = Sheet.of(content, where, row)
-    header_place = f"{where}, line {sheet.header_line}"
+    return columns_of_sheet(Sheet.of(content, where, row), columns, unit)
+
+
+def columns_of_sheet(
+    sheet: Sheet, columns: Mapping[str, str], unit: str = "", meaning: str = ""
+) -> ReadColumns:
+    """Return columns of numbers.
+
+    A header is a name with its unit, such as `angle (deg)` or `torque_Nm`.
+
+    Args:
+        sheet: The file as texts.
+        columns: Dimension of each column by its name.
+        unit: Unit of a column whose header has none.
+        meaning: What the numbers mean, such as their sign, for errors on a missing column.
+
+    Raises:
+        InputError: Columns are missing, have no unit, or hold no numbers; the error names the lines
+            of all faults.
+    """
     numbers = []
     units = []
     places = set()
     for name, dimension in columns.items():
         with sheet.collected():
-            column = _find_column(sheet, name)
+            column = sheet.find(name)
             if column is None:
-                raise InputError(
-                    f"no column {name}, the header reads: {shorten(', '.join(sheet.header))}",
-                    where=header_place,
-                    hint=f"such as {name} ({unit or known_units(dimension)[0]})",
-                )
+                example = f"such as {name} ({unit or known_units(dimension)[0]})"
+                raise sheet.lacks(name, "; ".join(filter(None, (example, meaning))))
             at, own_unit = column
             places.add(at)
             values = sheet.numbers(at, name)
             for place in np.flatnonzero(np.abs(values) > _LARGEST).tolist():
                 problem = f"{name} is {values[place]:g}, expected {_LARGEST:g} at most"
                 sheet.faults.append(InputError(problem, where=sheet.place(place)))
-            symbol = unit_symbol(name, own_unit or unit, dimension, header_place)
+            symbol = unit_symbol(name, own_unit or unit, dimension, sheet.header_place)
             numbers.append(values * factor_of(symbol))
             units.append(symbol)
     sheet.raise_faults()
     lines = [place + 1 for place in sheet.kept]
     return ReadColumns(np.array(numbers), lines, sheet.ignored(places), units)
-
-
-def _find_column(sheet: Sheet, name: str) -> tuple[int, str] | None:
-    """Return place and unit of the first column of a name; None if there is none."""
-    for at, text in enumerate(sheet.header):
-        known = name_and_unit(text, (name,))
-        if known is not None:
-            return at, known[1]
-    return None

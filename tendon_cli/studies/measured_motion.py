@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from tendon_cli.errors import Fault
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.trajectory import Trajectory
-from tendon_cli.studies.angle_curves import CurveTable
+from tendon_cli.studies.angle_curves import CurveTable, task_note
 from tendon_cli.units import shorten
 
 CUTOFF = 6.0
@@ -22,6 +23,9 @@ SHORTEST = 6.0
 LOWER = 0.7
 """Share of the cutoff at which peaks are worked out again, to show what it decides."""
 _ORDER = 2  # of the low-pass
+_MOST_PARTS = 50
+"""Most parts of a step of the motion in which a torque over time is smoothed."""
+_ROUNDING = 1e-6  # of a ratio of steps
 _SAME_LENGTH = 1e-9  # share of a record's length, for rounding
 _LARGEST_GAP = 5.0  # median steps; a longer one between samples is a warning
 
@@ -33,13 +37,14 @@ def sampled(time: Array) -> Array:
     return np.linspace(time[0], time[-1], steps + 1)
 
 
-def trajectory_of(motion: Any, share: float = 1.0) -> Trajectory | None:
-    """Return the trajectory of a study's `[motion]`, smoothed.
+def trajectory_of(motion: Any, task: Any = None, share: float = 1.0) -> Trajectory | None:
+    """Return the trajectory of a study's `[motion]`, smoothed, with the torque of its task.
 
     Return None if there is no trajectory, or if its file has not been read yet.
 
     Args:
         motion: The study's `[motion]`.
+        task: The study's `load.torque`; it counts here if it is over time.
         share: Share of the cutoff at which the motion is smoothed; what counts stays the same.
     """
     table = motion.trajectory
@@ -50,7 +55,10 @@ def trajectory_of(motion: Any, share: float = 1.0) -> Trajectory | None:
     cutoff = cutoff_of(motion)
     angles = np.interp(time, measured, table.columns["angle"])
     angle, *derivatives = smoothed(time, angles, share * cutoff, derivatives=3)
-    return Trajectory(time, angle, np.array(derivatives), margin=ENDS / cutoff)
+    torque = None
+    if isinstance(task, CurveTable) and task.is_in_time:
+        torque = task_at_samples(task, time, share * cutoff)
+    return Trajectory(time, angle, np.array(derivatives), task=torque, margin=ENDS / cutoff)
 
 
 def smoothed(time: Array, values: Array, cutoff: float, *, derivatives: int) -> list[Array]:
@@ -89,6 +97,27 @@ def _difference(values: Array, step: float) -> Array:
     wide = values[4:] - values[:-4]
     slopes[2:-2] = (8.0 * narrow - wide) / (12.0 * step)
     return np.asarray(slopes)
+
+
+def task_at_samples(task: CurveTable, time: Array, cutoff: float) -> Array:
+    """Return the torque of a task and its rate at the samples of a motion, (2, K), N m and N m/s.
+
+    The torque is a straight line between its rows, and smoothed as the angles are. It is smoothed
+    on steps as short as its own, so that a force plate that is read faster than the joint adds
+    nothing false; beyond its rows it keeps the value of the first or the last.
+
+    Args:
+        task: The torque over time, on the clock of the motion.
+        time: Equally spaced times of the samples, (K,), s.
+        cutoff: Cutoff of the low-pass, Hz.
+    """
+    step = float(time[1] - time[0])
+    own_step = float(np.median(np.diff(task.times)))
+    parts = min(max(1, math.ceil(step / own_step - _ROUNDING)), _MOST_PARTS)
+    fine = np.linspace(time[0], time[-1], parts * (len(time) - 1) + 1)
+    torque = np.interp(fine, task.times, task.columns["torque"])
+    signals = smoothed(fine, torque, cutoff, derivatives=1)
+    return np.array([signal[::parts] for signal in signals])
 
 
 def at_times(trajectory: Trajectory, time: Array) -> Trajectory:
@@ -171,6 +200,8 @@ def facts_of(motion: Any, where: str) -> dict[str, Any]:
         f"(rms); {trajectory.margin:.3g} s at either end do not count; between them the largest "
         f"speed is {speed:.4g} deg/s, the largest acceleration {acceleration:.4g} rad/s²"
     )
+    if "torque" in table.columns:
+        note += f"; {task_note(table)}"
     warnings = []
     gap = int(np.argmax(steps))
     if steps[gap] > _LARGEST_GAP * np.median(steps):

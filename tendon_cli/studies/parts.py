@@ -12,7 +12,17 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstra
 
 from tendon_cli.quantities import OF_MOTION_STATES, OF_STATES
 from tendon_cli.studies.accuracy import Accuracy, AccuracyField
-from tendon_cli.studies.angle_curves import EXCURSION, TORQUE, TRAJECTORY, BendField, CurveTable
+from tendon_cli.studies.angle_curves import (
+    EXCURSION,
+    SIGN_OF_TASK,
+    TASK_OVER_ANGLE,
+    TASK_OVER_TIME,
+    TORQUE,
+    TRAJECTORY,
+    BendField,
+    CurveField,
+    CurveTable,
+)
 from tendon_cli.studies.fields import SingleField, WordField, fault, hint_at_nearest, one_or_many
 from tendon_cli.studies.number import NumberField
 from tendon_cli.studies.reading_fields import ReadingErrorField, ReadingField
@@ -230,7 +240,7 @@ class Joint(Part):
     name: Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z -]{0,30}$", strict=True)] = (
         field_default("elbow", description="the joint's name in texts and figures")
     )
-    excursion: Annotated[str | CurveTable | None, EXCURSION] = field_default(
+    excursion: Annotated[str | CurveTable | None, CurveField((EXCURSION,))] = field_default(
         None,
         description="a CSV of angle, flexor, extensor: how far the flexor's path shortens and the "
         "extensor's lengthens",
@@ -239,7 +249,7 @@ class Joint(Part):
     scale_with: BodyDimension | None = field_default(
         None, description="with people: the dimension of the body to which travels are proportional"
     )
-    torque: Annotated[str | CurveTable | None, TORQUE] = field_default(
+    torque: Annotated[str | CurveTable | None, CurveField((TORQUE,))] = field_default(
         None,
         description="a CSV of angle, torque: the joint's own resistance to flexion",
     )
@@ -299,8 +309,12 @@ class Load(Part):
     """Load in the hand, and the torque of a task."""
 
     mass: Annotated[StudyNumber, NumberField("load_mass", 0.0, 1e4)] = field_default("0 kg")
-    torque: Annotated[str | CurveTable | None, TORQUE] = field_default(
-        None, description="a CSV of angle, torque: torque of a task, besides that of the mass"
+    torque: Annotated[str | CurveTable | None, CurveField((TASK_OVER_ANGLE, TASK_OVER_TIME))] = (
+        field_default(
+            None,
+            description="a CSV of angle, torque: torque of a task, besides that of the mass; with "
+            f"a trajectory also of time, torque, on the same clock; {SIGN_OF_TASK}",
+        )
     )
     scale: Annotated[StudyNumber, NumberField("load_scale", -1e3, 1e3)] = field_default(1.0)
 
@@ -315,10 +329,10 @@ class Motion(Part):
         StudyNumber, NumberField("elbow_angle", **FULL_TURNS, uncertain=False)
     ] = field_default({"from": "0 deg", "to": "90 deg", "num": 91})
     speed: Annotated[StudyNumber | None, SingleField("speed", 1e-6, 1e3)] = None
-    trajectory: Annotated[str | CurveTable | None, TRAJECTORY] = field_default(
+    trajectory: Annotated[str | CurveTable | None, CurveField((TRAJECTORY,))] = field_default(
         None,
         description="a CSV of time, angle: a motion in time, instead of angles, directions and a "
-        "speed",
+        f"speed; a third column, torque, is that of a task: {SIGN_OF_TASK}",
     )
     cutoff: Annotated[StudyNumber | None, SingleField("cutoff", 1e-3, 1e4)] = None
     inertia: Annotated[StudyNumber | None, SingleField("inertia", 0.0, 1e3)] = None

@@ -268,13 +268,13 @@ class Study(Displayed, StudyTables):
 
     @cached_property
     def trajectory(self) -> Trajectory | None:
-        """Motion in time, smoothed; None for a study of single angles."""
+        """Motion in time, smoothed, with a task over time; None for a study of single angles."""
         if self.motion.trajectory is None:
             return None
         # Only a study with a trajectory pays for the import.
         from tendon_cli.studies.measured_motion import trajectory_of
 
-        return trajectory_of(self.motion)
+        return trajectory_of(self.motion, self.load.torque)
 
     @property
     def angles(self) -> npt.NDArray[np.float64]:

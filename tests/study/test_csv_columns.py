@@ -64,12 +64,12 @@ def test_columns_that_are_not_read_are_named():
     ]
 
 
-def test_a_torque_in_the_file_of_a_trajectory_is_named(tmp_path):
+def test_a_column_in_the_file_of_a_trajectory_that_is_not_read_is_named(tmp_path):
     rows = [f"{0.1 * row:.1f},{40 + row % 20},1" for row in range(40)]
-    (tmp_path / "walk.csv").write_text("\n".join(["time (s),angle (deg),torque (Nm)", *rows]))
+    (tmp_path / "walk.csv").write_text("\n".join(["time (s),angle (deg),force (N)", *rows]))
     (tmp_path / "study.toml").write_text('[motion]\ntrajectory = "walk.csv"\n')
     study = load_study(tmp_path / "study.toml", ["motion.cutoff=2 Hz"])
-    assert "walk.csv: columns not read: torque (Nm)" in study.warnings
+    assert "walk.csv: columns not read: force (N)" in study.warnings
 
 
 @pytest.mark.parametrize("name", ["study.toml", "study.yaml", "run.json", "states.parquet"])

@@ -124,7 +124,9 @@ def test_a_design_keeps_its_limits_at_every_sample(file):
 def test_a_state_page_names_inertia(file):
     text = tendon.state(file(rows(TIME, SWING), inertia="0.5 kg m2")).text
     assert "joint, task and inertia" in text
-    assert "first of the trajectory's 400 samples" in text
+    assert "the first sample that counts, of the trajectory's 400" in text
+    assert "0.34 s, flexion" in text
+    assert "Over the motion from 0.34 to 3.65 s" in text
 
 
 LONGER_SWING = np.insert(SWING, 20, 1.0)

@@ -1,5 +1,5 @@
 // Figures of an answer: windows of pretension along an axis of choices, the front with its brush,
-// the people left out, and the window over the elbow angle.
+// the people left out, and the window over the motion.
 
 // Returns the values of a column of the choices.
 async function choiceValues(name) {
@@ -197,36 +197,43 @@ async function drawPeople() {
   fillTable("people", [titleOf(x), titleOf(y), "served"], () => all.map(tableRow));
 }
 
-// --- The window over the angle ---
+// --- The window over the motion ---
 
 const KINDS = ["flexor", "extensor", "motor", "joint", "mark"]; // colours of the limits
 
-// Draws the pretension that each limit allows at each angle, for the choice named first; its
-// window is the pretension that all limits allow at all angles.
+// Draws the pretension that each limit allows at each angle or time, for the choice named first;
+// its window is the pretension that all limits allow at all of them.
 async function drawBetween() {
-  const { angles, lines, samples, window: ends, top, says } = page.between;
+  const { along, at_end: atEnd, lines, samples, window: ends, top, says } = page.between;
+  const isInTime = atEnd !== null;
+  const unit = isInTime ? " s" : "°";
   byId("between-says").textContent = says;
   const traces = lines.map(({ label, end, values }, number) => ({
     type: "scatter",
     mode: "lines",
-    x: angles,
+    x: along,
     y: values,
     name: label,
     line: {
       color: colour(KINDS[number % KINDS.length]),
       dash: end === "from" ? "solid" : "dash",
     },
-    hovertemplate: `%{x:.4g}°: ${end} %{y:.5g} N<extra>${label}</extra>`,
+    hovertemplate: `%{x:.4g}${unit}: ${end} %{y:.5g} N<extra>${label}</extra>`,
   }));
-  traces.push({
-    type: "scatter",
-    mode: "markers",
-    x: samples.x,
-    y: samples.y,
-    name: "angle of the study",
-    marker: { color: colour("text"), size: 5 },
-    hovertemplate: "%{x:.4g}°: %{y:.5g} N<extra></extra>",
-  });
+  if (samples.x.length) {
+    traces.push({
+      type: "scatter",
+      mode: "markers",
+      x: samples.x,
+      y: samples.y,
+      name: "angle of the study",
+      marker: { color: colour("text"), size: 5 },
+      hovertemplate: "%{x:.4g}°: %{y:.5g} N<extra></extra>",
+    });
+  }
+  if (atEnd) {
+    traces.push(endsTrace(atEnd, along, 0, top));
+  }
   const [low, high] = ends;
   const band = {
     type: "rect",
@@ -239,16 +246,16 @@ async function drawBetween() {
     line: { width: 0 },
     layer: "below",
   };
-  const across = `${page.angle} (deg)`;
+  const across = isInTime ? "time (s)" : `${page.angle} (deg)`;
   const up = { title: { text: `${page.design.pretension} (N)` }, range: [0, top] };
-  const title = "The window over the angle";
+  const title = isInTime ? "The window over time" : "The window over the angle";
   await drawFigure("between", drawBetween, traces, title, across, up, { shapes: [band] });
   const heads = [across, ...lines.map(({ label, end }) => `${label}, ${end} (N)`)];
-  const tableRow = (angle, at) => [
-    formatNumber(angle),
+  const tableRow = (place, at) => [
+    formatNumber(place),
     ...lines.map(({ values }) => boundText(values[at])),
   ];
-  fillTable("between", heads, () => angles.map(tableRow));
+  fillTable("between", heads, () => along.map(tableRow));
 }
 
 async function startAnswers() {

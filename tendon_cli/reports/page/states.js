@@ -1,10 +1,11 @@
-// The states of one design: curves over the elbow angle, and the arm at an angle that a slider
-// moves.
+// The states of one design: curves over the elbow angle, or over the time of a motion in time, and
+// the arm at a place that a slider moves.
 
-// The cell asked for, the figure and the angle by index, and the position of the design shown.
+// The cell asked for, the figure and the place by index, and the position of the design shown.
 const shown = { cell: 0, group: 0, angle: 0, position: [] };
 
 const DASHES = ["solid", "dash"]; // of flexion and extension
+const MARK = "mark"; // of a trace that is an area, not values: the range of the torque, the ends
 const SYMBOLS = ["circle", "square-open"];
 
 // Returns the index of the value nearest to the one wanted.
@@ -36,55 +37,180 @@ function angleShown() {
   return page.states.angles[shown.angle];
 }
 
+// Returns true if the states are those of a motion in time.
+function isInTime() {
+  return page.states.times !== null;
+}
+
+// Returns the places across: times in seconds, or angles in degrees.
+function placesAcross() {
+  return page.states.times || page.states.angles;
+}
+
+// Returns the place shown as a text.
+function placeText() {
+  const angle = `${formatNumber(angleShown())}°`;
+  return isInTime() ? `${formatNumber(placesAcross()[shown.angle])} s, ${angle}` : angle;
+}
+
+// Returns the title of the axis across.
+function acrossTitle() {
+  return isInTime() ? "time (s)" : `${page.angle} (deg)`;
+}
+
 // --- Curves ---
+
+// Returns the traces of values, without those that are areas.
+function valueTraces(traces) {
+  return traces.filter((trace) => trace.meta !== MARK);
+}
 
 // Returns a trace for each line of the figure in each direction.
 async function stateTraces() {
-  const { angles, directions } = page.states;
+  const { directions } = page.states;
+  const places = placesAcross();
   const group = groupShown();
-  const start = nearestDesign(shown.cell) * directions.length * angles.length;
+  const start = nearestDesign(shown.cell) * directions.length * places.length;
+  const at = isInTime() ? "%{x:.4g} s" : "%{x}°";
   const traces = [];
   for (const line of group.lines) {
     const values = await unpack(line.array);
     directions.forEach((direction, number) => {
-      const from = start + number * angles.length;
-      const name = `${line.label}, ${direction}`;
+      const from = start + number * places.length;
+      const name = [line.label, direction].filter(Boolean).join(", ");
       traces.push({
         type: "scatter",
-        mode: "lines+markers",
-        x: angles,
-        y: Array.from(values.subarray(from, from + angles.length)),
+        mode: isInTime() ? "lines" : "lines+markers",
+        x: places,
+        y: Array.from(values.subarray(from, from + places.length)),
         name,
         line: { color: colour(line.colour), dash: DASHES[number % 2] },
         marker: { symbol: SYMBOLS[number % 2], size: 7, maxdisplayed: 12 },
-        hovertemplate: `%{x}°: %{y:.5g} ${group.unit}<extra>${name}</extra>`,
+        hovertemplate: `${at}: %{y:.5g} ${group.unit}<extra>${name}</extra>`,
       });
     });
+    if (line.other) {
+      const others = await unpack(line.other);
+      const trace = traces.at(-1);
+      trace.other = Array.from(others.subarray(start, start + places.length));
+      traces.push(bandTrace(trace));
+    }
+  }
+  if (isInTime()) {
+    const values = valueTraces(traces).flatMap((trace) => trace.y.filter(Number.isFinite));
+    const heights = [Math.min(...values, 0), Math.max(...values, 0)];
+    traces.push(endsTrace(page.states.ends, places, ...heights));
   }
   return traces;
+}
+
+// Returns the area between a line and its values with friction the other way, while the sheath
+// turns.
+function bandTrace(trace) {
+  const { ends } = page.states;
+  const isTurning = (at) => Number.isFinite(trace.other[at]) && !ends[at];
+  const bound = trace.y.map((value, at) => (isTurning(at) ? trace.other[at] : value));
+  return {
+    type: "scatter",
+    mode: "lines",
+    meta: MARK,
+    x: trace.x,
+    y: bound,
+    name: "the torque lies in this band",
+    fill: "tonexty",
+    fillcolor: colour("band"),
+    line: { width: 0 },
+    hoverinfo: "skip",
+  };
+}
+
+// Returns the first and the last place of each stretch in which something holds.
+function stretchesOf(holds, places) {
+  const stretches = [];
+  holds.forEach((value, at) => {
+    if (value && !holds[at - 1]) {
+      stretches.push([places[Math.max(at - 1, 0)], places[at]]);
+    }
+    if (value) {
+      stretches.at(-1)[1] = places[Math.min(at + 1, places.length - 1)];
+    }
+  });
+  return stretches;
+}
+
+// Returns the hatched areas of the ends of the record between two heights.
+function endsTrace(ends, places, low, high) {
+  const x = [];
+  const y = [];
+  for (const [first, last] of stretchesOf(ends, places)) {
+    x.push(first, first, last, last, null);
+    y.push(low, high, high, low, null);
+  }
+  return {
+    type: "scatter",
+    mode: "none",
+    meta: MARK,
+    x,
+    y,
+    name: "end of the record, counts for nothing",
+    fill: "toself",
+    fillcolor: "rgba(0, 0, 0, 0)",
+    fillpattern: { shape: "\\", fgcolor: colour("faint"), size: 8, solidity: 0.2 },
+    hoverinfo: "skip",
+  };
+}
+
+// Returns the shaded areas of the time in which the sheath turns in the design shown.
+async function turningShapes() {
+  if (!isInTime()) {
+    return [];
+  }
+  const count = placesAcross().length;
+  const start = nearestDesign(shown.cell) * count;
+  const turning = await unpack(page.states.turning[groupShown().arm]);
+  const { ends } = page.states;
+  const holds = Array.from(turning.subarray(start, start + count));
+  const inside = holds.map((value, at) => value > 0 && !ends[at]);
+  return stretchesOf(inside, placesAcross()).map(([x0, x1], at) => ({
+    type: "rect",
+    xref: "x",
+    yref: "paper",
+    x0,
+    x1,
+    y0: 0,
+    y1: 1,
+    fillcolor: colour("faint"),
+    opacity: 0.25,
+    line: { width: 0 },
+    layer: "below",
+    name: "the tendons turn",
+    showlegend: at === 0,
+  }));
 }
 
 async function drawStates() {
   const group = groupShown();
   const traces = await stateTraces();
-  const angleLine = {
+  const place = placesAcross()[shown.angle];
+  const placeLine = {
     type: "line",
     xref: "x",
     yref: "paper",
-    x0: angleShown(),
-    x1: angleShown(),
+    x0: place,
+    x1: place,
     y0: 0,
     y1: 1,
     line: { color: colour("mark"), dash: "dot" },
   };
-  const across = `${page.angle} (deg)`;
+  const across = acrossTitle();
   const label = isNarrow() ? "" : group.label.split(",")[0];
   const up = titleOf({ label, unit: group.unit });
-  const more = { shapes: [angleLine] };
+  const more = { shapes: [placeLine, ...(await turningShapes())] };
   await drawFigure("states", drawStates, traces, titleOf(group), across, up, more);
-  const heads = [across, ...traces.map((trace) => `${trace.name} (${group.unit})`)];
-  const row = (angle, at) => [angle, ...traces.map((trace) => trace.y[at])].map(formatNumber);
-  fillTable("states", heads, () => page.states.angles.map(row));
+  const values = valueTraces(traces);
+  const heads = [across, ...values.map((trace) => `${trace.name} (${group.unit})`)];
+  const row = (at, index) => [at, ...values.map((trace) => trace.y[index])].map(formatNumber);
+  fillTable("states", heads, () => placesAcross().map(row));
 }
 
 // --- The arm ---
@@ -187,17 +313,20 @@ function drawArm() {
 
 // --- Both ---
 
-// Shows the angle: the arm, the values at it, and its line through the curves.
+// Shows the place: the arm, the values at it, and its line through the curves.
 function drawAngle() {
-  byId("angle-says").textContent = `${formatNumber(angleShown())}°`;
+  byId("angle-says").textContent = placeText();
   drawArm();
   const { unit } = groupShown();
-  const items = byId("states").data.map((trace) => {
+  const items = valueTraces(byId("states").data).map((trace) => {
     const value = formatWithUnit(trace.y[shown.angle], unit);
-    return make("li", {}, `${trace.name}: ${value}`);
+    const other = trace.other ? trace.other[shown.angle] : NaN;
+    const range = Number.isFinite(other) ? ` to ${formatWithUnit(other, unit)}, turning` : "";
+    return make("li", {}, `${trace.name}: ${value}${range}`);
   });
   byId("arm-values").replaceChildren(...items);
-  const line = { "shapes[0].x0": angleShown(), "shapes[0].x1": angleShown() };
+  const place = placesAcross()[shown.angle];
+  const line = { "shapes[0].x0": place, "shapes[0].x1": place };
   Plotly.relayout(byId("states"), line);
 }
 
@@ -216,7 +345,8 @@ async function showDesign(cell) {
   const text = places.join(", ") || "the only design";
   const place = isExact ? text : `${text} (the nearest whose states this page keeps)`;
   await drawStates();
-  const hasStates = byId("states").data.some((trace) => trace.y.some(Number.isFinite));
+  const drawn = valueTraces(byId("states").data);
+  const hasStates = drawn.some((trace) => trace.y.some(Number.isFinite));
   const reason = page.design ? "it has no pretension" : "it has no equilibrium";
   byId("design-says").textContent = hasStates ? place : `${place}: no states, since ${reason}`;
   drawAngle();
@@ -245,12 +375,15 @@ function startStates() {
   byId("groups").append(makeSelect("Show ", names, 0, chooseGroup));
   const slider = byId("angle");
   const last = page.states.angles.length - 1;
+  if (isInTime()) {
+    byId("angle-name").textContent = "Time";
+  }
   slider.max = last;
   shown.angle = Math.floor(last * 0.6);
   slider.value = shown.angle;
   slider.addEventListener("input", () => {
     shown.angle = Number(slider.value);
-    slider.setAttribute("aria-valuetext", `${formatNumber(angleShown())} degrees`);
+    slider.setAttribute("aria-valuetext", placeText());
     drawAngle();
   });
   return showDesign(cellAt(view.at));

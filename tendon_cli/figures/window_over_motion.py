@@ -1,4 +1,4 @@
-"""The window of the choice named first over the angle.
+"""The window of the choice named first over the angle, or over the time of a motion in time.
 
 The figure shows what each limit asks for, which limit binds where, and the angles of the study.
 """
@@ -13,17 +13,18 @@ import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.answer_record import AnswerRecord, ChoiceRecord
-from tendon_cli.cube.choice_grid import over_angle, pretension_name
+from tendon_cli.cube.choice_grid import OverMotion, over_motion, pretension_name
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import reading_unit, without_formulas
 from tendon_cli.figures.backend import Axes, Line2D, Patch
 from tendon_cli.figures.choice_maps import answer_page, choice_text
 from tendon_cli.figures.frame import Page
+from tendon_cli.figures.motion_marks import cell_edges, ends_key, hatch_ends
 from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO
 
 _WINDOW = "#8fbfe0"
-_AT_ANGLE = "#e3eef6"
+_AT_PLACE = "#e3eef6"
 _BOUND: dict[str, Any] = {"linewidth": 2.2, "zorder": 3}
 _END_SIGN: dict[str, Any] = {
     "marker": MARKERS[3],
@@ -34,7 +35,7 @@ _END_SIGN: dict[str, Any] = {
 
 
 def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page | None:
-    """Draw the bounds that limits set on the pretension at each angle.
+    """Draw the bounds that limits set on the pretension at each angle or time.
 
     Args:
         cube: Choices of the answer.
@@ -42,9 +43,9 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page
         chosen: The choice that the answer names first.
 
     Returns:
-        The page; None if the answer has no window over the angle.
+        The page; None if the answer has no window over the motion.
     """
-    drawn = over_angle(record)
+    drawn = over_motion(record)
     if drawn is None:
         return None
     floor, roof = drawn.tightest
@@ -54,20 +55,19 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page
         Line2D([], [], color=colour, label=say.limit_words(name, cube.limits).label)
         for name, colour in colours.items()
     ]
-    key += _key(*drawn.works)
+    key += _key(drawn)
     text = without_formulas(choice_text(cube, chosen))
-    page = answer_page(
-        cube, record, "the window over the angle", 92.0, key, [*drawn.texts], subtitle=text
-    )
+    title = "the window over time" if drawn.is_in_time else "the window over the angle"
+    page = answer_page(cube, record, title, 92.0, key, [*drawn.texts], subtitle=text)
     panel = page.figure.subplots()
     has_window = (floor <= roof).tolist()
-    area: dict[str, Any] = {"color": _AT_ANGLE, "linewidth": 0.0, "zorder": 0.5}
-    panel.fill_between(drawn.angle, floor, np.minimum(roof, top), where=has_window, **area)
+    area: dict[str, Any] = {"color": _AT_PLACE, "linewidth": 0.0, "zorder": 0.5}
+    panel.fill_between(drawn.along, floor, np.minimum(roof, top), where=has_window, **area)
     low, high = drawn.window
     panel.axhspan(low, min(high, top), color=_WINDOW, linewidth=0.0, zorder=0.9)
-    panel.set_xlim(*_room_around(drawn.angle))
+    panel.set_xlim(*_room_around(drawn.along))
     panel.set_ylim(0.0, top)
-    panel.set_xlabel("elbow angle θ (deg)")
+    panel.set_xlabel(drawn.axis_label)
     panel.set_ylabel(f"{pretension_name(cube.document)} ({reading_unit(cube.document)})")
     for end, bounds, tightest, samples, value in zip(
         ("from", "to"), drawn.ends, drawn.tightest, drawn.at_samples, drawn.window, strict=True
@@ -76,25 +76,27 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page
             colour = colours[name]
             shown = drawn.shown(values)
             binding = np.where(values == tightest, shown, np.nan)
-            panel.plot(drawn.angle, shown, linewidth=0.9, color=colour, gid=f"{end} {name}")
-            panel.plot(drawn.angle, binding, color=colour, gid="binds", **_BOUND)
+            panel.plot(drawn.along, shown, linewidth=0.9, color=colour, gid=f"{end} {name}")
+            panel.plot(drawn.along, binding, color=colour, gid="binds", **_BOUND)
         panel.plot(drawn.samples, samples, "o", color=INK, markersize=2.4, zorder=4, gid="samples")
         if np.isfinite(value):
-            _mark_end(panel, chosen, end, value, reading_unit(cube.document))
+            _mark_end(panel, drawn, chosen, end, reading_unit(cube.document))
+    if not drawn.does_count.all():
+        hatch_ends(panel, ~drawn.does_count, cell_edges(drawn.along))
     pretension = chosen["pretension"]
     if pretension is not None:
         panel.axhline(pretension, color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)))
         star: dict[str, Any] = {"marker": "*", "color": INK, "markersize": 9, "clip_on": False}
-        panel.plot([drawn.angle[0]], [pretension], zorder=5, **star)
+        panel.plot([drawn.along[0]], [pretension], zorder=5, **star)
     panel.xaxis.set_major_formatter(plain_numbers())
     panel.yaxis.set_major_formatter(plain_numbers())
     return page
 
 
-def _room_around(angles: npt.NDArray[np.float64]) -> tuple[float, float]:
-    """Return the ends of the axis of angles, deg; a single angle has a degree on either side."""
-    first = float(angles[0])
-    last = float(angles[-1])
+def _room_around(along: npt.NDArray[np.float64]) -> tuple[float, float]:
+    """Return the ends of the axis of angles (deg) or times (s); a single angle has a degree."""
+    first = float(along[0])
+    last = float(along[-1])
     return (first, last) if first < last else (first - 1.0, last + 1.0)
 
 
@@ -104,39 +106,48 @@ def _limit_colours(*ends: Mapping[str, Any]) -> dict[str, str]:
     return {name: OKABE_ITO[place % len(OKABE_ITO)] for place, name in enumerate(names)}
 
 
-def _key(window: str, at_angle: str) -> list[Any]:
+def _key(drawn: OverMotion) -> list[Any]:
     """Return the part of the key that is the same for all limits.
 
     Args:
-        window: For whom the window works.
-        at_angle: For whom the shaded pretensions work at an angle.
+        drawn: The window over the motion.
     """
+    window, at_place = drawn.works
     thick = _BOUND["linewidth"]
     dot: dict[str, Any] = {"marker": "o", "markersize": 3.0, "linestyle": ""}
-    return [
-        Line2D([], [], color=INK, linewidth=thick, label="thick: binds at that angle"),
-        Line2D([], [], color=INK, label="angle of the study", **dot),
-        Patch(facecolor=_WINDOW, label=f"window: {window}"),
-        Patch(facecolor=_AT_ANGLE, label=at_angle),
+    key: list[Any] = [
+        Line2D([], [], color=INK, linewidth=thick, label=f"thick: binds at that {drawn.word}")
     ]
+    if len(drawn.samples):
+        key.append(Line2D([], [], color=INK, label="angle of the study", **dot))
+    key.append(Patch(facecolor=_WINDOW, label=f"window: {window}"))
+    key.append(Patch(facecolor=_AT_PLACE, label=at_place))
+    if not drawn.does_count.all():
+        key.append(ends_key())
+    return key
 
 
-def _mark_end(panel: Axes, chosen: Mapping[str, Any], end: str, value: float, unit: str) -> None:
+def _mark_end(
+    panel: Axes, drawn: OverMotion, chosen: Mapping[str, Any], end: str, unit: str
+) -> None:
     """Mark an end of the window ("from" or "to") where it binds, and write its value.
 
     An end that no state sets, such as the smallest pretension at all, is written at the left.
     """
+    value = drawn.window[("from", "to").index(end)]
     left, right = panel.get_xlim()
-    angle = left
+    place = left
     text = f"{say.number(value)} {unit}"
-    if chosen[f"{end}_elbow_angle"] is not None:
-        angle = float(np.degrees(chosen[f"{end}_elbow_angle"]))
-        text += f" at {say.number(angle, 3)}°"
-        panel.plot([angle], [value], clip_on=False, zorder=6, **_END_SIGN)
-    is_right = angle > (left + right) / 2.0
+    stated = chosen[f"{end}_{drawn.place}"]
+    if stated is not None:
+        place = float(stated) if drawn.is_in_time else float(np.degrees(stated))
+        text += f" at {say.number(place, 3)}"
+        text += " s" if drawn.is_in_time else "°"
+        panel.plot([place], [value], clip_on=False, zorder=6, **_END_SIGN)
+    is_right = place > (left + right) / 2.0
     panel.annotate(
         text,
-        (angle, value),
+        (place, value),
         xytext=(-8 if is_right else 8, -9 if end == "from" else 9),
         textcoords="offset points",
         ha="right" if is_right else "left",
