@@ -7,7 +7,14 @@ from typing import cast
 
 import numpy as np
 
-from tendon_cli.answer_record import AxisRecord, GoalRecord, QuestionRecord, Value, Values
+from tendon_cli.answer_record import (
+    AxisRecord,
+    CarriedRecord,
+    GoalRecord,
+    QuestionRecord,
+    Value,
+    Values,
+)
 from tendon_cli.answers.text_notes import question_notes
 from tendon_cli.quantities import unit_of_reading
 from tendon_cli.space.axis import SAMPLE_AXES, Axis, NamedAxis
@@ -20,7 +27,7 @@ def question_record(question: Question) -> QuestionRecord:
     """Return the record of a question."""
     study = question.study
     groups = question.groups
-    return {
+    record: QuestionRecord = {
         "joint": str(study.joint.name),
         "read": study.setting.read,
         "unit": unit_of_reading(study.setting.read),
@@ -40,6 +47,18 @@ def question_record(question: Question) -> QuestionRecord:
         "has_goals": bool(question.goals),
         "place": question.placement.point,
     }
+    carried: dict[str, CarriedRecord] = {
+        column.column: {
+            "name": column.first.name,
+            "unit": column.first.unit,
+            "tables": list(column.tables),
+        }
+        for column in question.choices.carried
+        if not column.first.words
+    }
+    if carried:
+        record["carried"] = carried
+    return record
 
 
 def notes_of(question: Question) -> list[str]:

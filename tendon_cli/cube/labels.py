@@ -48,7 +48,7 @@ class ColumnLabel:
             units: Units by dimension that overrule the usual ones.
         """
         unit = (units or {}).get(quantity.dimension, quantity.shown_in)
-        factor = 1.0 if unit == quantity.unit else factor_of(unit)
+        factor = 1.0 if quantity.has_own_unit else factor_of(unit)
         return cls(column, quantity, unit, factor)
 
     @property

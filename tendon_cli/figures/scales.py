@@ -11,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli import say
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel, as_read, drawn_name, number, plain
@@ -120,7 +121,8 @@ def axis_scale(
     """
     values = axis.values[at]
     if axis.is_text:
-        return _scale_of_names("case", list(map(str, values)), np.arange(len(values)))
+        label = say.spaced(axis.column)
+        return _scale_of_names(label, list(map(str, values)), np.arange(len(values)))
     shown = cube.shown(axis.column, units)
     order = np.argsort(values, kind="stable")
     if not np.isfinite(values).all():  # a rigid spring is off every scale
