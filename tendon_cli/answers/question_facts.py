@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from tendon_cli.space.axis import SAMPLE_AXES, Axis, NamedAxis
 from tendon_cli.studies.values import RIGID
 from tendon_cli.windows.question import Goal, Question
 from tendon_cli.windows.solutions import NEEDED
+
+_MOST_TOLD_ROWS = 1000
+"""Rows of the largest table all of whose rows are told in a record."""
 
 
 def question_record(question: Question) -> QuestionRecord:
@@ -59,6 +63,40 @@ def question_record(question: Question) -> QuestionRecord:
     if carried:
         record["carried"] = carried
     return record
+
+
+def with_named_rows(question: QuestionRecord, said: Any) -> QuestionRecord:
+    """Return the record of a question that tells of large tables only the rows that are named.
+
+    Args:
+        question: The record.
+        said: What the answer says, with the names of rows in it.
+    """
+    if all(len(axis["sets"] or ()) <= _MOST_TOLD_ROWS for axis in question["choices"]):
+        return question
+    named = set(_texts_in(said))
+    choices = []
+    for axis in question["choices"]:
+        told = axis.copy()
+        if axis["sets"] is not None:
+            told["sets"] = {name: sets for name, sets in axis["sets"].items() if name in named}
+        if "carries" in axis:
+            carries = axis["carries"]
+            told["carries"] = {name: words for name, words in carries.items() if name in named}
+        choices.append(told)
+    return {**question, "choices": choices}
+
+
+def _texts_in(value: Any) -> Iterator[str]:
+    """Yield every text among the values of a record, but not its keys."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, Mapping):
+        for inner in value.values():
+            yield from _texts_in(inner)
+    elif isinstance(value, list | tuple):
+        for inner in value:
+            yield from _texts_in(inner)
 
 
 def notes_of(question: Question) -> list[str]:
