@@ -89,7 +89,7 @@ def _default(path: str) -> str:
         values = study.motion.elbow_angle
     if values is None:
         return "-"
-    shown = [say.quantity(keys()[path].number.quantity, value) for value in values.array]
+    shown = [say.quantity(keys()[path].quantity, value) for value in values.array]
     return shown[0] if len(shown) == 1 else f"{shown[0]} to {shown[-1]}, {len(shown)} values"
 
 
@@ -107,7 +107,7 @@ def plausible_table() -> str:
     """Return the table of ranges in which a number may be changed to give a design a window."""
     rows = []
     for path, (low, high) in PARAMETERS.items():
-        quantity = keys()[path].number.quantity
+        quantity = keys()[path].quantity
         values = f"{low:g} to {high:g}{_unit_after_number(quantity)}"
         rows.append((f"`{path}`", quantity.symbol, values))
     return table(("key", "symbol", "plausible"), rows)

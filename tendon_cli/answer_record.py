@@ -44,6 +44,8 @@ class AxisRecord(TypedDict):
     """Numbers that tell each row of a named axis from the others, SI, by the row's name and their
     keys; null for another axis. Rows told by no number, or by many, are left out; of very many rows
     only those that the answer names are told."""
+    limits: dict[str, dict[str, float]]
+    """Limits that rows of a named axis set, SI, by the row's name and the name of the limit."""
     carries: NotRequired[dict[str, list[str]]]
     """Words that rows of a table carry along, such as supplier and price, by the row's name;
     only of a table with such columns."""
@@ -86,7 +88,7 @@ class QuestionRecord(TypedDict):
     pretension: float | None
     """Pretension of every choice, in this unit, if the question gives one."""
     limits: dict[str, float]
-    """Limits of the study, SI."""
+    """Limits that the study states for all designs, SI; those of an axis overrule them."""
     choices: list[AxisRecord]
     """Axes of the choices."""
     conditions: list[AxisRecord]
@@ -746,6 +748,19 @@ class FreshRecord(TypedDict):
     """Noun for the members: persons are drawn, too, or draws alone."""
 
 
+class TradeOffRecord(TypedDict):
+    """Best choice with each value of a limit on which the choices differ."""
+
+    key: str
+    """Key of the axis that sets the limit: `limits.` and its name, or the name of a table."""
+    column: str
+    """Column of `choices.parquet` of that axis."""
+    values: list[Value]
+    """Values of the axis, SI, or its names, in their order."""
+    best: list[ChoiceRecord | None]
+    """For each the choice of the grid that would be named first; null if none has a window."""
+
+
 class AnswerResults(BestRecord):
     """Answer without the facts of the run."""
 
@@ -756,6 +771,8 @@ class AnswerResults(BestRecord):
     """Number of conditions."""
     feasible: int
     """Number of choices that have a window."""
+    trade_offs: list[TradeOffRecord]
+    """Best choice with each value of each limit on which the choices differ."""
     serve: float
     """Share that a window must serve."""
     verified_by: FreshRecord | None

@@ -257,7 +257,32 @@ def _of_figures() -> list[Quantity]:
     return quantities
 
 
-_ALL = (
+_SIGNS = {"min": "≥", "max": "≤", "peak": "≤"}
+"""Sign of a bound, by the first word of the name of what it bounds."""
+_WITH_SIGN = ", with its sign"
+
+
+def bound_name(name: str) -> str:
+    """Return the name of the bound on a quantity, which is the name of its column, too."""
+    return f"limit_{name}"
+
+
+def _bound_on(quantity: Quantity) -> Quantity:
+    """Return the bound that a study sets on a quantity, one for each design."""
+    sign = _SIGNS[quantity.name.partition("_")[0]]
+    meaning = quantity.long_name.removesuffix(_WITH_SIGN)
+    return replace(
+        quantity,
+        name=bound_name(quantity.name),
+        symbol=f"{quantity.symbol} {sign}",
+        long_name=f"limit of the design itself on the {meaning}",
+        null="often",
+        value=None,
+        over=None,
+    )
+
+
+_MEASURED = (
     *_OF_STUDIES,
     *_OF_STATES,
     *_OF_DESIGNS,
@@ -266,7 +291,10 @@ _ALL = (
     *_OF_CYCLES,
     *_OF_TRAJECTORIES,
 )
-QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
+_BOUNDS = tuple(
+    _bound_on(quantity) for quantity in _MEASURED if quantity.name.partition("_")[0] in _SIGNS
+)
+QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in (*_MEASURED, *_BOUNDS)}
 OF_FIGURES: dict[str, Quantity] = {quantity.name: quantity for quantity in _of_figures()}
 OF_STATES = tuple(quantity.name for quantity in _OF_STATES)
 """Results that each state has."""
@@ -336,5 +364,5 @@ def in_unit_of_reading(quantity: Quantity, read: str) -> Quantity:
     return replace(quantity, dimension=dimension_of_reading(read), unit=unit, shown_in=unit)
 
 
-_READ_LIMITS = ("max_pretension", "reading_error")
+_READ_LIMITS = ("max_pretension", bound_name("max_pretension"), "reading_error")
 """Further numbers in the unit of the reading, without a column of their own."""

@@ -1,6 +1,15 @@
 """Studies that tests say in SI numbers: a study takes no angle without its unit."""
 
-ANGLES = ("bend_angle", "upper_arm_angle", "contact_from", "elbow_angle", "rest_angle", "angle")
+ANGLES = (
+    "bend_angle",
+    "upper_arm_angle",
+    "contact_from",
+    "elbow_angle",
+    "rest_angle",
+    "angle",
+    "max_spool_travel",
+    "max_backlash",
+)
 
 
 def with_units(content, key=""):

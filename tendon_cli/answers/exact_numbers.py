@@ -44,7 +44,7 @@ class UsualDeviation:
             return self.words
         if self.is_share:
             return say.percent(self.size)
-        return say.quantity(keys()[key].number.quantity, self.size)
+        return say.quantity(keys()[key].quantity, self.size)
 
 
 _ANCHOR = UsualDeviation(5e-3, _MEASURED, is_share=False)

@@ -16,6 +16,7 @@ from tendon_cli import say
 from tendon_cli.answers.text_remedies import quantity_of_demand
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import Quantity
+from tendon_cli.space.axis import limit_of
 from tendon_cli.units import parse_measure
 from tendon_cli.windows.points import Points
 from tendon_cli.windows.question import Question
@@ -54,9 +55,9 @@ class Change:
     """A change of one number of a study: a number of its choices or conditions, or a limit."""
 
     key: str
-    """Dotted key of the number; `limits.` and the name of a limit."""
+    """Dotted key of the number, such as that of a limit."""
     before: float
-    """Value in the study, SI; of several values the largest magnitude."""
+    """Value in the study, SI; of several values the largest magnitude, of limits the loosest."""
     farthest: float
     """Farthest plausible value, SI."""
     points: Points
@@ -111,18 +112,19 @@ class Change:
 
     def _is_of_choices(self, question: Question) -> bool:
         """Return True if choices set the number, so that the question stays the same."""
-        return not self.key.startswith("limits.") and self.key not in question.condition_numbers
+        return self.key not in question.condition_numbers
 
     def _changed(self, question: Question, value: float) -> Question:
-        """Return the question with another value of a limit or of the number of its conditions.
+        """Return the question with another value of a number that its conditions set.
 
-        Values of conditions are scaled toward 0 together.
+        Their values are scaled together. A limit becomes the same under all of them.
         """
-        if self.key.startswith("limits."):
-            return question.with_bound(self.key.removeprefix("limits."), value)
         of_conditions = question.condition_numbers[self.key]
-        scaled = of_conditions * (value / np.abs(of_conditions).max())
-        return question.with_numbers({self.key: scaled})
+        if limit_of(self.key) is not None:
+            changed = np.full(len(of_conditions), value)
+        else:
+            changed = of_conditions * (value / np.abs(of_conditions).max())
+        return question.with_numbers({self.key: changed})
 
 
 class Opening(NamedTuple):

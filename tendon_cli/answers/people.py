@@ -17,6 +17,7 @@ from tendon_cli.answer_record import (
     SexRecord,
     SizeRecord,
     SuitRecord,
+    Values,
     value_of,
 )
 from tendon_cli.answers.question_facts import (
@@ -153,9 +154,10 @@ def population(
         by = _by_sex_of_fresh(question, judged)
     count = len(curve.pretension)
     thinned = evenly_spaced(count, _MOST_OF_CURVE)
+    values: Values = {axis.column: value_of(row, axis.column) for axis in question.choices.axes}
     record: PopulationRecord = {
         "choice": row["choice"],
-        "values": {axis.column: value_of(row, axis.column) for axis in question.choices.axes},
+        "values": values,
         "kind": groups.noun,
         "count": len(windows.low),
         "effective_count": groups.effective_count,
@@ -175,7 +177,7 @@ def population(
             "low": curve.low[thinned].tolist(),
             "high": curve.high[thinned].tolist(),
         },
-        "not_served": reasons_not_served(question, windows, pretension),
+        "not_served": reasons_not_served(question, windows, pretension, values),
         "sizes": {} if people is None else dict(_sizes(solver, chosen)),
         "sobol": indices(solver, chosen.points),
         "title": "",
@@ -249,7 +251,7 @@ def _by_sex_of_fresh(question: Question, judged: Verified) -> list[SexRecord]:
 
 
 def reasons_not_served(
-    question: Question, windows: GroupWindows, pretension: float
+    question: Question, windows: GroupWindows, pretension: float, choice: Values
 ) -> list[ReasonRecord]:
     """Return the reasons why a pretension does not serve some groups, as recorded.
 
@@ -261,6 +263,7 @@ def reasons_not_served(
         question: The question.
         windows: Windows of one choice for all groups.
         pretension: Its pretension, N.
+        choice: Its values on the axes of the choices, by column.
     """
     people = people_of(question)
     weights = normalise(question.groups.weighting)
@@ -299,7 +302,7 @@ def reasons_not_served(
         under = [condition_values(question, condition) for condition in conditions]
         reasons.append(
             {
-                "text": reason_words(facts, limits, under),
+                "text": reason_words(facts, choice, limits, under),
                 "needs": need,
                 "limits": limits,
                 "conditions": conditions,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from tendon_cli.answer_record import (
     Values,
     value_of,
 )
-from tendon_cli.space.axis import SAMPLE_AXES
+from tendon_cli.space.axis import SAMPLE_AXES, limit_of
 from tendon_cli.studies.axis_words import numbers_in_words, parameter, row_name, word_of_key
 
 COSTS = {"max_tension": "tension", "max_spring_extension": "spring", "peak_motor_torque": "torque"}
@@ -102,9 +102,33 @@ def everyone(counts: Mapping[str, int], count: int, kind: str) -> str:
     return f"this {noun}" if count == 1 else say.counted(count, noun)
 
 
-def broken(question: QuestionRecord, limit: str) -> str:
-    """Say what happens if a limit of the study is not kept."""
-    return say.limit_words(limit, question["limits"], question["read"]).broken
+def bounds(question: QuestionRecord, *values: Mapping[str, Any]) -> dict[str, float | None]:
+    """Return the limits that hold for a choice under a condition, SI, by name.
+
+    A limit that differs between designs is None as far as the values do not tell it.
+
+    Args:
+        question: The question.
+        values: Values on some axes, by column: those of a choice, those of a condition.
+    """
+    known: dict[str, float | None] = {**question["limits"]}
+    on_axes = {column: value for of_axes in values for column, value in of_axes.items()}
+    for axis in (*question["choices"], *question["conditions"]):
+        limit = limit_of(axis["key"])
+        of_rows = axis["limits"]
+        value = on_axes.get(axis["column"])
+        if limit is not None:
+            known[limit] = None if value is None else float(value)
+        elif value is None:
+            known |= dict.fromkeys(name for row in of_rows.values() for name in row)
+        else:
+            known |= of_rows.get(str(value), {})
+    return known
+
+
+def broken(question: QuestionRecord, limit: str, *values: Mapping[str, Any]) -> str:
+    """Say what happens if a limit is not kept, with its bound for the values of `bounds`."""
+    return say.limit_words(limit, bounds(question, *values), question["read"]).broken
 
 
 def sums_words(question: QuestionRecord, row: ChoiceRecord) -> str:
@@ -192,7 +216,7 @@ def lower_words(question: QuestionRecord, row: ChoiceRecord, gauge: str = "") ->
         return "no lower limit: no pretension is needed"
     value = say.number(end.pretension)
     value = f"{value} {question['unit']}{gauge}"
-    return f"below {value} {broken(question, end.limit)}{where(question, end)}"
+    return f"below {value} {broken(question, end.limit, row, end.under)}{where(question, end)}"
 
 
 def upper_words(question: QuestionRecord, row: ChoiceRecord, gauge: str = "") -> str:
@@ -208,7 +232,7 @@ def upper_words(question: QuestionRecord, row: ChoiceRecord, gauge: str = "") ->
         return "no upper limit"
     value = say.number(end.pretension)
     value = f"{value} {question['unit']}{gauge}"
-    return f"above {value} {broken(question, end.limit)}{where(question, end)}"
+    return f"above {value} {broken(question, end.limit, row, end.under)}{where(question, end)}"
 
 
 def gap_words(question: QuestionRecord, row: ChoiceRecord, gap: float | None) -> Iterator[str]:
@@ -231,7 +255,7 @@ def gap_words(question: QuestionRecord, row: ChoiceRecord, gap: float | None) ->
     if lower.limit != upper.limit:
         yield lower_words(question, row)
     noun, _ = say.setting_words(question["read"])
-    is_broken = broken(question, upper.limit)
+    is_broken = broken(question, upper.limit, row, upper.under)
     yield f"at any {noun}, even 0 {question['unit']}, {is_broken}{where(question, upper)}"
 
 

@@ -18,7 +18,7 @@ from tendon_cli.answer_record import (
 )
 from tendon_cli.answers.text_notes import question_notes
 from tendon_cli.quantities import unit_of_reading
-from tendon_cli.space.axis import SAMPLE_AXES, Axis, NamedAxis
+from tendon_cli.space.axis import SAMPLE_AXES, Axis, NamedAxis, limit_of
 from tendon_cli.studies.values import RIGID
 from tendon_cli.windows.question import Goal, Question
 from tendon_cli.windows.solutions import NEEDED
@@ -122,12 +122,24 @@ def _axis_record(axis: Axis) -> AxisRecord:
         "named": axis.is_text,
         "range": both_ends,
         "sets": _told(axis) if isinstance(axis, NamedAxis) else None,
+        "limits": _limits(axis) if isinstance(axis, NamedAxis) else {},
     }
     if isinstance(axis, NamedAxis) and axis.carried:
         record["carries"] = _carried(axis)
     if axis.role == "draw" and axis.key not in SAMPLE_AXES:
         record["drawn"] = True
     return record
+
+
+def _limits(axis: NamedAxis) -> dict[str, dict[str, float]]:
+    """Return the limits that rows of a named axis set, SI, by the row's name."""
+    of_rows: dict[str, dict[str, float]] = {}
+    for key, values in axis.numbers.items():
+        limit = limit_of(key)
+        if limit is not None:
+            for row in np.flatnonzero(~np.isnan(values)):
+                of_rows.setdefault(axis.names[row], {})[limit] = float(values[row])
+    return of_rows
 
 
 def _told(axis: NamedAxis) -> dict[str, dict[str, float]]:

@@ -19,6 +19,7 @@ from tendon_cli.answer_record import (
     ConflictRecord,
     FixRecord,
     RelaxationRecord,
+    TradeOffRecord,
     VerifiedRecord,
 )
 from tendon_cli.answers.decision import decision_record
@@ -30,6 +31,7 @@ from tendon_cli.answers.question_facts import (
     goal_record,
     notes_of,
     question_record,
+    value_at,
     with_named_rows,
 )
 from tendon_cli.answers.remedies import (
@@ -318,6 +320,7 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
         "choices": sum(note["choices"] for note in notes),
         "conditions": len(question.conditions),
         "feasible": feasible,
+        "trade_offs": [*_trade_offs(named, relevant, certificates)],
         "serve": question.serve,
         "verified_by": None if verifier is None else fresh_record(verifier.sample),
         **_best_record(solver, named, chosen, ends),
@@ -348,6 +351,37 @@ def _lost_windows(relevant: Solutions, certificates: Certificates) -> list[Solut
         for choice in choices
         if not choice.feasible.item() and choice.row.item() in seemed_feasible
     ]
+
+
+def _trade_offs(
+    named: NamedChoices, choices: Solutions, certificates: Certificates
+) -> Iterator[TradeOffRecord]:
+    """Yield the best choice with each value of each limit on which the choices differ.
+
+    Args:
+        named: Choices that the answer names.
+        choices: Relevant choices of the grid.
+        certificates: Certificates of the choices whose windows were proved.
+    """
+    question = named.question
+    proved = {
+        certificate.solution.row.item(): certificate.solution
+        for certificate in certificates.values()
+    }
+    feasible = choices.select(choices.feasible)
+    order = candidates.first_order(question)
+    axes = {axis.key: axis for axis in question.choices.axes}
+    for key, of_values in candidates.by_limits(question, feasible).items():
+        best: list[ChoiceRecord | None] = []
+        for rows in of_values:
+            record = None
+            if len(rows):
+                with_value = feasible.select(rows)
+                first = with_value.select([order.best(with_value)])
+                (record,) = named.records(proved.get(first.row.item(), first))
+            best.append(record)
+        values = [value_at(axes[key], place) for place in range(len(axes[key]))]
+        yield {"key": key, "column": axes[key].column, "values": values, "best": best}
 
 
 def _between_samples(

@@ -27,7 +27,7 @@ from tendon_cli.answers.question_facts import recorded_value
 from tendon_cli.answers.verified_record import verified_record
 from tendon_cli.model.kinematics import Spline
 from tendon_cli.model.limits import LIMITS
-from tendon_cli.space.axis import NamedAxis, evenly_spaced
+from tendon_cli.space.axis import LIMIT, NamedAxis, evenly_spaced
 from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows.order import Order, last_stage
 from tendon_cli.windows.points import Points
@@ -249,7 +249,7 @@ def relaxations(
 def _demands(question: Question, limits: set[str], points: Points) -> Iterator[Change]:
     """Yield the changes of the demands of a study that could be relaxed."""
     for name in sorted(limits & set(question.bounds)):
-        value = float(question.bounds[name])
+        value = _loosest(question, name, points)
         is_stiffness = name == "min_elbow_stiffness"
         if is_stiffness:
             farthest = value - _SOFTER
@@ -258,7 +258,7 @@ def _demands(question: Question, limits: set[str], points: Points) -> Iterator[C
         else:
             farthest = _FARTHEST * value
         if (value > 0.0 or is_stiffness) and np.isfinite(value):
-            yield Change(f"limits.{name}", value, farthest, points, BISECTION)
+            yield Change(f"{LIMIT}{name}", value, farthest, points, BISECTION)
 
     single = question.choices.single
     of_choices = []
@@ -278,6 +278,16 @@ def _demands(question: Question, limits: set[str], points: Points) -> Iterator[C
         values = question.condition_numbers.get(key)
         if values is not None and np.ptp(values) > 0.0:
             yield Change(key, float(np.abs(values).max()), 0.0, points, BISECTION)
+
+
+def _loosest(question: Question, name: str, points: Points) -> float:
+    """Return the loosest value of a limit among some choices, SI; infinite without a limit."""
+    space = question.choices.at(points.numbers, question.condition_numbers)
+    limit = space.limits.get(name)
+    if limit is None:
+        return float(np.asarray(question.bounds[name]).item())
+    values = LIMITS[name].bound_of(limit.within(space.whole))
+    return float(values.min() if LIMITS[name].from_below else values.max())
 
 
 def _best_opened(question: Question, solved: Solutions) -> Solutions:

@@ -21,7 +21,16 @@ from tendon_cli.model.limits import CONTACT_PRESSURE, LIMIT_NAMES, LIMITS
 from tendon_cli.model.limits import PRETENSION as LIMIT_PRETENSION
 from tendon_cli.model.motor_window import motion_excess
 from tendon_cli.model.setting import reading_at
-from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, PRETENSION, WORDS, Axis, of_side
+from tendon_cli.space.axis import (
+    DRAW_AXIS,
+    LIMIT,
+    PERSON_AXIS,
+    PRETENSION,
+    WORDS,
+    Axis,
+    limit_of,
+    of_side,
+)
 from tendon_cli.space.space import Space
 from tendon_cli.studies.study import keys
 from tendon_cli.studies.values import quantile
@@ -106,9 +115,10 @@ def _of_end(solver: Solver, choice: Solutions, end: End) -> Iterator[Sensitivity
         speed = float(bounds.speed)
         stepped_bounds = bounds.changed("speed", np.asarray(speed + _STEP * 1j))
         yield record("motion.speed", speed, slope(design, stepped_bounds))
-    limit = float(bounds[name])
-    stepped_bounds = bounds.changed(name, np.asarray(limit + _STEP * 1j))
-    yield record(f"limits.{name}", limit, slope(design, stepped_bounds))
+    key = f"{LIMIT}{name}"
+    limit = np.asarray(bounds.of(design)[name]).item()
+    stepped = {**alone.condition_numbers, key: np.array([limit + _STEP * 1j])}
+    yield record(key, limit, slope(alone.designs(points, stepped), bounds))
 
 
 def _slope_of_state_end(alone: Question, choice: Solutions, end: End) -> Slope:
@@ -167,6 +177,7 @@ def _numbers_under(alone: Question, points: Points) -> dict[str, float]:
     values = {}
     for (key, side), number in space.model_numbers.items():
         is_number = key in keys() and not isinstance(number.value, Spline)
+        is_number &= limit_of(key) is None
         if is_number and key not in (PRETENSION, *WORDS):
             name = of_side(key, side) if side and key in space.keys_of_sides else key
             values[name] = float(np.asarray(number.within(space.whole)).item())

@@ -101,9 +101,12 @@ def drift_of(question: Question, choice: Solutions) -> tuple[float, Drift] | Non
     high = float(choice.pretension_to[0])
     state = int(choice.to_binding.state[0])
     is_stability = state >= 0 and LIMIT_NAMES[choice.to_binding.by[0]] == "min_elbow_stiffness"
-    if not (is_stability and np.isfinite(high) and question.bounds["min_elbow_stiffness"] == 0.0):
+    if not (is_stability and np.isfinite(high)):
         return None
     alone = question.for_conditions(choice.to_binding.condition[:1])
+    bounds = alone.bounds.of(alone.designs(choice.points))
+    if np.any(bounds["min_elbow_stiffness"]):
+        return None
     pretension = _BEYOND * high
     design = alone.designs(choice.points.at_pretension(np.array([pretension])))
     start = float(question.angles[0, state % question.angles.size])

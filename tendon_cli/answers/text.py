@@ -40,7 +40,9 @@ from tendon_cli.answers.text_order import (
 from tendon_cli.answers.text_parts import HEADING, but_words, parts_words
 from tendon_cli.answers.text_people import population_blocks
 from tendon_cli.answers.text_remedies import fixes_table, relaxations_words
+from tendon_cli.answers.text_trade_off import trade_off_blocks
 from tendon_cli.answers.text_verified import is_enough, is_undecided, share_words, verdict
+from tendon_cli.space.axis import limit_of
 from tendon_cli.studies.axis_words import parameter
 from tendon_cli.studies.study import keys
 
@@ -121,6 +123,7 @@ def _answer(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Block]:
     if exact:
         yield say.sentence(exact)
     yield from _alternatives(record, best)
+    yield from trade_off_blocks(record)
     yield from _list("Choices to be proved", (_proved(question, row) for row in record["proved"]))
     if record["choices"] > 1:
         choices = say.counted(record["choices"], "choice")
@@ -267,7 +270,10 @@ def edges_words(question: QuestionRecord, best: ChoiceRecord) -> Iterator[str]:
         value = float(value_of(best, axis["column"]))
         for edge, word in zip(axis["range"], ("lower", "upper"), strict=True):
             if abs(value - edge) <= 1e-9 * abs(edge):
-                symbol = keys()[axis["key"]].number.quantity.symbol
+                limit = limit_of(axis["key"])
+                symbol = keys()[axis["key"]].quantity.symbol
+                if limit is not None:
+                    symbol = f"the {say.limit_on(limit)}"
                 at_edge = parameter(axis["key"], value)
                 yield f"{symbol} is at its {word} end, {at_edge}: widen the range"
 
@@ -287,9 +293,8 @@ def _moves(question: QuestionRecord, moves: Sequence[SensitivityRecord]) -> Iter
 def _move(question: QuestionRecord, move: SensitivityRecord) -> str:
     """Say how a number moves an end: "K +1.2 N"."""
     key = move["key"]
-    name = say.column(key.removeprefix("limits."))
-    if key in keys():
-        name = keys()[key].number.quantity.symbol
+    limit = limit_of(key)
+    name = keys()[key].quantity.symbol if limit is None else say.column(limit)
     return f"{name} {move['per_percent']:+.2g} {question['unit']}{'' if move['steady'] else '*'}"
 
 
@@ -396,10 +401,16 @@ def _in_choices(question: QuestionRecord, conflict: ConflictRecord) -> str:
     limits = conflict["limits"]
     has_window = window_of(conflict["nearest"]) is not None
     if question["pretension"] is not None and has_window and len(limits) == 1:
-        broken = phrases.broken(question, limits[0])
+        broken = phrases.broken(question, limits[0], *_only_choice(conflict))
         given = f"{say.number(question['pretension'])} {question['unit']}"
         return f"in {choices} {given} does not work: {broken}"
-    return f"in {choices} {say.conflict(limits, question['limits'], question['read'])}"
+    bounds = phrases.bounds(question, *_only_choice(conflict))
+    return f"in {choices} {say.conflict(limits, bounds, question['read'])}"
+
+
+def _only_choice(conflict: ConflictRecord) -> tuple[ChoiceRecord, ...]:
+    """Return the choice of a conflict if it is the only one: its limits are those of the words."""
+    return (conflict["nearest"],) if conflict["choices"] == 1 else ()
 
 
 def _reasons(record: AnswerResults, conflict: ConflictRecord) -> Iterator[str]:
@@ -419,7 +430,8 @@ def conflict_words(record: AnswerResults, conflict: ConflictRecord) -> Iterator[
     window = window_of(row)
     if window is None:
         end = phrases.lower_end(row)
-        broken = phrases.broken(question, end.limit or conflict["limits"][0])
+        limit = end.limit or conflict["limits"][0]
+        broken = phrases.broken(question, limit, row, end.under)
         yield f"at any pretension {broken}{phrases.where(question, end)}"
         return
     low, high = window

@@ -83,7 +83,7 @@ def _together(question: QuestionRecord, named: Sequence[ExactRecord]) -> str:
 
 def _symbol(key: str) -> str:
     """Return the symbol of a number, with its side if it is one side's."""
-    symbol = keys()[key].number.quantity.symbol
+    symbol = keys()[key].quantity.symbol
     side = say.side_of(key)
     return f"{symbol} of the {side}" if side else symbol
 

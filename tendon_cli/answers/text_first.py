@@ -26,7 +26,7 @@ from tendon_cli.answers.text_bench import (
 from tendon_cli.answers.text_parts import can_be_built, failure_words
 from tendon_cli.answers.text_people import population_share
 from tendon_cli.answers.text_verified import is_enough, is_undecided, share_words, verdict
-from tendon_cli.space.axis import NAMED_AXES, split_side
+from tendon_cli.space.axis import NAMED_AXES, limit_of, split_side
 from tendon_cli.studies.study import keys
 from tendon_cli.studies.values import RIGID
 
@@ -177,8 +177,11 @@ def _is_table(axis: AxisRecord) -> bool:
 def _part_words(axis: AxisRecord, value: Value) -> tuple[str, bool, bool]:
     """Say the value of a choice on an axis; return True if it is a spring, and if it is several."""
     common, side = split_side(axis["key"])
+    limit = limit_of(common)
     if axis["named"] or axis["sets"] is not None:
         return value_words(axis, value), False, False
+    if limit is not None:
+        return say.limit_of_so_much(limit, float(value)), False, False
     if common == "spring.stiffness":
         is_rigid = value == RIGID or math.isinf(float(value))
         number = "" if is_rigid else f" of {say.quantity('spring_stiffness', float(value))}"
@@ -187,7 +190,7 @@ def _part_words(axis: AxisRecord, value: Value) -> tuple[str, bool, bool]:
             return f"a {rigid}spring{number} in the {side}", True, False
         return f"{rigid}springs{number}", True, True
     if common in _NOUNS and not side:
-        number = say.quantity(keys()[common].number.quantity, float(value))
+        number = say.quantity(keys()[common].quantity, float(value))
         return _NOUNS[common].format(number), False, False
     return value_words(axis, value), False, False
 

@@ -56,7 +56,7 @@ def question_notes(
             f"{names}: the window holds for the whole interval; the worst values are those at its"
             " ends"
         )
-    several = [name for name in study.limits if name in _SEVERAL]
+    several = [name for name in study.limit_names if name in _SEVERAL]
     if several:
         yield (
             f"{', '.join(several)}: if several intervals of pretension keep this limit,"
@@ -119,7 +119,7 @@ def scope_words(
     """
     words = [_every("angle", "elbow_angle", angles)]
     for key, values in ranges.items():
-        name = keys()[key].number.quantity.name
+        name = keys()[key].quantity.name
         noun = "load" if key == "load.mass" else say.spaced(name)
         words.append(_every(noun, name, values))
     scope = say.join_words(words)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from tendon_cli import say
 from tendon_cli.answer_record import AnswerResults, ChoiceRecord, DecisionRecord, QuestionRecord
 from tendon_cli.answers.phrases import choice_words
+from tendon_cli.space.axis import limit_of
 from tendon_cli.studies.study import keys
 
 _HARDLY_ANY = 1e-4
@@ -87,8 +88,9 @@ def _why_settable(record: AnswerResults, decided: DecisionRecord) -> str:
     best = record["best"]
     needed = needed_words(question, decided)
     if decided["is_settable"]:
+        only = "the only one" if decided["left"] == 1 else "one of the few"
         return (
-            f"This choice is the only one of {_of_choices(decided)} that can be set well"
+            f"This choice is {only} of {_of_choices(decided)} that can be set well"
             f" enough (± {needed})."
         )
     words = f"None of {_of_choices(decided)} can be set well enough (± {needed})"
@@ -128,7 +130,9 @@ def ties_words(record: AnswerResults) -> Iterator[str]:
         if more > 0:
             named.append(f"{more:,} more")
         yield f"{decided['ties']:,} choices tie: {_listed(named)}; {_breaks(decided)}"
-    symbols = [_symbol(key) for key in decided["no_effect"]]
+    symbols = [
+        f"the {_symbol(key)}" if limit_of(key) else _symbol(key) for key in decided["no_effect"]
+    ]
     if symbols:
         do = "does" if len(symbols) == 1 else "do"
         it = "it" if len(symbols) == 1 else "them"
@@ -156,8 +160,11 @@ def _breaks(decided: DecisionRecord) -> str:
 
 
 def _symbol(key: str) -> str:
-    """Say the number of an axis by its symbol, or a named axis by its name."""
-    return keys()[key].number.quantity.symbol if key in keys() else key
+    """Say the number of an axis by its symbol, a limit in words, a named axis by its name."""
+    limit = limit_of(key)
+    if limit is not None:
+        return say.limit_on(limit)
+    return keys()[key].quantity.symbol if key in keys() else key
 
 
 # --- How far the setting may be off ---------------------------------------------------------------

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 from tendon_cli import say
 from tendon_cli.answer_record import (
@@ -72,12 +73,22 @@ def population_title(
     return f"{choice}, {share}" if choice else share
 
 
-def reason_words(question: QuestionRecord, limits: list[str], under: list[Values]) -> str:
-    """Say what happens to those who are not served, by limit, and under which condition."""
+def reason_words(
+    question: QuestionRecord, choice: Mapping[str, Any], limits: list[str], under: list[Values]
+) -> str:
+    """Say what happens to those who are not served, by limit, and under which condition.
+
+    Args:
+        question: The question.
+        choice: Values of the choice on its axes, by column.
+        limits: Limits that are broken.
+        under: For each limit the values of the condition.
+    """
     words = []
     for limit, condition in zip(limits, under, strict=True):
         inside = condition_of_group(question, condition)
-        words.append(broken(question, limit) + (f" ({inside})" if inside else ""))
+        is_broken = broken(question, limit, choice, condition)
+        words.append(f"{is_broken} ({inside})" if inside else is_broken)
     return " and ".join(words)
 
 
@@ -85,7 +96,7 @@ def input_words(key: str) -> str:
     """Say the name of an input that a Sobol index is of."""
     if key not in keys():
         return key
-    name = say.column(keys()[key].number.quantity.name)
+    name = say.column(keys()[key].quantity.name)
     side = say.side_of(key)
     return f"{name} of the {side}" if side else name
 

@@ -9,6 +9,7 @@ from tendon_cli.answer_record import AnswerResults, FixRecord, QuestionRecord, R
 from tendon_cli.answers.phrases import COSTS, costs, value_words
 from tendon_cli.answers.text_verified import share_words
 from tendon_cli.quantities import QUANTITIES, Quantity
+from tendon_cli.space.axis import limit_of
 from tendon_cli.studies.axis_words import parameter
 from tendon_cli.studies.study import keys
 
@@ -27,7 +28,7 @@ def fixes_table(question: QuestionRecord, fixes: Sequence[FixRecord]) -> Iterato
     idle = []
     for fix in fixes:
         if fix["after"] is None:
-            idle.append(keys()[fix["parameter"]].number.quantity.symbol)
+            idle.append(keys()[fix["parameter"]].quantity.symbol)
             continue
         before = parameter(fix["parameter"], fix["before"])
         judged = fix["served_verified"]
@@ -68,10 +69,8 @@ def _nearest_words(fix: FixRecord) -> str:
 
 def quantity_of_demand(key: str) -> Quantity:
     """Return the quantity of a number, or of a limit, by its key."""
-    limit = key.removeprefix("limits.")
-    if limit == key:
-        return keys()[key].number.quantity
-    return QUANTITIES.get(limit, QUANTITIES["pretension"])
+    limit = limit_of(key)
+    return keys()[key].quantity if limit is None else QUANTITIES[limit]
 
 
 def relaxations_words(

@@ -116,10 +116,9 @@ def _check_designs(cube: Cube, worst: int) -> dict[str, Any]:
     The `worst` of the breaches are listed with their states.
     """
     table: Any = cube.table
-    limits = cube.limits
     names = ["design", "feasible", "taut", "margin", "required_pretension"]
-    for limit in limits:
-        names += _columns_of(limit)
+    for limit in cube.limits:
+        names += [*_columns_of(limit), *cube.columns_of_bound(limit)]
     names = [name for name in dict.fromkeys(names) if name in table.schema.names]
     breaches: list[Breach] = []
     broken: Counter[str] = Counter()
@@ -127,7 +126,8 @@ def _check_designs(cube: Cube, worst: int) -> dict[str, Any]:
     feasible = 0
     for _, part in table.parts(names):
         columns = {name: as_numpy(part[name]) for name in part.column_names}
-        breaches_here = list(_breaches(columns, limits))
+        bounds = {limit: cube.bound(limit, columns) for limit in cube.limits}
+        breaches_here = list(_breaches(columns, bounds))
         designs += part.num_rows
         feasible += int(columns["feasible"].sum())
         # A design that breaks a limit on both sides counts once.
@@ -152,11 +152,15 @@ def _columns_of(limit: str) -> list[str]:
     return [column, *(f"{column}_{side}" for side in SIDES)]
 
 
-def _breaches(columns: Mapping[str, Array], limits: Mapping[str, float]) -> Iterator[Breach]:
+def _breaches(columns: Mapping[str, Array], bounds: Mapping[str, Array]) -> Iterator[Breach]:
     """Yield every breach of a limit by a design, in SI.
 
     Slack and no equilibrium count as limits. The value of slack is the margin of pretension. The
     excess is a share of the bound, or for slack of the pretension needed; -inf marks limits kept.
+
+    Args:
+        columns: Columns of the designs, (designs,) each.
+        bounds: Limits by name, () or (designs,) each.
     """
     needed = columns["required_pretension"]
     margin = columns["margin"]
@@ -165,23 +169,26 @@ def _breaches(columns: Mapping[str, Array], limits: Mapping[str, float]) -> Iter
     is_slack = (columns["taut"] == 0.0) & ~no_equilibrium
     no_value = np.full(len(needed), np.nan)
     excess = np.where(no_equilibrium, np.inf, -np.inf)
-    yield from _breaches_of(NO_EQUILIBRIUM, no_value, np.nan, excess, is_failing, columns)
+    yield from _breaches_of(NO_EQUILIBRIUM, no_value, no_value, excess, is_failing, columns)
     excess = np.where(is_slack, -margin / np.maximum(needed, 1e-300), -np.inf)
-    yield from _breaches_of(SLACK, margin, 0.0, excess, is_failing, columns)
-    for limit, bound in limits.items():
+    yield from _breaches_of(SLACK, margin, np.zeros_like(margin), excess, is_failing, columns)
+    for limit, bound in bounds.items():
+        scale = np.where(bound == 0.0, 1.0, np.abs(bound))
+        of_designs = np.broadcast_to(bound, needed.shape)
         for name in _columns_of(limit):
             if name not in columns:
                 continue
             values = columns[name]
-            excess = LIMITS[limit].beyond(values, bound) / (abs(bound) or 1.0)
+            with np.errstate(invalid="ignore"):  # without a bound there is no share of it
+                excess = LIMITS[limit].beyond(values, bound) / scale
             excess = np.where(excess > SLACK_TOLERANCE, excess, -np.inf)
-            yield from _breaches_of(limit, values, bound, excess, is_failing, columns)
+            yield from _breaches_of(limit, values, of_designs, excess, is_failing, columns)
 
 
 def _breaches_of(
     limit: str,
     values: Array,
-    bound: float,
+    bounds: Array,
     excess: Array,
     is_failing: npt.NDArray[np.bool_],
     columns: Mapping[str, Array],
@@ -192,7 +199,7 @@ def _breaches_of(
             "design": int(columns["design"][row]),
             "limit": limit,
             "value": float(values[row]),
-            "bound": bound,
+            "bound": float(bounds[row]),
             "excess": float(excess[row]),
             "direction": None,
             "elbow_angle": None,

@@ -189,7 +189,7 @@ def keys() -> list[Any]:
     """Return all keys of a study that hold numbers."""
     from tendon_cli.studies.study import keys as number_keys
 
-    return [(path, key.number.quantity.long_name) for path, key in number_keys().items()]
+    return [(path, key.quantity.long_name) for path, key in number_keys().items()]
 
 
 def templates() -> list[Any]:
@@ -308,5 +308,5 @@ def _all_columns() -> dict[str, str]:
     from tendon_cli.studies.study import keys as number_keys
 
     results = {name: QUANTITIES[name].long_name for name in (*OF_DESIGNS, *OF_STATES, *OF_CYCLES)}
-    numbers = {key.column: key.number.quantity.long_name for key in number_keys().values()}
+    numbers = {key.column: key.quantity.long_name for key in number_keys().values()}
     return results | numbers

@@ -5,14 +5,18 @@ import io
 import math
 import shutil
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 import tendon_cli as tendon
+from tendon_cli.answers.design_kind import DESIGN
 from tendon_cli.commands import completion, options
 from tendon_cli.errors import EXIT_NEGATIVE, UsageError
 from tendon_cli.terminal import print_result
+
+if TYPE_CHECKING:
+    from tendon_cli.cube.cube import Cube
 
 BaselineOption = Annotated[
     Path | None, options.output_option("report only what changed since this run", "RUN")
@@ -175,21 +179,28 @@ def plot(
         angles = [_angle(text) for text in angle or ()]
         drawn = draw_geometry(source, tuple(settings or ()), angles, out, case, overwrite=overwrite)
     elif between:
-        from tendon_cli.answers.answer import Answer
-        from tendon_cli.cube.cube import choices_of
-        from tendon_cli.engine.results import open_result
         from tendon_cli.figures.answer_figures import draw_between_samples
 
-        answer = open_result(source)
-        if not isinstance(answer, Answer):
-            hint = "tendon design STUDY writes one"
-            raise UsageError(
-                "is not an answer, and only answers have a window to draw",
-                where=str(source),
-                hint=hint,
+        choices, record = _choices_and_record(source)
+        drawn = [draw_between_samples(choices, record, out, overwrite=overwrite)]
+    elif x is not None and (source / DESIGN.record).exists():
+        from tendon_cli.figures.trade_off import draw_trade_off
+        from tendon_cli.studies.figures import read_size
+
+        width, height = read_size(size)
+        choices, record = _choices_and_record(source)
+        drawn = [
+            draw_trade_off(
+                choices,
+                record,
+                x,
+                out,
+                width=width,
+                height=height,
+                form=format_,
+                overwrite=overwrite,
             )
-        choices = choices_of(answer.kept("choices"), answer.study)
-        drawn = [draw_between_samples(choices, answer.record, out, overwrite=overwrite)]
+        ]
     else:
         from tendon_cli.figures.draw import plot as draw
         from tendon_cli.figures.draw import table_of
@@ -208,6 +219,27 @@ def plot(
         drawn = draw(table_of(source, spec, table), spec, out, overwrite=overwrite)
     written = [str(file) for file in drawn]
     print_result({"figures": written} if as_json else "\n".join(written))
+
+
+def _choices_and_record(source: Path) -> tuple["Cube", dict[str, Any]]:
+    """Return the choices of the answer in a folder, and its record.
+
+    Raises:
+        UsageError: The folder holds something else.
+    """
+    from tendon_cli.answers.answer import Answer
+    from tendon_cli.cube.cube import choices_of
+    from tendon_cli.engine.results import open_result
+
+    answer = open_result(source)
+    if not isinstance(answer, Answer):
+        hint = "tendon design STUDY writes one"
+        raise UsageError(
+            "is not an answer, and only answers have a window to draw",
+            where=str(source),
+            hint=hint,
+        )
+    return choices_of(answer.kept("choices"), answer.study), answer.record
 
 
 def _angle(text: str) -> float:

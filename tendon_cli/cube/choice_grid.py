@@ -51,13 +51,13 @@ def recorded_number(value: Any) -> float:
     return math.inf if value == RIGID else float(value)
 
 
-def conflicts_of(read: Mapping[str, ColumnArray], bounds: Mapping[str, float]) -> ColumnArray:
+def conflicts_of(read: Mapping[str, ColumnArray], bounds: say.LimitValues) -> ColumnArray:
     """Say for each choice why it has no window; empty if it has one.
 
     Args:
         read: Columns of choices: both ends of the window (an end that nothing bounds is NaN, as
             in the table) and the limits that set them.
-        bounds: Limits of the study, SI.
+        bounds: Limits of the study, SI; None for one that differs between choices.
 
     Returns:
         Texts in the shape of the columns.

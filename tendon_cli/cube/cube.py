@@ -16,12 +16,18 @@ from tendon_cli import say
 from tendon_cli.cube.axes import ANGLE, axis_values, columns_of_names
 from tendon_cli.cube.columns import ColumnArray, TableColumns
 from tendon_cli.cube.labels import ColumnLabel, as_read
-from tendon_cli.cube.room import bounded_column, bounded_values, has_bounded_column, room_to
+from tendon_cli.cube.room import (
+    bound_of,
+    bounded_column,
+    bounded_values,
+    has_bounded_column,
+    room_to,
+)
 from tendon_cli.engine.states import WorkedOut
 from tendon_cli.engine.sweep_kind import DEFINING, SWEEP
 from tendon_cli.errors import InputError, TendonError, UsageError
 from tendon_cli.model.kinematics import Rows
-from tendon_cli.quantities import SIDES, Quantity
+from tendon_cli.quantities import SIDES, Quantity, bound_name
 from tendon_cli.registry import load, table_kinds
 from tendon_cli.space.axis import SLACK, Axis
 from tendon_cli.studies.filters import Condition, Filter
@@ -85,13 +91,22 @@ class Cube:
         return f"tendon study {self.document.get('name', '')} {self.study_hash}"
 
     @cached_property
-    def limits(self) -> dict[str, float]:
-        """Limits of the study, SI."""
-        return dict(self.study.limits.items())
+    def limits(self) -> dict[str, float | None]:
+        """Limits of the study, SI; None for one that differs between designs."""
+        of_axes = space_of(self.study).limits
+        stated = self.study.limits
+        return {name: None if name in of_axes else stated[name] for name in self.study.limit_names}
 
-    def limit(self, key: str) -> float:
-        """Return a limit of the study, SI; 0 if the study does not state it."""
-        return self.limits.get(key, 0.0)
+    def bound(self, limit: str, columns: Mapping[str, ColumnArray]) -> npt.NDArray[np.float64]:
+        """Return the bound of a limit at some rows, SI, to broadcast to them; infinite for none.
+
+        Args:
+            limit: Name of the limit.
+            columns: Columns at these rows; that of the limit is needed if the rows do not share it.
+        """
+        shared = self.limits[limit]
+        values = columns[bound_name(limit)] if shared is None else shared
+        return bound_of(limit, np.asarray(values, dtype=np.float64))
 
     @cached_property
     def _unilateral(self) -> npt.NDArray[np.bool_]:
@@ -246,7 +261,12 @@ class Cube:
             values = self.gather(rows, [column])[column]
         else:
             values = bounded_values(self.study, self.kind, limit, rows)
-        return room_to(limit, values, self.limits[limit])
+        own = self.gather(rows, self.columns_of_bound(limit))
+        return room_to(limit, values, self.bound(limit, own))
+
+    def columns_of_bound(self, limit: str) -> list[str]:
+        """Return the column that has the limit of each row; none if all rows share it."""
+        return [bound_name(limit)] if self.limits[limit] is None else []
 
     def _stored(self, rows: Rows, names: list[str]) -> dict[str, ColumnArray]:
         """Read columns of the table at some rows, in the shape of `rows`."""

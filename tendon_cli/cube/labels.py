@@ -106,11 +106,13 @@ class ColumnLabel:
         return f"{number(value / self.factor)}{unit}"
 
     def equation(self, value: float) -> str:
-        """Return an SI value with its symbol: "K = 3 kN/m"; for a load "5 kg load"."""
+        """Return an SI value with its symbol: "K = 3 kN/m", "max F ≤ 300 N"; a "5 kg load"."""
         if self.quantity.name == "load_mass":
             return f"{self.text(value)} load"
         side = f" ({self.side})" if self.side else ""
-        return f"{self.symbol} = {self.text(value)}{side}"
+        is_bound = self.quantity.symbol.endswith(("≤", "≥"))
+        sign = "" if is_bound else " ="
+        return f"{self.symbol}{sign} {self.text(value)}{side}"
 
     @property
     def _in_brackets(self) -> str:
@@ -128,7 +130,7 @@ def drawn_name(axis: Axis, name: str, units: Mapping[str, str] | None = None) ->
     """
 
     def equation(key: str, value: float) -> str:
-        return ColumnLabel.of(column_of(key), keys()[key].number.quantity, units).equation(value)
+        return ColumnLabel.of(column_of(key), keys()[key].quantity, units).equation(value)
 
     told = told_words(axis, name, equation)
     is_number = isinstance(axis, NamedAxis) and name.isdigit()

@@ -34,12 +34,17 @@ def sign_of(name: str) -> str:
     return "≥" if LIMITS[name].from_below else "≤"
 
 
-def is_default(name: str, bound: float) -> bool:
-    """Return True if a bound is that of a study that states none."""
-    return bound == LIMITS[name].default
+def is_default(name: str, bound: float | None) -> bool:
+    """Return True if a bound is that of a study that states none; None differs between designs."""
+    return bound is not None and bound == LIMITS[name].default
 
 
-def room_to(name: str, values: Floats, bound: float) -> Floats:
+def bound_of(name: str, values: Floats) -> Floats:
+    """Return bounds of a limit, infinite where values are NaN and so set none."""
+    return LIMITS[name].bound_of(values)
+
+
+def room_to(name: str, values: Floats, bound: Floats) -> Floats:
     """Return the room that values leave to the bound of a limit, negative where they break it."""
     return LIMITS[name].room(values, bound)
 

@@ -207,7 +207,7 @@ def _shown(key: str, value: Any) -> str:
     """Return a value in SI in the unit that people read it in; a name as it is."""
     if isinstance(value, str):
         return value
-    unit = keys()[key].number.quantity.shown_in if key in keys() else "s"
+    unit = keys()[key].quantity.shown_in if key in keys() else "s"
     suffix = "" if unit == "1" else f" {unit}"
     return f"{value / factor_of(unit):.6g}{suffix}"
 

@@ -17,10 +17,12 @@ import numpy.typing as npt
 from tendon_cli import kernel
 from tendon_cli.engine.plan import Block, Plan, bounds_of
 from tendon_cli.model import extremes, window
+from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
 from tendon_cli.model.extremes import Extremes
 from tendon_cli.model.kinematics import Flags
-from tendon_cli.space.axis import PRETENSION
+from tendon_cli.model.window import drop_state_axes
+from tendon_cli.space.axis import PRETENSION, limit_of
 
 VALUES_AT_ONCE = 2**18
 """Most values in an array for compiled code, and most states where NumPy has arrays of all."""
@@ -48,6 +50,17 @@ class Folds:
         """Design axes along which nothing but pretension varies."""
         others = self.plan.space.axes_of(lambda key: key != PRETENSION)
         return frozenset(range(len(self.plan.shape))) - others
+
+    @cached_property
+    def _limit_axes(self) -> frozenset[int]:
+        """Design axes along which nothing but limits varies."""
+        others = self.plan.space.axes_of(lambda key: limit_of(key) is None)
+        return frozenset(range(len(self.plan.shape))) - others
+
+    @cached_property
+    def _bounds(self) -> Bounds:
+        """Limits of the plan's designs."""
+        return bounds_of(self.plan.study, self.plan.space)
 
     @cached_property
     def _arm_axes(self) -> frozenset[int]:
@@ -98,8 +111,25 @@ class Folds:
             Arrays in the shape of the block's design axes, SI: results, windows, judgements as
             truths, and the counts of `extremes.COUNTS`.
         """
+        shape = block.shape[:-2]
+        design = self.plan.design(block)
+        first = block.first_along(self._limit_axes)
+        of_first = design if first.shape == block.shape else self.plan.design(first)
+        of_states = self._over_states(first, of_first)
+        results = {name: np.broadcast_to(values, shape) for name, values in of_states.items()}
+        results |= self.windows(block, design)
+        bounds = self._bounds.of(design)
+        of_designs = {name: drop_state_axes(np.asarray(bound)) for name, bound in bounds.items()}
+        return results | extremes.judge(results, of_designs)
+
+    def _over_states(self, block: Block, design: Design) -> Extremes:
+        """Return results and counts of designs that follow from their states without any limit.
+
+        Args:
+            block: The designs.
+            design: The same designs, as the model takes them.
+        """
         plan = self.plan
-        design = plan.design(block)
         folded = extremes.begin(block.shape[:-2])
         for stretch in self._stretches(block):
             state = plan.state(stretch, design)
@@ -109,10 +139,7 @@ class Folds:
         results = extremes.as_read(finished, design)
         results |= self._by_numpy(block, design)
         results |= extremes.of_design(design, folded)
-        results |= self.windows(block, design)
-        judgements = extremes.judge(results, plan.study.limits)
-        counts = {name: folded[name] for name in extremes.COUNTS}
-        return results | judgements | counts
+        return results | {name: folded[name] for name in extremes.COUNTS}
 
     def windows(self, block: Block, design: Design) -> Extremes:
         """Return the windows of a block; designs that differ only in pretension share one.
@@ -163,7 +190,7 @@ class Folds:
     def _windows(self, block: Block, design: Design) -> Extremes:
         """Work out the windows of a block, N; an end that nothing bounds is NaN."""
         plan = self.plan
-        bounds = bounds_of(plan.study)
+        bounds = self._bounds
         if bounds.of_motion:  # limits over several states at once
             from tendon_cli.model.motor_window import narrow  # only these pay for its import
 

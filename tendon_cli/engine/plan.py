@@ -20,8 +20,8 @@ from tendon_cli.errors import SizeError
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array, Flags
-from tendon_cli.model.limits import ADDED
+from tendon_cli.model.kinematics import Array, Flags, Real
+from tendon_cli.model.limits import ADDED, LIMITS
 from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES
 from tendon_cli.space.axis import Axis
 from tendon_cli.space.space import Space
@@ -297,7 +297,19 @@ def part_range(count: int, length: int, index: int) -> range:
     return range(count)[index * length : (index + 1) * length]
 
 
-def bounds_of(study: Study) -> Bounds:
-    """Return the limits of a study as the model takes them, with the speed of the elbow."""
+def bounds_of(study: Study, space: Space) -> Bounds:
+    """Return the limits of a study as the model takes them, with the speed of the elbow.
+
+    A limit that differs between designs has all of its values, (values,): they say that it is
+    asked for, and `Bounds.of` gives each design its own.
+
+    Args:
+        study: The study.
+        space: Its space, or one with the same limits.
+    """
     speed = study.motion.speed
-    return Bounds(speed=math.nan if speed is None else speed.single, **study.limits)
+    of_axes: dict[str, Real] = {
+        name: LIMITS[name].bound_of(np.ravel(limit.within(space.whole)))
+        for name, limit in space.limits.items()
+    }
+    return Bounds(speed=math.nan if speed is None else speed.single, **{**study.limits, **of_axes})

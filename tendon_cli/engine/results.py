@@ -246,7 +246,7 @@ def _condition(key: str) -> str:
     if key == "load.mass":
         return "load"
     if key in keys():
-        return say.column(keys()[key].number.quantity.name)
+        return say.column(keys()[key].quantity.name)
     return key
 
 

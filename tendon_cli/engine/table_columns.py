@@ -23,6 +23,7 @@ from tendon_cli.quantities import (
     QUANTITIES,
     SIDES,
     Quantity,
+    bound_name,
     unit_of_reading,
 )
 from tendon_cli.space.axis import SLACK, Axis, Varying, of_side, split_side
@@ -70,7 +71,7 @@ def number_column(key: str) -> Column:
     """Return the column of a number or a word of a study that may differ between rows."""
     words = WORDS_OF.get(split_side(key)[0])
     if words is None:
-        return Column.of(keys()[key].number.quantity, column_of(key), is_axis=True)
+        return Column.of(keys()[key].quantity, column_of(key), is_axis=True)
     name = column_of(key)
     return Column(name, "text", "1", say.spaced(name), is_axis=True, choices=words)
 
@@ -221,7 +222,7 @@ class PlanColumns:
     def _as_read(self, column: Column) -> Column:
         """Return a column that says how a pretension is read; any other column as it is."""
         read = self.plan.study.setting.read
-        if read == F0 or column.name not in AS_READ:
+        if read == F0 or column.name not in (*AS_READ, bound_name("max_pretension")):
             return column
         long_name = f"{column.long_name}, read as {read}"
         return replace(column, unit=unit_of_reading(read), long_name=long_name)
@@ -256,7 +257,7 @@ class PlanColumns:
     def _columns_of(self, key: str) -> dict[Column, BlockValues]:
         """Return the column of a key; if the sides differ, a null one and one for each side."""
         space = self.plan.space
-        quantity = keys()[key].number.quantity
+        quantity = keys()[key].quantity
         name = keys()[key].column
         common = space.number(key)
         numbers = {name: common}

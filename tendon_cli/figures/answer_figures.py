@@ -33,6 +33,7 @@ from tendon_cli.figures.layout import has_many_rows, is_of_rows
 from tendon_cli.figures.row_figures import draw_rows
 from tendon_cli.figures.served import draw_population
 from tendon_cli.figures.style import INK, OKABE_ITO, broken, hatch_key, house_style, unknown_hatch
+from tendon_cli.figures.trade_off import draw_first_trade_off
 from tendon_cli.figures.window_over_angle import draw_between
 from tendon_cli.registry import by_name
 from tendon_cli.space.axis import Axis, evenly_spaced
@@ -450,6 +451,7 @@ FIGURES: dict[str, AnswerFigure] = {
     "window": draw_windows,
     "rows": draw_rows,
     "front": draw_front,
+    "trade_off": draw_first_trade_off,
     "between": draw_between,
 }
 """Functions that draw the figures of an answer.

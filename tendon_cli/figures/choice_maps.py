@@ -26,7 +26,7 @@ from tendon_cli.cube.labels import reading_unit
 from tendon_cli.figures.backend import Axes, Line2D, ListedColormap, Patch, mpl
 from tendon_cli.figures.frame import Page, framed, source_of
 from tendon_cli.figures.scales import Scale, axis_scale, off_default
-from tendon_cli.figures.style import INK, SEQUENTIAL, wrapped
+from tendon_cli.figures.style import INK, PAGE_WIDTH, SEQUENTIAL, wrapped
 from tendon_cli.space.axis import Axis
 
 _PALE = ("#f6d9c5", "#e9e2f3", "#dcebe4", "#f7ecc8", "#e5e5e5", "#dbe7f3")
@@ -89,8 +89,8 @@ class Slice:
     columns: dict[str, ColumnArray]
     title: str
     """Values of the other axes, in words."""
-    bounds: dict[str, float]
-    """Limits of the study by name, SI."""
+    bounds: say.LimitValues
+    """Limits of the study by name, SI; None for one that differs between choices."""
 
     @classmethod
     def of(cls, cube: Cube, axes: Sequence[Axis], choice: ChoiceRecord) -> Slice:
@@ -148,6 +148,8 @@ def answer_page(
     notes: list[str],
     *,
     subtitle: str = "",
+    width: float = PAGE_WIDTH,
+    height: float | None = None,
 ) -> Page:
     """Begin a page of an answer's figure.
 
@@ -162,6 +164,8 @@ def answer_page(
         key: Artists with a label.
         notes: Sentences below the panels.
         subtitle: Second title, which may hold formulas.
+        width: Width of the page, mm.
+        height: Height of the page, mm; None for one that fits.
     """
     study_title = record["title"] or record["name"]
     lines = [*notes, *_bench_text(record)]
@@ -177,6 +181,8 @@ def answer_page(
         lines,
         study=source_of(record),
         subtitle=wrapped(subtitle, 90),
+        width=width,
+        height=height,
     )
 
 

@@ -174,6 +174,7 @@ def _read_columns(
         *(condition.column for condition in masks),
         plan.x_column,
         *cube.defining,
+        *cube.columns_of_bound(STIFFNESS),
         *(axis.column for axis in cube.axes if axis.is_text),
     ]
     return cube.gather(plan.rows(cube), [name for name in names if name in cube.columns])
@@ -208,7 +209,7 @@ def _marks(cube: Cube, read: Mapping[str, ColumnArray], name: str) -> tuple[Trut
         any_slack = slack
     if _STIFFNESS in read:
         stiffness = read[_STIFFNESS]
-        unstable = room_to(STIFFNESS, stiffness, cube.limits[STIFFNESS]) < 0.0
+        unstable = room_to(STIFFNESS, stiffness, cube.bound(STIFFNESS, read)) < 0.0
     elif "stable" in read:
         unstable = read["stable"] == 0.0
     return slack, any_slack, unstable

@@ -16,7 +16,14 @@ from tendon_cli.cube.columns import DERIVED
 from tendon_cli.cube.cube import Cube
 from tendon_cli.errors import UsageError
 from tendon_cli.model.kinematics import Rows
-from tendon_cli.space.axis import CASE_AXIS, NAMED_AXES, Axis, NamedAxis, evenly_spaced
+from tendon_cli.space.axis import (
+    CASE_AXIS,
+    NAMED_AXES,
+    Axis,
+    NamedAxis,
+    evenly_spaced,
+    limit_of,
+)
 from tendon_cli.studies.figures import MOST_QUANTITIES, OF_STATES, FigureSpec
 from tendon_cli.studies.study import keys
 
@@ -190,7 +197,7 @@ def _quantities(cube: Cube, spec: FigureSpec) -> tuple[str, ...]:
 def _along_x(cube: Cube, spec: FigureSpec, long: list[Axis]) -> tuple[str, Axis]:
     """Return the column along x, and the axis that runs along it."""
     usual = [axis for axis in long if axis.column not in (LOAD, DIRECTION)] or list(long)
-    usual.sort(key=lambda axis: axis.is_text)
+    usual.sort(key=lambda axis: (_is_limit(axis), axis.is_text))
     angle = next((axis for axis in cube.axes if axis.column in (ANGLE, TIME)), None)
     runs = angle if angle in long or not usual else usual[0]
     if spec.x is not None:
@@ -229,6 +236,7 @@ def _named_axis(cube: Cube, name: str | None, where: str) -> Axis | None:
 def _usual_colour(free: list[Axis], panels: Axis | None) -> Axis | None:
     """Select the axis of the colours: the load, or else the first that has no part yet."""
     open_axes = [axis for axis in free if axis.column != DIRECTION and axis != panels]
+    open_axes.sort(key=_is_limit)
     first = open_axes[0] if open_axes else None
     return next((axis for axis in open_axes if axis.column == LOAD), first)
 
@@ -285,8 +293,14 @@ class MapPlan:
 
 
 def long_axes(cube: Cube, chosen: Mapping[str, Rows]) -> list[Axis]:
-    """Return the axes other than the load with more than one chosen value."""
-    return [axis for axis in cube.axes if axis.column != LOAD and len(chosen[axis.column]) > 1]
+    """Return the axes other than the load with more than one chosen value, those of limits last."""
+    long = [axis for axis in cube.axes if axis.column != LOAD and len(chosen[axis.column]) > 1]
+    return sorted(long, key=_is_limit)
+
+
+def _is_limit(axis: Axis) -> bool:
+    """Return True for an axis of a limit, along which no state and so no margin changes."""
+    return limit_of(axis.key) is not None
 
 
 def plan_maps(cube: Cube, chosen: Mapping[str, Rows]) -> MapPlan:

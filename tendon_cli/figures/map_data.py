@@ -81,6 +81,7 @@ def map_data(cube: Cube, plan: MapPlan, spec: FigureSpec) -> MapData:
     lines, fixed = caption(cube, spec, read, varied=[plan.x.column, plan.y.column])
     if titles == [""]:
         titles = [next((text for text in fixed if text.endswith(" load")), "")]
+    least_stiffness = _bound_text(cube, spec, STIFFNESS)
     return MapData(
         title=spec.title or cube.title,
         study=cube.source,
@@ -90,7 +91,7 @@ def map_data(cube: Cube, plan: MapPlan, spec: FigureSpec) -> MapData:
         margins=margins[first],
         rooms={name: room[first] for name, room in rooms.items()},
         limits={name: limit_text(cube, spec, name) for name in limits},
-        unstable=f"unstable: elbow stiffness below {_stiffness(cube, spec)} at some angle",
+        unstable=f"unstable: elbow stiffness below {least_stiffness} at some angle",
         defaults=frozenset(name for name in limits if is_default(name, cube.limits[name])),
         titles=tuple(titles),
         in_row=len(plan.positions[plan.titled[0].column]) if plan.titled else 1,
@@ -126,14 +127,17 @@ def _group_pictures(
 
 
 def limit_text(cube: Cube, spec: FigureSpec, name: str) -> str:
-    """Return a limit as an inequality, such as "max tension ≤ 300 N"."""
-    shown = cube.shown(bounded_column(name), spec.units)
-    return f"{shown.name} {sign_of(name)} {shown.text(cube.limits[name])}"
+    """Return a limit as an inequality: "max tension ≤ 300 N", or "max tension ≤ its limit"."""
+    name_shown = cube.shown(bounded_column(name), spec.units).name
+    return f"{name_shown} {sign_of(name)} {_bound_text(cube, spec, name)}"
 
 
-def _stiffness(cube: Cube, spec: FigureSpec) -> str:
-    """Return the least stiffness that the study allows, with its unit."""
-    return cube.shown(STIFFNESS, spec.units).text(cube.limits[STIFFNESS])
+def _bound_text(cube: Cube, spec: FigureSpec, name: str) -> str:
+    """Return the bound of a limit with its unit; "its limit" if it differs between designs."""
+    bound = cube.limits[name]
+    if bound is None:
+        return "its limit"
+    return cube.shown(bounded_column(name), spec.units).text(bound)
 
 
 def _join_titles(titles: list[str]) -> str:

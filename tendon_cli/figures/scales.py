@@ -215,7 +215,7 @@ def off_default(study: Study, named: Collection[str], units: Mapping[str, str]) 
             text = f"{path} = {value}" if isinstance(value, str) else f"{path} as in the study"
             texts.append(plain(text))
         else:
-            shown = ColumnLabel.of(key.column, as_read(key.number.quantity, document), units)
+            shown = ColumnLabel.of(key.column, as_read(key.quantity, document), units)
             texts.append(_number_text(shown, study.numbers.get(path)))
     return texts
 

@@ -34,6 +34,8 @@ SHARES = ("flexor", "extensor", "stiffness")
 class Bounds(Mapping[str, "Real"]):
     """Values of the limits that designs must keep, by name, SI; infinite if there is no limit.
 
+    Limits that designs do not share stand in `Design.limits`; `of` puts them here.
+
     Attributes:
         speed: Speed of the elbow, rad/s; NaN if none is given.
     """
@@ -61,14 +63,21 @@ class Bounds(Mapping[str, "Real"]):
         """Return the same bounds with another value of one limit, or of the speed."""
         return Bounds(**{"speed": self.speed, **self._values, name: value})
 
+    def of(self, design: Design) -> Bounds:
+        """Return the bounds of designs: their own limits where they have some, else these."""
+        if not design.limits:
+            return self
+        own = {name: LIMITS[name].bound_of(values) for name, values in design.limits.items()}
+        return Bounds(**{"speed": self.speed, **self._values, **own})
+
+    def asks(self, name: str) -> Flags:
+        """Return True for designs that a limit bounds."""
+        return ~np.isinf(self.get(name, np.inf))
+
     @cached_property
     def asked(self) -> list[DesignLimit]:
         """Limits that bound at least one of the designs, in the order of LIMITS."""
-        return [
-            limit
-            for name, limit in LIMITS.items()
-            if name in self and not np.all(np.isinf(self[name]))
-        ]
+        return [limit for name, limit in LIMITS.items() if name in self and self.asks(name).any()]
 
     @property
     def of_motion(self) -> list[DesignLimit]:
@@ -93,6 +102,7 @@ class BoundedForm:
 
 def bounded_forms(at: State, bounds: Bounds) -> list[BoundedForm]:
     """Return the forms of states with the bounds on them, in the order of LIMITS."""
+    bounds = bounds.of(at.design)
     return [
         _bounded_form(limit, form, bounds[limit.name])
         for limit in bounds.asked
@@ -184,7 +194,7 @@ def limit_end(
         upper: True for the upper end that the limit sets, else the lower.
     """
     if code == PRETENSION:
-        return np.asarray(bounds["max_pretension"])
+        return np.asarray(bounds.of(design)["max_pretension"])
     at = State.of(design, elbow_angle, flexion)
     required = at.response.required
     if code in (FLEXOR_SLACK, EXTENSOR_SLACK):

@@ -168,6 +168,9 @@ class Design:
     given: Mapping[str, Real] = field(default_factory=dict)
     """Numbers that only a limit needs, by key (`limits.GIVEN`); those of the flexor if both sides
     have them."""
+    limits: Mapping[str, Real] = field(default_factory=dict)
+    """Bounds of limits that designs do not share, by the name of the limit, SI; NaN for a design
+    without that limit."""
 
     @property
     def shows_f0(self) -> bool:

@@ -14,7 +14,7 @@ import numpy as np
 
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array, Flags
+from tendon_cli.model.kinematics import Array, Flags, Real
 from tendon_cli.model.limits import LIMITS, contact_pressure, spring_room
 from tendon_cli.model.setting import Reading
 from tendon_cli.model.sheath import Sheathed
@@ -251,7 +251,7 @@ def as_read(columns: Extremes, design: Design) -> Extremes:
     }
 
 
-def judge(columns: Extremes, limits: Mapping[str, float]) -> dict[str, Flags]:
+def judge(columns: Extremes, limits: Mapping[str, Real]) -> dict[str, Flags]:
     """Return which designs are `taut` in every state, `stable` in each, and `feasible`.
 
     A feasible design is both, and within every limit on a column as well. Limits are compared with
@@ -259,7 +259,7 @@ def judge(columns: Extremes, limits: Mapping[str, float]) -> dict[str, Flags]:
 
     Args:
         columns: Result columns of designs, SI.
-        limits: Bounds by the name of the limit, SI.
+        limits: Bounds by the name of the limit, SI; arrays broadcast to the shape of the columns.
     """
     taut = columns["slack_fraction"] == 0.0
     stable = ~(columns["min_elbow_stiffness"] < limits["min_elbow_stiffness"])
@@ -269,7 +269,7 @@ def judge(columns: Extremes, limits: Mapping[str, float]) -> dict[str, Flags]:
         column = name if limit.of_design else limit.column
         if column in columns and name != "min_elbow_stiffness":
             excess = limit.beyond(columns[column], bound)
-            feasible = feasible & ~(excess > SLACK_TOLERANCE * abs(bound))
+            feasible = feasible & ~(excess > SLACK_TOLERANCE * np.abs(bound))
     return {"taut": taut, "stable": stable, "feasible": feasible}
 
 

@@ -117,6 +117,10 @@ class DesignLimit:
         """True if the limit compares states of the whole motion."""
         return self.lines is not None or self.excess is not None
 
+    def bound_of(self, values: Real) -> Array:
+        """Return bounds that are infinite, and so bound nothing, where values are NaN."""
+        return np.where(np.isnan(values), -np.inf if self.from_below else np.inf, values)
+
     def range_of(self, bound: Real) -> tuple[Real | None, Real | None]:
         """Return the least and the largest value that a bound allows; None if there is none."""
         if self.from_below:
@@ -133,15 +137,15 @@ class DesignLimit:
             return np.asarray(np.abs(values) - bound)
         return np.asarray(values - bound)
 
-    def room(self, values: Array, bound: float) -> Array:
+    def room(self, values: Array, bound: Real) -> Array:
         """Return the room that values leave to a bound, negative where they break it.
 
         It is in the unit of the bound, and 0 within rounding of it. NaN, where there is nothing to
-        compare, stays NaN.
+        compare, stays NaN. It is infinite without a bound.
         """
         room = -self.beyond(values, bound)
-        is_rounding = np.abs(room) <= SLACK_TOLERANCE * abs(bound)
-        return np.where(is_rounding, 0.0, room)
+        is_rounding = np.abs(room) <= SLACK_TOLERANCE * np.abs(bound)
+        return np.where(is_rounding & np.isfinite(room), 0.0, room)
 
     def value(self, state: Any, speed: Real = np.nan) -> Array:
         """Return the quantity in states; if it has several forms, the worst of them.

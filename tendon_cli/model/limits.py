@@ -126,7 +126,8 @@ def _lost_efficiency(motor: Any, least: Real) -> Callable[[Array], Array]:
 
     def excess(pretension: Array) -> Array:
         work = motor.work(pretension)
-        allowed = (1.0 - least) * work
+        with np.errstate(invalid="ignore"):  # no work, and no bound
+            allowed = (1.0 - least) * work
         return np.where(work > 0.0, motor.loss(pretension) - allowed, -np.inf)
 
     return excess

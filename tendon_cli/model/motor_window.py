@@ -87,9 +87,10 @@ def narrow(
         open_designs, np.asarray(elbow_angle), flexion, cut.low.shape, bounds.speed, loads
     )
     measures: dict[int, Measure] = {}
-    for limit in bounds.of_motion:
+    of_open = bounds.of(open_designs)
+    for limit in of_open.of_motion:
         code = LIMIT_NAMES.index(limit.name)
-        bound = bounds[limit.name]
+        bound = np.reshape(of_open[limit.name], -1)  # (1,), or (designs,)
         if limit.excess is not None:
             measures[code] = limit.excess(motor, bound)
         elif limit.lines is not None and (lines := limit.lines(motor)) is not None:
@@ -130,7 +131,7 @@ def motion_excess(
     motor = Motor(design, elbow_angle, flexion, (1, 1), bounds.speed)
     pretensions = np.array([pretension])
     limit = LIMITS[name]
-    bound = bounds[name]
+    bound = np.asarray(bounds.of(design)[name]).item()
     if limit.lines is not None and (lines := limit.lines(motor)) is not None:
         value = complex(lines.at(pretensions)[0, state])
         magnitude = value if value.real > 0.0 else -value
@@ -290,8 +291,16 @@ class Motor:
         return lambda at: np.asarray(first + at / _UNIT * (slope + at / _UNIT * bend))
 
 
-def _cut_by_lines(windows: Window, code: int, lines: Lines, most: Real) -> None:
-    """Cut windows to where lines of all states are at most a bound, in place."""
+def _cut_by_lines(windows: Window, code: int, lines: Lines, bound: Array) -> None:
+    """Cut windows to where lines of all states are at most a bound, in place.
+
+    Args:
+        windows: Windows.
+        code: Limit, index into LIMIT_NAMES.
+        lines: Lines, (windows, states).
+        bound: Bound, (1,) or (windows,).
+    """
+    most = bound[:, np.newaxis]
     with np.errstate(divide="ignore", invalid="ignore"):
         ends = (most - lines.base) / lines.gain  # (windows, states), N
     for name, sign in (("low", 1.0), ("high", -1.0)):

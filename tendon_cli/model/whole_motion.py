@@ -215,15 +215,17 @@ def _smooth_stretch(
     """
     first = np.full(len(centre), angles[0])
     last = np.full(len(centre), angles[-1])
-    if CONTACT_PRESSURE not in (limit.name for limit in bounds.asked):
+    is_bounded = bounds.of(design).asks(CONTACT_PRESSURE)
+    if not is_bounded.any():
         return first, last
     at_centre = centre[:, np.newaxis, np.newaxis]
     contact = np.broadcast_to(design.arm.first_contact, at_centre.shape)[:, 0, 0]
     is_pressed = np.broadcast_to(design.arm.is_pressed(at_centre), at_centre.shape)[:, 0, 0]
     before = np.clip(contact - _BEFORE, first, last)
+    begins = np.broadcast_to(is_bounded, at_centre.shape)[:, 0, 0]
     return (
-        np.where(is_pressed, np.clip(contact, first, last), first),
-        np.where(is_pressed, last, before),
+        np.where(begins & is_pressed, np.clip(contact, first, last), first),
+        np.where(begins & ~is_pressed, before, last),
     )
 
 

@@ -165,8 +165,8 @@ def fold(folded: Extremes, at: State, bounds: Bounds, states: Rows) -> None:
 
 def finish(folded: Extremes, design: Design, bounds: Bounds) -> Ends:
     """Return the ends, from the tightest over all states and from what holds for whole designs."""
-    is_broken = _drop_state_axes(_broken_by_design(design, bounds)) != NOTHING
-    ceiling = _drop_state_axes(_ceiling(design, bounds))
+    is_broken = drop_state_axes(_broken_by_design(design, bounds)) != NOTHING
+    ceiling = drop_state_axes(_ceiling(design, bounds))
     low, high = pretensions(folded, design, bounds)
     is_empty = np.isnan(low)
     blocked_state = np.where(is_broken, -1.0, folded["blocked"])
@@ -186,16 +186,16 @@ def finish(folded: Extremes, design: Design, bounds: Bounds) -> Ends:
 
 def pretensions(folded: Extremes, design: Design, bounds: Bounds) -> tuple[Array, Array]:
     """Return the smallest and the largest pretension of windows, as `Ends` has them, N."""
-    is_broken = _drop_state_axes(_broken_by_design(design, bounds)) != NOTHING
+    is_broken = drop_state_axes(_broken_by_design(design, bounds)) != NOTHING
     is_empty = np.isfinite(folded["blocked"]) | is_broken
     low = np.maximum(folded["low"], 0.0)
-    high = np.minimum(folded["high"], _drop_state_axes(_ceiling(design, bounds)))
+    high = np.minimum(folded["high"], drop_state_axes(_ceiling(design, bounds)))
     return nan_where(is_empty, low), nan_where(is_empty, high)
 
 
 def _ceiling(design: Design, bounds: Bounds) -> Array:
     """Return the largest F0 that `max_pretension` allows, itself a reading of the design's kind."""
-    largest = bounds.get("max_pretension")
+    largest = bounds.of(design).get("max_pretension")
     if largest is None:
         return np.full((), np.inf)
     return pretension_of(design, largest)
@@ -211,9 +211,9 @@ def as_read(ends: AnyEnds, design: Design) -> AnyEnds:
     if design.shows_f0:
         return ends
     reading = Reading.of(design)
-    tells = _drop_state_axes(reading.gain > 0.0)
+    tells = drop_state_axes(reading.gain > 0.0)
     with np.errstate(invalid="ignore"):
-        high = _drop_state_axes(reading.while_taut(ends.high[..., np.newaxis, np.newaxis]))
+        high = drop_state_axes(reading.while_taut(ends.high[..., np.newaxis, np.newaxis]))
     return replace(
         ends,
         low=np.where(tells, reading_of(ends.low, design), np.nan),
@@ -234,6 +234,7 @@ def _broken_by_design(design: Design, bounds: Bounds) -> Codes:
 
     That is the limit's code, or NOTHING.
     """
+    bounds = bounds.of(design)
     broken = np.full((1, 1), NOTHING, dtype=np.int8)
     for limit in bounds.asked:
         code = LIMIT_NAMES.index(limit.name)
@@ -257,7 +258,7 @@ def with_binding_limits(
         flexion: Directions of all states, (D, 1), or (1, K) along a trajectory.
         bounds: Limits of the designs.
     """
-    broken = _drop_state_axes(_broken_by_design(design, bounds))
+    broken = drop_state_axes(_broken_by_design(design, bounds))
     directions = np.broadcast_to(flexion, (len(flexion), elbow_angle.size))
 
     def binding(state: Rows, beside: Array, *, upper: bool) -> Codes:
@@ -271,8 +272,8 @@ def with_binding_limits(
             flexing[..., np.newaxis, np.newaxis],
         )
         of_states = ends_of_states(at, bounds)
-        in_state = _drop_state_axes(of_states.high_by if upper else of_states.low_by)
-        blocked = _drop_state_axes(of_states.blocked)
+        in_state = drop_state_axes(of_states.high_by if upper else of_states.low_by)
+        blocked = drop_state_axes(of_states.blocked)
         in_no_state = np.full((), NOTHING)
         if upper:
             in_no_state = np.where(np.isfinite(ends.high), PRETENSION, NOTHING)
@@ -316,6 +317,6 @@ def slack_codes(at: State) -> Codes:
     return np.where(at.coupling.elbow_torque < 0.0, np.int8(FLEXOR_SLACK), np.int8(EXTENSOR_SLACK))
 
 
-def _drop_state_axes(values: npt.NDArray[Element]) -> npt.NDArray[Element]:
+def drop_state_axes(values: npt.NDArray[Element]) -> npt.NDArray[Element]:
     """Drop the two axes of states, each one long, from values of designs that have axes."""
     return values.reshape(values.shape[:-2]) if values.ndim else values

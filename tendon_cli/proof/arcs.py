@@ -81,7 +81,7 @@ class ConditionArcs:
             arcs = [[low, low], [high, high], *np.column_stack([edges[:-1], edges[1:]])]
         design = self.design(self.row, posture=low)
         knots = design.knots
-        if CONTACT_PRESSURE in question.bounds:
+        if question.bounds.of(design).asks(CONTACT_PRESSURE).any():
             knots = np.union1d(knots, design.arm.first_contact)
         return first_cells(
             rows,

@@ -91,19 +91,20 @@ def certify(
     else:
         ends = solver.ends_that_may_bind(solution.points)
     proof = _Proof(solver, solution, ends, report)
+    is_sampled = question.for_choice(solution.points).is_sampled
     status = say.SAMPLED
     if _is_in_window(solution) and question.study.trajectory is None:
         is_proved = proof.run()
         status = say.OPEN
         if is_proved:
-            status = say.SAMPLED if question.is_sampled else say.PROVEN
+            status = say.SAMPLED if is_sampled else say.PROVEN
     solution = proof.solution
     is_open = status == say.OPEN
     estimate = None
     if solution.has_window.item():
         if not is_open:
             estimate = estimate_error(solver, solution, proof.ends)
-        elif not question.is_sampled:
+        elif not is_sampled:
             estimate = proof.error_bound()
     return Certificate(
         status=status,

@@ -23,6 +23,9 @@ from tendon_cli.model.kinematics import AnyJoint, Array, Excursion, Flags, Splin
 from tendon_cli.model.sheath import sheaths_of
 from tendon_cli.proof.series import COMPUTED, Series
 
+_FAR = 1e12
+"""Bound that nothing reaches, SI, for cells without a limit that others have."""
+
 
 def box_design(design: Design, ends: Sequence[Design], middle: Array, half: Array | None) -> Design:
     """Return designs in which the numbers of a box are series, linear in their shares.
@@ -56,6 +59,7 @@ def limit_values(state: Any, bounds: Bounds) -> Iterator[Series]:
     yield from state.arms
     yield state.x
     yield state.y
+    bounds = bounds.of(state.design)
     for limit in bounds.asked:
         if limit.forms is None:
             continue
@@ -67,7 +71,7 @@ def limit_values(state: Any, bounds: Bounds) -> Iterator[Series]:
                 (form.stiffness, state.stiffness),
             ):
                 value = value + Series.of(share, COMPUTED) * part
-            least, most = limit.range_of(bounds[limit.name])
+            least, most = limit.range_of(np.clip(bounds[limit.name], -_FAR, _FAR))
             if least is not None:
                 yield value - least
             if most is not None:

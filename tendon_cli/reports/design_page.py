@@ -294,17 +294,17 @@ def _condition_name(conditions: Space, condition: Rows) -> str:
         if axis.names:
             words.append(name_words(axis, axis.names[place], in_brackets=True))
         else:
-            shown = ColumnLabel.of(axis.column, keys()[axis.key].number.quantity)
+            shown = ColumnLabel.of(axis.column, keys()[axis.key].quantity)
             words.append(f"{shown.name} {shown.text(float(axis.values[place]))}")
     return ", ".join(words)
 
 
-def _between(record: AnswerRecord, bounds: Mapping[str, float]) -> dict[str, Any] | None:
+def _between(record: AnswerRecord, bounds: say.LimitValues) -> dict[str, Any] | None:
     """Return each limit's bound on the pretension over the angle, for the choice named first.
 
     Args:
         record: Record of the answer.
-        bounds: The limits of the study, SI.
+        bounds: The limits of the study, SI; None for one that differs between choices.
 
     Returns:
         The curves as JSON; None if the answer has none.

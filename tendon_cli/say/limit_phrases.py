@@ -10,6 +10,9 @@ from tendon_cli.model.limits import ALWAYS, LIMITS
 from tendon_cli.quantities import QUANTITIES, in_unit_of_reading
 from tendon_cli.say.words import number, quantity
 
+LimitValues = Mapping[str, float | None]
+"""Limits by name, SI; None for one that differs between designs."""
+
 _STABLE = LimitWords(
     "elbow unstable",
     "stability",
@@ -19,7 +22,7 @@ _STABLE = LimitWords(
 )
 
 
-def limit_words(limit: str, bounds: Mapping[str, float], read: str = "pretension") -> LimitWords:
+def limit_words(limit: str, bounds: LimitValues, read: str = "pretension") -> LimitWords:
     """Return the phrases for a limit, with its bound in them.
 
     Args:
@@ -31,12 +34,23 @@ def limit_words(limit: str, bounds: Mapping[str, float], read: str = "pretension
         return _STABLE
     words = ALWAYS[limit] if limit in ALWAYS else LIMITS[limit].words
     bound = "its limit"
-    if limit in bounds:
-        bound = quantity(in_unit_of_reading(QUANTITIES[limit], read), bounds[limit])
+    value = bounds.get(limit)
+    if value is not None:
+        bound = quantity(in_unit_of_reading(QUANTITIES[limit], read), value)
     return LimitWords(**{name: text.format(bound) for name, text in vars(words).items()})
 
 
-def conflict(limits: Sequence[str], bounds: Mapping[str, float], read: str = "pretension") -> str:
+def limit_on(limit: str) -> str:
+    """Return the name of a limit in a sentence: "limit on tension"."""
+    return f"limit on {LIMITS[limit].words.topic}"
+
+
+def limit_of_so_much(limit: str, bound: float) -> str:
+    """Say a limit with its bound as a noun: "a limit of 400 N on tension"."""
+    return f"a limit of {quantity(QUANTITIES[limit], bound)} on {LIMITS[limit].words.topic}"
+
+
+def conflict(limits: Sequence[str], bounds: LimitValues, read: str = "pretension") -> str:
     """Explain why no pretension is left.
 
     "the pretension that prevents slack already makes the elbow unstable": the first limit asks for
@@ -48,7 +62,7 @@ def conflict(limits: Sequence[str], bounds: Mapping[str, float], read: str = "pr
     return f"the pretension that {words[0].keeps} already {words[1].breaks}"
 
 
-def conflict_label(limits: Sequence[str], bounds: Mapping[str, float]) -> str:
+def conflict_label(limits: Sequence[str], bounds: LimitValues) -> str:
     """Explain a conflict in few words for a legend: "slack and stability exclude each other"."""
     words = [limit_words(limit, bounds) for limit in limits]
     if len(words) == 1:

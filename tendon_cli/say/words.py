@@ -14,7 +14,7 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context
 from typing import Any
 
 from tendon_cli import units
-from tendon_cli.quantities import QUANTITIES, SIDES, Quantity
+from tendon_cli.quantities import QUANTITIES, SIDES, Quantity, bound_name
 from tendon_cli.units import counted
 
 WIDTH = 80
@@ -26,7 +26,7 @@ _JOINED = "\u00a0"
 """No-break space."""
 _UNIT = re.compile(
     r"(?<=\d) (?=(?:N|kN|mm|m|deg|kPa|kg|rad|GPa|1)\b|%)|(?<=\d N) (?=m\b)|(?<=\b[A-Zημφψ]) (?=\d)"
-    r"|(?<=±) (?=\d)"
+    r"|(?<=±) (?=\d)| (?=[≤≥])|(?<=[≤≥]) (?=\d)"
 )
 """Spaces within a quantity, at which no line is broken."""
 
@@ -228,6 +228,8 @@ def _bound(share: float, rounding: str) -> str:
 # --- Columns, sentences ---------------------------------------------------------------------------
 
 _WORDS_OF_MARKS = {"_proximal": " at the motor", "_distal": " at the elbow"}
+_BOUND = bound_name("")
+"""Beginning of the name of a bound on a quantity."""
 _COLUMNS = {
     "radius_ratio": "flexor over extensor travel",
     "served": "share served",
@@ -240,6 +242,8 @@ _COLUMNS = {
 
 def column(name: str) -> str:
     """Return the words for a column or a quantity: "flexor tension at the elbow"."""
+    if name.startswith(_BOUND):
+        return f"limit of {column(name.removeprefix(_BOUND))}"
     words = _COLUMNS.get(name, name)
     for mark, word in _WORDS_OF_MARKS.items():
         words = words.replace(mark, word)

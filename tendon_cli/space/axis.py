@@ -37,6 +37,9 @@ READING_ERROR = "setting.reading_error"
 """Error of the gauge by which the pretension is read, in the unit of the reading."""
 WORDS = (REFERENCE, SLACK, SPRING_AT, AFTER, READ)
 
+LIMIT = "limits."
+"""Beginning of the key of a limit, followed by its name."""
+
 Role = Literal["choice", "condition", "draw", "pretension"]
 """A draw is a condition that belongs to a sample: a person, or a draw of the uncertain numbers."""
 Numbers = Mapping[str, Array]
@@ -57,6 +60,11 @@ def split_side(path: str) -> tuple[str, str | None]:
     if len(parts) == 3 and parts[1] in SIDES:
         return f"{parts[0]}.{parts[2]}", parts[1]
     return path, None
+
+
+def limit_of(key: str) -> str | None:
+    """Return the name of the limit whose key is `limits.` and this name; None for another key."""
+    return key.removeprefix(LIMIT) if key.startswith(LIMIT) else None
 
 
 def evenly_spaced(count: int, most: int) -> Rows:

@@ -24,6 +24,7 @@ from tendon_cli.model.setting import with_set_pretension
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import (
     AFTER,
+    LIMIT,
     PERSON_AXIS,
     PRETENSION,
     READ,
@@ -39,6 +40,7 @@ from tendon_cli.space.axis import (
     Role,
     Varying,
     along_axis,
+    limit_of,
     of_side,
     scale_of,
     split_side,
@@ -302,7 +304,14 @@ class Space:
     @cached_property
     def model_numbers(self) -> dict[Place, Varying]:
         """Numbers that the model takes, by common key and side."""
-        return {place: self.number(*place) for place in _PLACES}
+        of_limits = {(f"{LIMIT}{name}", None): number for name, number in self.limits.items()}
+        return {place: self.number(*place) for place in _PLACES} | of_limits
+
+    @cached_property
+    def limits(self) -> dict[str, Varying]:
+        """Limits that axes set, by name; a number is NaN for designs without that limit."""
+        keys = [key for key in self._axis_numbers if limit_of(key) is not None]
+        return {key.removeprefix(LIMIT): self.number(key) for key in keys}
 
     def axes_of(self, wanted: Callable[[str], bool]) -> frozenset[int]:
         """Return the places of the axes that some numbers of the model depend on.
@@ -351,6 +360,7 @@ class Space:
             trajectory=self.single.get(TRAJECTORY),
             unilateral=is_true(SLACK),
             given={key: given[key, side] for key, side in _GIVEN},
+            limits={name: given[f"{LIMIT}{name}", None] for name in self.limits},
             setting=Posture(**numbers(_SETTING), after_flexion=is_true(AFTER)),
             read=READINGS[int(self.single.get(READ, 0.0))],
         )

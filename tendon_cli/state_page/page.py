@@ -202,8 +202,7 @@ def _drawn(study: Study, draw: int) -> tuple[Study, list[str]]:
     note = f"draw {draw} of {count}: {', '.join(texts)}"
     error = values.pop(READING_ERROR, None)
     given: dict[str, Any] = {
-        key: si_document(value, keys()[key].number.quantity.dimension)
-        for key, value in values.items()
+        key: si_document(value, keys()[key].quantity.dimension) for key, value in values.items()
     }
     if "pretension" not in study.tendon.model_fields_set:
         # The same as in the table of states, where one default holds for all draws.

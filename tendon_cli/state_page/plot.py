@@ -106,7 +106,7 @@ def draw_motor(
         count = 2 * bool(strokes) + turns
         panels = page.figure.subplots(1, count, squeeze=False)[0]
         if strokes:
-            _draw_torque_and_speed(panels[0], strokes, plan.study.limits)
+            _draw_torque_and_speed(panels[0], strokes, _limits_of(design, plan))
             _draw_loop(panels[1], strokes)
         if turns:
             angles, torque, follows = turn_of(state, plan)
@@ -117,6 +117,13 @@ def draw_motor(
             axes.yaxis.set_major_formatter(plain_numbers())
             axes.set_ylabel("motor torque $\\tau_m$ (N m)")
     return page.of_joint(plan.study).save(path, overwrite=overwrite)
+
+
+def _limits_of(design: Design, plan: Plan) -> dict[str, float]:
+    """Return the limits of one design, SI, by name: its own before those of the study."""
+    own = {name: float(np.ravel(bound)[0]) for name, bound in design.limits.items()}
+    stated = {name: bound for name, bound in own.items() if not np.isnan(bound)}
+    return {**plan.study.limits, **stated}
 
 
 def stroke_of(design: Design, plan: Plan, direction: str, speed: float) -> Stroke:
@@ -172,7 +179,7 @@ def turn_of(state: State, plan: Plan) -> tuple[Array, Array, dict[str, tuple[flo
 def _notes(design: Design, plan: Plan, *, turns: bool) -> list[str]:
     """Return sentences that say what is drawn, with the limits and the loss of a cycle."""
     speed = plan.study.motion.speed
-    limits = plan.study.limits
+    limits = _limits_of(design, plan)
     notes: list[str] = []
     bounds = [f"{limits[name]:.4g} {QUANTITIES[name].unit}" for name in _LIMITS if name in limits]
     if speed is not None and bounds:

@@ -22,7 +22,7 @@ def axis_meaning(axis: Axis) -> str:
 def parameter(key: str, value: float | str) -> str:
     """Say a recorded number of a study with its symbol and unit."""
     number = math.inf if value == RIGID else float(value)
-    return say.parameter(keys()[key].number.quantity, number, say.side_of(key))
+    return say.parameter(keys()[key].quantity, number, say.side_of(key))
 
 
 def name_words(axis: Axis, name: str, *, in_brackets: bool = False) -> str:

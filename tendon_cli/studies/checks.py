@@ -38,6 +38,7 @@ from tendon_cli.studies.toml_reading import KeyPlaces
 from tendon_cli.studies.values import Grid
 from tendon_cli.units import shorten, wanted
 
+_LARGEST_PRETENSION = "limits.max_pretension"
 _LEAVE_ONE_OUT = "leave one of them out"
 _GIVEN_BY: tuple[tuple[str, tuple[str, ...], str], ...] = (
     ("joint", ("torque",), "joint.stiffness"),
@@ -91,9 +92,7 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
     faults += _goal_faults(study, at_fault)
     if study.people is not None:
         faults += study.people.contradictions()
-    quantities = {
-        name: key.number.quantity for path, key in keys().items() for name in (path, key.column)
-    }
+    quantities = {name: key.quantity for path, key in keys().items() for name in (path, key.column)}
     faults += figure_faults(study.figure, quantities, at_fault)
     return faults
 
@@ -301,7 +300,7 @@ def _reading_unit_faults(study: Study) -> Iterator[Fault]:
     wanted_dimension = dimension_of_reading(read)
     stated = {
         "design.pretension": getattr(study.design.pretension, "dimension", None),
-        "limits.max_pretension": getattr(
+        _LARGEST_PRETENSION: getattr(
             getattr(study.limits, "max_pretension", None), "dimension", None
         ),
         READING_ERROR: getattr(study.setting.reading_error, "dimension", None),
@@ -309,8 +308,10 @@ def _reading_unit_faults(study: Study) -> Iterator[Fault]:
     if "pretension" in study.tendon.model_fields_set:
         stated[PRETENSION] = getattr(study.tendon.pretension, "dimension", None)
     for at, case in enumerate(study.cases):
-        of_case = getattr(getattr(case, "tendon", None), "pretension", None)
-        stated[f"cases.{at}.{PRETENSION}"] = getattr(of_case, "dimension", None)
+        for key in (PRETENSION, _LARGEST_PRETENSION):
+            table, _, name = key.partition(".")
+            of_case = getattr(getattr(case, table, None), name, None)
+            stated[f"cases.{at}.{key}"] = getattr(of_case, "dimension", None)
     for rows in study.row_tables:
         for key, reading in rows.readings.items():
             stated[f"{rows.where}: {key}"] = reading
@@ -343,7 +344,7 @@ def _null_limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
         if least == largest:
             problem = "needs work over a motion, but the study has a single elbow angle"
             problems["min_efficiency"] = (problem, "leave it out, or give a range of angles")
-    for name in sorted(problems.keys() & study.limits.keys()):
+    for name in sorted(problems.keys() & set(study.limit_names)):
         problem, hint = problems[name]
         yield Fault(f"limits.{name}", problem, hint)
 
@@ -370,17 +371,17 @@ def curve_faults(study: Study) -> Iterator[Fault]:
 
 def _limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
     """Yield a fault for each limit whose quantity cannot be computed without another key."""
-    for name in study.limits:
+    for name in study.limit_names:
         for need in LIMITS[name].needs:
             if not is_stated(study, need) and not _is_at_fault(need, at_fault):
                 hint = f'such as {need.key} = "{need.example}"'
                 yield Fault(f"limits.{name}", f"needs {need.phrase}", hint)
-    if "min_spring_room" in study.limits:
+    if "min_spring_room" in study.limit_names:
         problem = _lack_of_room(study)
         if problem is not None:
             yield Fault("limits.min_spring_room", problem, "leave it out")
     has_radius = study.joint.excursion is None or study.arm.contact_radius is not None
-    if "max_contact_pressure" in study.limits and not has_radius:
+    if "max_contact_pressure" in study.limit_names and not has_radius:
         problem = "needs the radius of the strap, which does not follow from measured travels"
         yield Fault("limits.max_contact_pressure", problem, 'such as arm.contact_radius = "45 mm"')
 

@@ -10,9 +10,11 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import AfterValidator, Field, StringConstraints, create_model
 from pydantic.fields import FieldInfo
 
-from tendon_cli.space.axis import split_side
+from tendon_cli.quantities import QUANTITIES, Quantity, bound_name
+from tendon_cli.space.axis import limit_of, split_side
 from tendon_cli.studies.accuracy import Accuracy
 from tendon_cli.studies.angle_curves import CurveColumns, CurveTable
+from tendon_cli.studies.design_section import Limits
 from tendon_cli.studies.fields import SingleField, WordField, fault
 from tendon_cli.studies.magnitude import Slip
 from tendon_cli.studies.number import NumberField
@@ -184,7 +186,7 @@ _SAME_FOR_ALL_CASES = (
 
 DESIGN_PARTS: dict[str, type[Part]] = {
     part.__name__.lower(): part
-    for part in (Arm, Sheath, Tendon, Spring, Anchor, Joint, Spool, Load, Model, Setting)
+    for part in (Arm, Sheath, Tendon, Spring, Anchor, Joint, Spool, Load, Model, Setting, Limits)
 }
 """Tables that describe a design, by their keys."""
 
@@ -246,12 +248,22 @@ class Key:
         """Column of the tables that holds the number."""
         return column_of(self.path)
 
+    @property
+    def quantity(self) -> Quantity:
+        """Quantity of the number: of a limit the bound, not what it bounds."""
+        limit = limit_of(self.path)
+        return self.number.quantity if limit is None else QUANTITIES[bound_name(limit)]
+
 
 def column_of(key: str) -> str:
     """Return the column of an axis: its key joined by `_`, with the side last.
 
-    The keys of three common numbers are shortened, such as `sheath.friction` to `friction`.
+    The keys of three common numbers are shortened, such as `sheath.friction` to `friction`. The
+    column of a limit is its name after "limit_".
     """
+    limit = limit_of(key)
+    if limit is not None:
+        return bound_name(limit)
     common, side = split_side(key)
     column = _SHORT_COLUMNS.get(common, common.replace(".", "_"))
     return f"{column}_{side}" if side else column

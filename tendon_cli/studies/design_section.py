@@ -13,8 +13,9 @@ from tendon_cli.model.forms import DesignLimit
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.fields import SingleField, fault, whole_number
+from tendon_cli.studies.number import NumberField
 from tendon_cli.studies.parts import Part, Words, field_default
-from tendon_cli.studies.reading_fields import SingleReadingField
+from tendon_cli.studies.reading_fields import ReadingField, SingleReadingField
 from tendon_cli.studies.values import StudyNumber
 from tendon_cli.units import described
 
@@ -47,30 +48,37 @@ CHOICE_RESULTS = (
 def _field_of(limit: DesignLimit) -> tuple[Any, Any]:
     """Return the field of a limit in a study, and its default."""
     default = None if limit.default is None else f"{limit.default:g} {QUANTITIES[limit.name].unit}"
-    kind = SingleReadingField if limit.name == "max_pretension" else SingleField
-    return Annotated[StudyNumber | None, kind(limit.name, *limit.accepts)], default
+    kind = ReadingField if limit.name == "max_pretension" else NumberField
+    mark = kind(limit.name, *limit.accepts, uncertain=False)
+    return Annotated[StudyNumber | None, mark], default
 
 
 class _Limits(Part, Mapping[str, float]):
     """Limits of a design, each named as the column that it bounds.
 
-    A name with min_ bounds from below, max_ and peak_ bound from above. As a mapping it has the
-    limits that are given, and those with a default, with their values in SI.
+    A name with min_ bounds from below, max_ and peak_ bound from above. A list or a grid is an
+    axis: each design is judged by its own limit. As a mapping it has the limits that all designs
+    share, those with a default included, with their values in SI.
     """
 
     def __getitem__(self, name: str) -> float:
         """Return the value of a limit in SI.
 
         Raises:
-            KeyError: The limit is not given.
+            KeyError: The limit is not given, or is an axis.
         """
         values = getattr(self, name) if name in type(self).model_fields else None
-        if values is None:
+        if values is None or values.is_axis:
             raise KeyError(name)
         return float(values.single)
 
     def __iter__(self) -> Iterator[str]:  # type: ignore[override]
-        return (name for name in type(self).model_fields if getattr(self, name) is not None)
+        return (name for name in self.stated if not getattr(self, name).is_axis)
+
+    @property
+    def stated(self) -> tuple[str, ...]:
+        """Names of the limits that are given, those that are axes included."""
+        return tuple(name for name in type(self).model_fields if getattr(self, name) is not None)
 
     def __len__(self) -> int:
         return sum(1 for _ in self)

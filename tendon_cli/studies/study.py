@@ -16,7 +16,13 @@ from tendon_cli import say
 from tendon_cli.display import Displayed
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.registry import load
-from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, PERSON_AXIS, SAMPLE_AXES
+from tendon_cli.space.axis import (
+    CASE_AXIS,
+    DRAW_AXIS,
+    PERSON_AXIS,
+    SAMPLE_AXES,
+    limit_of,
+)
 from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies import parts
 from tendon_cli.studies.contents import (
@@ -184,6 +190,13 @@ class Study(Displayed, StudyTables):
             if table.slips:
                 found[table.where] = table.slips
         return found
+
+    @property
+    def limit_names(self) -> tuple[str, ...]:
+        """Names of the limits that bound some design: stated for all, on an axis, or by rows."""
+        of_rows = (limit_of(key) for table in self.row_tables for key in table.keys)
+        stated = {*self.limits.stated, *of_rows}
+        return tuple(name for name in type(self.limits).model_fields if name in stated)
 
     @property
     def words(self) -> dict[str, tuple[str, ...]]:

@@ -11,7 +11,7 @@ import numpy as np
 from tendon_cli.engine.task import Note
 from tendon_cli.model.kinematics import Array, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
-from tendon_cli.space.axis import Axis
+from tendon_cli.space.axis import Axis, limit_of
 from tendon_cli.windows.by_choice import ColumnArrays
 from tendon_cli.windows.dependence import digests_of_windows
 from tendon_cli.windows.order import EQUAL, LEAST_TORQUE, Order, last_stage
@@ -21,6 +21,8 @@ from tendon_cli.windows.solutions import Solutions, solve, solve_windows
 from tendon_cli.windows.solver import Solver
 from tendon_cli.windows.worst import WORST, Worst
 
+MOST_LIMITS = 100
+"""Most values of a limit for each of which an answer names the best choice."""
 LimitPair = tuple[str, ...]
 """The limit that asks for more pretension and the one that asks for less, by name.
 
@@ -112,11 +114,17 @@ def orders_of(question: Question) -> dict[str, Order]:
     return by_goal if question.goals else {"": Order.of(question), **by_goal}
 
 
+def first_order(question: Question) -> Order:
+    """Return the order of the choice that is named first; with several goals that of the first."""
+    return next(iter(orders_of(question).values()))
+
+
 def relevant(solutions: Solutions, question: Question) -> Rows:
     """Return the places of choices that an answer may name, ascending.
 
     They are those that may be the best by each order, or tie with it; the front; the one that
-    serves most; and for each conflict the one that is nearest to a window.
+    serves most; for each conflict the one that is nearest to a window; and those that may be the
+    best with each value of a limit on which the choices differ.
     """
     places = [_places_of(solutions, nearest(question, solutions))]
     if solutions.feasible.any():
@@ -125,9 +133,33 @@ def relevant(solutions: Solutions, question: Question) -> Rows:
         places += [feasible[order.may_be_first(selected)] for order in orders_of(question).values()]
         if len(question.goals) > 1:
             places.append(_places_of(solutions, front_of(question, selected)))
+        order = first_order(question)
+        for of_values in by_limits(question, selected).values():
+            for rows in filter(len, of_values):
+                may_be_first = order.may_be_first(selected.select(rows))
+                places.append(feasible[rows[may_be_first]])
     for rows in conflicts_of(solutions).values():
         places.append(_places_of(solutions, nearest(question, solutions.select(rows))))
     return np.unique(np.concatenate(places))
+
+
+def by_limits(question: Question, choices: Solutions) -> dict[str, list[Rows]]:
+    """Return the places of choices of the grid with each value of an axis that sets limits.
+
+    Args:
+        question: The question.
+        choices: Some of its choices, all of them rows of the grid.
+
+    Returns:
+        For the key of each such axis the places of the choices with each of its values, in their
+        order. Longer axes than MOST_LIMITS are left out.
+    """
+    on_axes = question.choices.places(choices.row)
+    return {
+        axis.key: [np.flatnonzero(on_axes[axis.key] == value) for value in range(len(axis))]
+        for axis in question.choices.axes
+        if 1 < len(axis) <= MOST_LIMITS and any(limit_of(key) for key in axis.keys)
+    }
 
 
 def _places_of(solutions: Solutions, selected: Solutions) -> Rows:

@@ -15,8 +15,10 @@ from tendon_cli.model import whole_motion
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import F0, READINGS, Design
 from tendon_cli.model.kinematics import Array, Flags, Rows
+from tendon_cli.model.limits import LIMITS
 from tendon_cli.space.axis import (
     DRAW_AXIS,
+    LIMIT,
     PERSON_AXIS,
     PRETENSION,
     READ,
@@ -126,6 +128,7 @@ class Question:
     choices: Space
     conditions: Space
     bounds: Bounds
+    """Limits with the speed of the elbow; of a limit that differs between choices all values."""
     goals: tuple[Goal, ...] = ()
     """Goals of the study in their order; none if it leaves them open."""
     serve: float = 1.0
@@ -232,9 +235,18 @@ class Question:
         points = Axis.of_points({**self.condition_numbers, **numbers}, len(self.conditions))
         return replace(self, conditions=replace(self.conditions, axes=(points,)))
 
-    def with_bound(self, name: str, value: float) -> Self:
-        """Return this question with another value of one limit, or of the speed."""
-        return replace(self, bounds=self.bounds.changed(name, value))
+    def for_choice(self, points: Points) -> Self:
+        """Return this question with the limits of one choice as those that all choices share.
+
+        Limits that conditions set stay as they are.
+        """
+        space = self.choices.at(points.numbers)
+        bounds = self.bounds
+        for name, limit in space.limits.items():
+            if f"{LIMIT}{name}" not in self.condition_numbers:
+                value = np.asarray(limit.within(space.whole)).item()
+                bounds = bounds.changed(name, LIMITS[name].bound_of(value).item())
+        return replace(self, bounds=bounds)
 
     # --- Designs ----------------------------------------------------------------------------------
 
@@ -374,7 +386,7 @@ def question_of(study: Study) -> Question:
         study=study,
         choices=space.choices,
         conditions=space.conditions,
-        bounds=bounds_of(study),
+        bounds=bounds_of(study, space),
         goals=goals_of(study),
         serve=study.serve,
         placement=placement,

@@ -49,7 +49,7 @@ def estimate_error(solver: Solver, choice: Solutions, ends: Ends) -> float | Non
         The estimate; None if no end is sampled, if there is a single angle, or if it is
             infinite: the window may be empty.
     """
-    question = solver.question
+    question = solver.question.for_choice(choice.points)
     trajectory = question.study.trajectory
     is_still = trajectory is None and question.angles.size == 1
     if is_still or (not question.bounds.of_motion and trajectory is None):

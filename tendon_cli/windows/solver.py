@@ -176,13 +176,15 @@ class Solver:
             tightest = window.begin(shape)
             kernel.fold_window(tightest, state, question.bounds, (*shape, len(question.flexion), 1))
             part = window.finish(tightest, design, question.bounds)
+            is_bounded = question.bounds.of(design).asks(CONTACT_PRESSURE)
+            begins = np.broadcast_to(is_bounded, (*shape, 1, 1))[..., 0, 0]
             of_designs = np.broadcast_to(contact, (*shape, 1, 1))[..., 0, 0]
             place = np.searchsorted(angles, of_designs)  # of the first angle with pressure
             here = rows, conditions
             for name, sign in (("low", 1.0), ("high", -1.0)):
                 value = getattr(part, name)
                 direction = getattr(part, f"{name}_state")
-                is_tighter = sign * value > sign * getattr(ends, name)[here]
+                is_tighter = begins & (sign * value > sign * getattr(ends, name)[here])
                 tightened[name][here] = is_tighter
                 for target, new in (
                     (name, value),

@@ -386,7 +386,7 @@ def limited(rng, question, name, low, high):
     else:
         lines = limit.lines(motor)
         value = np.abs(lines.at(pretension)).max()
-    return question.with_bound(name, float(value))
+    return replace(question, bounds=question.bounds.changed(name, float(value)))
 
 
 def check_estimates(cases):

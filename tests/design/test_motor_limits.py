@@ -3,6 +3,8 @@
 Windows end where the cycle reaches them, and conflicts name them.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -90,9 +92,9 @@ def test_ends_that_a_limit_on_the_motor_sets_have_their_slopes(limit, value, end
 
     def end_at(key, number):
         if key == "motion.speed":
-            changed = question.with_bound("speed", number)
+            changed = replace(question, bounds=question.bounds.changed("speed", number))
         elif key.startswith("limits."):
-            changed = question.with_bound(limit, number)
+            changed = replace(question, bounds=question.bounds.changed(limit, number))
         elif key == "load.mass":
             changed = question.with_numbers(
                 {key: np.where(np.arange(2) == binding, number, masses)}

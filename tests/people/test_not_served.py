@@ -35,7 +35,7 @@ def by_need(question, windows):
     """Return the reasons at 148 N, each with the indices of its persons, by what they need."""
     persons = question.study.people.population.persons
     reasons = {}
-    for reason in reasons_not_served(question, windows, 148.0):
+    for reason in reasons_not_served(question, windows, 148.0, {}):
         members = np.array([persons.index(name) for name in reason["first"]])
         assert len(members) == reason["count"]
         reasons[reason["needs"]] = (reason, members)
@@ -44,7 +44,7 @@ def by_need(question, windows):
 
 @pytest.mark.parametrize("pretension", [100.0, 148.0, 260.0, np.nan])
 def test_everyone_is_served_or_left_out_once(question, windows, pretension):
-    reasons = reasons_not_served(question, windows, pretension)
+    reasons = reasons_not_served(question, windows, pretension, {})
     is_served = (windows.low <= pretension) & (pretension <= windows.high)
     assert sum(reason["count"] for reason in reasons) == (~is_served).sum()
     names = [name for reason in reasons for name in reason["first"]]

@@ -27,7 +27,7 @@ slack = "both"
 name = "a"
 arm.b1 = [1, 2]
 [limits]
-max_tension = [1, 2]
+max_tension = "1 N +/- 2 N"
 """
 KEYS_AT_FAULT = [
     "name",

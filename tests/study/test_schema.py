@@ -101,7 +101,7 @@ def test_it_takes_every_unit_of_a_key_and_no_other(unit):
             "sheath": {"friction": {"mean": 0.07, "std": 0.002}},
         },
         {
-            "limits": {"max_tension": "300 N", "min_efficiency": 0.4},
+            "limits": {"max_tension": ["300 N", "400 N"], "min_efficiency": 0.4},
             "motion": {"speed": "60 deg/s"},
         },
         {"output": {"states": ["status", "flexor_tension_distal"]}},
@@ -124,7 +124,8 @@ def test_it_takes_what_a_study_file_may_say(content):
     "content",
     [
         {"colour": "red"},
-        {"limits": {"max_tension": ["300 N"]}},
+        {"limits": {"max_tension": "300 N +/- 10 N"}},
+        {"limits": {"max_tension": {"from": "300 N", "to": "400 N"}}},
         {"output": {"states": []}},
         {"design": {"serve": 1.1}},
         {"design": {"minimise": ["tolerance", "tolerance"]}},

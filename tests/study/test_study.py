@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from tendon_cli.errors import InputError, UsageError
+from tendon_cli.model.limits import LIMITS
 from tendon_cli.studies.load import load_study, study_from
 from tendon_cli.studies.study import keys
 from tests.si import with_units
@@ -54,6 +55,7 @@ BASELINE = {
     "setting.angle": 0.0,
     "setting.upper_arm_angle": 0.0,
     "setting.load": 0.0,
+    "limits.min_elbow_stiffness": 0.0,
 }
 # Numbers that a study need not have, or that are none by default.
 OPTIONAL = {
@@ -65,9 +67,19 @@ OPTIONAL = {
     "anchor.stiffness": 1e4,
     "joint.stiffness": 1.1,
     "joint.rest_angle": 1.3,
+    **{f"limits.{name}": 0.3 for name in LIMITS if name != "min_elbow_stiffness"},
+}
+STATED_FOR_LIMITS = {
+    "arm.contact_width": {"arm": {"contact_width": "40 mm"}},
+    "spring.free_length": {"spring": {"free_length": "73 mm"}},
+    "motion.speed": {"motion": {"speed": "60 deg/s"}},
 }
 # Tables that a study must state beside a number.
-NEEDED = {"joint.stiffness": {"joint": {"rest_angle": "73 deg"}}}
+NEEDED = {"joint.stiffness": {"joint": {"rest_angle": "73 deg"}}} | {
+    f"limits.{name}": STATED_FOR_LIMITS[need.key]
+    for name, limit in LIMITS.items()
+    for need in limit.needs
+}
 
 
 @pytest.fixture
@@ -90,7 +102,7 @@ def study_with(key, value):
     for part in reversed(key.split(".")):
         content = {part: content}
     for table, needed in NEEDED.get(key, {}).items():
-        content[table] |= needed
+        content[table] = content.get(table, {}) | needed
     return study_from({"name": "study", "allow_implausible": True, **content})
 
 
@@ -543,8 +555,10 @@ def contents(draw):
         for table in tables:
             inner = inner.setdefault(table, {})
         inner[name] = with_units(draw(numbers(f"{tables[0]}.{name}")), name)
-    if "stiffness" in content.get("joint", {}):
-        content["joint"].setdefault("rest_angle", "73 deg")
+    for path in stated:
+        for table, stated_too in NEEDED.get(path, {}).items():
+            for name, value in stated_too.items():
+                content.setdefault(table, {}).setdefault(name, value)
     names = st.text(min_size=1, max_size=9).filter(_is_name)
     content["cases"] = []
     for case_name in draw(st.lists(names, unique=True, max_size=3)):

@@ -30,11 +30,30 @@ DESIGNS = (
         line=1,
     ),
     toml(
-        "a limit in a list",
-        "limits.max_tension = ['3 N', '4 N']\n",
+        "a limit that is uncertain",
+        "limits.max_tension = '300 N +/- 10 N'\n",
         "limits.max_tension",
-        "one value",
+        "cannot be uncertain",
         line=1,
+    ),
+    toml(
+        "a limit that is an interval",
+        "limits.max_tension = { from = '300 N', to = '400 N' }\n",
+        "limits.max_tension",
+        '"num" is missing',
+        line=1,
+    ),
+    toml(
+        "a limit of a case that is an axis",
+        "limits.max_tension = [300, 400]\n[[cases]]\nname = 'a'\nlimits.max_tension = 350\n",
+        "cases.0.limits.max_tension",
+        "is an axis",
+    ),
+    toml(
+        "a limit of a case without what it needs",
+        "[[cases]]\nname = 'a'\nlimits.max_backlash = '3 deg'\n",
+        "limits.max_backlash",
+        "speed",
     ),
     toml(
         "a room for a spring of no length",
