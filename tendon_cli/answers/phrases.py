@@ -140,6 +140,25 @@ def broken(question: QuestionRecord, limit: str, *values: Mapping[str, Any]) -> 
     return say.limit_words(limit, bounds(question, *values), question["read"]).broken
 
 
+def sums_words(question: QuestionRecord, row: ChoiceRecord) -> str:
+    """Say what a choice adds up of its parts: "price 141 EUR, mass 410 g in all"; or nothing."""
+    texts = []
+    for column, carried in question.get("carried", {}).items():
+        value = carried_words(question, row, column)
+        if len(carried["tables"]) > 1 and value != "-":
+            texts.append(f"{say.spaced(column)} {value}")
+    return f"{', '.join(texts)} in all" if texts else ""
+
+
+def carried_words(question: QuestionRecord, row: ChoiceRecord | Values, column: str) -> str:
+    """Say a number that the parts of a choice carry along: "141 EUR"; "-" if it is not known."""
+    value = value_of(row, column)
+    if value is None:
+        return "-"
+    unit = question.get("carried", {})[column]["unit"]
+    return f"{float(value):,.12g} {unit}".rstrip()
+
+
 # --- Windows --------------------------------------------------------------------------------------
 
 

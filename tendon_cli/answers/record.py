@@ -33,6 +33,7 @@ from tendon_cli.answers.question_facts import (
     notes_of,
     question_record,
     value_at,
+    with_named_rows,
 )
 from tendon_cli.answers.remedies import (
     choices_to_relax_for,
@@ -283,20 +284,9 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
     conflicts = Counter[LimitPair]()
     for note in notes:
         conflicts.update({tuple(names): count for names, count in note["conflicts"]})
-    while True:
-        named = NamedChoices.of(solver, relevant)
-        certificates: Certificates = {}
-        named.certify(solver, certificates, report)
-        proved = None
-        if len(to_prove):
-            asked_for = relevant.select(np.isin(relevant.row, to_prove))
-            proved = certify_all(solver, asked_for, certificates, report)
-        lost = _lost_windows(relevant, certificates)
-        if not lost:
-            break
-        is_unchanged = ~np.isin(relevant.row, [choice.row.item() for choice in lost])
-        relevant = Solutions.concatenate([relevant.select(is_unchanged), *lost])
-        feasible -= len(lost)
+    before = int(relevant.feasible.sum())
+    relevant, named, certificates, proved = _with_proofs(solver, relevant, to_prove, report)
+    feasible -= before - int(relevant.feasible.sum())
     verifier = Verifier.of(solver)
     named.verify(verifier, proved)
     chosen = next(iter(named.best.values()), None)
@@ -339,7 +329,44 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
     if chosen is not None and setting is not None:
         accuracy = setting["accuracy"]
         record["decided"] = decision_record(question, notes, of_grid, chosen, accuracy)
-    return Made(record, named_first, named.records(named_first)[0], judged)
+    row_of_first = named.records(named_first)[0]
+    record["question"] = with_named_rows(record["question"], (record, row_of_first))
+    return Made(record, named_first, row_of_first, judged)
+
+
+class WithProofs(NamedTuple):
+    """Choices after the proofs of those that the answer names."""
+
+    relevant: Solutions
+    """Choices that may matter; those that lost their window by a proof have none."""
+    named: NamedChoices
+    certificates: Certificates
+    proved: Solutions | None
+    """Choices that the study asked to be proved; None if it asked for none."""
+
+
+def _with_proofs(solver: Solver, relevant: Solutions, to_prove: Rows, report: Report) -> WithProofs:
+    """Prove the choices that an answer names, until none of them loses its window.
+
+    Args:
+        solver: Solver of the question.
+        relevant: Choices that may matter.
+        to_prove: Rows that the study asks to be proved.
+        report: Called as each proof goes on.
+    """
+    while True:
+        named = NamedChoices.of(solver, relevant)
+        certificates: Certificates = {}
+        named.certify(solver, certificates, report)
+        proved = None
+        if len(to_prove):
+            asked_for = relevant.select(np.isin(relevant.row, to_prove))
+            proved = certify_all(solver, asked_for, certificates, report)
+        lost = _lost_windows(relevant, certificates)
+        if not lost:
+            return WithProofs(relevant, named, certificates, proved)
+        is_unchanged = ~np.isin(relevant.row, [choice.row.item() for choice in lost])
+        relevant = Solutions.concatenate([relevant.select(is_unchanged), *lost])
 
 
 def _lost_windows(relevant: Solutions, certificates: Certificates) -> list[Solutions]:

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tendon_cli.answer_record import FixRecord, RelaxationRecord
+from tendon_cli.answer_record import FixRecord, PartRecord, RelaxationRecord
 from tendon_cli.answers.fresh_search import FreshSearch
 from tendon_cli.answers.least_change import (
     BISECTION,
@@ -26,7 +26,7 @@ from tendon_cli.answers.question_facts import choice_values
 from tendon_cli.answers.verified_record import verified_record
 from tendon_cli.model.kinematics import Spline
 from tendon_cli.model.limits import LIMITS
-from tendon_cli.space.axis import LIMIT, evenly_spaced
+from tendon_cli.space.axis import LIMIT, NamedAxis, evenly_spaced
 from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows.order import Order, last_stage
 from tendon_cli.windows.points import Points
@@ -179,7 +179,7 @@ def _fix(
         after = least.least
         pretension = printed_pretension(solver.question, least.solved, digits=3)
         solved = change.solve(solver, np.array([after]), points, with_worst=True)
-    return {
+    record: FixRecord = {
         "parameter": key,
         "before": before,
         "after": after,
@@ -195,6 +195,27 @@ def _fix(
         "can_be_built": least.can_be_built,
         "served_verified": None if judged is None else verified_record(judged),
     }
+    nearest = _nearest_part(solver.question, key, after)
+    if nearest is not None:
+        record["nearest"] = nearest
+    return record
+
+
+def _nearest_part(question: Question, key: str, value: float) -> PartRecord | None:
+    """Return the row of a table of choices whose value of a number is nearest, by its factor.
+
+    Return None if no table sets the number.
+    """
+    for axis in question.choices.axes:
+        values = axis.numbers.get(key)
+        if not isinstance(axis, NamedAxis) or values is None or not (values > 0.0).any():
+            continue
+        with np.errstate(divide="ignore", invalid="ignore"):
+            distance = np.abs(np.log(values / value))
+        in_order = np.lexsort([axis.rank, distance])  # NaN comes last
+        row = int(in_order[0])
+        return {"table": axis.key, "name": axis.names[row], "value": float(values[row])}
+    return None
 
 
 def _least(solver: Solver, change: Change, search: FreshSearch | None) -> PrintedChange | None:

@@ -32,7 +32,9 @@ def fixes_table(question: QuestionRecord, fixes: Sequence[FixRecord]) -> Iterato
         if fix["after"] is None:
             idle.append(keys()[fix["parameter"]].quantity.symbol)
             continue
-        changed = f"{parameter(fix['parameter'], fix['before'])} to {fix['printed']}"
+        changed = (
+            f"{parameter(fix['parameter'], fix['before'])} to {fix['printed']}{_nearest_words(fix)}"
+        )
         if not fix["can_be_built"]:
             not_built.append(f"{changed} would do, but it cannot be built: {NO_ROOM}")
             continue
@@ -55,13 +57,22 @@ def fix_words(question: QuestionRecord, fix: FixRecord) -> str:
     before = parameter(fix["parameter"], fix["before"])
     words = f"set to {fix['printed_pretension']} {question['unit']}"
     if not before.endswith(f" {fix['printed']}"):
-        words = f"{before} to {fix['printed']}, {words}"
+        words = f"{before} to {fix['printed']}{_nearest_words(fix)}, {words}"
     judged = fix["served_verified"]
     share = "" if judged is None else f"{say.percent(judged['value'])} served, "
     of_costs = zip(COSTS.values(), costs(fix), strict=True)
     needs = [f"{head} {cost}" for head, cost in of_costs if cost != "-"]
     said = f"{words}: {share}{', '.join(needs)}"
     return said if fix["can_be_built"] else f"{said}, but it cannot be built: {NO_ROOM}"
+
+
+def _nearest_words(fix: FixRecord) -> str:
+    """Name the row of a table that is nearest to the value of a fix, in brackets; or nothing."""
+    nearest = fix.get("nearest")
+    if nearest is None:
+        return ""
+    value = parameter(fix["parameter"], nearest["value"])
+    return f" (nearest in the catalogue: {nearest['table']} {nearest['name']}, {value})"
 
 
 def quantity_of_demand(key: str) -> Quantity:

@@ -14,7 +14,7 @@ from tendon_cli import say
 from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, TradeOffRecord, as_answer, value_of
 from tendon_cli.cube.choice_grid import pretension_name, served_words, value_text
 from tendon_cli.cube.cube import Cube
-from tendon_cli.cube.labels import reading_unit
+from tendon_cli.cube.labels import plain, reading_unit
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import Axes, Line2D, Patch
 from tendon_cli.figures.choice_maps import answer_page, star
@@ -40,6 +40,10 @@ _LOWER_PANEL = 42.0
 """Height of the panel of tensions, mm."""
 _ROOM = 1.15
 """Height of a panel over its largest value, as a factor."""
+_MOST_NAMES = 12
+"""Most rows whose names stand above their values."""
+_NAME_SIZE = 6.5
+"""Size of these names, pt."""
 _MARGIN = 0.15
 """Room below and above the tensions, as a share of their range."""
 _HALF_BAR = 0.3
@@ -56,7 +60,9 @@ class _Along:
     choices: tuple[ChoiceRecord | None, ...]
     """Best choice at each place of the scale; None where no choice has a window."""
     others: tuple[str, ...]
-    """What is chosen on all other axes, in words; empty where no choice has a window."""
+    """Choice on all other axes in words; empty where no choice has a window."""
+    names: tuple[str, ...]
+    """Names of rows at the places of the limit that they set; empty for an axis."""
     is_joined: bool
     """True for values of an axis, between which lines may be drawn."""
 
@@ -154,18 +160,16 @@ def trade_off_page(
         raise UsageError("no choice has a window, whichever limit is taken", where="--x")
     along = _along(cube, axis, trade_off, column)
     colours = _colours(along.others)
-    is_told = len(colours) > 1
     meaning = f"window that suits {served_words(record)}"
     key: list[Any] = [Patch(facecolor=_WINDOW, label=meaning)]
     key.append(Line2D([], [], label="pretension to set", **_point(INK)))
     if not along.has_window.all():
         key.append(hatch_key("no choice has a window"))
-    if is_told:
-        key += [Line2D([], [], label=text, **_point(colour)) for text, colour in colours.items()]
+    key += [Line2D([], [], label=text, **_point(colour)) for text, colour in colours.items()]
     best = record["best"]
     if best is not None:
         key.append(star(label="choice named first"))
-    notes = ["Window and tension are those of the choice that would be named first at each limit."]
+    notes = ["Window and tension are those of the choice that would be named first at each value."]
     if len(set(filter(None, along.others))) > _MOST_COLOURS:
         notes.append("The choices differ in more than colours could tell.")
     page = answer_page(
@@ -205,16 +209,20 @@ def _along(cube: Cube, axis: Axis, trade_off: TradeOffRecord, column: str) -> _A
     Rows of a table have the places of the limit that they set, if `column` asks for it.
     """
     shown = axis
+    names: tuple[str, ...] = ()
     if column != axis.column:
         _, of_rows = cube.columns_of_names[column]
         if not np.isnan(of_rows.values).any():
             shown = of_rows
+            names = axis.names
     scale = axis_scale(cube, shown, slice(None), {}, is_log=False)
     choices = tuple(trade_off["best"][place] for place in scale.order.tolist())
     others = tuple(
         "" if choice is None else _others(cube, axis, choice) or "the design" for choice in choices
     )
-    return _Along(scale, choices, others, is_joined=not axis.is_text)
+    in_order = tuple(plain(names[place]) for place in scale.order.tolist()) if names else ()
+    shown_names = in_order if len(names) <= _MOST_NAMES else ()
+    return _Along(scale, choices, others, shown_names, is_joined=not axis.is_text)
 
 
 def _others(cube: Cube, axis: Axis, choice: ChoiceRecord) -> str:
@@ -227,9 +235,9 @@ def _others(cube: Cube, axis: Axis, choice: ChoiceRecord) -> str:
 
 
 def _colours(others: Sequence[str]) -> dict[str, str]:
-    """Return a colour for each different choice; the ink for all if they are too many."""
+    """Return a colour for each different choice; none for one choice, or too many."""
     different = list(dict.fromkeys(text for text in others if text))
-    if len(different) > _MOST_COLOURS:
+    if not 1 < len(different) <= _MOST_COLOURS:
         return {}
     return {text: OKABE_ITO[place % len(OKABE_ITO)] for place, text in enumerate(different)}
 
@@ -245,22 +253,35 @@ def _draw_windows(panel: Axes, along: _Along, colours: Mapping[str, str]) -> Non
     high = along.values("pretension_to")
     pretension = along.values("pretension")
     top = _ROOM * float(np.nanmax([low, high, pretension]))
+    places = along.scale.places
     edges = along.scale.edges
-    half = _HALF_BAR * np.diff(edges)
-    for left, right, is_open in zip(edges[:-1], edges[1:], along.has_window, strict=True):
-        if not is_open:
-            panel.axvspan(left, right, **unknown_hatch())
+    half = _HALF_BAR * float(np.diff(edges).min())
+    for cell, is_open in enumerate(along.has_window):
+        if not is_open and along.is_joined:
+            panel.axvspan(edges[cell], edges[cell + 1], **unknown_hatch())
+        elif not is_open:
+            panel.axvspan(places[cell] - half, places[cell] + half, **unknown_hatch())
     roof = np.where(np.isnan(high), top, high)
     has_window = along.has_window
     panel.bar(
-        along.scale.places[has_window],
+        places[has_window],
         (roof - low)[has_window],
-        2.0 * half[has_window],
+        2.0 * half,
         low[has_window],
         color=_WINDOW,
         gid="windows",
     )
     panel.set_ylim(0.0, top)
+    for place, name in zip(places, along.names, strict=False):
+        panel.annotate(
+            name,
+            (place, 1.0),
+            (0.0, 2.0),
+            xycoords=("data", "axes fraction"),
+            textcoords="offset points",
+            ha="center",
+            size=_NAME_SIZE,
+        )
     _draw_points(panel, along, pretension, colours)
 
 
