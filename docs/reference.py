@@ -28,7 +28,7 @@ from tendon_cli.quantities import (
     QUANTITIES,
     Quantity,
 )
-from tendon_cli.space.axis import split_side
+from tendon_cli.space.axis import limit_of, split_side
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.units import UNITS
 
@@ -54,8 +54,8 @@ def key_table() -> str:
     """Return the table of all numbers of a study."""
     rows = []
     for path, key in keys().items():
-        if split_side(path)[1] is not None:
-            continue
+        if split_side(path)[1] is not None or limit_of(path) is not None:
+            continue  # limits have a table of their own
         number = key.number
         quantity = number.quantity
         low, high = PLAUSIBLE.get(number.name, (None, None))

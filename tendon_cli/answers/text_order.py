@@ -80,9 +80,13 @@ def _why_settable(record: AnswerResults, decided: DecisionRecord) -> str:
     best = record["best"]
     needed = say.tolerance_that_is_enough(question)
     if decided["is_settable"]:
-        only = "the only one" if decided["left"] == 1 else "one of the few"
+        if decided["left"] > 1:
+            return (
+                f"{decided['left']:,} of {_of_choices(decided)} can be set well enough (± {needed})"
+                f" and tie: {_breaks(decided)}."
+            )
         return (
-            f"This choice is {only} of {_of_choices(decided)} that can be set well"
+            f"This choice is the only one of {_of_choices(decided)} that can be set well"
             f" enough (± {needed})."
         )
     words = f"None of {_of_choices(decided)} can be set well enough (± {needed})"

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from tendon_cli import say
 from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, TradeOffRecord, as_answer, value_of
 from tendon_cli.cube.choice_grid import pretension_name, served_words, value_text
+from tendon_cli.cube.columns import column_named
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import plain, reading_unit
 from tendon_cli.errors import UsageError
@@ -30,6 +31,7 @@ from tendon_cli.figures.style import (
     unknown_hatch,
 )
 from tendon_cli.space.axis import Axis
+from tendon_cli.units import shorten
 
 _WINDOW = "#b4d4ea"
 _MOST_COLOURS = 6
@@ -104,7 +106,7 @@ def draw_trade_off(
         UsageError: The answer has no such trade-off, or tendon did not write the file.
     """
     answer = as_answer(record)
-    column = choices.table_columns.find(x, "--x")
+    column = column_named(x)
     trade_off = _find(choices, answer, column)
     with house_style():
         page = trade_off_page(choices, answer, trade_off, column, width, height)
@@ -125,7 +127,8 @@ def _find(cube: Cube, record: AnswerRecord, column: str) -> TradeOffRecord:
     if not keys:
         example = '[limits] max_tension = ["300 N", "400 N"]'
         hint = f"no limit has several values in this answer, as in {example}"
-    raise UsageError(f"the answer has no trade-off along {column}", where="--x", hint=hint)
+    problem = f"the answer has no trade-off along {shorten(column)}"
+    raise UsageError(problem, where="--x", hint=hint)
 
 
 def draw_first_trade_off(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> Page | None:

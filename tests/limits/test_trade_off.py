@@ -1,0 +1,120 @@
+"""The trade-off of a limit: the best choice with each of its values, as numbers and a picture."""
+
+import json
+
+import numpy as np
+import pytest
+
+import tendon_cli as tendon
+from tendon_cli.cube.cube import choices_of
+from tendon_cli.errors import UsageError
+from tendon_cli.figures.trade_off import draw_trade_off, trade_off_page
+
+MOTORS = ["10 N m", "11 N m", "12 N m", "16 N m"]
+STUDY = {
+    "name": "motors",
+    "spring": {"stiffness": ["3 kN/m", "5 kN/m", "8 kN/m"]},
+    "spool": {"ratio": 0.6},
+    "load": {"mass": ["0 kg", "10 kg"]},
+    "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 5}},
+}
+ROWS = [
+    {"name": "M10", "limits.peak_motor_torque": "10 N m"},
+    {"name": "M12", "limits.peak_motor_torque": "12 N m"},
+]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Return the folder of an answer with four limits on the motor's torque."""
+    folder = tmp_path_factory.mktemp("trade_off") / "answer"
+    tendon.design({**STUDY, "limits": {"peak_motor_torque": MOTORS}}, folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def answer(folder):
+    """Return that answer."""
+    return tendon.open(folder)
+
+
+@pytest.fixture(scope="module")
+def trade_off(answer):
+    """Return its trade-off."""
+    (record,) = answer.record["trade_offs"]
+    return record
+
+
+def test_the_best_with_a_limit_is_the_one_that_the_study_with_it_names_first(trade_off):
+    assert trade_off["key"] == "limits.peak_motor_torque"
+    assert trade_off["values"] == [10.0, 11.0, 12.0, 16.0]
+    assert trade_off["best"][0] is None
+    for limit, best in zip(MOTORS[1:3], trade_off["best"][1:3], strict=True):
+        alone = tendon.design({**STUDY, "limits": {"peak_motor_torque": limit}})
+        named = alone.record["best"]
+        for name in ("spring_stiffness", "pretension_from", "pretension_to", "pretension"):
+            assert best[name] == pytest.approx(named[name], rel=1e-9)
+
+
+def test_no_best_window_is_narrower_with_a_looser_limit(trade_off):
+    """The widest window grows; the choice named first has enough of it."""
+    found = [best["tolerance_length"] for best in trade_off["best"] if best is not None]
+    needed = 0.006
+    assert (np.diff(np.minimum(found, needed)) >= -1e-12).all()
+
+
+def test_a_question_without_such_a_limit_has_no_trade_off():
+    answer = tendon.design({**STUDY, "limits": {"peak_motor_torque": "12 N m"}})
+    assert answer.record["trade_offs"] == []
+    assert "buys" not in answer.text
+
+
+def test_words_put_values_with_one_outcome_into_one_line(answer):
+    lines = answer.text.splitlines()
+    start = lines.index("What the limit on motor torque buys")
+    assert lines[start + 2].split() == ["10", "N", "m", "no", "window"]
+    assert lines[start + 4].startswith("  12 to 16 N m")
+
+
+def test_the_picture_has_a_bar_for_each_window(answer, folder, trade_off):
+    cube = choices_of(answer.kept("choices"), answer.study)
+    page = trade_off_page(cube, answer.record, trade_off, trade_off["column"])
+    upper, lower = page.figure.axes
+    bars = [patch for patch in upper.patches if patch.get_height() > 0 and patch.get_x() > 10.2]
+    best = [choice for choice in trade_off["best"] if choice is not None]
+    drawn = sorted((bar.get_y(), bar.get_y() + bar.get_height()) for bar in bars)[-len(best) :]
+    expected = sorted((choice["pretension_from"], choice["pretension_to"]) for choice in best)
+    np.testing.assert_allclose(drawn, expected)
+    tensions = np.concatenate(
+        [line.get_ydata() for line in lower.lines if line.get_marker() == "o"]
+    )
+    known = np.unique(tensions[~np.isnan(tensions)])
+    assert {*known} == {choice["max_tension"] for choice in best}
+
+
+def test_plot_draws_it_on_any_size_and_says_what_else_it_could_draw(tendon, folder, workplace):
+    for size in ("page", "column"):
+        done = tendon(
+            "plot", str(folder), "-x", "limits.peak_motor_torque", "--size", size, "--overwrite"
+        )
+        assert done.exit == 0
+        assert (workplace / "motors-peak_motor_torque.png").exists()
+    done = tendon("plot", str(folder), "-x", "spring.stiffness")
+    assert done.exit == 2
+    assert "limits.peak_motor_torque" in done.err
+    done = tendon("plot", str(folder), "-x", "limits.max_tension", "--json")
+    assert done.exit == 2
+    assert "limits.peak_motor_torque" in json.loads(done.out)["error"]["hint"]
+
+
+def test_rows_that_set_a_limit_are_named_where_they_stand(tmp_path):
+    study = {**STUDY, "table": [{"name": "motor", "rows": ROWS}]}
+    answer = tendon.design(study, tmp_path / "answer")
+    cube = choices_of(answer.kept("choices"), answer.study)
+    draw_trade_off(cube, answer.record, "motor", tmp_path / "by_name.png")
+    (record,) = answer.record["trade_offs"]
+    page = trade_off_page(cube, answer.record, record, "limit_peak_motor_torque")
+    upper, _ = page.figure.axes
+    assert {"M10", "M12"} <= {text.get_text() for text in upper.texts}
+    with pytest.raises(UsageError, match="no trade-off along"):
+        draw_trade_off(cube, answer.record, "spring_stiffness", None)
