@@ -32,7 +32,7 @@ def test_a_log_of_mujoco_reads_as_any_other():
 def test_two_engines_agree(log):
     """Lead the rig of elastic links along the joint's motion in MuJoCo."""
     seed = SEEDS[0]
-    history = kept_history(seed, log).select(slice(0, 800))
+    history = kept_history(seed, log).select(slice(0, 600))
     session = session_of(seed, "none")
     load = session.loads[log]
     arm = session.suit["arm"]
@@ -41,7 +41,7 @@ def test_two_engines_agree(log):
     acceleration = np.gradient(speed, history.time)
     dynamic = inertia * acceleration + mujoco_suit.DAMPING * speed
     motion = Motion(history.time, history.angle, acceleration, dynamic)
-    (rig,) = simulate([rig_of(session, load)], [motion], nodes=8)
+    (rig,) = simulate([rig_of(session, load)], [motion], nodes=6)
     rows = slice(200, None)
     apart = (history.spool_angle - rig.spool_angle)[rows]
     torque = (history.motor_torque - rig.motor_torque)[rows]
