@@ -127,9 +127,16 @@ class Solver:
         Ends that may set the window of their choice hold over all angles, others at samples alone.
         """
         ends, low_between, high_between = self._sampled_ends(points)
-        low_may_bind, high_may_bind = self._may_bind(ends, points)
-        self._seek(ends, points, low_between & low_may_bind, high_between & high_may_bind)
-        return ends
+        while True:
+            low_may_bind, high_may_bind = self._may_bind(ends, points)
+            low_sought = low_between & low_may_bind
+            high_sought = high_between & high_may_bind
+            self._seek(ends, points, low_sought, high_sought)
+            low_between &= ~low_sought
+            high_between &= ~high_sought
+            # Ends that are tighter now may leave it to others to bind.
+            if self.question.is_f0 or not (low_sought.any() or high_sought.any()):
+                return ends
 
     def ends_over_all_angles(self, points: Points) -> Ends:
         """Return the ends that limits on states set, (choices, conditions), over all angles."""
