@@ -22,6 +22,7 @@ DESIGN = TaskKind(
     size="tendon_cli.answers.size.size_of_question",
     draw="tendon_cli.figures.answer_figures.draw_answer",
     check="tendon_cli.checks.check.check_answer",
+    compare="tendon_cli.checks.compare_answers.compare_answers",
     page="tendon_cli.reports.design_page.design_page",
     setting=SettingOption(
         flag="--prove",

@@ -119,7 +119,7 @@ def _check_designs(cube: Cube, worst: int) -> dict[str, Any]:
     limits = cube.limits
     names = ["design", "feasible", "taut", "margin", "required_pretension"]
     for limit in limits:
-        names += _columns_of(limit)
+        names += columns_of(limit)
     names = [name for name in dict.fromkeys(names) if name in table.schema.names]
     breaches: list[Breach] = []
     broken: Counter[str] = Counter()
@@ -127,7 +127,7 @@ def _check_designs(cube: Cube, worst: int) -> dict[str, Any]:
     feasible = 0
     for _, part in table.parts(names):
         columns = {name: as_numpy(part[name]) for name in part.column_names}
-        breaches_here = list(_breaches(columns, limits))
+        breaches_here = list(breaches_in(columns, limits))
         designs += part.num_rows
         feasible += int(columns["feasible"].sum())
         # A design that breaks a limit on both sides counts once.
@@ -146,13 +146,13 @@ def _check_designs(cube: Cube, worst: int) -> dict[str, Any]:
     }
 
 
-def _columns_of(limit: str) -> list[str]:
+def columns_of(limit: str) -> list[str]:
     """Return the column that a limit bounds, and those of flexor and extensor if there are any."""
     column = LIMITS[limit].column
     return [column, *(f"{column}_{side}" for side in SIDES)]
 
 
-def _breaches(columns: Mapping[str, Array], limits: Mapping[str, float]) -> Iterator[Breach]:
+def breaches_in(columns: Mapping[str, Array], limits: Mapping[str, float]) -> Iterator[Breach]:
     """Yield every breach of a limit by a design, in SI.
 
     Slack and no equilibrium count as limits. The value of slack is the margin of pretension. The
@@ -169,7 +169,7 @@ def _breaches(columns: Mapping[str, Array], limits: Mapping[str, float]) -> Iter
     excess = np.where(is_slack, -margin / np.maximum(needed, 1e-300), -np.inf)
     yield from _breaches_of(SLACK, margin, 0.0, excess, is_failing, columns)
     for limit, bound in limits.items():
-        for name in _columns_of(limit):
+        for name in columns_of(limit):
             if name not in columns:
                 continue
             values = columns[name]

@@ -72,6 +72,47 @@ def check(
         raise typer.Exit(EXIT_NEGATIVE)
 
 
+ResultsArgument = Annotated[
+    list[Path],
+    typer.Argument(
+        parser=options.results_path,
+        metavar="A B",
+        help="folders of two or more sweeps, or of two or more designs; the first is the reference",
+    ),
+]
+ComparedChoiceOption = Annotated[
+    int | None,
+    options.option(
+        "ROW", "compare this choice of A, and the same one of the others", "--choice", min=0
+    ),
+]
+HtmlOption = Annotated[
+    Path | None, options.output_option("write one page with figures on one scale", "FILE.html")
+]
+
+
+def compare(
+    results: ResultsArgument,
+    choice: ComparedChoiceOption = None,
+    markdown: MarkdownOption = False,
+    html: HtmlOption = None,
+    overwrite: options.OverwriteFileOption = False,
+    as_json: options.JsonOption = False,
+) -> None:
+    """Compare two or more runs, or answers: what differs, what is better or worse, who is gained.
+
+    Exits with 0 whatever comes out; `tendon check --baseline` is the gate.
+    """
+    from tendon_cli.face import write_comparison
+
+    options.refuse_both("--json", as_json, "--markdown", markdown)
+    compared = tendon.compare(*results, choice=choice)
+    if html is not None:
+        write_comparison(compared, html, overwrite=overwrite)
+    text = compared.markdown if markdown else compared.text
+    print_result(compared.record if as_json else text)
+
+
 PageOption = Annotated[
     Path | None,
     options.output_option("file to write; default: report.html in the run's folder"),
