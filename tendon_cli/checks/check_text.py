@@ -21,6 +21,9 @@ NEGATIVE = "negative result"
 WORST = 10
 """Number of breaches, or of designs whose feasibility changed, that are listed by default."""
 
+_MOST_ANNOTATED = 12
+"""Most lines of a check that an annotation has."""
+
 Record = Mapping[str, Any]
 
 
@@ -164,6 +167,17 @@ def place_text(where: Record, cube: Cube) -> str:
         shown = ColumnLabel.of(column, quantity) if quantity else cube.shown(column)
         words.append(f"{column} {shown.text(float(value))}")
     return ", ".join(words) or "the only row"
+
+
+def annotation(text: str, verdict: str) -> str:
+    """Return the line by which GitHub shows a failed check beside the job, and in the summary.
+
+    Ends of lines and the signs that such a line reserves are written as it demands.
+    """
+    shown = "\n".join(text.split("\n")[:_MOST_ANNOTATED])
+    for sign, escape in (("%", "%25"), ("\r", "%0D"), ("\n", "%0A")):
+        shown = shown.replace(sign, escape)
+    return f"::error title=tendon check - {verdict}::{shown}"
 
 
 def as_markdown(text: str, verdict: str) -> str:

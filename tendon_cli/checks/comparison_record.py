@@ -119,9 +119,9 @@ class BesideFirst(TypedDict):
     """A later result beside the first one."""
 
     gained: MoveRecord | None
-    """Those that the later result alone serves; null if it cannot be told."""
+    """Members whom the later result alone serves; null if it cannot be told."""
     lost: MoveRecord | None
-    """Those that the first alone serves."""
+    """Members whom the first alone serves."""
     paired: bool
     """True if both shares are of the same members of a fresh sample, computed again for this."""
     margins: MarginRecord | None

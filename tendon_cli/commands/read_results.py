@@ -12,7 +12,7 @@ import typer
 import tendon_cli as tendon
 from tendon_cli.commands import completion, options
 from tendon_cli.errors import EXIT_NEGATIVE, UsageError
-from tendon_cli.terminal import print_result
+from tendon_cli.terminal import print_note, print_result
 
 BaselineOption = Annotated[
     Path | None, options.output_option("report only what changed since this run", "RUN")
@@ -39,6 +39,13 @@ MarkdownOption = Annotated[
     bool, typer.Option("--markdown", help="print Markdown, for the summary of a CI job")
 ]
 
+AnnotateOption = Annotated[
+    bool,
+    typer.Option(
+        "--annotate", help="on stderr, the annotation that GitHub shows beside a failed job"
+    ),
+]
+
 
 def check(
     run: options.RunArgument,
@@ -47,13 +54,15 @@ def check(
     apart: ExceptOption = None,
     worst: WorstOption = 10,
     markdown: MarkdownOption = False,
+    annotate: AnnotateOption = False,
     as_json: options.JsonOption = False,
 ) -> None:
     """Check that every design of a run keeps its limits, or that two runs agree; exit 4 if not.
 
-    An answer of `tendon design` passes if at least one choice has a window of pretension.
+    An answer of `tendon design` passes if the choice that it names first keeps the limits for as
+    many as its study asks for; with --baseline if its window, share and tensions did not move.
     """
-    from tendon_cli.checks.check_text import as_markdown
+    from tendon_cli.checks.check_text import annotation, as_markdown
     from tendon_cli.checks.compare import TOLERANCE
 
     if tolerance is not None and not 0.0 <= tolerance < float("inf"):
@@ -69,6 +78,8 @@ def check(
     text = as_markdown(checked.text, checked.verdict) if markdown else checked.text
     print_result(checked.record if as_json else text)
     if not checked.holds:
+        if annotate:
+            print_note(annotation(checked.text, checked.verdict))
         raise typer.Exit(EXIT_NEGATIVE)
 
 
