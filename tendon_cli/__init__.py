@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from tendon_cli import arms
     from tendon_cli.checks.check import check
+    from tendon_cli.checks.comparison import compare_results as compare
     from tendon_cli.engine.results import open_run
     from tendon_cli.engine.states import states
     from tendon_cli.errors import (
@@ -46,6 +47,7 @@ _MODULE_OF = {
     "open": "face.open",
     "open_run": "engine.results.open_run",
     "check": "checks.check.check",
+    "compare": "checks.comparison.compare_results",
     "report": "reports.report.write_report",
     "fit_friction": "friction.fit.fit_friction",
     "plot": "face.plot",
@@ -65,6 +67,7 @@ __all__ = [
     "__version__",
     "arms",
     "check",
+    "compare",
     "design",
     "estimate",
     "fit_friction",

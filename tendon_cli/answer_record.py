@@ -888,6 +888,19 @@ def population_of(record: AnswerResults) -> PopulationRecord:
     return record["population"]
 
 
+def named_first(record: AnswerResults) -> ChoiceRecord | None:
+    """Return the choice that an answer names first; None if it names none.
+
+    It is the best choice. If no choice has a window, it is the one that comes nearest to one.
+    """
+    best = record["best"]
+    if best is not None:
+        return best
+    if record["conflicts"]:
+        return record["conflicts"][0]["nearest"]
+    return None
+
+
 def as_answer(record: Mapping[str, Any]) -> AnswerRecord:
     """Return the record of an answer, as read from `design.json`, with its type."""
     return cast("AnswerRecord", record)

@@ -13,7 +13,7 @@ import typer.core
 from tendon_cli.commands.completion import completion
 from tendon_cli.commands.compute import command_of
 from tendon_cli.commands.fit_friction import fit_friction
-from tendon_cli.commands.read_results import check, export, plot, report, show
+from tendon_cli.commands.read_results import check, compare, export, plot, report, show
 from tendon_cli.commands.studies import init, paper, schema, state
 from tendon_cli.errors import (
     MemoryShortError,
@@ -87,6 +87,7 @@ _COMMANDS: tuple[Callable[..., None], ...] = (
     state,
     *map(command_of, kinds().values()),
     check,
+    compare,
     plot,
     show,
     export,

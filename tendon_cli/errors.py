@@ -73,9 +73,13 @@ class Fault:
     """True if the value is possible, but far from any arm."""
     is_of_file: bool = False
     """True if it stands in a CSV that the study names, and not in the study."""
+    file: str | None = None
+    """File in which it stands, from the folder of the study; None for the study's own file."""
 
     def __str__(self) -> str:
-        place = f"line {self.line}: " if self.line is not None else ""
+        line = None if self.line is None else f"line {self.line}"
+        place = ", ".join(part for part in (self.file, line) if part is not None)
+        place = f"{place}: " if place else ""
         advice = f" ({self.hint})" if self.hint else ""
         key = f"{self.key}: " if self.key else ""
         return f"{place}{key}{self.problem}{advice}"

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from os import PathLike
 from pathlib import Path
 from threading import Event
 from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict, Unpack, cast
 
+from tendon_cli import say
 from tendon_cli.display import Displayed
 from tendon_cli.engine.results import Result, Run, open_result
 from tendon_cli.engine.run import Draw, RunOptions, run_task
@@ -23,10 +24,12 @@ from tendon_cli.units import described
 
 if TYPE_CHECKING:
     from tendon_cli.answers.answer import Answer
+    from tendon_cli.checks.comparison import Comparison
     from tendon_cli.engine.cost import Estimate
     from tendon_cli.engine.task import Task
     from tendon_cli.figures.backend import Figure
     from tendon_cli.figures.frame import Page
+    from tendon_cli.figures.side_by_side import WindowRow
     from tendon_cli.friction.fit_result import Fit
     from tendon_cli.state_page.page import StatePage
 
@@ -345,6 +348,87 @@ def page_of_run(run: Run, what: tuple[str, ...], how: dict[str, Any]) -> Page:
         if set(spec.named_columns) <= set(TableColumns.of(table.schema).quantities):
             return pages_of(table, spec, study=run.study)[0]
     return pages_of(tables[0], spec, study=run.study)[0]
+
+
+def page_of_comparison(comparison: Comparison, what: tuple[str, ...], how: dict[str, Any]) -> Page:
+    """Draw the windows of the answers of a comparison, or the margins of its first two runs."""
+    from tendon_cli.checks.compare_runs import margins_of
+    from tendon_cli.figures.side_by_side import margins_page, windows_page
+
+    _refuse_others("a comparison", what, how, ())
+    compared = comparison.compared
+    labels = [result["label"] for result in compared["results"]]
+    first = compared["results"][0]
+    title = f"{', '.join(labels[1:])} compared with {labels[0]}"
+    study = f"tendon study {first['name']} {first['study_hash']}"
+    runs = [result for result in comparison.results if isinstance(result, Run)]
+    if runs:
+        before, now = margins_of(runs[0], runs[1])
+        return margins_page(before, now, (labels[0], labels[1]), title, study)
+    read = say.setting_words(comparison.results[0].record["question"]["read"])
+    rows = [*_window_rows(comparison)]
+    return windows_page(rows, title, "".join(read), first["unit"], study)
+
+
+def _window_rows(comparison: Comparison) -> Iterator[WindowRow]:
+    """Yield the window of each answer of a comparison, as a figure has it."""
+    from tendon_cli.figures.side_by_side import WindowRow
+
+    compared = comparison.compared
+    values = {quantity["name"]: quantity["values"] for quantity in compared["quantities"]}
+    results = zip(comparison.results, compared["results"], compared["binds"], strict=True)
+    for place, (result, about, bind) in enumerate(results):
+        low, high, pretension = (
+            values[name][place] if name in values else None
+            for name in ("pretension_from", "pretension_to", "pretension")
+        )
+        has_window = low is not None and (high is None or low <= high)
+        fresh = None if bind is None else bind["fresh"]
+        limits = ["", ""]
+        if bind is not None:
+            for end, limit in enumerate((bind["lower"], bind["upper"])):
+                if limit is not None:
+                    limits[end] = say.limit_words(limit, result.record["question"]["limits"]).label
+        yield WindowRow(
+            label=about["label"],
+            low=low if has_window else None,
+            high=high if has_window else None,
+            pretension=pretension if has_window else None,
+            fresh=None if fresh is None or fresh[0] is None else (fresh[0], fresh[1]),
+            limits=(limits[0], limits[1]),
+        )
+
+
+def write_comparison(comparison: Comparison, out: FileName, *, overwrite: bool = False) -> Path:
+    """Write one HTML page of a comparison, with windows and maps on one scale.
+
+    Raises:
+        UsageError: The file exists and is not a page that tendon wrote.
+        OutputError: The page cannot be written.
+    """
+    from tendon_cli.checks.comparison_text import verdict_words
+    from tendon_cli.cube.cube import choices_of
+    from tendon_cli.figures.side_by_side import maps_on_one_scale
+    from tendon_cli.reports.text_page import Picture, write_text_page
+
+    compared = comparison.compared
+    pictures = []
+    try:
+        pictures.append(Picture("On one scale", page_of_comparison(comparison, (), {}).png()))
+    except UsageError as error:
+        pictures.append(Picture(f"No figure: {error.message}", b""))
+    answers = [result for result in comparison.results if not isinstance(result, Run)]
+    cubes = [choices_of(TableInMemory(one.table("choices")), one.study) for one in answers]
+    pages = maps_on_one_scale(cubes, [one.record for one in answers])
+    for result, page in zip(compared["results"], pages, strict=False):
+        if page is not None:
+            pictures.append(Picture(f"{result['label']}: map of the choices", page.png()))
+    title = comparison.short.splitlines()[0]
+    subtitle = " ".join(verdict_words(compared))
+    joint = say.joint_name(comparison.results[0].record)
+    return write_text_page(
+        result_path(out), title, subtitle, comparison.blocks, pictures, joint, overwrite=overwrite
+    )
 
 
 def page_of_answer(answer: Answer, what: tuple[str, ...], how: dict[str, Any]) -> Page:

@@ -98,6 +98,18 @@ class TaskKind(NamedTuple):
 
     It takes the result and the number of faults to list, and returns a `CheckResult`.
     """
+    check_since: str = ""
+    """Function that finds what changed since a baseline, for `tendon check --baseline`.
+
+    It takes both results, the tolerance, the keys in which their studies may differ and the number
+    of changes to list, and returns a `CheckResult`.
+    """
+    compare: str = ""
+    """Function that compares results with the first of them, for `tendon compare`.
+
+    It takes the results, a label for each, and the row of a choice or None; it returns a
+    `ComparisonRecord`.
+    """
     page: str = ""
     """Function that returns the HTML page of a result, for `tendon report`."""
     setting: SettingOption | None = None

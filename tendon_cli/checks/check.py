@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.answer_record import as_answer
 from tendon_cli.checks.check_text import (
     NEGATIVE,
     NO_EQUILIBRIUM,
@@ -22,10 +21,11 @@ from tendon_cli.checks.check_text import (
     finite,
     verdict_text,
 )
-from tendon_cli.checks.compare import TOLERANCE, compare
+from tendon_cli.checks.compare import TOLERANCE
 from tendon_cli.cube.cube import Cube, cube_of
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.results import AnyResult, Result, Run, folder_of, open_result
+from tendon_cli.errors import InputError, UsageError
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.motor import motor_rates
@@ -49,12 +49,14 @@ def check(
 ) -> CheckResult:
     """Check that every design of a run is within its limits, or find what changed since a baseline.
 
-    An answer holds if at least one choice has a window. Every file is verified first.
+    An answer holds if the choice that it names first keeps the limits for as many as its study asks
+    for. Every file is verified first.
 
     Args:
         run: A run or an answer, or its folder.
-        baseline: Another run, or its folder; the limits are then not checked.
-        tolerance: Share of a column's scale by which numbers may differ.
+        baseline: Another one of the same kind, or its folder; the limits are then not checked.
+        tolerance: Share of a column's scale by which numbers may differ; for an answer of the
+            larger of two numbers.
         apart: Keys in which the studies may differ.
         worst: Number of breaches that are listed, or of designs whose feasibility changed.
 
@@ -72,12 +74,10 @@ def check(
     >>> tendon.check("results/mine").holds
     False
     """
-    folder = folder_of(run)
+    result = open_result(folder_of(run))
     if baseline is not None:
-        return compare(
-            folder, folder_of(baseline), tolerance=tolerance, apart=tuple(apart), worst=worst
-        )
-    result = open_result(folder)
+        other = open_result(folder_of(baseline))
+        return _check_since(result, other, tolerance, tuple(apart), worst)
     if not result.kind.check:
         text = f"{result.record['name']}: every file is as it was written"
         record = {"holds": True}
@@ -85,6 +85,25 @@ def check(
             text=text, record=record, verdict="files as they were written", holds=True
         )
     checked: CheckResult = load(result.kind.check)(result, worst)
+    return checked
+
+
+def _check_since(
+    result: Result, baseline: Result, tolerance: float, apart: tuple[str, ...], worst: int
+) -> CheckResult:
+    """Find what changed since a baseline of the same kind, as `check` says.
+
+    Raises:
+        InputError: The baseline is of another kind.
+        UsageError: Results of this kind have no such check.
+    """
+    kind = result.kind
+    if baseline.kind.verb != kind.verb:
+        problem = f"holds {baseline.kind.noun}, expected {kind.noun} as baseline"
+        raise InputError(problem, where=str(baseline.folder))
+    if not kind.check_since:
+        raise UsageError(f"{kind.noun} has no check against a baseline")
+    checked: CheckResult = load(kind.check_since)(result, baseline, tolerance, apart, worst)
     return checked
 
 
@@ -97,21 +116,6 @@ def check_run(run: Run, worst: int) -> CheckResult:
     return CheckResult(result["holds"], text, finite(result), verdict)
 
 
-def check_answer(answer: Result, _worst: int) -> CheckResult:
-    """Check that at least one choice of an answer has a window."""
-    record = as_answer(answer.record)
-    choices = record["choices"]
-    feasible = record["feasible"]
-    conflicts = record["conflicts"]
-    holds = feasible > 0
-    lines = [f"{record['name']}: {feasible:,} of {choices:,} choices have a window of pretension"]
-    if not feasible:
-        lines += [f"  {' against '.join(conflict['limits'])}" for conflict in conflicts]
-    result = {"choices": choices, "feasible": feasible, "conflicts": conflicts, "holds": holds}
-    verdict = "a choice has a window" if holds else NEGATIVE
-    return CheckResult(holds, "\n".join(lines), result, verdict)
-
-
 def _check_designs(cube: Cube, worst: int) -> dict[str, Any]:
     """Check all rows of a table of designs, part by part.
 
@@ -120,7 +124,7 @@ def _check_designs(cube: Cube, worst: int) -> dict[str, Any]:
     table: Any = cube.table
     names = ["design", "feasible", "taut", "margin", "required_pretension"]
     for limit in cube.limits:
-        names += [*_columns_of(limit), *cube.columns_of_bound(limit)]
+        names += [*columns_of(limit), *cube.columns_of_bound(limit)]
     names = [name for name in dict.fromkeys(names) if name in table.schema.names]
     breaches: list[Breach] = []
     broken: Counter[str] = Counter()
@@ -129,7 +133,7 @@ def _check_designs(cube: Cube, worst: int) -> dict[str, Any]:
     for _, part in table.parts(names):
         columns = {name: as_numpy(part[name]) for name in part.column_names}
         bounds = {limit: cube.bound(limit, columns) for limit in cube.limits}
-        breaches_here = list(_breaches(columns, bounds))
+        breaches_here = list(breaches_in(columns, bounds))
         designs += part.num_rows
         feasible += int(columns["feasible"].sum())
         # A design that breaks a limit on both sides counts once.
@@ -148,13 +152,13 @@ def _check_designs(cube: Cube, worst: int) -> dict[str, Any]:
     }
 
 
-def _columns_of(limit: str) -> list[str]:
+def columns_of(limit: str) -> list[str]:
     """Return the column that a limit bounds, and those of flexor and extensor if there are any."""
     column = LIMITS[limit].column
     return [column, *(f"{column}_{side}" for side in SIDES)]
 
 
-def _breaches(columns: Mapping[str, Array], bounds: Mapping[str, Array]) -> Iterator[Breach]:
+def breaches_in(columns: Mapping[str, Array], bounds: Mapping[str, Array]) -> Iterator[Breach]:
     """Yield every breach of a limit by a design, in SI.
 
     Slack and no equilibrium count as limits. The value of slack is the margin of pretension. The
@@ -177,7 +181,7 @@ def _breaches(columns: Mapping[str, Array], bounds: Mapping[str, Array]) -> Iter
     for limit, bound in bounds.items():
         scale = np.where(bound == 0.0, 1.0, np.abs(bound))
         of_designs = np.broadcast_to(bound, needed.shape)
-        for name in _columns_of(limit):
+        for name in columns_of(limit):
             if name not in columns:
                 continue
             values = columns[name]

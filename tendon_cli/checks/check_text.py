@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from tendon_cli.checks.markdown import escaped
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel, number
 from tendon_cli.model.limits import LIMITS
@@ -20,8 +21,10 @@ NEGATIVE = "negative result"
 WORST = 10
 """Number of breaches, or of designs whose feasibility changed, that are listed by default."""
 
+_MOST_ANNOTATED = 12
+"""Most lines of a check that an annotation has."""
+
 Record = Mapping[str, Any]
-_ESCAPES = {"&": "&amp;", "<": "&lt;", ">": "&gt;", "|": "\\|", "`": "\\`", "[": "\\["}
 
 
 @dataclass(frozen=True)
@@ -70,7 +73,7 @@ def _breach_text(breach: Record, cube: Cube) -> str:
         axis.column: axis.values[design // cube.strides[axis.column] % len(axis)]
         for axis in cube.axes
     }
-    place = f" ({_place_text(values, cube)})" if values else ""
+    place = f" ({place_text(values, cube)})" if values else ""
     text = f"design {design}{place}: {_excess_text(breach)}"
     if breach["direction"] is not None:
         angle = number(math.degrees(breach["elbow_angle"]))
@@ -132,7 +135,7 @@ def _change_text(change: Record, cube: Cube) -> str:
     """Say in how many rows a column differs, and where most."""
     rows = counted(change["rows"], "row")
     head = f"{change['table']}.{change['column']}: {rows}"
-    place = _place_text(change["where"], cube)
+    place = place_text(change["where"], cube)
     difference = change["difference"]
     if difference is None:
         return f"{head}, first at {place}"
@@ -151,10 +154,10 @@ def _flip_text(flip: Record, cube: Cube) -> str:
     now = flip["margin_now"]
     if before is not None and now is not None:
         text += f"; margin {_shown('margin', before)}, now {_shown('margin', now)}"
-    return f"{_place_text(flip['where'], cube)}: {text}"
+    return f"{place_text(flip['where'], cube)}: {text}"
 
 
-def _place_text(where: Record, cube: Cube) -> str:
+def place_text(where: Record, cube: Cube) -> str:
     """Name a design or a state by its values on the axes."""
     words = []
     for column, value in where.items():
@@ -167,6 +170,17 @@ def _place_text(where: Record, cube: Cube) -> str:
     return ", ".join(words) or "the only row"
 
 
+def annotation(text: str, verdict: str) -> str:
+    """Return the line by which GitHub shows a failed check beside the job, and in the summary.
+
+    Ends of lines and the signs that such a line reserves are written as it demands.
+    """
+    shown = "\n".join(text.split("\n")[:_MOST_ANNOTATED])
+    for sign, escape in (("%", "%25"), ("\r", "%0D"), ("\n", "%0A")):
+        shown = shown.replace(sign, escape)
+    return f"::error title=tendon check - {verdict}::{shown}"
+
+
 def as_markdown(text: str, verdict: str) -> str:
     """Convert the text of a check to Markdown, for a job's summary, with the verdict above it."""
     head, *rest = text.split("\n")
@@ -174,12 +188,5 @@ def as_markdown(text: str, verdict: str) -> str:
     for line in rest:
         is_item = line.startswith("  ")
         lines.append(f"- {line.strip()}" if is_item else f"\n**{line}**\n")
-    body = _escaped("\n".join(lines))
-    return f"### tendon check: {verdict}\n\n{_escaped(head)}\n\n{body}".rstrip() + "\n"
-
-
-def _escaped(text: str) -> str:
-    """Escape names from studies, so that nothing in them is read as Markdown or HTML."""
-    for sign, escape in _ESCAPES.items():
-        text = text.replace(sign, escape)
-    return text
+    body = escaped("\n".join(lines))
+    return f"### tendon check: {verdict}\n\n{escaped(head)}\n\n{body}".rstrip() + "\n"

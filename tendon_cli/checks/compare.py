@@ -15,7 +15,7 @@ from tendon_cli.checks.check_text import WORST, CheckResult, comparison_text, fi
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube, cube_of
 from tendon_cli.engine.records import differences
-from tendon_cli.engine.results import open_run
+from tendon_cli.engine.results import Run, open_run
 from tendon_cli.engine.table_columns import JUDGEMENTS
 from tendon_cli.errors import UsageError
 from tendon_cli.model.kinematics import Rows
@@ -73,10 +73,17 @@ def compare(
         InputError: if something is damaged or is no run.
         UsageError: if the studies differ in more than the values of axes and the keys `apart`.
     """
-    runs = [open_run(folder), open_run(baseline)]
+    return compare_runs_since(open_run(folder), open_run(baseline), tolerance, apart, worst)
+
+
+def compare_runs_since(
+    run: Run, baseline: Run, tolerance: float, apart: Sequence[str], worst: int
+) -> CheckResult:
+    """Find what changed since another run, as `compare` does for folders."""
+    runs = [run, baseline]
     ours, theirs = (run.study for run in runs)
     cubes = [cube_of(run.kept("designs"), run.study) for run in runs]
-    _check_studies(ours, theirs, apart)
+    check_studies(ours, theirs, apart, (*ours.axes, *theirs.axes, *_MAY_DIFFER))
     pairs = [TablePair.of(*cubes)]
     missing = []
     has_states = ["states" in run.record["study"]["output"]["tables"] for run in runs]
@@ -118,13 +125,16 @@ def compare(
         "flipped": len(flips),
         "holds": not beyond and not flips and not missing,
     }
-    text = comparison_text(record, pairs[0].here, (str(folder), str(baseline)))
+    names = (str(run.folder or "this run"), str(baseline.folder or "the baseline"))
+    text = comparison_text(record, pairs[0].here, names)
     verdict = "nothing changed" if record["holds"] else "changed"
     return CheckResult(record["holds"], text, finite(record), verdict)
 
 
-def _check_studies(ours: Study, theirs: Study, apart: Sequence[str]) -> None:
-    """Raise UsageError if the studies differ in more than the values of axes and `apart`."""
+def check_studies(
+    ours: Study, theirs: Study, apart: Sequence[str], may_differ: Sequence[str]
+) -> None:
+    """Raise UsageError if studies differ in other keys than `apart` and those that may differ."""
     known: set[str] = set()  # keys, and the tables that they are in
     for key in key_words():
         parts = key.split(".")
@@ -133,7 +143,7 @@ def _check_studies(ours: Study, theirs: Study, apart: Sequence[str]) -> None:
     if unknown:
         hint = hint_at_nearest(unknown[0], known) or "`tendon schema` lists every key"
         raise UsageError(f'a study has no key "{shorten(unknown[0])}"', where="--except", hint=hint)
-    varied = {*ours.axes, *theirs.axes, *_MAY_DIFFER, *apart}
+    varied = {*may_differ, *apart}
     lines = []
     for line in differences(theirs.document(), ours.document()):
         key = line.partition(" ")[0]

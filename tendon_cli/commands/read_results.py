@@ -13,7 +13,7 @@ import tendon_cli as tendon
 from tendon_cli.answers.design_kind import DESIGN
 from tendon_cli.commands import completion, options
 from tendon_cli.errors import EXIT_NEGATIVE, UsageError
-from tendon_cli.terminal import print_result
+from tendon_cli.terminal import print_note, print_result
 
 if TYPE_CHECKING:
     from tendon_cli.cube.cube import Cube
@@ -43,6 +43,13 @@ MarkdownOption = Annotated[
     bool, typer.Option("--markdown", help="print Markdown, for the summary of a CI job")
 ]
 
+AnnotateOption = Annotated[
+    bool,
+    typer.Option(
+        "--annotate", help="on stderr, the annotation that GitHub shows beside a failed job"
+    ),
+]
+
 
 def check(
     run: options.RunArgument,
@@ -51,13 +58,15 @@ def check(
     apart: ExceptOption = None,
     worst: WorstOption = 10,
     markdown: MarkdownOption = False,
+    annotate: AnnotateOption = False,
     as_json: options.JsonOption = False,
 ) -> None:
     """Check that every design of a run keeps its limits, or that two runs agree; exit 4 if not.
 
-    An answer of `tendon design` passes if at least one choice has a window of pretension.
+    An answer of `tendon design` passes if the choice that it names first keeps the limits for as
+    many as its study asks for; with --baseline if its window, share and tensions did not move.
     """
-    from tendon_cli.checks.check_text import as_markdown
+    from tendon_cli.checks.check_text import annotation, as_markdown
     from tendon_cli.checks.compare import TOLERANCE
 
     if tolerance is not None and not 0.0 <= tolerance < float("inf"):
@@ -73,7 +82,50 @@ def check(
     text = as_markdown(checked.text, checked.verdict) if markdown else checked.text
     print_result(checked.record if as_json else text)
     if not checked.holds:
+        if annotate:
+            print_note(annotation(checked.text, checked.verdict))
         raise typer.Exit(EXIT_NEGATIVE)
+
+
+ResultsArgument = Annotated[
+    list[Path],
+    typer.Argument(
+        parser=options.results_path,
+        metavar="A B",
+        help="folders of two or more sweeps, or of two or more designs; the first is the reference",
+    ),
+]
+ComparedChoiceOption = Annotated[
+    int | None,
+    options.option(
+        "ROW", "compare this choice of A, and the same one of the others", "--choice", min=0
+    ),
+]
+HtmlOption = Annotated[
+    Path | None, options.output_option("write one page with figures on one scale", "FILE.html")
+]
+
+
+def compare(
+    results: ResultsArgument,
+    choice: ComparedChoiceOption = None,
+    markdown: MarkdownOption = False,
+    html: HtmlOption = None,
+    overwrite: options.OverwriteFileOption = False,
+    as_json: options.JsonOption = False,
+) -> None:
+    """Compare two or more runs, or answers: what differs, what is better or worse, who is gained.
+
+    Exits with 0 whatever comes out; `tendon check --baseline` is the gate.
+    """
+    from tendon_cli.face import write_comparison
+
+    options.refuse_both("--json", as_json, "--markdown", markdown)
+    compared = tendon.compare(*results, choice=choice)
+    if html is not None:
+        write_comparison(compared, html, overwrite=overwrite)
+    text = compared.markdown if markdown else compared.text
+    print_result(compared.record if as_json else text)
 
 
 PageOption = Annotated[

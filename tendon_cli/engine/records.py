@@ -8,7 +8,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from tendon_cli.errors import FolderError
 from tendon_cli.files import read_file, write_whole
@@ -196,18 +196,33 @@ def differences(theirs: Any, ours: Any, key: str = "") -> list[str]:
         ours: The other study or value.
         key: Key of the values; empty for whole studies.
     """
+    return [
+        f"{found.key} was {value_in_short(found.theirs)}, now {value_in_short(found.ours)}"
+        for found in differing_keys(theirs, ours, key)
+    ]
+
+
+class DifferingKey(NamedTuple):
+    """A key in which two resolved studies differ."""
+
+    key: str
+    theirs: Any
+    """Value in the recorded study; None if it does not state the key."""
+    ours: Any
+    """Value in the other one."""
+
+
+def differing_keys(theirs: Any, ours: Any, key: str = "") -> Iterator[DifferingKey]:
+    """Yield the keys in which two resolved studies differ. Takes what `differences` does."""
     if isinstance(theirs, dict) and isinstance(ours, dict):
-        lines = []
         for name in dict.fromkeys((*theirs, *ours)):
             inner = f"{key}.{name}" if key else name
-            lines += differences(theirs.get(name), ours.get(name), inner)
-        return lines
-    if theirs == ours:
-        return []
-    return [f"{key} was {_in_short(theirs)}, now {_in_short(ours)}"]
+            yield from differing_keys(theirs.get(name), ours.get(name), inner)
+    elif theirs != ours:
+        yield DifferingKey(key, theirs, ours)
 
 
-def _in_short(value: Any) -> str:
+def value_in_short(value: Any) -> str:
     """Return a value of a study for a message, without the content of files."""
     if value is None:
         return "not stated"

@@ -10,7 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, as_answer, value_of
+from tendon_cli.answer_record import (
+    AnswerRecord,
+    ChoiceRecord,
+    as_answer,
+    named_first,
+    value_of,
+)
 from tendon_cli.cube.choice_grid import pretension_name, served_words
 from tendon_cli.cube.cube import Cube, choices_of
 from tendon_cli.cube.labels import ColumnLabel, plain, reading_unit
@@ -139,19 +145,6 @@ def draw_between_samples(
             "the answer has no limits over the angle to draw", where="--between", hint=hint
         )
     return page.save(out or Path(f"{record['name']}-between.png"), overwrite=overwrite)
-
-
-def named_first(record: AnswerRecord) -> ChoiceRecord | None:
-    """Return the choice that the answer names first; None if it names none.
-
-    It is the best choice. If no choice has a window, it is the one that comes nearest to one.
-    """
-    best = record["best"]
-    if best is not None:
-        return best
-    if record["conflicts"]:
-        return record["conflicts"][0]["nearest"]
-    return None
 
 
 # --- The window along each choice -----------------------------------------------------------------

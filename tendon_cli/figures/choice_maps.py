@@ -271,7 +271,16 @@ def place_of(cube: Cube, axis: Axis, value: Any, scale: Scale) -> float:
 # --- Maps over two choices ------------------------------------------------------------------------
 
 
-def draw_tolerance(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page | None:
+def longest_tolerance(cube: Cube, chosen: ChoiceRecord) -> float:
+    """Return the largest bounded tolerance of a map over the first two axes, m; 0 without one."""
+    part = Slice.of(cube, long_axes(cube)[:2], chosen)
+    bounded = (part.conflicts == "") & np.isfinite(part.length)
+    return float(np.max(part.length[bounded], initial=0.0))
+
+
+def draw_tolerance(
+    cube: Cube, record: AnswerRecord, chosen: ChoiceRecord, longest: float | None = None
+) -> Page | None:
     """Draw by how much the setting may be off, over the first two axes of more than one value.
 
     Cells without a window have a pale background for the reason.
@@ -280,6 +289,7 @@ def draw_tolerance(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Pa
         cube: Choices of the answer.
         record: Record of the answer.
         chosen: The choice that the answer names first.
+        longest: Tolerance at the end of the colour scale, m; None for the largest of the map.
 
     Returns:
         The page; None if there are not two such axes.
@@ -320,9 +330,9 @@ def draw_tolerance(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Pa
         )
     has_window = reasons == ""
     if has_window.any():
-        bounded = has_window & np.isfinite(part.length)
         decided = record["decided"]
-        longest = float(np.max(part.length[bounded], initial=0.0))
+        if longest is None:
+            longest = longest_tolerance(cube, chosen)
         if longest == 0.0 and decided is not None:
             longest = decided["needed"]
         most = 1e3 * longest or 1.0

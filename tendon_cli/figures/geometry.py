@@ -22,10 +22,9 @@ from tendon_cli.figures.frame import Page, framed, save_pages, source_of_study
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, SEQUENTIAL, house_style
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import CASE_AXIS
-from tendon_cli.studies.load import load_study
+from tendon_cli.studies.load import load_study, named_path
 from tendon_cli.studies.spaces import row_place
 from tendon_cli.studies.study import Study
-from tendon_cli.studies.study_file import read_document
 from tendon_cli.studies.way_points import MAX_BYTES, read_route, smooth
 
 Floats = npt.NDArray[np.float64]
@@ -239,9 +238,9 @@ def _routes(
         if key not in study.sources:
             continue
         source = study.sources[key]
-        name = _path_given(file, settings, key)
-        with (file.parent / name).open("rb") as opened:
-            points = read_route(opened.read(MAX_BYTES), name).points
+        path = named_path(file, settings, key)
+        with path.open("rb") as opened:
+            points = read_route(opened.read(MAX_BYTES), path.name).points
         noise = float(source.get("path_smoothing") or 0.0)
         smoothed = f", smoothed for a noise of {number(1e3 * noise)} mm" if noise else ""
         angle = number(math.degrees(source["bend_angle"]))
@@ -252,15 +251,3 @@ def _routes(
         about = source_of_study(study)
         page = route_page(points, smooth(points, noise), title, notes, about)
         yield f"route-{side}" if side else "route", page
-
-
-def _path_given(file: Path, settings: tuple[str, ...], key: str) -> str:
-    """Return the path of a key as the last setting gives it, or else as the study file does."""
-    for setting in reversed(settings):
-        name, _, text = setting.partition("=")
-        if name.strip() == key:
-            return text.strip().strip("\"'")
-    value: Any = read_document(file).content
-    for part in key.split("."):
-        value = value[int(part)] if isinstance(value, list) else value[part]
-    return str(value)

@@ -113,9 +113,9 @@ def write_report(
     """
     folder = folder_of(result)
     target = folder / NAME if out is None else result_path(out)
-    check_output(target, _is_page, overwrite=overwrite)
+    check_output(target, is_page, overwrite=overwrite)
     page = _page(folder)
-    write_output(target, page.encode(), _is_page, overwrite=overwrite)
+    write_output(target, page.encode(), is_page, overwrite=overwrite)
     return target
 
 
@@ -139,7 +139,7 @@ def _plain_page(result: Result) -> str:
     return html.result_page(record, result.kind.noun, section, {}, record["study"], page_data())
 
 
-def _is_page(file: BinaryIO) -> bool:
+def is_page(file: BinaryIO) -> bool:
     """Return True if a file is a page that tendon wrote."""
     return MARK.encode() in file.read(4096)
 

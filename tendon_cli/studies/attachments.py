@@ -23,7 +23,7 @@ from tendon_cli.studies.row_table import RowTable
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.table_section import MAX_BYTES as MOST_TABLE_BYTES
 from tendon_cli.studies.table_section import MOST_ROWS, TableSection
-from tendon_cli.studies.toml_reading import MAX_BYTES, read_toml
+from tendon_cli.studies.toml_reading import MAX_BYTES, KeyPlaces, read_toml, shown
 from tendon_cli.studies.values import StudyNumber
 from tendon_cli.units import shorten
 
@@ -47,6 +47,8 @@ class Attachments:
     """Folder of the study, in which the files are looked up."""
     accepts_slips: bool = False
     """True if values far from any arm are notes, and not faults."""
+    places: KeyPlaces = field(default_factory=KeyPlaces)
+    """Files that state the keys; a file of a base is looked up in the folder of the base."""
     sources: dict[str, dict[str, Any]] = field(default_factory=dict)
     """Name, hash and facts of each file that was read, by the key that names it."""
     faults: list[Fault] = field(default_factory=list)
@@ -116,7 +118,9 @@ class Attachments:
         file = section.file or ""
         key = f"table.{at}.file"
         try:
-            has_too_many = has_more_lines(self.folder / file, MOST_ROWS + 1)
+            has_too_many = has_more_lines(
+                self.folder / self.places.folder_of(key) / file, MOST_ROWS + 1
+            )
         except (OSError, ValueError):
             has_too_many = False  # whatever is wrong, reading it tells
         if has_too_many:
@@ -369,21 +373,25 @@ class Attachments:
     # --- Files -----------------------------------------------------------------------------------
 
     def _read(self, name: str | None, key: str, most: int) -> bytes | None:
-        """Return the content of a regular file next to the study, if one is named.
+        """Return the content of a regular file next to the one that names it, if one is named.
 
         A file that cannot be read is a fault of its key; one that is too large is an InputError.
 
         Args:
-            name: Path from the folder of the study; None for no file.
+            name: Path from the folder of the study, or of the base that names it; None for no
+                file.
             key: Dotted key that names the file.
             most: Largest size, bytes.
         """
         if name is None:
             return None
         try:
-            return read_file(self.folder / name, most)
+            return read_file(self.folder / self.places.folder_of(key) / name, most)
         except FileNotFoundError:
-            self.faults.append(Fault(key, f'there is no file "{shorten(name)}" beside the study'))
+            stated_by = self.places.file_of(key)
+            neighbour = "the study" if stated_by is None else shown(stated_by)
+            problem = f'there is no file "{shorten(name)}" beside {neighbour}'
+            self.faults.append(Fault(key, problem))
         except (OSError, ValueError) as error:
             if isinstance(error, OSError) and error.errno == errno.EFBIG:
                 problem = f"{error.strerror}, expected less"

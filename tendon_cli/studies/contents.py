@@ -57,7 +57,7 @@ def _number_mark(field: FieldInfo) -> SingleField | None:
     return None
 
 
-def _table_type(field: FieldInfo) -> type[Part] | None:
+def table_type(field: FieldInfo) -> type[Part] | None:
     """Return the type of the table that a field holds; None if it holds none.
 
     The type is that of the field or, if the field may be None, one choice of its union.
@@ -200,7 +200,7 @@ def _overriding_table(part: type[Part]) -> type[Part]:
             continue  # cases differ in numbers, not in the joint
         number = _number_mark(field)
         words = next((mark.words for mark in field.metadata if isinstance(mark, WordField)), None)
-        inner = _table_type(field)
+        inner = table_type(field)
         kind: Any = field.annotation
         if number is not None:
             single = SingleReadingField if isinstance(number, ReadingField) else SingleField
@@ -285,7 +285,7 @@ def _axis_numbers(part: type[Part], prefix: str) -> Iterator[tuple[str, NumberFi
     for name, field in part.model_fields.items():
         path = f"{prefix}.{name}"
         mark = _number_mark(field)
-        inner = _table_type(field)
+        inner = table_type(field)
         if isinstance(mark, NumberField):
             yield path, mark
         elif inner is not None:

@@ -110,12 +110,12 @@ def _fault(detail: Any, places: KeyPlaces) -> Fault:
     """Return one fault from what pydantic reports."""
     path = [str(part) for part in detail["loc"]]
     problem, hint = _problem_and_hint(detail, path)
-    line = places.line_of(".".join(path))
-    if path == ["name"] and line is None:
+    whole_key = ".".join(path)
+    if path == ["name"] and places.line_of(whole_key) is None:
         hint = hint or "a study without a name is named after its file"
     if detail["type"] == "literal_error" and path[-1].isdigit():
         path.pop()  # one word of a list, or the only one, which needs no list
-    return Fault(shorten(".".join(path), 120), problem, hint, line)
+    return places.placed(Fault(shorten(".".join(path), 120), problem, hint), whole_key)
 
 
 _FALLEN_AWAY = {
@@ -155,6 +155,7 @@ def _problem_and_hint(detail: Any, path: list[str]) -> tuple[str, str | None]:
     problems = {
         "missing": f"is missing, each entry of {path[0] if path else 'the study'} needs it",
         "string_pattern_mismatch": f"{given} is not a name, expected letters, digits, . _ -",
+        "string_too_short": "an empty text, expected at least 1 character",
         "string_type": f"{given} is not text, expected text in quotes",
         "tuple_type": f"{given} is not a list of words, expected a word in quotes or a list of "
         "them",

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from copy import deepcopy
-from dataclasses import replace
 from datetime import date, time
 from os import PathLike
 from pathlib import Path
@@ -25,8 +24,9 @@ from tendon_cli.studies.checks import (
 )
 from tendon_cli.studies.json_schema import faults_of
 from tendon_cli.studies.spaces import impossibilities, with_readable_default
-from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.study import EXTENDS, Study, keys
 from tendon_cli.studies.study_file import STDIN, read_document
+from tendon_cli.studies.study_layers import Layer, layer_sources, merge_layers, read_layers
 from tendon_cli.studies.toml_reading import (
     MAX_DEPTH,
     MAX_KEY_PARTS,
@@ -72,11 +72,14 @@ def any_study(content: AnyStudy) -> Study:
         raise refused(
             f"{described(content)} is not a study, expected a path or a dictionary of keys"
         )
-    return study_from(plain_content(content))
+    return _merged_study(Document(plain_content(content), KeyPlaces()))
 
 
 def load_study(path: str | PathLike[str], settings: Iterable[str] = ()) -> Study:
     """Read and check a study file, TOML or YAML, then apply settings KEY=VALUE.
+
+    A study that extends another takes over what it does not state itself. Paths are relative to
+    the file that names them.
 
     Args:
         path: The file, YAML by its ending, else TOML; `-` is standard input.
@@ -96,24 +99,77 @@ def load_study(path: str | PathLike[str], settings: Iterable[str] = ()) -> Study
     if isinstance(settings, str):
         settings = (settings,)
     try:
-        document = read_document(file)
-        axes = _axes_in_order(document)
-        changed = [_apply(document.content, setting) for setting in settings]
-        for key in changed:
-            document.places.forget(key)
-        document.content.setdefault("name", "study" if file == STDIN else file.stem)
-        order = (*axes, *changed)
-        return study_from(
-            document.content,
-            document.places,
-            folder=file.parent,
-            order=order,
-            settings=tuple(changed),
-        )
+        return _merged_study(read_document(file), file, tuple(settings))
     except TendonError as error:
         if error.where is None:
             error.where = "standard input" if file == STDIN else shorten(str(file), 1000)
         raise
+
+
+def named_path(file: Path, settings: Iterable[str], key: str) -> Path:
+    """Return the path of a file that a study names, as the study file or a setting gives it.
+
+    Args:
+        file: The study file, which can be loaded with the settings.
+        settings: Settings as `--set` takes them.
+        key: Dotted key that names the other file, such as "sheath.path".
+    """
+    _, document, _ = _read_merged(read_document(file), file, tuple(settings))
+    value: Any = document.content
+    for part in key.split("."):
+        value = value[int(part)] if isinstance(value, list) else value[part]
+    return file.parent / document.places.folder_of(key) / str(value)
+
+
+def _merged_study(
+    document: Document, file: Path | None = None, settings: tuple[str, ...] = ()
+) -> Study:
+    """Return a checked study from its own content, what it extends, and settings above both.
+
+    Args:
+        document: The study's own content.
+        file: Path of its file; None if it is no file.
+        settings: Settings as `--set` takes them.
+
+    Raises:
+        StudyError: The study has faults; all of them are listed.
+        UsageError: A setting has no place in a study.
+        InputError: A file that it names cannot be trusted, and nothing else is wrong.
+    """
+    layers, merged, changed = _read_merged(document, file, settings)
+    axes = [key for layer in layers for key in _axes_in_order(layer.document)]
+    if file is not None:
+        merged.content.setdefault("name", "study" if file == STDIN else file.stem)
+    folder = Path() if file is None else file.parent
+    return study_from(
+        merged.content,
+        merged.places,
+        folder=folder,
+        order=(*axes, *changed),
+        settings=tuple(changed),
+        sources=layer_sources(layers, file),
+    )
+
+
+def _read_merged(
+    document: Document, file: Path | None, settings: tuple[str, ...]
+) -> tuple[list[Layer], Document, list[str]]:
+    """Return the layers of a study, their content with all settings, and the keys of these.
+
+    Arguments and errors are those of `_merged_study`. A setting may name another base; all others
+    come last.
+    """
+    bases = [setting for setting in settings if setting.partition("=")[0].strip() == EXTENDS]
+    for setting in bases:
+        document.places.forget(_apply(document.content, setting))
+    folder = Path() if file is None else file.parent
+    layers = read_layers(document, file, folder)
+    merged = merge_layers(layers)
+    others = [setting for setting in settings if setting not in bases]
+    changed = [_apply(merged.content, setting) for setting in others]
+    for key in changed:
+        merged.places.forget(key)
+    return layers, merged, changed
 
 
 def study_from(
@@ -123,16 +179,19 @@ def study_from(
     folder: Path = Path(),
     order: tuple[str, ...] = (),
     settings: tuple[str, ...] = (),
+    sources: Mapping[str, dict[str, Any]] | None = None,
 ) -> Study:
-    """Return a checked study from a plain dictionary.
+    """Return a checked study from a plain dictionary, whose base is merged into it already.
 
     Args:
         content: The keys of a study file.
-        places: Lines of the keys in their file, for errors.
-        folder: Folder in which files that the study names are looked up.
+        places: Places of the keys in their files, for errors and paths.
+        folder: Folder of the study; files are looked up in it, or in that of the base that names
+            them.
         order: Keys in the order in which their axes shall vary; keys that it leaves out follow in
             the order of the content.
         settings: Keys that the command line sets, or `vary`; no table may set them, too.
+        sources: Name and hash of the files of the study itself, by the key that names each.
 
     Raises:
         StudyError: The study has faults; all of them are listed, by line.
@@ -142,7 +201,8 @@ def study_from(
     faults: list[Fault] = []
     study, invalid = _validated(_without_empty_keys(content, "", faults), places)
     faults += invalid
-    files = Attachments(folder, accepts_slips=study is not None and study.allow_implausible)
+    accepts_slips = study is not None and study.allow_implausible
+    files = Attachments(folder, accepts_slips=accepts_slips, places=places)
     if study is not None:
         study = files.with_tables(study)
         faults += contradictions(study, {fault.key for fault in (*faults, *files.faults)})
@@ -162,11 +222,16 @@ def study_from(
     if faults and all(fault.is_of_file for fault in faults):
         raise _input_error(faults)
     if study is None or faults:
-        placed = [replace(fault, line=fault.line or places.line_of(fault.key)) for fault in faults]
-        placed.sort(key=lambda fault: _NO_LINE if fault.line is None else fault.line)
+        placed = [places.placed(fault) for fault in faults]
+        placed.sort(key=_place_in_files)
         raise StudyError(placed)
     axes = tuple(dict.fromkeys((*order, *_number_keys(content))))
-    return study.ordered(axes, files.sources)
+    return study.ordered(axes, {**(sources or {}), **files.sources})
+
+
+def _place_in_files(fault: Fault) -> tuple[str, int]:
+    """Return the order of a fault among others: by file, the study's own first, and by line."""
+    return fault.file or "", _NO_LINE if fault.line is None else fault.line
 
 
 def _input_error(faults: list[Fault]) -> InputError:
@@ -185,6 +250,9 @@ def varied_study(study: Study, settings: Mapping[str, Any]) -> Study:
         StudyError: The study with these values has faults; all of them are listed.
         UsageError: A setting has no place in a study.
     """
+    if EXTENDS in settings:
+        hint = 'tendon.load_study(path, ["extends=other.toml"]) reads it with another base'
+        raise UsageError("a study that is read already cannot extend another", hint=hint)
     content = study.document()
     # A default that is written out would count as stated, for persons who are added or a gauge.
     stated = study.arm.model_fields_set

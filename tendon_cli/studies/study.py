@@ -48,6 +48,8 @@ from tendon_cli.studies.values import StudyNumber, Uncertain
 
 __all__ = ["Key", "Study", "keys"]
 
+EXTENDS = "extends"
+"""Key that names the study file which a study extends."""
 _GIVEN_TABLES = ("load", "joint", "anchor", "setting", "arm")
 """Tables of numbers that a designer does not decide."""
 _VARIED = "tendon_cli.studies.load.varied_study"
@@ -67,6 +69,12 @@ class StudyTables(Part):
         _UNNAMED, description="name of the run folder; without it, the stem of the file's name"
     )
     title: Title = field_default("", description="for figures")
+    extends: parts.FileName | None = field_default(
+        None,
+        exclude=True,
+        description="study file whose keys hold unless this one states them; its name is not "
+        "taken over",
+    )
     allow_implausible: TruthValue = field_default(
         default=False, description="true accepts numbers that are far from any arm, with a note"
     )
@@ -114,7 +122,10 @@ class Study(Displayed, StudyTables):
     @property
     def text(self) -> str:
         """Name, axes, limits and warnings, in a few lines."""
-        lines = [("axis", f"{key}: {_axis_text(self, key)}") for key in self.axes]
+        lines = []
+        if EXTENDS in self.sources:
+            lines.append((EXTENDS, str(self.sources[EXTENDS]["file"])))
+        lines += [("axis", f"{key}: {_axis_text(self, key)}") for key in self.axes]
         lines.append(("motion", _motion_text(self)))
         if self.conditions:
             lines.append(("conditions", ", ".join(self.conditions)))

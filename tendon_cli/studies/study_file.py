@@ -6,8 +6,10 @@ YAML anchors, aliases and tags are refused, and nothing that a file says is exec
 
 from __future__ import annotations
 
+import hashlib
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -73,7 +75,8 @@ def read_document(path: Path) -> Document:
     content = _bytes(path)
     try:
         text = content.decode("utf-8-sig").replace("\r\n", "\n")
-        return read_yaml(text) if _is_yaml(path, text) else read_toml(text)
+        document = read_yaml(text) if _is_yaml(path, text) else read_toml(text)
+        return replace(document, sha256=hashlib.sha256(content).hexdigest())
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
         problem = "not UTF-8 text, expected a study in TOML or YAML"

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import tomllib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 from tendon_cli.errors import Fault, StudyError
@@ -18,6 +19,8 @@ MAX_KEY_PARTS = 16
 """Largest number of parts of a dotted key."""
 LONG_INTEGER = "an integer of more than 4300 digits, no study needs that"
 """Fault of an integer that the grammars allow, but that Python does not convert."""
+_LONGEST_PATH = 200
+"""Largest number of characters of a path in a fault."""
 _PLAIN_WORDS = {
     "Cannot overwrite a value": "a key that is given twice, expected each key once",
     "Illegal character '\\n'": "text that is not closed on its line, expected a quote at its end",
@@ -46,29 +49,81 @@ def refused(
     return StudyError([Fault(key, problem, hint, line)])
 
 
+def shown(file: Path) -> str:
+    """Return a path as a fault shows it."""
+    return shorten(str(file), _LONGEST_PATH)
+
+
 @dataclass
 class KeyPlaces:
-    """Lines at which the keys of a study stand in its file."""
+    """Lines at which the keys of a study stand in its file, or in one that it extends."""
 
     lines: dict[str, int | None] = field(default_factory=dict)
     """Line of each dotted key, in the order of the document; None if it has no line."""
+    files: dict[str, Path] = field(default_factory=dict)
+    """File of each dotted key from another file than the study's own, from its folder."""
 
     def forget(self, path: str) -> None:
-        """Forget the lines of a key that the command line sets, and of every key inside it."""
-        inside = (key for key in self.lines if key.startswith(f"{path}."))
-        self.lines |= dict.fromkeys((path, *inside))
+        """Forget the places of a key that the command line sets, and of every key inside it."""
+        keys = (path, *self._inside(path))
+        self.lines |= dict.fromkeys(keys)
+        for key in keys:
+            self.files.pop(key, None)
+
+    def remove(self, path: str) -> None:
+        """Remove the places of a key that another file replaces, and of every key inside it."""
+        for key in (path, *self._inside(path)):
+            self.lines.pop(key, None)
+            self.files.pop(key, None)
+
+    def add(self, places: KeyPlaces) -> None:
+        """Add the places of a file that stands above; a key that both have stands there."""
+        for key in places.lines:
+            self.files.pop(key, None)
+        self.lines |= places.lines
+        self.files |= places.files
 
     def line_of(self, path: str) -> int | None:
         """Return the line of a key, or the nearest line to it.
 
         The nearest is that of the first key inside it, or else of the nearest table around it.
         """
+        return self.lines.get(self._nearest(path))
+
+    def file_of(self, path: str) -> Path | None:
+        """Return the file in which the line of a key stands; None for the study's own."""
+        return self.files.get(self._nearest(path))
+
+    def folder_of(self, path: str) -> Path:
+        """Return the folder of the file that states a key, from the folder of the study."""
+        file = self.file_of(path)
+        return Path() if file is None else file.parent
+
+    def placed(self, fault: Fault, path: str | None = None) -> Fault:
+        """Return a fault with the line and the file of its key, unless it has a line already.
+
+        Args:
+            fault: The fault.
+            path: Whole dotted key, if that of the fault is shortened.
+        """
+        if fault.line is not None:
+            return fault
+        key = fault.key if path is None else path
+        file = self.file_of(key)
+        return replace(fault, line=self.line_of(key), file=None if file is None else shown(file))
+
+    def _nearest(self, path: str) -> str:
+        """Return the key that has a place and is nearest to another; empty if there is none."""
         while path and path not in self.lines:
-            inside = [line for key, line in self.lines.items() if key.startswith(f"{path}.")]
-            if inside and inside[0] is not None:
+            inside = self._inside(path)
+            if inside and self.lines[inside[0]] is not None:
                 return inside[0]
             path = path.rpartition(".")[0]
-        return self.lines.get(path)
+        return path
+
+    def _inside(self, path: str) -> list[str]:
+        """Return the keys with places inside a table or a list, in the order of the document."""
+        return [key for key in self.lines if key.startswith(f"{path}.")]
 
 
 @dataclass(frozen=True)
@@ -79,6 +134,8 @@ class Document:
     """Tables and keys as the file has them."""
     places: KeyPlaces
     """Lines of the keys."""
+    sha256: str = ""
+    """SHA-256 of the file; empty for text that is no file."""
 
 
 def read_value(text: str) -> Any:

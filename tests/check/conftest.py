@@ -1,4 +1,4 @@
-"""Runs to check: two loads over nine pretensions, with limits that some break."""
+"""Runs to check, two loads over nine pretensions with limits that some break; and answers."""
 
 import pytest
 
@@ -36,3 +36,31 @@ def limited(tmp_path_factory):
     }
     folder = tmp_path_factory.mktemp("check") / "limited"
     return swept(folder, limits=limits, arm={"contact_width": "50 mm"})
+
+
+ANSWERED = {
+    "name": "v1",
+    "spring": {"stiffness": "4 kN/m"},
+    "spool": {"ratio": 0.6},
+    "load": {"mass": ["0 kg", "5 kg"]},
+    "sheath": {"friction": "0.07 +/- 0.01"},
+    "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
+    "people": {"count": 12, "seed": 1},
+    "uncertainty": {"draws": 4},
+    "design": {"verify": 200, "serve": 0.8},
+}
+"""A suit for persons whose window is narrow."""
+
+
+@pytest.fixture(scope="session")
+def answered(tmp_path_factory):
+    """Return folders of answers: v1, v2 with a larger spool, and v1 for other persons."""
+    folder = tmp_path_factory.mktemp("answers")
+    studies = {
+        "v1": ANSWERED,
+        "v2": ANSWERED | {"spool": {"ratio": 0.64}},
+        "others": ANSWERED | {"people": {"count": 12, "seed": 2}},
+    }
+    for name, study in studies.items():
+        tendon.design(study | {"name": name}, folder / name)
+    return {name: folder / name for name in studies}

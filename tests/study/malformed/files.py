@@ -14,6 +14,79 @@ FILES = (
     toml("a file name that is no name", "", "name", "my study", stem="my study"),
 )
 
+
+def extending(label, base, *says, line=None, **more):
+    """Return a study of three lines that extends the file base.toml."""
+    text = '[spring]\nstiffness = "5 kN/m"\n'
+    return toml(
+        f"a base {label}", f'extends = "base.toml"\n{text}', *says, line=line, files=base, **more
+    )
+
+
+BASES = (
+    extending("that is missing", {}, "extends", "base.toml", "no such file", line=1),
+    extending("that is no TOML", {"base.toml": "[load\n"}, "base.toml, ", "not TOML", line=1),
+    extending("that is not UTF-8", {"base.toml": b"# \xe9\n"}, "base.toml, ", "not UTF-8"),
+    extending("that is empty text", {"base.toml": "x"}, "base.toml, ", "not TOML", line=1),
+    extending("that is a list of one key", {"base.toml": "a=" + "[" * 40}, "base.toml", "nested"),
+    extending(
+        "with a fault",
+        {"base.toml": '\n[load]\nmass = "3 N"\n'},
+        "base.toml, line 3: load.mass",
+        "is a force",
+    ),
+    extending(
+        "that names a missing file",
+        {"base.toml": 'sheath.path = "r.csv"\n'},
+        "base.toml, line 1: sheath.path",
+        "beside base.toml",
+    ),
+    extending(
+        "that extends the study",
+        {"base.toml": 'extends = "study.toml"\n'},
+        "base.toml, line 1: extends",
+        "study.toml extends base.toml extends study.toml",
+    ),
+    extending(
+        "that extends itself",
+        {"base.toml": 'extends = "./base.toml"\n'},
+        "base.toml, line 1: extends",
+        "cannot extend itself",
+    ),
+    toml("a base that is a CSV", 'extends = "r.csv"\n', "this is a CSV", files={"r.csv": "x\n"}),
+    toml("a base that is a device", 'extends = "/dev/zero"\n', "extends", "a device", line=1),
+    toml("a base that is a folder", 'extends = "."\n', "extends", "a folder", line=1),
+    toml("a base from standard input", 'extends = "-"\n', "extends", "no such file", line=1),
+    toml("a base with a NUL", 'extends = "a\\u0000"\n', "extends", "a NUL", line=1),
+    toml("a base with an escape", 'extends = "\\u001b[31m"\n', "extends", "no such", line=1),
+    toml("a base with a long name", f'extends = "{"a" * 300}.csv"\n', "too long", line=1),
+    toml("a base without a name", 'extends = ""\n', "extends", "empty text", line=1),
+    toml("two bases", 'extends = ["a.toml"]\n', "extends", "is not text", line=1),
+    toml("a base that is a number", "extends = 1\n", "extends", "is not text", line=1),
+    toml(
+        "a key of a study above its base",
+        'extends = "base.toml"\n[load]\nmass = "3 N"\n',
+        "line 3: load.mass",
+        line=3,
+        files={"base.toml": 'load.mass = "3 kg"\n'},
+    ),
+    toml(
+        "a setting above a base",
+        'extends = "base.toml"\n',
+        "load.mass",
+        "is a force",
+        files={"base.toml": 'load.mass = "3 kg"\n'},
+        settings=("load.mass=3 N",),
+    ),
+    toml("a base in a setting", "", "extends", "no such file", settings=("extends=nowhere.toml",)),
+    toml(
+        "too many bases",
+        'extends = "0.toml"\n',
+        "more than 16 files",
+        files={f"{at}.toml": f'extends = "{at + 1}.toml"\n' for at in range(20)},
+    ),
+)
+
 ROUTE = "x,y,z\n0,0,0\n0.1,0,0\n0.2,0.1,0\n"
 FRICTION = "[friction]\ncoefficient = 0.07\nstandard_error = 0.001\n"
 

@@ -1,0 +1,166 @@
+"""Results side by side on one scale: windows of answers, margins of runs, maps of choices."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tendon_cli import say
+from tendon_cli.answer_record import as_answer, named_first
+from tendon_cli.cube.cube import Cube
+from tendon_cli.figures.backend import Axes, Line2D, Patch
+from tendon_cli.figures.choice_maps import draw_tolerance, long_axes, longest_tolerance, star
+from tendon_cli.figures.frame import Page, framed
+from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, house_style
+from tendon_cli.model.kinematics import Array
+
+_WINDOW = "#b4d4ea"
+_ROW = 11.0
+"""Height of the row of an answer, mm."""
+_ROOM_FOR_NAME = 0.2
+"""Share of the width of the picture that the name of a limit needs."""
+_ROOM = 1.3
+"""Right edge of the picture over the largest end, as a factor."""
+_MOST_POINTS = 20_000
+"""Largest number of designs that are drawn, evenly spread."""
+
+
+class WindowRow(NamedTuple):
+    """The window of an answer, in the unit that is read."""
+
+    label: str
+    low: float | None
+    """Lower end; None without a window."""
+    high: float | None
+    """Upper end; None if nothing bounds it."""
+    pretension: float | None
+    """Pretension that is set."""
+    fresh: tuple[float, float | None] | None
+    """Window of the fresh sample."""
+    limits: tuple[str, str]
+    """Limits that bind below and above, in words."""
+
+
+def windows_page(rows: Sequence[WindowRow], title: str, read: str, unit: str, study: str) -> Page:
+    """Draw the windows of answers below each other over one axis.
+
+    Args:
+        rows: The windows.
+        title: Title of the page.
+        read: What is read, in words.
+        unit: Its unit.
+        study: Name and hash of the study for the file's metadata.
+    """
+    ends = [end for row in rows for end in (row.low, row.high, row.pretension) if end is not None]
+    right = _ROOM * max(ends, default=1.0) or 1.0
+    key: list[Any] = [Patch(facecolor=_WINDOW, label="window of the study's own conditions")]
+    if any(row.fresh is not None for row in rows):
+        key.append(Line2D([], [], color=INK, linewidth=1.2, label="window of the fresh sample"))
+    key.append(star(label="what is set"))
+    with house_style():
+        page = framed(title, 14.0 + _ROW * len(rows), key, study=study)
+        panel = page.figure.subplots()
+        for place, row in enumerate(rows):
+            _draw_row(panel, row, place, right)
+        panel.set_yticks(range(len(rows)), [row.label for row in rows])
+        panel.set(xlim=(0.0, right), ylim=(len(rows) - 0.4, -0.6), xlabel=f"{read} ({unit})")
+    return page
+
+
+def _draw_row(panel: Axes, row: WindowRow, place: int, right: float) -> None:
+    """Draw the window of one answer in its row."""
+    small: dict[str, Any] = {"size": 6.0, "color": FAINT, "va": "center"}
+    if row.low is None:
+        panel.text(0.5 * right, place, "no window", ha="center", **small)
+        return
+    high = right if row.high is None else row.high
+    panel.barh(place, high - row.low, 0.5, row.low, color=_WINDOW)
+    if row.fresh is not None:
+        low, fresh_high = row.fresh
+        panel.plot([low, right if fresh_high is None else fresh_high], [place, place], color=INK)
+    if row.pretension is not None:
+        panel.plot(row.pretension, place, marker="*", color=INK, markersize=9, zorder=5)
+    below, above = row.limits
+    pad = 0.008 * right
+    if below and row.low > _ROOM_FOR_NAME * right:
+        panel.text(row.low - pad, place, below, ha="right", **small)
+    elif below:
+        panel.text(row.low, place + 0.4, below, ha="left", **small)
+    if above and row.high is not None:
+        panel.text(high + pad, place, above, ha="left", **small)
+
+
+def margins_page(
+    before: Array, now: Array, labels: tuple[str, str], title: str, study: str
+) -> Page:
+    """Draw the margins of the designs in two runs over each other, on one scale.
+
+    Args:
+        before: Margins in the first run, (designs,), N; NaN without equilibrium.
+        now: Margins in the later one.
+        labels: Names of both.
+        title: Title of the page.
+        study: Name and hash of the study for the file's metadata.
+    """
+    known = np.flatnonzero(np.isfinite(before) & np.isfinite(now))
+    every = max(1, math.ceil(len(known) / _MOST_POINTS))
+    shown = known[::every]
+    notes = ["Above the line the margin is larger in the later run."]
+    if len(known) < len(before):
+        left_out = say.counted(len(before) - len(known), "design")
+        notes.append(f"{left_out} without equilibrium in one of them not shown.")
+    if every > 1:
+        notes.append(f"{len(shown):,} of {len(known):,} designs, evenly spread.")
+    ends = np.concatenate([before[shown], now[shown], [0.0]])
+    pad = 0.05 * float(np.ptp(ends)) or 1.0
+    low = float(ends.min()) - pad
+    high = float(ends.max()) + pad
+    with house_style():
+        page = framed(title, 95.0, (), notes, study=study)
+        panel = page.figure.subplots()
+        panel.plot([low, high], [low, high], color=FAINT, linewidth=0.8)
+        panel.axhline(0.0, color=FAINT, linewidth=0.5)
+        panel.axvline(0.0, color=FAINT, linewidth=0.5)
+        points: dict[str, Any] = {"marker": "o", "linestyle": "", "color": OKABE_ITO[0]}
+        panel.plot(before[shown], now[shown], markersize=2.5, alpha=0.6, **points)
+        first, later = labels
+        panel.set(
+            xlim=(low, high),
+            ylim=(low, high),
+            aspect="equal",
+            xlabel=f"margin, {first} (N)",
+            ylabel=f"margin, {later} (N)",
+        )
+    return page
+
+
+def maps_on_one_scale(
+    cubes: Sequence[Cube], records: Sequence[Mapping[str, Any]]
+) -> list[Page | None]:
+    """Draw the map of each answer's choices with colours of one scale.
+
+    Args:
+        cubes: Choices of the answers.
+        records: Records of the answers.
+
+    Returns:
+        A page for each answer; None for one without two axes of choices.
+    """
+    answers = [as_answer(record) for record in records]
+    chosen = [named_first(answer) for answer in answers]
+    longest = 0.0
+    for cube, choice in zip(cubes, chosen, strict=True):
+        if choice is not None and len(long_axes(cube)) > 1:
+            longest = max(longest, longest_tolerance(cube, choice))
+    pages: list[Page | None] = []
+    for cube, answer, choice in zip(cubes, answers, chosen, strict=True):
+        if choice is None:
+            pages.append(None)
+            continue
+        with house_style():
+            page = draw_tolerance(cube, answer, choice, longest)
+        pages.append(None if page is None else page.of_joint(answer))
+    return pages

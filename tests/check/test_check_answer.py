@@ -1,0 +1,120 @@
+"""The gate of answers: closed where the choice named first fails or has moved, else open."""
+
+import json
+
+import pytest
+
+import tendon_cli as tendon
+from tendon_cli.checks.check import check
+from tendon_cli.checks.check_text import annotation
+from tendon_cli.errors import InputError, UsageError
+
+SUIT = {
+    "name": "suit",
+    "spring": {"stiffness": "5 kN/m"},
+    "spool": {"ratio": 0.6},
+    "load": {"mass": ["0 kg", "5 kg"]},
+    "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
+}
+
+
+@pytest.fixture(scope="session")
+def gates(tmp_path_factory):
+    """Return folders of answers for a suit, for one with other springs, and for one that fails."""
+    folder = tmp_path_factory.mktemp("gates")
+    studies = {
+        "suit": SUIT,
+        "stiffer": SUIT | {"spring": {"stiffness": "5.1 kN/m"}},
+        "fails": SUIT | {"spool": {"ratio": 1.0}, "load": {"mass": ["0 kg", "10 kg"]}},
+    }
+    for name, study in studies.items():
+        tendon.design(study, folder / name)
+    return {name: folder / name for name in studies}
+
+
+def record_of(folder):
+    return json.loads((folder / "design.json").read_text())
+
+
+def test_an_answer_whose_choice_does_passes(gates):
+    assert check(gates["suit"]).holds
+    assert check(gates["suit"]).record["best"] == record_of(gates["suit"])["best"]
+    failed = check(gates["fails"])
+    assert not failed.holds
+    assert failed.record["conflicts"]
+
+
+def test_a_choice_that_the_fresh_sample_refutes_fails(answered, tmp_path):
+    best = record_of(answered["v1"])["best"]
+    assert check(answered["v1"]).holds == best["feasible"]
+    study = tendon.open(answered["v1"]).study
+    strict = tendon.design(study.vary(**{"design.serve": 0.999}), tmp_path / "x")
+    assert strict.best is None or not strict.best["feasible"]
+    assert not check(tmp_path / "x").holds
+
+
+def test_an_answer_has_not_moved_from_itself(gates, answered):
+    for folder in (*gates.values(), answered["v1"]):
+        checked = check(folder, folder, tolerance=0.0)
+        assert checked.holds
+        assert checked.record["changes"] == []
+
+
+def test_the_gate_closes_where_a_number_moved_by_more_than_the_tolerance(gates):
+    apart = ["spring.stiffness"]
+    before = record_of(gates["suit"])["best"]
+    now = record_of(gates["stiffer"])["best"]
+    names = ("pretension_from", "pretension_to", "pretension", "set_flexor_tension")
+    shares = {name: abs(now[name] - before[name]) / max(now[name], before[name]) for name in names}
+    checked = check(gates["stiffer"], gates["suit"], apart=apart)
+    assert not checked.holds
+    found = {change["quantity"]: change["share"] for change in checked.record["changes"]}
+    for name, share in shares.items():
+        assert found[name] == pytest.approx(share)
+    largest = max(found.values())
+    assert check(gates["stiffer"], gates["suit"], apart=apart, tolerance=largest).holds
+    just_below = check(gates["stiffer"], gates["suit"], apart=apart, tolerance=0.999 * largest)
+    assert len(just_below.record["changes"]) >= 1
+
+
+def test_another_study_needs_its_key_to_be_named(gates):
+    with pytest.raises(UsageError, match=r"spring\.stiffness was 5000\.0, now 5100\.0"):
+        check(gates["stiffer"], gates["suit"])
+    with pytest.raises(UsageError, match="no key"):
+        check(gates["stiffer"], gates["suit"], apart=["spring.stifness"])
+
+
+def test_a_window_that_is_lost_is_a_change_at_any_tolerance(gates):
+    apart = ["spool.ratio", "load.mass"]
+    checked = check(gates["fails"], gates["suit"], apart=apart, tolerance=1e9)
+    assert not checked.holds
+    assert "no longer keeps the limits" in checked.text
+    assert "smallest pretension: none" in checked.text
+    back = check(gates["suit"], gates["fails"], apart=apart, tolerance=1e9)
+    assert "keeps the limits for as many as the study asks for now" in back.text
+
+
+def test_a_run_is_no_baseline_of_an_answer(gates, plain):
+    with pytest.raises(InputError, match="expected an answer as baseline"):
+        check(gates["suit"], plain)
+    with pytest.raises(InputError, match="expected a sweep as baseline"):
+        check(plain, gates["suit"])
+
+
+def test_the_command_exits_with_0_or_4_and_annotates(tendon, gates):
+    suit, stiffer = str(gates["suit"]), str(gates["stiffer"])
+    assert tendon("check", suit).exit == 0
+    words = ("check", stiffer, "--baseline", suit, "--except", "spring.stiffness")
+    failed = tendon(*words, "--annotate", "--json")
+    assert failed.exit == 4
+    assert failed.json["holds"] is False
+    assert failed.err.startswith("::error title=tendon check - changed::")
+    assert failed.err.count("\n") == 1
+    assert tendon(*words, "--tolerance", "0.5", "--annotate").err == ""
+
+
+def test_an_annotation_is_one_line_in_the_form_that_github_reads():
+    line = annotation("a: 3 % of\r\n  b\n" * 30, "changed")
+    assert "\n" not in line
+    assert "\r" not in line
+    assert "3 %25 of%0D%0A  b" in line
