@@ -21,10 +21,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .elastic_links import History
+from .elastic_links import History, Motion, simulate
 from .gripped_cables import Array
-from .plain_dictionary import flexor_length
-from .suit_logs import CYCLE, RATE, LogFault, Session, SuitLog, session_of, write_log
+from .suit_logs import CYCLE, RATE, LogFault, Session, SuitLog, rig_of, session_of, write_log
 
 BEADS = 8
 """Beads of each cable."""
@@ -146,16 +145,19 @@ def link_compliances(suit: Mapping[str, Any]) -> Array:
     return links
 
 
-def spool_stroke(session: Session, log: int) -> float:
-    """Return a turn of the spool that bends the joint about as far as a session wants, rad.
+def spool_course(session: Session, log: int) -> Array:
+    """Return how the servo turns the spool, from 0 on, at a log's rows, rad.
 
-    It winds what the flexor's path shortens, and what its springs stretch by a further 60 N.
+    It is how the rig of elastic links would turn it for the session's angles: only so that the
+    joint moves about so. The joint's angle that is logged is the engine's own.
     """
-    suit = session.suit
-    wanted = session.angles[log]
-    shortens = flexor_length(suit["arm"], wanted.min()) - flexor_length(suit["arm"], wanted.max())
-    stretches = 60.0 * link_compliances(suit).sum()
-    return float(shortens + stretches) / suit["spool"]["flexor_radius"]
+    motion = Motion(
+        time=session.time, angle=session.angles[log], acceleration=np.zeros(len(session.time))
+    )
+    (led,) = simulate([rig_of(session, session.loads[log])], [motion], nodes=BEADS)
+    smooth = np.hanning(15) / np.hanning(15).sum()
+    padded = np.pad(led.spool_angle, 7, mode="edge")
+    return np.convolve(padded, smooth, mode="valid") - led.spool_angle[0]
 
 
 @dataclass(frozen=True)
@@ -235,7 +237,7 @@ def run_log(session: Session, log: int) -> dict[str, Array]:
     kept = {name: np.zeros(rows) for name in CHANNELS}
     every = round(1.0 / (RATE * STEP))
     lead = round(LEAD / STEP)
-    stroke = spool_stroke(session, log)
+    course = spool_course(session, log)
     start = float(session.angles[log].min())
     begin = 0.0
     for count in range(lead + rows * every):
@@ -243,8 +245,7 @@ def run_log(session: Session, log: int) -> dict[str, Array]:
         angle = engine.data.qpos[elbow]
         if time < LEAD - 1.0:
             begin += GAIN * STEP * (start - angle)
-        turn = 2.0 * np.pi * max(time - LEAD, 0.0) / CYCLE
-        aim = begin + 0.5 * stroke * (1.0 - np.cos(turn))
+        aim = begin + np.interp(time - LEAD, session.time, course)
         engine.step(aim, np.interp(time, [LEAD - 1.0, LEAD], [STEADYING, DAMPING]))
         row, rest = divmod(count - lead, every)
         if row >= 0 and rest == 0:
@@ -278,7 +279,10 @@ def kept_history(seed: int, log: int) -> History:
 
 
 def mujoco_log(seed: int = SEEDS[0], with_tension: bool = False) -> SuitLog:
-    """Return study, logs and truth of a suit of MuJoCo, with noise as of other suits."""
+    """Return study, logs and truth of a suit of MuJoCo, with noise as of other suits.
+
+    Its bodies have inertia, which at these speeds takes up to 0.3 N m, and its joint is damped.
+    """
     session = session_of(seed, "none")
     if with_tension:
         session = replace(session, tensions=("flexor_tension_proximal",))

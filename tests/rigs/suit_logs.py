@@ -189,8 +189,8 @@ class SuitLog:
         study: Study as a file has it; its loads are those of the logs, in their order.
         texts: CSV text of each log.
         loads: Stated load of each log, kg; a log has its load in a column as well.
-        truth: `numbers` {key of the study: value, SI}, `sensors` {name: value}, `expects`,
-            `pattern`.
+        truth: `numbers` {key of the study: value, SI}, `loads`, `sensors` {name: value},
+            `inertia` of the arm without the load, `expects`, `pattern`.
     """
 
     fault: str
@@ -567,6 +567,7 @@ FAULTS: dict[str, LogFault] = {
     "fast": LogFault("either", "speed", with_inertia),
     "partial strokes": LogFault(suit=other_motion(partial)),
     "holds": LogFault(suit=other_motion(holds)),
+    "inertia": LogFault(suit=true_number("motion.inertia", 0.05)),
     "one load": LogFault("either", "", only(1)),
     "two loads": LogFault(suit=only(0, 2)),
     "one stroke": LogFault("either", "", one_stroke),
@@ -706,8 +707,6 @@ def study_of(session: Session, name: str) -> dict[str, Any]:
     study = study_numbers({part: session.stated[part] for part in parts})
     for key, text in FITTED.items():
         study = change(study, key, text)
-    if "inertia" in session.suit["motion"] and session.suit["motion"]["inertia"]:
-        study["motion"] = {"inertia": f"{session.suit['motion']['inertia']!r} kg m2"}
     study["name"] = name
     return study
 
@@ -720,6 +719,7 @@ def truth_of(session: Session, fault: LogFault) -> dict[str, Any]:
         "numbers": numbers,
         "loads": session.loads,
         "sensors": vars(session.sensors).copy(),
+        "inertia": session.suit["motion"]["inertia"],
         "expects": fault.expects,
         "pattern": fault.pattern,
     }
