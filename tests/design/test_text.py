@@ -114,10 +114,12 @@ def has_type(value, kind):
 def wrong_keys(value, kind):
     """Return the keys that a TypedDict does not have, and those of another type."""
     declared = get_type_hints(kind)
+    hints = get_type_hints(kind, include_extras=True)
+    optional = {name for name, hint in hints.items() if get_origin(hint) is typing.NotRequired}
     may_be_more = kind is ChoiceRecord  # columns of axes
     unknown = [] if may_be_more else sorted(value.keys() - declared.keys())
-    missing = sorted(declared.keys() - value.keys())
-    present = declared.keys() - missing
+    missing = sorted(declared.keys() - value.keys() - optional)
+    present = declared.keys() & value.keys()
     return [*unknown, *missing, *(k for k in present if not has_type(value[k], declared[k]))]
 
 
