@@ -52,6 +52,16 @@ def choice_words(question: QuestionRecord, choice: ChoiceRecord | Values) -> str
     )
 
 
+def short_choice_words(question: QuestionRecord, choice: ChoiceRecord | Values) -> str:
+    """Say a choice by its value on each axis, parts by their names alone: "spring S5, motor M2"."""
+    return ", ".join(
+        row_name(axis["key"], str(value_of(choice, axis["column"])), "")
+        if "carries" in axis
+        else value_words(axis, value_of(choice, axis["column"]))
+        for axis in question["choices"]
+    )
+
+
 def condition_words(question: QuestionRecord, condition: Values) -> str:
     """Say a condition, within brackets, by its value on each axis; empty if there is no axis."""
     return ", ".join(

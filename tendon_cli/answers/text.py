@@ -24,6 +24,7 @@ from tendon_cli.answers.phrases import (
     carried_words,
     choice_words,
     costs,
+    short_choice_words,
     sums_words,
     window_of,
 )
@@ -351,7 +352,7 @@ def _table_of_choices(record: AnswerResults, rows: Sequence[tuple[str, ChoiceRec
         lines.append(
             [
                 name,
-                mark + choice_words(record["question"], row),
+                mark + short_choice_words(question, row),
                 *(carried_words(question, row, column) for column in carried),
                 f"{say.number(low, 3)} {upper}",
                 tolerance_millimetres(row),
