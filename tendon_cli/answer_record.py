@@ -65,9 +65,23 @@ class AccuracyRecord(TypedDict):
     """Tension of the kind that is read, N."""
 
 
+class CarriedRecord(TypedDict):
+    """A number that rows of tables carry along, such as a price."""
+
+    name: str
+    """Name of its column in the tables."""
+    unit: str
+    """Unit as the tables have it; may be empty."""
+    tables: list[str]
+    """Tables over which it is summed."""
+
+
 class QuestionRecord(TypedDict):
     """The question that is answered, as far as words about the answer need it."""
 
+    carried: NotRequired[dict[str, CarriedRecord]]
+    """Numbers that rows of tables carry along, by their columns in the choices; only if there are
+    any."""
     joint: str
     """Name of the joint: "elbow"."""
     read: str
@@ -471,6 +485,17 @@ class ConflictRecord(TypedDict):
     """The choice nearest to a window."""
 
 
+class PartRecord(TypedDict):
+    """A row of a table of choices, such as a part that one can buy."""
+
+    table: str
+    """Name of the table."""
+    name: str
+    """Name of the row."""
+    value: float
+    """Value that it sets of the number in question, SI."""
+
+
 class FixRecord(TypedDict):
     """The least change of one number that gives the choice nearest to a window one."""
 
@@ -500,6 +525,8 @@ class FixRecord(TypedDict):
     """A pretension in the window of the printed value, N."""
     served_verified: VerifiedRecord | None
     """Judgement of a fresh sample on the printed value at that pretension; null without one."""
+    nearest: NotRequired[PartRecord]
+    """Row whose value is nearest to the one that gives a window; only if a table sets it."""
 
 
 class RelaxationRecord(TypedDict):

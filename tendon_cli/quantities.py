@@ -45,6 +45,11 @@ class Quantity:
     over: Callable[[Any], Any] | None = None
     """For a column of designs: reduces these values, a design's states along their last axis."""
 
+    @property
+    def has_own_unit(self) -> bool:
+        """True for a number in a unit that is not converted, such as a price in EUR."""
+        return self.dimension == "number" and self.unit != "1"
+
 
 _SHOWN_IN = {
     "length": "mm",

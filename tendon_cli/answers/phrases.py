@@ -53,6 +53,16 @@ def choice_words(question: QuestionRecord, choice: ChoiceRecord | Values) -> str
     )
 
 
+def short_choice_words(question: QuestionRecord, choice: ChoiceRecord | Values) -> str:
+    """Say a choice by its value on each axis, parts by their names alone: "spring S5, motor M2"."""
+    return ", ".join(
+        row_name(axis["key"], str(value_of(choice, axis["column"])), "")
+        if "carries" in axis
+        else value_words(axis, value_of(choice, axis["column"]))
+        for axis in question["choices"]
+    )
+
+
 def condition_words(question: QuestionRecord, condition: Values) -> str:
     """Say a condition, within brackets, by its value on each axis; empty if there is no axis."""
     return ", ".join(
@@ -132,6 +142,25 @@ def bounds(question: QuestionRecord, *values: Mapping[str, Any]) -> dict[str, fl
 def broken(question: QuestionRecord, limit: str, *values: Mapping[str, Any]) -> str:
     """Say what happens if a limit is not kept, with its bound for the values of `bounds`."""
     return say.limit_words(limit, bounds(question, *values), question["read"]).broken
+
+
+def sums_words(question: QuestionRecord, row: ChoiceRecord) -> str:
+    """Say what a choice adds up of its parts: "price 141 EUR, mass 410 g in all"; or nothing."""
+    texts = []
+    for column, carried in question.get("carried", {}).items():
+        value = carried_words(question, row, column)
+        if len(carried["tables"]) > 1 and value != "-":
+            texts.append(f"{say.spaced(column)} {value}")
+    return f"{', '.join(texts)} in all" if texts else ""
+
+
+def carried_words(question: QuestionRecord, row: ChoiceRecord | Values, column: str) -> str:
+    """Say a number that the parts of a choice carry along: "141 EUR"; "-" if it is not known."""
+    value = value_of(row, column)
+    if value is None:
+        return "-"
+    unit = question.get("carried", {})[column]["unit"]
+    return f"{float(value):,.12g} {unit}".rstrip()
 
 
 # --- Windows --------------------------------------------------------------------------------------

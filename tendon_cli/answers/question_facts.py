@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
-from tendon_cli.answer_record import AxisRecord, GoalRecord, QuestionRecord, Value, Values
+from tendon_cli.answer_record import (
+    AxisRecord,
+    CarriedRecord,
+    GoalRecord,
+    QuestionRecord,
+    Value,
+    Values,
+)
 from tendon_cli.answers.text_notes import question_notes
 from tendon_cli.model.design import F0
 from tendon_cli.quantities import unit_of_reading
@@ -16,12 +24,15 @@ from tendon_cli.studies.values import RIGID
 from tendon_cli.windows.question import Goal, Question
 from tendon_cli.windows.solutions import NEEDED
 
+_MOST_TOLD_ROWS = 1000
+"""Rows of the largest table all of whose rows are told in a record."""
+
 
 def question_record(question: Question) -> QuestionRecord:
     """Return the record of a question."""
     study = question.study
     groups = question.groups
-    return {
+    record: QuestionRecord = {
         "joint": str(study.joint.name),
         "read": study.setting.read,
         "unit": unit_of_reading(study.setting.read),
@@ -42,6 +53,52 @@ def question_record(question: Question) -> QuestionRecord:
         "has_goals": bool(question.goals),
         "place": question.placement.point,
     }
+    carried: dict[str, CarriedRecord] = {
+        column.column: {
+            "name": column.first.name,
+            "unit": column.first.unit,
+            "tables": list(column.tables),
+        }
+        for column in question.choices.carried
+        if not column.first.words
+    }
+    if carried:
+        record["carried"] = carried
+    return record
+
+
+def with_named_rows(question: QuestionRecord, said: Any) -> QuestionRecord:
+    """Return the record of a question that tells of large tables only the rows that are named.
+
+    Args:
+        question: The record.
+        said: What the answer says, with the names of rows in it.
+    """
+    if all(len(axis["sets"] or ()) <= _MOST_TOLD_ROWS for axis in question["choices"]):
+        return question
+    named = set(_texts_in(said))
+    choices = []
+    for axis in question["choices"]:
+        told = axis.copy()
+        if axis["sets"] is not None:
+            told["sets"] = {name: sets for name, sets in axis["sets"].items() if name in named}
+        if "carries" in axis:
+            carries = axis["carries"]
+            told["carries"] = {name: words for name, words in carries.items() if name in named}
+        choices.append(told)
+    return {**question, "choices": choices}
+
+
+def _texts_in(value: Any) -> Iterator[str]:
+    """Yield every text among the values of a record, but not its keys."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, Mapping):
+        for inner in value.values():
+            yield from _texts_in(inner)
+    elif isinstance(value, list | tuple):
+        for inner in value:
+            yield from _texts_in(inner)
 
 
 def notes_of(question: Question) -> list[str]:

@@ -32,6 +32,7 @@ from tendon_cli.answers.question_facts import (
     notes_of,
     question_record,
     value_at,
+    with_named_rows,
 )
 from tendon_cli.answers.remedies import (
     choices_to_relax_for,
@@ -336,7 +337,9 @@ def make_record(solver: Solver, notes: Sequence[Note], report: Report) -> Made:
         accuracy = setting["accuracy"]
         record["decided"] = decision_record(question, notes, of_grid, chosen, accuracy)
     judged = None if verifier is None else verifier.judge(named_first)
-    return Made(record, named_first, named.records(named_first)[0], judged)
+    row_of_first = named.records(named_first)[0]
+    record["question"] = with_named_rows(record["question"], (record, row_of_first))
+    return Made(record, named_first, row_of_first, judged)
 
 
 def _lost_windows(relevant: Solutions, certificates: Certificates) -> list[Solutions]:

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tendon_cli.answer_record import FixRecord, RelaxationRecord, Values
+from tendon_cli.answer_record import FixRecord, PartRecord, RelaxationRecord, Values
 from tendon_cli.answers.least_change import (
     BISECTION,
     SCAN,
@@ -27,7 +27,7 @@ from tendon_cli.answers.question_facts import recorded_value
 from tendon_cli.answers.verified_record import verified_record
 from tendon_cli.model.kinematics import Spline
 from tendon_cli.model.limits import LIMITS
-from tendon_cli.space.axis import LIMIT, evenly_spaced
+from tendon_cli.space.axis import LIMIT, NamedAxis, evenly_spaced
 from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows.order import Order, last_stage
 from tendon_cli.windows.points import Points
@@ -182,7 +182,7 @@ def _fix(
     solved = change.solve(judging, np.array([opening.value]), points, with_worst=True)
     printed = printed_value(judging, change, opening)
     judged = None if verifier is None else judge_change(verifier, change, printed, points)
-    return {
+    record: FixRecord = {
         "parameter": key,
         "before": before,
         "after": opening.value,
@@ -197,6 +197,27 @@ def _fix(
         "printed_pretension": printed.pretension,
         "served_verified": None if judged is None else verified_record(judged),
     }
+    nearest = _nearest_part(solver.question, key, opening.value)
+    if nearest is not None:
+        record["nearest"] = nearest
+    return record
+
+
+def _nearest_part(question: Question, key: str, value: float) -> PartRecord | None:
+    """Return the row of a table of choices whose value of a number is nearest, by its factor.
+
+    Return None if no table sets the number.
+    """
+    for axis in question.choices.axes:
+        values = axis.numbers.get(key)
+        if not isinstance(axis, NamedAxis) or values is None or not (values > 0.0).any():
+            continue
+        with np.errstate(divide="ignore", invalid="ignore"):
+            distance = np.abs(np.log(values / value))
+        in_order = np.lexsort([axis.rank, distance])  # NaN comes last
+        row = int(in_order[0])
+        return {"table": axis.key, "name": axis.names[row], "value": float(values[row])}
+    return None
 
 
 def choices_to_relax_for(question: Question) -> Points:

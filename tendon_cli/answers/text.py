@@ -19,7 +19,15 @@ from tendon_cli.answer_record import (
     value_of,
 )
 from tendon_cli.answers import phrases
-from tendon_cli.answers.phrases import COSTS, choice_words, costs, window_of
+from tendon_cli.answers.phrases import (
+    COSTS,
+    carried_words,
+    choice_words,
+    costs,
+    short_choice_words,
+    sums_words,
+    window_of,
+)
 from tendon_cli.answers.text_bench import bench_heading, drift_words, to_set
 from tendon_cli.answers.text_exact import exact_words
 from tendon_cli.answers.text_order import (
@@ -68,6 +76,14 @@ def answer_blocks(record: AnswerResults) -> Iterator[say.Block]:
     yield from ({"note": note} for note in record["notes"])
 
 
+def _parts(record: AnswerResults, best: ChoiceRecord) -> Iterator[str]:
+    """Yield what the parts of the best choice add up to, and what parts it needs."""
+    sums = sums_words(record["question"], best)
+    if sums:
+        yield sums
+    yield from parts_words(record)
+
+
 def _list(heading: str, texts: Iterable[str]) -> Iterator[say.Block]:
     """Yield a list under its heading; nothing if it is empty."""
     items = [*texts]
@@ -100,7 +116,7 @@ def _answer(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Block]:
     setting = record["setting"]
     if setting is not None:
         yield from _list(bench_heading(question, setting), to_set(record, best, setting))
-    yield from _list(HEADING, parts_words(record))
+    yield from _list(HEADING, _parts(record, best))
     yield from _list(
         "What moves the window most, per 1 %", _moves(question, record["sensitivities"])
     )
@@ -322,7 +338,11 @@ def _table_of_choices(record: AnswerResults, rows: Sequence[tuple[str, ChoiceRec
     shows_share = record["serve"] < 1.0
     share_head = ["served"] if shows_share else []
     unit = record["question"]["unit"]
-    lines = [["", "", f"window {unit}", "±mm", "±%", unit, *share_head, *COSTS.values()]]
+    question = record["question"]
+    columns = [goal["column"] for goal in record["goals"]]
+    carried = [column for column in columns if column in question.get("carried", {})]
+    heads = [say.spaced(column) for column in carried]
+    lines = [["", "", *heads, f"window {unit}", "±mm", "±%", unit, *share_head, *COSTS.values()]]
     for name, row in rows:
         low, high = window_of(row) or (np.nan, np.nan)
         mark = "~" if row["refined"] else ""
@@ -332,7 +352,8 @@ def _table_of_choices(record: AnswerResults, rows: Sequence[tuple[str, ChoiceRec
         lines.append(
             [
                 name,
-                mark + choice_words(record["question"], row),
+                mark + short_choice_words(question, row),
+                *(carried_words(question, row, column) for column in carried),
                 f"{say.number(low, 3)} {upper}",
                 tolerance_millimetres(row),
                 tolerance_percent(row),

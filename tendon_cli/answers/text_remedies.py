@@ -33,7 +33,7 @@ def fixes_table(question: QuestionRecord, fixes: Sequence[FixRecord]) -> Iterato
         before = parameter(fix["parameter"], fix["before"])
         judged = fix["served_verified"]
         share = [] if judged is None else [say.percent(judged["value"])]
-        changed = f"{before} to {fix['printed']}"
+        changed = f"{before} to {fix['printed']}{_nearest_words(fix)}"
         lines.append([changed, fix["printed_pretension"], *share, *costs(fix)])
     yield say.heading("What would help, all else equal")
     if len(lines) > 1:
@@ -50,12 +50,21 @@ def fix_words(question: QuestionRecord, fix: FixRecord) -> str:
     before = parameter(fix["parameter"], fix["before"])
     words = f"set to {fix['printed_pretension']} {question['unit']}"
     if not before.endswith(f" {fix['printed']}"):
-        words = f"{before} to {fix['printed']}, {words}"
+        words = f"{before} to {fix['printed']}{_nearest_words(fix)}, {words}"
     judged = fix["served_verified"]
     share = "" if judged is None else f"{say.percent(judged['value'])} served, "
     of_costs = zip(COSTS.values(), costs(fix), strict=True)
     needs = [f"{head} {cost}" for head, cost in of_costs if cost != "-"]
     return f"{words}: {share}{', '.join(needs)}"
+
+
+def _nearest_words(fix: FixRecord) -> str:
+    """Name the row of a table that is nearest to the value of a fix, in brackets; or nothing."""
+    nearest = fix.get("nearest")
+    if nearest is None:
+        return ""
+    value = parameter(fix["parameter"], nearest["value"])
+    return f" (nearest in the catalogue: {nearest['table']} {nearest['name']}, {value})"
 
 
 def quantity_of_demand(key: str) -> Quantity:

@@ -75,7 +75,9 @@ def _answer(record: AnswerResults, best: ChoiceRecord) -> Iterator[Section]:
     if record["setting"] is not None:
         yield Section("To set it", [*_to_set(record, best, record["setting"])])
     if record["parts_needed"] is not None:
-        parts = [Clause(words, 3) for words in short_parts(record["parts_needed"])]
+        sums = phrases.sums_words(record["question"], best)
+        parts = [Clause(sums, 2)] if sums else []
+        parts += [Clause(words, 3) for words in short_parts(record["parts_needed"])]
         yield Section("Parts", parts)
     yield Section("Rests on", [*_rests_on(record)])
 

@@ -200,10 +200,13 @@ def templates() -> list[Any]:
 
 
 def tables(ctx: typer.Context) -> list[Any]:
-    """Return the tables of the folder that the line names, or else of every kind of folder."""
+    """Return the tables of the folder or the study that the line names, or else of every kind."""
     from tendon_cli.registry import table_kinds
 
     source = _source(ctx)
+    if source is not None and source.suffix.lower() in (".toml", ".yaml", ".yml"):
+        study = _study(ctx)
+        return [table.key for table in study.row_tables] if study is not None else []
     if source is not None:
         found = [name for name in table_kinds() if (source / f"{name}.parquet").exists()]
         if found:

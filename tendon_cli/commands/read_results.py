@@ -332,7 +332,10 @@ def export(
     overwrite: options.OverwriteFileOption = False,
     as_json: options.JsonOption = False,
 ) -> None:
-    """Write a table as CSV, in SI units, for tools that cannot read Parquet."""
+    """Write a table as CSV, in SI units, for tools that cannot read Parquet.
+
+    Of a study, --table names one of its [[table]]: the rows of a sample are written out.
+    """
     from tendon_cli.cube.rows import CsvForm, rows_in
     from tendon_cli.cube.rows import export as write_rows
 

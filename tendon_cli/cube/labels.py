@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.quantities import AS_READ, SIDES, Quantity, in_unit_of_reading, unit_of_reading
-from tendon_cli.space.axis import Axis
+from tendon_cli.space.axis import Axis, NamedAxis
 from tendon_cli.studies.axis_words import told_words
 from tendon_cli.studies.contents import column_of, keys
 from tendon_cli.units import factor_of
@@ -48,7 +48,7 @@ class ColumnLabel:
             units: Units by dimension that overrule the usual ones.
         """
         unit = (units or {}).get(quantity.dimension, quantity.shown_in)
-        factor = 1.0 if unit == quantity.unit else factor_of(unit)
+        factor = 1.0 if quantity.has_own_unit else factor_of(unit)
         return cls(column, quantity, unit, factor)
 
     @property
@@ -133,7 +133,9 @@ def drawn_name(axis: Axis, name: str, units: Mapping[str, str] | None = None) ->
         return ColumnLabel.of(column_of(key), keys()[key].quantity, units).equation(value)
 
     told = told_words(axis, name, equation)
-    text = plain(name, width=_LONGEST_NAME, lines=1)
+    is_number = isinstance(axis, NamedAxis) and name.isdigit()
+    shown = f"{axis.column} {name}" if is_number else name
+    text = plain(shown, width=_LONGEST_NAME, lines=1)
     return f"{text} ({told})" if told else text
 
 

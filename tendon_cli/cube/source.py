@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 
 from tendon_cli.cube.columns import TableColumns, column_named
@@ -17,17 +19,23 @@ from tendon_cli.files import read_file
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.registry import record_names, table_kinds
+from tendon_cli.space.axis import split_side
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.figures import OF_STATES
+from tendon_cli.studies.load import load_study
+from tendon_cli.studies.model_words import WORDS_OF
 from tendon_cli.studies.people.people_section import MAX_BYTES as MAX_PEOPLE_BYTES
 from tendon_cli.studies.people.persons_csv import read_persons
-from tendon_cli.studies.study import Study
+from tendon_cli.studies.row_table import NAME, RowTable, carried_cells
+from tendon_cli.studies.study import Study, keys
 from tendon_cli.tables.named import CHOICES, open_choices
 from tendon_cli.tables.read import AnyTable, TableInMemory, open_table, records_in
 from tendon_cli.tables.schema import Column
-from tendon_cli.units import shorten
+from tendon_cli.units import SI_UNIT, shorten
 from tendon_cli.version import RESULTS_VERSION
 
+STUDY_FILES = (".toml", ".yaml", ".yml")
+"""Endings of the files of studies."""
 _DRAWN = SWEEP.table_names[::-1]
 """Tables of a sweep, the one first that is drawn if it has what is asked for."""
 _ONLY_IN_STATES = {"direction", "elbow_angle", "status", *OF_STATES}
@@ -42,10 +50,11 @@ def table_in(
 ) -> AnyTable:
     """Open the table that a path means, every byte verified.
 
-    States that a run did not keep are worked out.
+    States that a run did not keep are worked out. A `[[table]]` of a study is read by its name,
+    from the study's file or from the folder of its run.
 
     Args:
-        path: A table, the folder of a run or an answer, or a CSV file of people.
+        path: A table, the folder of a run or an answer, a CSV file of people, or a study.
         wanted: Name of the table in the folder; None for the first in `order` that has `asked`.
         asked: Columns that the table must have.
         order: Names of tables, preferred ones first; None for all, in the order of their kinds.
@@ -56,6 +65,16 @@ def table_in(
     """
     if path.suffix.lower() == ".csv":
         return _people_in(path)
+    if wanted is not None and wanted not in table_kinds():
+        study = _study_at(path)
+        rows = next((rows for rows in study.row_tables if rows.key == wanted), None)
+        if rows is not None:
+            return _table_of_rows(rows)
+        known = [rows.key for rows in study.row_tables]
+        if path.is_file() and path.suffix.lower() in STUDY_FILES:
+            hint = hint_at_nearest(wanted, known) or f"its tables: {', '.join(known) or 'none'}"
+            problem = f'the study has no table "{shorten(wanted)}"'
+            raise UsageError(problem, where=str(path), hint=hint)
     return table_at(path, wanted, asked, order=order)
 
 
@@ -134,8 +153,11 @@ def file_of(path: Path, wanted: str | None = None, *, order: Sequence[str] | Non
         InputError: The folder holds no table.
         UsageError: The path is that of a study, or of another table than the wanted one.
     """
-    if path.suffix.lower() in (".toml", ".yaml", ".yml"):
-        hint = f"`tendon sweep {path}` runs it, `tendon plot --arm {path}` draws its arm"
+    if path.suffix.lower() in STUDY_FILES:
+        hint = (
+            f"`tendon sweep {path}` runs it, `tendon plot --arm {path}` draws its arm, and"
+            " --table NAME means the rows of one of its [[table]]"
+        )
         raise UsageError(
             "is a study, expected a table or the folder of a run", where=str(path), hint=hint
         )
@@ -204,6 +226,40 @@ def _table_of_run(path: Path, records: Mapping[str, Any]) -> AnyTable | None:
     if path.suffix == ".parquet" and path.exists():
         return open_table(path, records)
     return None
+
+
+def _study_at(path: Path) -> Study:
+    """Return the study of a file, or of the run or the answer in a folder; raises InputError."""
+    if path.suffix.lower() in STUDY_FILES:
+        return load_study(path)
+    return study_of(table_at(path))
+
+
+def _table_of_rows(rows: RowTable) -> TableInMemory:
+    """Return the rows of a study's table, SI, under headers by which a study reads them again."""
+    fields = [pa.field(NAME, pa.string())]
+    arrays = [pa.array(rows.names)]
+    for key, values in rows.numbers.items():
+        words = WORDS_OF.get(split_side(key)[0])
+        if words is not None:
+            texts = [None if np.isnan(value) else words[int(value)] for value in values]
+            fields.append(pa.field(key, pa.string()))
+            arrays.append(pa.array(texts, pa.string()))
+            continue
+        column = Column.of(keys()[key].number.quantity, key)
+        if key in rows.readings:
+            column = replace(column, unit=SI_UNIT[rows.readings[key]])
+        fields.append(column.field)
+        arrays.append(pa.array(values, from_pandas=True))
+    for carried in rows.carried:
+        if carried.words:
+            fields.append(pa.field(carried.name, pa.string()))
+            arrays.append(pa.array(carried_cells(carried), pa.string()))
+            continue
+        column = Column(carried.name, "number", carried.unit or "1", carried.name)
+        fields.append(column.field)
+        arrays.append(pa.array(carried.values, from_pandas=True))
+    return TableInMemory(pa.table(arrays, schema=pa.schema(fields)))
 
 
 def _people_in(path: Path) -> TableInMemory:

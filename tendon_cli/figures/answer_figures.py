@@ -13,7 +13,7 @@ from tendon_cli import say
 from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, as_answer, value_of
 from tendon_cli.cube.choice_grid import pretension_name, served_words
 from tendon_cli.cube.cube import Cube, choices_of
-from tendon_cli.cube.labels import ColumnLabel, reading_unit
+from tendon_cli.cube.labels import ColumnLabel, plain, reading_unit
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import Axes, FigureCanvasAgg, Line2D, Patch
 from tendon_cli.figures.choice_maps import (
@@ -29,12 +29,14 @@ from tendon_cli.figures.choice_maps import (
     star,
 )
 from tendon_cli.figures.frame import Page, grid_shape
+from tendon_cli.figures.layout import has_many_rows, is_of_rows
+from tendon_cli.figures.row_figures import draw_rows
 from tendon_cli.figures.served import draw_population
 from tendon_cli.figures.style import INK, OKABE_ITO, broken, hatch_key, house_style, unknown_hatch
 from tendon_cli.figures.trade_off import draw_first_trade_off
 from tendon_cli.figures.window_over_angle import draw_between
 from tendon_cli.registry import by_name
-from tendon_cli.space.axis import evenly_spaced
+from tendon_cli.space.axis import Axis, evenly_spaced
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.named import CHOICES, open_choices
 
@@ -55,6 +57,8 @@ _NOT_SETTABLE: dict[str, Any] = {
 }
 """Style of a choice that cannot be set well enough: hollow."""
 _IS_SETTABLE = {**_NOT_SETTABLE, "markerfacecolor": _CHOICE}
+_FAR_RIGHT = 0.7
+"""Share of a panel's width from which names stand to the left of their points."""
 _MOST_TOLD = 12
 """Most choices of a front next to which their tolerance is written."""
 _LABEL_SIZE = 6.5
@@ -65,6 +69,8 @@ _LETTER = 0.58
 """Mean width of a letter as a share of its size."""
 
 Floats = npt.NDArray[np.float64]
+AnswerFigure = Callable[[Cube, AnswerRecord, ChoiceRecord], Page | None]
+"""Function that draws a figure of an answer, or returns None if there is nothing to draw."""
 
 
 def draw_answer(
@@ -356,11 +362,17 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> Page 
     length = np.where(np.isinf(high), np.inf, values["tolerance_length"])
     settable = is_settable(record, length, 0.5 * (high - values["pretension_from"]))
     front = np.array(sorted([value_of(row, name) for name in names] for row in record["front"])).T
+    rows = [axis for axis in long_axes(cube) if is_of_rows(axis)]
     key = [
         Line2D([], [], **_NOT_SETTABLE, label="choice with a window"),
         Line2D([], [], **_IS_SETTABLE, label=settable_label(record)),
         Line2D(
-            [], [], color=OKABE_ITO[1], marker="o", label="front: no other is better in every goal"
+            [],
+            [],
+            color=OKABE_ITO[1],
+            marker="o",
+            linestyle="" if rows else "-",
+            label="front: no other is better in every goal",
         ),
         star(label=f"best compromise: {set_text(cube, best)}"),
     ]
@@ -382,9 +394,12 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> Page 
         (has_window & settable, _IS_SETTABLE),
     ):
         draw([values[name][is_drawn] for name in names], **style)
-    draw(list(front), color=OKABE_ITO[1], marker="o")
+    joined = "" if rows else "-"  # there is nothing between two parts
+    draw(list(front), color=OKABE_ITO[1], marker="o", linestyle=joined)
+    if rows:
+        panel.margins(y=0.1)
     if len(record["front"]) <= _MOST_TOLD:
-        _write_tolerances(panel, record["front"], names, shown)
+        _write_tolerances(panel, record["front"], names, shown, rows)
     compromise: dict[str, Any] = {"color": INK, "markersize": 11, "markeredgecolor": "white"}
     draw([value_of(best, name) for name in names], marker="*", zorder=5, **compromise)
     labels = [
@@ -396,27 +411,49 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> Page 
 
 
 def _write_tolerances(
-    panel: Axes, front: Sequence[ChoiceRecord], names: Sequence[str], shown: Sequence[ColumnLabel]
+    panel: Axes,
+    front: Sequence[ChoiceRecord],
+    names: Sequence[str],
+    shown: Sequence[ColumnLabel],
+    rows: Sequence[Axis],
 ) -> None:
-    """Write next to each choice of a front how far its setting may be off."""
+    """Write next to each choice of a front its rows of tables, and how far it may be off."""
     for row in front:
         length = row["tolerance_length"]
         text = "no upper end"
         if length is not None:
             text = f"± {say.quantity('tolerance_length', length, 2)}"
+        if rows:
+            parts = ", ".join(str(value_of(row, axis.column)) for axis in rows)
+            text = f"{plain(parts)}: {text}"
         x, y = (
             quantity.scaled(value_of(row, name))
             for quantity, name in zip(shown, names, strict=True)
         )
-        panel.annotate(
-            text, (x, y), (5, -3), textcoords="offset points", size=_LABEL_SIZE, va="top"
-        )
+        style: dict[str, Any] = {"textcoords": "offset points", "size": _LABEL_SIZE}
+        if not rows:
+            panel.annotate(text, (x, y), (5, -3), va="top", **style)
+            continue
+        left, right = panel.get_xlim()
+        is_right = x > left + _FAR_RIGHT * (right - left)
+        place = (-5 if is_right else 5, 4)
+        panel.annotate(text, (x, y), place, ha="right" if is_right else "left", **style)
 
 
-FIGURES: dict[str, Callable[[Cube, AnswerRecord, ChoiceRecord], Page | None]] = {
-    "tolerance_map": draw_tolerance,
-    "served_map": draw_served,
+def _of_few_rows(draw: AnswerFigure) -> AnswerFigure:
+    """Return a figure that is left out if the names of rows are too many to stand along an axis."""
+
+    def draw_if_few(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page | None:
+        return None if has_many_rows(long_axes(cube)[:2]) else draw(cube, record, chosen)
+
+    return draw_if_few
+
+
+FIGURES: dict[str, AnswerFigure] = {
+    "tolerance_map": _of_few_rows(draw_tolerance),
+    "served_map": _of_few_rows(draw_served),
     "window": draw_windows,
+    "rows": draw_rows,
     "front": draw_front,
     "trade_off": draw_first_trade_off,
     "between": draw_between,

@@ -14,7 +14,16 @@ from typing import TYPE_CHECKING, Any
 from tendon_cli.cube.cube import Cube, cube_of, cube_to_come
 from tendon_cli.cube.source import table_of_study
 from tendon_cli.errors import Fault, InputError, OutputError, StudyError, TendonError, UsageError
-from tendon_cli.figures.layout import CurvePlan, MapPlan, long_axes, plan_curves, plan_maps
+from tendon_cli.figures.layout import (
+    MOST_NUMBERS,
+    CurvePlan,
+    MapPlan,
+    has_many_rows,
+    long_axes,
+    numbers_of_many_rows,
+    plan_curves,
+    plan_maps,
+)
 from tendon_cli.registry import by_name
 from tendon_cli.studies.figures import FigureSpec, read_size
 from tendon_cli.studies.filters import Condition
@@ -276,12 +285,17 @@ def _slack_maps(
 ) -> list[Path]:
     """Draw slack_map.png, and slack_map-2.png and so on if the panels need more pages.
 
-    Designs along one axis are drawn as lines.
+    Designs along one axis are drawn as lines, and those of many rows as points over each number.
     """
     cube = cube_of(open_table(run / "designs.parquet", records), study)
     if not long_axes(cube, cube.choose([])):
         raise UsageError("no axis other than the load has more than one value")
-    return _save_pages(_pages(cube, FigureSpec()), [folder / "slack_map.png"])
+    specs = [FigureSpec()]
+    if has_many_rows(long_axes(cube, cube.choose([]))):
+        names = numbers_of_many_rows(cube)[:MOST_NUMBERS]
+        specs = [FigureSpec(x=name) for name in names] or specs
+    pages = [page for spec in specs for page in _pages(cube, spec)]
+    return _save_pages(pages, [folder / "slack_map.png"])
 
 
 def _save_pages(pages: list[Page], targets: list[Path], *, overwrite: bool = False) -> list[Path]:

@@ -419,7 +419,9 @@ def _labels_touch(axis: Any, places: Any, texts: Sequence[str], length: float) -
     transform = axis.get_transform()
     low, high = transform.transform(np.asarray(axis.get_view_interval(), dtype=np.float64))
     at = (transform.transform(places) - low) / (high - low) * length
-    extent = _tick_width if axis.axis_name == "x" else _tick_height
+    is_turned = axis.get_tick_params(which="major").get("rotation", 0.0) == 90.0
+    is_across = axis.axis_name == "x" and not is_turned
+    extent = _tick_width if is_across else _tick_height
     sizes = np.array([extent(text) for text in texts])
     needed = (sizes[:-1] + sizes[1:]) / 2.0
     return bool((np.abs(np.diff(at)) < needed).any())

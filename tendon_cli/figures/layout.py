@@ -7,7 +7,7 @@ out.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from tendon_cli import say
@@ -16,7 +16,14 @@ from tendon_cli.cube.columns import DERIVED
 from tendon_cli.cube.cube import Cube
 from tendon_cli.errors import UsageError
 from tendon_cli.model.kinematics import Rows
-from tendon_cli.space.axis import CASE_AXIS, Axis, evenly_spaced, limit_of
+from tendon_cli.space.axis import (
+    CASE_AXIS,
+    NAMED_AXES,
+    Axis,
+    NamedAxis,
+    evenly_spaced,
+    limit_of,
+)
 from tendon_cli.studies.figures import MOST_QUANTITIES, OF_STATES, FigureSpec
 from tendon_cli.studies.study import keys
 
@@ -43,6 +50,59 @@ STATE_PAIRS = (
     "extensor_spring_stretch",
 )
 """Columns of `states` that are drawn if nothing else is asked for, two in a row."""
+
+
+MOST_NAMES = 40
+"""Largest number of rows that stand by name along an axis; more are points over their numbers."""
+MOST_NUMBERS = 6
+"""Largest number of numbers over which rows are drawn as points."""
+
+
+def is_of_rows(axis: Axis) -> bool:
+    """Return True for an axis of the rows of a table of a study."""
+    return isinstance(axis, NamedAxis) and axis.key not in NAMED_AXES
+
+
+def has_many_rows(axes: Iterable[Axis]) -> bool:
+    """Return True if the names of an axis are too many to stand along it."""
+    return any(is_of_rows(axis) and len(axis) > MOST_NAMES for axis in axes)
+
+
+def numbers_that_vary(cube: Cube) -> list[str]:
+    """Return the columns of numbers that differ between rows: of axes, set and carried."""
+    of_axes = [axis.column for axis in cube.axes if len(axis) > 1 and not axis.is_text]
+    of_names = [column for column, (_, axis) in cube.columns_of_names.items() if not axis.is_text]
+    carried = [
+        column.name
+        for axis in cube.axes
+        if isinstance(axis, NamedAxis)
+        for column in axis.carried
+        if not column.words
+    ]
+    names = dict.fromkeys([*of_axes, *of_names, *carried])
+    return [name for name in names if cube.columns.get(name) is not None]
+
+
+def numbers_of_many_rows(cube: Cube) -> list[str]:
+    """Return the numbers of rows that are too many to stand by name: those set, then carried."""
+    numbers = []
+    for name in numbers_that_vary(cube):
+        axis = _axis_behind(cube, name)
+        if axis is not None and has_many_rows([axis]):
+            numbers.append(name)
+    return numbers
+
+
+def _axis_behind(cube: Cube, column: str) -> Axis | None:
+    """Return the named axis whose rows set or carry a number; None if there is none."""
+    if column in cube.columns_of_names:
+        return cube.columns_of_names[column][0]
+    for axis in cube.axes:
+        if isinstance(axis, NamedAxis):
+            names = [column.name for column in axis.carried]
+            if column in (*names, *(f"{axis.key}_{name}" for name in names)):
+                return axis
+    return None
 
 
 @dataclass(frozen=True)
@@ -145,7 +205,7 @@ def _along_x(cube: Cube, spec: FigureSpec, long: list[Axis]) -> tuple[str, Axis]
         axis = cube.axis(column)
         if axis is not None:
             return column, axis
-        runs = angle or runs
+        runs = _axis_behind(cube, column) or angle or runs
         if runs is not None:
             return cube.table_columns.find_numbers(column, "--x"), runs
     if runs is None:

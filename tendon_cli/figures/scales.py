@@ -11,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli import say
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import ColumnLabel, as_read, drawn_name, number, plain
@@ -25,7 +26,11 @@ from tendon_cli.studies.values import StudyNumber
 _FEW = 6
 """Fewer values than this have a tick each."""
 _MOST_NAMES = 12
+"""Largest number of names that are all written upright along an axis."""
+_MOST_TURNED = 40
 """Largest number of names that are all written along an axis; of more, some are left out."""
+_SMALL = 6.5
+"""Size of names that are many, pt."""
 
 
 @dataclass(frozen=True)
@@ -87,10 +92,15 @@ class Scale:
     def _set_ticks(self, axis: Any, which: str, ticks: int) -> None:
         """Set at most so many ticks, and their labels."""
         if self.names:
-            every = math.ceil(len(self.names) / _MOST_NAMES)
-            width = 16 if which == "y" else 13
-            texts = [plain(name, width=width, lines=2) for name in self.names]
+            are_many = _MOST_NAMES < len(self.names) <= _MOST_TURNED
+            every = 1 if are_many else math.ceil(len(self.names) / _MOST_NAMES)
+            width = 16 if which == "y" or are_many else 13
+            lines = 1 if are_many else 2
+            texts = [plain(name, width=width, lines=lines) for name in self.names]
             axis.set_ticks(self.places[::every], texts[::every])
+            if are_many:
+                turned = {"labelrotation": 90} if which == "x" else {}
+                axis.set_tick_params(labelsize=_SMALL, **turned)
             return
         axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: number(value)))
         if len(self.places) < _FEW:
@@ -120,7 +130,8 @@ def axis_scale(
     """
     values = axis.values[at]
     if axis.is_text:
-        return _scale_of_names("case", list(map(str, values)), np.arange(len(values)))
+        label = say.spaced(axis.column)
+        return _scale_of_names(label, list(map(str, values)), np.arange(len(values)))
     shown = cube.shown(axis.column, units)
     order = np.argsort(values, kind="stable")
     if not np.isfinite(values).all():  # a rigid spring is off every scale

@@ -65,8 +65,7 @@ def number(value: float, digits: int = 4, *, toward: float | None = None) -> str
 
 def factor_of(quantity: Quantity) -> float:
     """Return the SI value of the unit that people read a quantity in."""
-    # What rows of a table carry along may have any unit, such as EUR.
-    return 1.0 if quantity.shown_in == quantity.unit else units.factor_of(quantity.shown_in)
+    return 1.0 if quantity.has_own_unit else units.factor_of(quantity.shown_in)
 
 
 def quantity(

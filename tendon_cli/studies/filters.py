@@ -99,7 +99,7 @@ class Filter:
             return Condition(self.text, column, self.relation, words)
         if axis_values is None:
             numbers = tuple(self._number(value, quantity)[0] for value in self.values)
-            unit = factor_of(quantity.shown_in)
+            unit = 1.0 if quantity.has_own_unit else factor_of(quantity.shown_in)
             return Condition(self.text, column, self.relation, numbers, unit)
         meant = tuple(
             _value_meant(*self._number(value, quantity), axis_values) for value in self.values
@@ -119,6 +119,8 @@ class Filter:
         """Return a number of the filter, and by how much a value that rounds to it differs, SI."""
         if quantity.dimension == "stiffness" and _unquoted(text) == "rigid":
             return math.inf, 0.0
+        if quantity.has_own_unit:
+            text = text.removesuffix(quantity.unit).rstrip()
         try:
             measure = parse_measure(text, quantity.dimension)
         except UnitError as error:

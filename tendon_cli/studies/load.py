@@ -228,23 +228,41 @@ def plain_content(value: Any, path: tuple[str, ...] = ()) -> Any:
     key = shorten(".".join(path), 120)
     if len(path) > MAX_DEPTH:
         raise refused(f"nested deeper than {MAX_DEPTH} levels", "a study needs no more than four")
-    if isinstance(value, Mapping):
-        for name in value:
-            if not isinstance(name, str):
-                raise refused(f"{described(name)} is used as a key, expected text", key=key)
-        return {name: plain_content(inner, (*path, name)) for name, inner in value.items()}
     is_fit = hasattr(value, "gain_ratio")
     if is_fit:
         if value.friction is None:
             problem = "the fit has no bend angle, so no friction coefficient"
             raise refused(problem, "give fit_friction a bend_angle", key=key)
         return {"mean": value.friction, "std": value.standard_error}
+    is_frame = hasattr(value, "to_dict") and hasattr(value, "columns")
+    if is_frame:
+        value = _columns_of_frame(value)
     if hasattr(value, "tolist"):
         value = value.tolist()
+    if isinstance(value, Mapping):
+        for name in value:
+            if not isinstance(name, str):
+                raise refused(f"{described(name)} is used as a key, expected text", key=key)
+        return {name: plain_content(inner, (*path, name)) for name, inner in value.items()}
     if isinstance(value, (list, tuple, range)):
         return [plain_content(item, (*path, str(at))) for at, item in enumerate(value)]
     expected = "expected text, a number, a list or a table"
     raise refused(f"a {type(value).__name__} is not possible here, {expected}", key=key)
+
+
+def _columns_of_frame(frame: Any) -> dict[str, list[Any]]:
+    """Return the columns of a DataFrame as lists, in which a missing value is None.
+
+    An index that is more than a count has the names of the rows, unless a column has.
+    """
+    columns = {
+        str(name): values.astype(object).where(values.notna(), None).tolist()
+        for name, values in frame.items()
+    }
+    is_count = type(frame.index).__name__ == "RangeIndex"
+    if "name" not in columns and not is_count:
+        columns = {"name": list(map(str, frame.index)), **columns}
+    return columns
 
 
 def _without_empty_keys(content: Any, path: str, faults: list[Fault]) -> Any:

@@ -90,7 +90,8 @@ class RowTable:
         for column in self.carried:
             columns[carried_header(column)] = carried_cells(column)
         role = {} if self.role is None else {"role": self.role}
-        return {"name": self.key, **role, "rows": columns}
+        # A record sorts keys, which would lose the order of the columns.
+        return {"name": self.key, **role, "header": list(columns), "rows": columns}
 
 
 def _cells_of(key: str, values: Array, reading: str | None) -> tuple[str, list[Any]]:

@@ -182,6 +182,9 @@ class TableSection(Part):
         None, description="a CSV with a column name, and keys of the study with units as headers"
     )
     rows: Annotated[Any, _RowsField()] = None
+    header: tuple[str, ...] | None = field_default(
+        None, description="for programs: the columns of rows in their order"
+    )
     sample: Literal["sobol", "latin-hypercube", "random"] | None = field_default(
         None, description="rows that are drawn between bounds, the same on every machine"
     )
@@ -235,8 +238,9 @@ class TableSection(Part):
         where = f"table.{at}"
         rows = f"{where}.rows"
         if isinstance(self.rows, dict):
-            header = [str(text) for text in self.rows]
-            columns = [list(cells) for cells in self.rows.values()]
+            order = [text for text in self.header or () if text in self.rows]
+            header = list(dict.fromkeys((*order, *self.rows)))
+            columns = [list(self.rows[text]) for text in header]
             return RowCells(where, header, columns, lambda row: f"{rows}, row {row + 1}", rows)
         flat = [dict(_flat(row)) for row in self.rows]
         keys_given = list(dict.fromkeys(key for row in flat for key in row))
