@@ -45,7 +45,10 @@ class AxisRecord(TypedDict):
     keys; null for another axis. Rows told by no number, or by many, are left out; of very many rows
     only those that the answer names are told."""
     limits: dict[str, dict[str, float]]
-    """Limits that rows of a named axis set, SI, by the row's name and the name of the limit."""
+    """Limits that rows of a named axis of conditions set, SI, by the row's name and the name of the
+    limit."""
+    read: NotRequired[str]
+    """Gauge by which the limit on the pretension is read; only of its axis, if it is not F0."""
     carries: NotRequired[dict[str, list[str]]]
     """Words that rows of a table carry along, such as supplier and price, by the row's name;
     only of a table with such columns."""
@@ -89,6 +92,8 @@ class QuestionRecord(TypedDict):
     """Pretension of every choice, in this unit, if the question gives one."""
     limits: dict[str, float]
     """Limits that the study states for all designs, SI; those of an axis overrule them."""
+    own_limits: list[str]
+    """Limits that differ between choices; the row of a choice has its own in `limit_` and name."""
     choices: list[AxisRecord]
     """Axes of the choices."""
     conditions: list[AxisRecord]

@@ -229,7 +229,7 @@ def plot(
 
     Args:
         result: Anything that the library gives.
-        what: Columns of a run to draw; for an answer "tolerance_map", "window", "front" or
+        what: Columns of a run to draw; for an answer "tolerance_map", "window", "rows", "front" or
             "between".
         out: File to which the picture is written as well.
         overwrite: True to replace a file that tendon did not write.

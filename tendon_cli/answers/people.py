@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -40,7 +40,7 @@ from tendon_cli.answers.verified_record import fresh_record, verified_record
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import LIMIT_NAMES, Codes
-from tendon_cli.space.axis import PERSON_AXIS, Axis, evenly_spaced
+from tendon_cli.space.axis import PERSON_AXIS, Axis, evenly_spaced, limit_of
 from tendon_cli.studies.people.population import Population
 from tendon_cli.windows import coverage
 from tendon_cli.windows.coverage import (
@@ -178,7 +178,7 @@ def population(
             "low": curve.low[thinned].tolist(),
             "high": curve.high[thinned].tolist(),
         },
-        "not_served": reasons_not_served(question, windows, pretension, values),
+        "not_served": reasons_not_served(question, windows, pretension, row),
         "sizes": {} if people is None else dict(_sizes(solver, chosen)),
         "sobol": indices(solver, chosen.points),
         "title": "",
@@ -256,7 +256,7 @@ def _sex_record(
 
 
 def reasons_not_served(
-    question: Question, windows: GroupWindows, pretension: float, choice: Values
+    question: Question, windows: GroupWindows, pretension: float, choice: Mapping[str, Any]
 ) -> list[ReasonRecord]:
     """Return the reasons why a pretension does not serve some groups, as recorded.
 
@@ -268,7 +268,7 @@ def reasons_not_served(
         question: The question.
         windows: Windows of one choice for all groups.
         pretension: Its pretension, N.
-        choice: Its values on the axes of the choices, by column.
+        choice: Its row in the table.
     """
     people = people_of(question)
     weights = normalise(question.groups.weighting)
@@ -349,7 +349,10 @@ def _differences(people: Population, members: Rows) -> Iterator[tuple[str, BodyR
 
 
 def _sizes(solver: Solver, chosen: Solutions) -> Iterator[tuple[str, list[SizeRecord]]]:
-    """Yield the best few suits along each axis of the choices, all else as in the chosen one."""
+    """Yield the best few suits along each axis of the choices, all else as in the chosen one.
+
+    An axis of limits has no sizes: it changes what is asked of a suit, and no suit.
+    """
     question = solver.question
     draws = len(question.groups) // question.groups.counts[PERSON_AXIS]
     persons = min(question.groups.counts[PERSON_AXIS], _MOST_PERSONS)
@@ -358,7 +361,8 @@ def _sizes(solver: Solver, chosen: Solutions) -> Iterator[tuple[str, list[SizeRe
     of_persons = solver.for_question(question.for_conditions(np.arange(len(groups.of))))
     for axis in question.choices.axes:
         along = evenly_spaced(len(axis), _MOST_ALONG)
-        if len(along) < 2:
+        has_sizes = any(limit_of(key) is None for key in axis.keys)
+        if len(along) < 2 or not has_sizes:
             continue
         columns = dict(chosen.points.repeat(len(along)).columns)
         columns[axis.column] = along if axis.names else axis.values[along]

@@ -17,6 +17,7 @@ from tendon_cli.answer_record import (
     Values,
     value_of,
 )
+from tendon_cli.quantities import bound_name
 from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, SAMPLE_AXES, limit_of
 from tendon_cli.studies.axis_words import numbers_in_words, parameter, row_name, word_of_key
 
@@ -42,13 +43,23 @@ def value_words(axis: AxisRecord, value: Value, *, in_brackets: bool = False) ->
         return row_name(axis["key"], str(value), told, in_brackets=in_brackets)
     if axis["named"]:
         return word_of_key(axis["key"], str(value))
-    return parameter(axis["key"], value)
+    return parameter(axis["key"], value, axis.get("read"))
 
 
 def choice_words(question: QuestionRecord, choice: ChoiceRecord | Values) -> str:
     """Say a choice by its value on each axis; empty if there is no axis."""
     return ", ".join(
         value_words(axis, value_of(choice, axis["column"])) for axis in question["choices"]
+    )
+
+
+def short_choice_words(question: QuestionRecord, choice: ChoiceRecord | Values) -> str:
+    """Say a choice by its value on each axis, parts by their names alone: "spring S5, motor M2"."""
+    return ", ".join(
+        row_name(axis["key"], str(value_of(choice, axis["column"])), "")
+        if "carries" in axis
+        else value_words(axis, value_of(choice, axis["column"]))
+        for axis in question["choices"]
     )
 
 
@@ -118,16 +129,18 @@ def bounds(question: QuestionRecord, *values: Mapping[str, Any]) -> dict[str, fl
 
     Args:
         question: The question.
-        values: Values on some axes, by column: those of a choice, those of a condition.
+        values: Values by column: the row of a choice, and those of a condition on its axes.
     """
     known: dict[str, float | None] = {**question["limits"]}
     on_axes = {column: value for of_axes in values for column, value in of_axes.items()}
-    for axis in (*question["choices"], *question["conditions"]):
-        limit = limit_of(axis["key"])
+    for limit in question["own_limits"]:
+        known[limit] = on_axes.get(bound_name(limit))
+    for axis in question["conditions"]:
+        limit_of_axis = limit_of(axis["key"])
         of_rows = axis["limits"]
         value = on_axes.get(axis["column"])
-        if limit is not None:
-            known[limit] = None if value is None else float(value)
+        if limit_of_axis is not None:
+            known[limit_of_axis] = None if value is None else float(value)
         elif value is None:
             known |= dict.fromkeys(name for row in of_rows.values() for name in row)
         else:

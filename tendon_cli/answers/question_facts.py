@@ -17,6 +17,7 @@ from tendon_cli.answer_record import (
     Values,
 )
 from tendon_cli.answers.text_notes import question_notes
+from tendon_cli.model.design import F0
 from tendon_cli.quantities import unit_of_reading
 from tendon_cli.space.axis import SAMPLE_AXES, Axis, NamedAxis, limit_of
 from tendon_cli.studies.values import RIGID
@@ -38,8 +39,9 @@ def question_record(question: Question) -> QuestionRecord:
         "unit": unit_of_reading(study.setting.read),
         "pretension": question.placement.given,
         "limits": dict(study.limits.items()),
-        "choices": [_axis_record(axis) for axis in question.choices.axes],
-        "conditions": [_axis_record(axis) for axis in question.conditions.axes],
+        "own_limits": list(question.choices.limits),
+        "choices": [_axis_record(axis, study.setting.read) for axis in question.choices.axes],
+        "conditions": [_axis_record(axis, study.setting.read) for axis in question.conditions.axes],
         "counted": groups.noun,
         "groups": len(groups),
         "counts": dict(groups.counts),
@@ -112,8 +114,8 @@ def goal_record(goal: Goal) -> GoalRecord:
     return cast("GoalRecord", asdict(goal))
 
 
-def _axis_record(axis: Axis) -> AxisRecord:
-    """Return the record of an axis."""
+def _axis_record(axis: Axis, read: str) -> AxisRecord:
+    """Return the record of an axis in a question in which a gauge is read."""
     both_ends = None
     if axis.is_range:
         both_ends = [float(axis.values.min()), float(axis.values.max())]
@@ -123,8 +125,12 @@ def _axis_record(axis: Axis) -> AxisRecord:
         "named": axis.is_text,
         "range": both_ends,
         "sets": _told(axis) if isinstance(axis, NamedAxis) else None,
-        "limits": _limits(axis) if isinstance(axis, NamedAxis) else {},
+        "limits": {},
     }
+    if limit_of(axis.key) == "max_pretension" and read != F0:
+        record["read"] = read
+    if isinstance(axis, NamedAxis) and axis.role != "choice":
+        record["limits"] = _limits(axis)
     if isinstance(axis, NamedAxis) and axis.carried:
         record["carries"] = _carried(axis)
     if axis.role == "draw" and axis.key not in SAMPLE_AXES:

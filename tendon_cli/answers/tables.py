@@ -24,7 +24,7 @@ from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.design import F0
 from tendon_cli.model.kinematics import Array, Flags, Rows
 from tendon_cli.model.limits import LIMIT_NAMES
-from tendon_cli.quantities import QUANTITIES, unit_of_reading
+from tendon_cli.quantities import QUANTITIES, bound_name, unit_of_reading
 from tendon_cli.space.axis import Axis, split_side
 from tendon_cli.space.space import Space
 from tendon_cli.studies.values import RIGID
@@ -68,7 +68,7 @@ def choice_columns(question: Question) -> tuple[Column, ...]:
     of_state = "direction of the state that binds; empty where the limit belongs to none"
     read = question.study.setting.read
     return (
-        *_row_columns(question.choices),
+        *_row_columns(question.choices, read),
         Column("refined", "truth", "1", "a point between those of the grid"),
         *_of_quantities("pretension_from", "pretension_to", read=read),
         Column(
@@ -184,7 +184,8 @@ def _of_end(question: Question, choices: Solutions, end: End) -> ColumnArrays:
 def condition_columns(question: Question) -> tuple[Column, ...]:
     """Return the columns of `conditions.parquet`."""
     weighting = Column("weighting", "number", "1", "how much the condition counts in a share")
-    return (*_row_columns(question.conditions), weighting)
+    read = question.study.setting.read
+    return (*_row_columns(question.conditions, read), weighting)
 
 
 def condition_rows(question: Question) -> ColumnArrays:
@@ -318,10 +319,20 @@ def _of_quantities(*names: str, read: str = F0) -> tuple[Column, ...]:
     return tuple(columns)
 
 
-def _row_columns(space: Space) -> tuple[Column, ...]:
-    """Return the columns that say what a row of a space is: its axes, and what their names set."""
-    axes = map(axis_column, space.axes)
-    return (*axes, *columns_set_by_names(space).values(), *carried_columns(space))
+def _row_columns(space: Space, read: str) -> tuple[Column, ...]:
+    """Return the columns that say what a row of a space is: its axes, and what their names set.
+
+    Args:
+        space: The space.
+        read: Gauge by which a pretension is read, and so the limit on it.
+    """
+    columns = (*map(axis_column, space.axes), *columns_set_by_names(space).values())
+    of_reading = bound_name("max_pretension")
+    as_read = [
+        replace(column, unit=unit_of_reading(read)) if column.name == of_reading else column
+        for column in columns
+    ]
+    return (*as_read, *carried_columns(space))
 
 
 def _set_by_names(space: Space, rows: Space) -> ColumnArrays:

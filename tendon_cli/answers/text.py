@@ -26,6 +26,7 @@ from tendon_cli.answers.phrases import (
     costs,
     ends_of,
     pretension_words,
+    short_choice_words,
     sums_words,
     window_of,
 )
@@ -337,7 +338,7 @@ def _table_of_choices(record: AnswerResults, rows: Sequence[tuple[str, ChoiceRec
         lines.append(
             [
                 name,
-                mark + choice_words(record["question"], row),
+                mark + short_choice_words(question, row),
                 *(carried_words(question, row, column) for column in carried),
                 f"{say.number(low, 3)} {upper}",
                 tolerance_millimetres(row),

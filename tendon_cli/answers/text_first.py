@@ -177,7 +177,8 @@ def _part_words(axis: AxisRecord, value: Value) -> tuple[str, bool, bool]:
     if axis["named"] or axis["sets"] is not None:
         return value_words(axis, value), False, False
     if limit is not None:
-        return say.limit_of_so_much(limit, float(value)), False, False
+        read = axis.get("read", "pretension")
+        return say.limit_of_so_much(limit, float(value), read), False, False
     if common == "spring.stiffness":
         is_rigid = value == RIGID or math.isinf(float(value))
         number = "" if is_rigid else f" of {say.quantity('spring_stiffness', float(value))}"

@@ -80,7 +80,7 @@ def reason_words(
 
     Args:
         question: The question.
-        choice: Values of the choice on its axes, by column.
+        choice: Row of the choice in the table.
         limits: Limits that are broken.
         under: For each limit the values of the condition.
     """

@@ -58,7 +58,10 @@ def init(
     options.refuse_both("--for", template != "sweep", "--from", example is not None)
     if example is not None:
         file, name = write_example(example, file)
-        verb = "design" if name.startswith("design/") else "sweep"
+        verb = "design" if name.startswith(("design/", "parts/")) else "sweep"
+        if name.startswith("parts/") and file.suffix == ".csv":
+            print_result(f'{file} written; next: [[table]] with file = "{file}" in a study')
+            return
         if file.suffix == ".csv":
             verb = "fit-friction"
     else:

@@ -63,6 +63,8 @@ _NOT_SETTABLE: dict[str, Any] = {
 }
 """Style of a choice that cannot be set well enough: hollow."""
 _IS_SETTABLE = {**_NOT_SETTABLE, "markerfacecolor": _CHOICE}
+_FAR_RIGHT = 0.7
+"""Share of a panel's width from which names stand to the left of their points."""
 _MOST_TOLD = 12
 """Most choices of a front next to which their tolerance is written."""
 _LABEL_SIZE = 6.5
@@ -387,6 +389,8 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> Page 
         draw([values[name][is_drawn] for name in names], **style)
     joined = "" if rows else "-"  # there is nothing between two parts
     draw(list(front), color=OKABE_ITO[1], marker="o", linestyle=joined)
+    if rows:
+        panel.margins(y=0.1)
     if len(record["front"]) <= _MOST_TOLD:
         _write_tolerances(panel, record["front"], names, shown, rows)
     compromise: dict[str, Any] = {"color": INK, "markersize": 11, "markeredgecolor": "white"}
@@ -419,14 +423,14 @@ def _write_tolerances(
             quantity.scaled(value_of(row, name))
             for quantity, name in zip(shown, names, strict=True)
         )
-        panel.annotate(
-            text,
-            (x, y),
-            (5, 4) if rows else (5, -3),
-            textcoords="offset points",
-            size=_LABEL_SIZE,
-            va="bottom" if rows else "top",
-        )
+        style: dict[str, Any] = {"textcoords": "offset points", "size": _LABEL_SIZE}
+        if not rows:
+            panel.annotate(text, (x, y), (5, -3), va="top", **style)
+            continue
+        left, right = panel.get_xlim()
+        is_right = x > left + _FAR_RIGHT * (right - left)
+        place = (-5 if is_right else 5, 4)
+        panel.annotate(text, (x, y), place, ha="right" if is_right else "left", **style)
 
 
 def _of_few_rows(draw: AnswerFigure) -> AnswerFigure:

@@ -45,9 +45,10 @@ def limit_on(limit: str) -> str:
     return f"limit on {LIMITS[limit].words.topic}"
 
 
-def limit_of_so_much(limit: str, bound: float) -> str:
+def limit_of_so_much(limit: str, bound: float, read: str = "pretension") -> str:
     """Say a limit with its bound as a noun: "a limit of 400 N on tension"."""
-    return f"a limit of {quantity(QUANTITIES[limit], bound)} on {LIMITS[limit].words.topic}"
+    value = quantity(in_unit_of_reading(QUANTITIES[limit], read), bound)
+    return f"a limit of {value} on {LIMITS[limit].words.topic}"
 
 
 def conflict(limits: Sequence[str], bounds: LimitValues, read: str = "pretension") -> str:

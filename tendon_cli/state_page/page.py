@@ -301,7 +301,7 @@ def _notes(plan: Plan, block: Block) -> list[str]:
         option = f"--set {axis.key}=..."
         if isinstance(axis, NamedAxis):
             option = "--case" if axis.key == CASE_AXIS else f"--row {axis.key}=..."
-            value = name_words(axis, value)
+            value = name_words(axis, value).removeprefix(f"{axis.key} ")
         notes.append(f"{axis.key}: {value} of {len(axis)} values; {option} chooses another")
     count = plan.states_per_design
     if plan.study.trajectory is not None:

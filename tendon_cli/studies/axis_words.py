@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 
 from tendon_cli import say
+from tendon_cli.quantities import in_unit_of_reading
 from tendon_cli.space.axis import NAMED_AXES, Axis, NamedAxis, split_side
 from tendon_cli.studies.contents import keys
 from tendon_cli.studies.model_words import WORDS_OF
@@ -19,10 +20,19 @@ def axis_meaning(axis: Axis) -> str:
     return say.spaced(axis.column)
 
 
-def parameter(key: str, value: float | str) -> str:
-    """Say a recorded number of a study with its symbol and unit."""
+def parameter(key: str, value: float | str, read: str | None = None) -> str:
+    """Say a recorded number of a study with its symbol and unit.
+
+    Args:
+        key: Dotted key of the number.
+        value: The number, SI, or the word for infinity.
+        read: Gauge by which a pretension is read; None for F0.
+    """
     number = math.inf if value == RIGID else float(value)
-    return say.parameter(keys()[key].quantity, number, say.side_of(key))
+    quantity = keys()[key].quantity
+    if read is not None:
+        quantity = in_unit_of_reading(quantity, read)
+    return say.parameter(quantity, number, say.side_of(key))
 
 
 def name_words(axis: Axis, name: str, *, in_brackets: bool = False) -> str:
