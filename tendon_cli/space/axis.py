@@ -150,10 +150,10 @@ class Axis:
         """Place of each value in ascending order, (len,), whatever the order of the values.
 
         Rows with names are ordered by the numbers that they set, the numbers in the order of their
-        keys, and then by their names.
+        keys, and then by their names; cases by their names alone.
         """
         by_name = np.argsort(np.argsort(self.values, kind="stable"))
-        if not self.names:
+        if not self.names or self.key == CASE_AXIS:
             return by_name
         columns = [by_name, *(self.numbers[key] for key in sorted(self.numbers, reverse=True))]
         ranks = np.empty(len(self), dtype=np.int64)

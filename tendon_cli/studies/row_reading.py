@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cache
@@ -102,7 +102,10 @@ class _ColumnHeader:
         match = _HEADER.match(text.strip())
         if match is None:
             return cls(text, text.strip(), "")
-        return cls(text.strip(), match[1].strip(), (match[2] or "").strip())
+        name = match[1].strip()
+        if name.casefold() == NAME:  # a spreadsheet may begin it with a capital
+            name = NAME
+        return cls(text.strip(), name, (match[2] or "").strip())
 
     @property
     def column(self) -> str:
@@ -128,35 +131,22 @@ class RowReader:
 
     def read(self, role: StatedRole | None) -> RowTable:
         """Return the table; of a faulty one what could be read."""
-        headers = [_ColumnHeader.of(text) for text in self.cells.header]
         numbers: dict[str, Array] = {}
         readings: dict[str, str] = {}
         carried: dict[str, CarriedColumn] = {}
         names: tuple[str, ...] | None = None
-        seen: dict[str, str] = {}
-        for header, column in zip(headers, self.cells.columns, strict=True):
-            if not header.name:
-                if not all(map(_is_empty, column)):
-                    self._refuse_header(header, "a column without a header", "give it a name")
-                continue
-            if header.name in seen:
-                both = f'"{seen[header.name]}" and "{header.text}"'
-                self._refuse_header(header, f"{header.name} is given twice, {both}", None)
-                continue
-            seen[header.name] = header.text
+        for header, column in self._named_columns():
             if header.name == NAME:
                 names = self._names(column)
             elif header.name in KEYS_OF_WORDS:
                 numbers[header.name] = self._words(header, column)
             elif header.name in row_keys():
-                values, reading = self._numbers(header, column)
-                numbers[header.name] = values
-                if reading:
-                    readings[header.name] = reading
+                numbers[header.name], reading = self._numbers(header, column)
+                readings |= {header.name: reading} if reading else {}
             elif self._may_be_carried(header):
                 carried[header.column] = self._carried(header, column)
         if not numbers and not self.faults:
-            self._note_nothing_set(headers)
+            self._note_nothing_set(carried)
         if names is None:
             names = tuple(map(str, range(1, len(self.cells) + 1)))
             if self.needs_names:
@@ -176,6 +166,23 @@ class RowReader:
         )
 
     # --- Headers ---------------------------------------------------------------------------------
+
+    def _named_columns(self) -> Iterator[tuple[_ColumnHeader, Sequence[Any]]]:
+        """Yield the columns with a header, each name once; an empty column needs none."""
+        seen: dict[str, str] = {}
+        for text, column in zip(self.cells.header, self.cells.columns, strict=True):
+            header = _ColumnHeader.of(text)
+            if not header.name:
+                if not all(map(_is_empty, column)):
+                    self._refuse_header(header, "a column without a header", "give it a name")
+                continue
+            name = header.name if "." in header.name else header.column
+            if name in seen:
+                both = f'"{seen[name]}" and "{header.text}"'
+                self._refuse_header(header, f"{header.name} is given twice, {both}", None)
+                continue
+            seen[name] = header.text
+            yield header, column
 
     def _refuse_header(self, header: _ColumnHeader, problem: str, hint: str | None) -> None:
         place = self.cells.header_place
@@ -212,13 +219,13 @@ class RowReader:
             return False
         return True
 
-    def _note_nothing_set(self, headers: Sequence[_ColumnHeader]) -> None:
-        """Note that the rows set no number of the study, with keys that headers may have meant."""
+    def _note_nothing_set(self, names: Iterable[str]) -> None:
+        """Note that the rows set no number of the study, with keys that columns may have meant."""
         meant = []
-        for header in headers:
-            key = _key_like(header.name)
+        for name in names:
+            key = _key_like(name)
             if key is not None:
-                meant.append(f'{key} for "{header.text}"')
+                meant.append(f'{key} for "{name}"')
         near = f"; did you mean {' or '.join(meant)}?" if meant else ""
         self.notes.append(f"{self.cells.where}: its rows set no number of the study{near}")
 

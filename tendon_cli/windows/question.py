@@ -357,14 +357,14 @@ def select_numbers(numbers: Numbers, rows: Rows | slice) -> dict[str, Array]:
 def arm_numbers(study: Study, conditions: Space) -> dict[str, Array]:
     """Return the numbers of the conditions that hold where a suit is set, (1,) each.
 
-    Of several values it is the least, and of several cases the first by name, whatever their order
-    in the study. The numbers of a draw are left out, and so are those of people, but for the wearer
-    on whom the anchors were measured.
+    Of several values it is the least, of several rows the one with the least numbers, and of
+    several cases the first by name, whatever their order in the study. The numbers of a draw are
+    left out, and so are those of people, but for the wearer on whom the anchors were measured.
     """
     numbers: dict[str, Array] = {}
     for axis in conditions.axes:
         if axis.role != "draw":
-            place = int(np.argmin(axis.values))
+            place = int(np.argmin(axis.rank))
             least = {key: values[place : place + 1] for key, values in axis.numbers.items()}
             numbers = overlay(numbers, least)
     wearer = wearer_axis(study)

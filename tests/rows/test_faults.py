@@ -107,6 +107,9 @@ def test_the_command_line_is_a_place_too(folder):
         ({"name": "a", "rows": [{"name": "A", "arm.upper_arm_angle": 3}]}, "degrees or radians"),
         ({"name": "a", "rows": {"name": ["A"], "spool.ratio": [1, 2]}}, "same number in all"),
         ({"name": "a", "rows": [{"name": "A", "spring.at": "knee"}]}, '"joint" or "motor"'),
+        ({"name": "a", "rows": {"name": ["A"], "part no": ["1"], "part-no": ["2"]}}, "given twice"),
+        ({"name": "a", "rows": {"name": ["A"], "": ["1"]}}, "without a header"),
+        ({"name": "a", "rows": {"name": ["A"], "price": [3.0], "": [""]}, "count": 3}, "a sample"),
     ],
 )
 def test_a_bad_table_says_what_helps(folder, table, problem):

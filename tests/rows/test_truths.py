@@ -71,6 +71,14 @@ def test_conditions_in_a_table_bind_as_conditions_of_an_axis():
     assert list(as_table.conditions.load_mass) == [0.0, 5.0, 10.0]
 
 
+def test_a_suit_is_set_on_the_same_arm_whether_arms_are_rows_or_values():
+    base = {"motion": ANGLES, "spring": {"stiffness": ["5 kN/m"]}, "spool": {"ratio": 0.6}}
+    rows = {"name": ["z", "y", "x"], "arm.b1": [0.14, 0.16, 0.15]}
+    as_table = tendon.design({**base, "table": [{"name": "who", "rows": rows}]})
+    as_axis = tendon.design({**base, "arm": {"b1": ["140 mm", "160 mm", "150 mm"]}})
+    same(as_table.choices, as_axis.choices, without=("between_samples",))
+
+
 def test_cells_in_another_unit_are_the_numbers_of_the_axis_to_the_last_bit():
     stated = [f"{value} mm" for value in (0.1, 9, 33.3, 117.7)]
     rows = {"name": list("abcd"), "arm.b1 (mm)": ["100.1", "109", "133.3", "117.7"]}
