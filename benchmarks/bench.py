@@ -27,6 +27,7 @@ QUIET = 0.5
 _SECTIONS = {
     "states": sections.states_sweep,
     "kept": sections.kept_columns,
+    "motion": sections.motion_in_time,
     "designs": sections.designs_sweep,
     "kernel": sections.kernel_share,
     "lock": sections.lock,
@@ -49,6 +50,7 @@ def full(scratch: Path) -> Bench:
         designs=(50, 25, 20, 20),
         kernel=(64, 32, 16, 4),
         windows=(64, 64, 32),
+        motion=(40, 25),
         many_parts=(50, 25, 22),
         lock_parts=30,
         growing={
@@ -67,6 +69,7 @@ def quick(scratch: Path) -> Bench:
     bench.small_rounds = 5
     bench.lock_parts = 8
     bench.states = (25, 10, 11)
+    bench.motion = (10, 20)
     bench.designs = (25, 20, 10, 10)
     bench.growing = {size: text for size, text in bench.growing.items() if "10^9" not in size}
     return bench

@@ -99,6 +99,21 @@ def _states_rounds(bench: Bench, study: Path, write: Callable[[], dict[str, floa
     )
 
 
+def motion_in_time(bench: Bench) -> None:
+    """Measure a sweep along a trajectory against as many states at a constant speed."""
+    pretensions, ratios = bench.motion
+    states = pretensions * ratios * studies.SAMPLES
+    bench.report.heading(
+        f"Along a trajectory, {states:,} states ({bench.rounds} interleaved pairs)"
+    )
+    studies.swing(bench.scratch / "swing.csv")
+    along = bench.study(studies.motion_study(pretensions, ratios, motion=studies.ALONG))
+    still = bench.study(studies.motion_study(pretensions, ratios, motion=studies.STILL))
+    pairs = interleaved(bench.rounds, lambda: bench.sweep(along)[0], lambda: bench.sweep(still)[0])
+    bench.report.times |= {"motion: along": pairs[0], "motion: at a speed": pairs[1]}
+    bench.report.add(Ratio.of("along a trajectory / at a speed", *pairs, 2.0))
+
+
 def kept_columns(bench: Bench) -> None:
     """Measure a sweep that keeps three columns of its states against one that keeps them all."""
     whole = studies.states_study(*bench.states)

@@ -40,6 +40,8 @@ class Bench:
     """Values on the axes of `studies.designs_study`, for the kernel alone."""
     windows: tuple[int, int, int]
     """Values on the axes of `studies.windows_study`."""
+    motion: tuple[int, int]
+    """Values on the axes of `studies.motion_study`."""
     many_parts: tuple[int, int, int]
     """Values on the axes of `studies.states_study`, with more parts than `lock_parts`."""
     lock_parts: int

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 LOADS = '["0 kg", "3 kg", "5 kg", "10 kg"]'
@@ -77,6 +78,55 @@ def windows_study(springs: int, ratios: int, frictions: int) -> str:
     start = text.index("[tendon]")
     stop = text.index("[spring]")
     return text[:start] + text[stop:]
+
+
+SAMPLES = 1000
+"""Samples of a motion in time, and angles of the same number of states without one."""
+
+
+def motion_study(pretensions: int, ratios: int, *, motion: str) -> str:
+    """Return a study with both tables and a motor, over pretension and spool.
+
+    Args:
+        pretensions: Number of pretensions.
+        ratios: Number of spool ratios.
+        motion: Content of `[motion]`, of as many states as there are samples.
+    """
+    return f"""
+name = "motion"
+[tendon]
+pretension = {{ from = "100 N", to = "200 N", num = {pretensions} }}
+[spring]
+stiffness = "5 kN/m"
+[spool]
+ratio = {{ from = 0.5, to = 0.9, num = {ratios} }}
+[load]
+mass = "2 kg"
+[motion]
+{motion}
+"""
+
+
+ALONG = """
+trajectory = "swing.csv"
+inertia = "0.08 kg m2"
+"""
+"""Motion in time, whose file `swing` writes beside the study."""
+STILL = f"""
+elbow_angle = {{ from = "10 deg", to = "80 deg", num = {SAMPLES} }}
+direction = "flexion"
+speed = "60 deg/s"
+"""
+"""As many states at a constant speed, so that the tables have the motor's columns, too."""
+
+
+def swing(path: Path) -> None:
+    """Write a swing of 0.75 Hz at 100 samples a second."""
+    rows = ["time (s),angle (deg)"]
+    for sample in range(SAMPLES):
+        angle = 45.0 - 35.0 * math.cos(2.0 * math.pi * 0.75 * 0.01 * sample)
+        rows.append(f"{0.01 * sample:.2f},{angle:.6f}")
+    path.write_text("\n".join(rows), encoding="utf-8")
 
 
 def written(text: str, path: Path) -> Path:

@@ -16,7 +16,7 @@ import numpy as np
 from tendon_cli.model import statics
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flag, Flags, Real, Travels
-from tendon_cli.model.sheath import Sheathed, sheaths_of
+from tendon_cli.model.sheath import Sheathed, sheaths_of, unloaded_sheaths
 from tendon_cli.model.sliding import Sliding
 from tendon_cli.model.statics import Balance, Coupling, Response, Status, respond
 from tendon_cli.quantities import OF_MOTION_STATES, OF_STATES, QUANTITIES, SIDES
@@ -59,7 +59,8 @@ class State:
     other_slope: Array
     """Slope of that torque over the elbow angle, without inertia, N m/rad."""
     resting: tuple[Sheathed, Sheathed] | None = None
-    """Both sheaths in the posture in which the pretension is set; None if they are the same."""
+    """Both sheaths in the posture in which the pretension is set, or along a trajectory without
+    friction; None if they are the same."""
     rates: JointRates | None = None
     """Rates along a trajectory; None without one."""
     sliding: Sliding | None = None
@@ -77,7 +78,9 @@ class State:
         arm = design.arm
         flexor, extensor = sheaths_of(design.flexor, design.extensor, elbow_angle, flexion)
         resting = None
-        if design.bend_follows_joint:
+        if design.has_one_length:
+            resting = unloaded_sheaths(design.flexor, design.extensor, design.setting.angle)
+        elif design.bend_follows_joint:
             angle = design.setting.angle
             resting = sheaths_of(design.flexor, design.extensor, angle, flexion)
         inclination = np.add(elbow_angle, arm.upper_arm_angle)

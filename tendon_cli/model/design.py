@@ -162,6 +162,8 @@ class Design:
     """Factor of that torque."""
     trajectory: Trajectory | None = None
     """Motion in time, at the samples of which inertia needs torque, too; None if quasi-static."""
+    one_length: bool = False
+    """True if each tendon has one natural length in both directions, also without a trajectory."""
     setting: Posture = field(default_factory=Posture)
     read: str = F0
     """Reading in which the pretension is given, one of READINGS."""
@@ -173,6 +175,19 @@ class Design:
     def shows_f0(self) -> bool:
         """True if what is read of every design is F0 itself, without an error."""
         return self.read == F0 and not np.any(self.setting.reading_error)
+
+    @property
+    def has_one_length(self) -> bool:
+        """True if each tendon has one natural length in both directions.
+
+        That is so along a trajectory, where the tendons turn. Else F0 stretches them by the
+        compliance of the direction, as in Eq. 13.
+        """
+        return self.one_length or self.trajectory is not None
+
+    def at_rest(self, **changes: Any) -> Design:
+        """Return the design without its trajectory, with the same tendons, and with changes."""
+        return replace(self, trajectory=None, one_length=self.has_one_length, **changes)
 
     @property
     def bend_follows_joint(self) -> bool:

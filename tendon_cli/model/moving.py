@@ -26,11 +26,16 @@ from tendon_cli.model.sliding import (
     Turns,
     against,
     in_play,
+    not_past,
     slack_passes,
     spool_turns,
 )
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.quantities import SIDES
+
+_MOST_TURNING = 0.95
+"""Largest share of samples at which the tendons turn for which friction's loss is given: a rig of
+elastic links lost up to a third less where they never slid as a whole."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,19 +108,27 @@ class Moving:
         """Direction in which the tendons slide, (designs, samples), and their turns."""
         angle = self._spool_angle
         mean = self._flat(0.5 * (angle[..., :1, :] + angle[..., 1:, :]))
-        tensions = self.candidates.balance.flexor, self.candidates.balance.extensor
+        return spool_turns(mean, self._play)
 
-        def play(designs: Rows, samples: Rows) -> Array:
-            """Return the larger play of both tendons and candidates, rad."""
-            largest = np.zeros(samples.shape)
-            for tension, side in zip(tensions, self._turns_of_sides, strict=True):
-                for direction in (0, 1):
-                    force = self._pick(tension, designs, direction, samples)
-                    per_newton = self._pick(side.turn, designs, direction, samples)
-                    largest = np.fmax(largest, force * per_newton)
-            return largest
+    def _play(self, designs: Rows, samples: Rows) -> Array:
+        """Return the larger play of both tendons and candidates, rad."""
+        at = self.candidates.balance
+        largest = np.zeros(samples.shape)
+        for tension, side in zip((at.flexor, at.extensor), self._turns_of_sides, strict=True):
+            for direction in (0, 1):
+                force = self._pick(tension, designs, direction, samples)
+                per_newton = self._pick(side.turn, designs, direction, samples)
+                largest = np.fmax(largest, force * per_newton)
+        return largest
 
-        return spool_turns(mean, play)
+    @property
+    def _largest_play(self) -> Array:
+        """Largest play of each design at the start of the motion and at its turns, rad."""
+        flexion, turns = self._sliding
+        designs = np.arange(len(flexion))
+        largest = self._play(designs, np.zeros_like(designs))
+        np.maximum.at(largest, turns.design, turns.play)
+        return largest
 
     @cached_property
     def flexion(self) -> Flags:
@@ -169,8 +182,9 @@ class Moving:
         start = self._pick(self._spool_angle, turns.design, before, turns.sample)
         spool_angle = self._flat(_choose(self._spool_angle, self.flexion))
         passing = slack_passes(self._flat(held.status))
-        turning = passing | against(self._ends_of_tendons(), flexion)
-        turning |= in_play(spool_angle, flexion, turns, start)
+        goes_back = against(self._ends_of_tendons(), flexion)
+        turning = passing | goes_back | in_play(spool_angle, flexion, turns, start)
+        turning |= not_past(spool_angle, flexion, turns, goes_back, self._largest_play)
         return Sliding(
             flexion=self.flexion,
             turning=self._of_states(turning),
@@ -225,8 +239,9 @@ def at_samples(at: State, samples: slice, count: int) -> State:
 def motion_columns(moving: Moving) -> dict[str, Array]:
     """Return the columns of designs along a trajectory.
 
-    Integrals over time are sums over its samples; friction's loss has that of the turns, too.
-    Differences are NaN, because there is no other direction at the same angle to compare with.
+    Integrals over time are sums over its samples; friction's loss has that of the turns, too, and
+    is NaN if the tendons turn all the time. Differences are NaN, because there is no other
+    direction at the same angle to compare with.
 
     Returns:
         Values by column over the designs' axes; units as in `quantities.OF_CYCLES` and
@@ -245,7 +260,7 @@ def motion_columns(moving: Moving) -> dict[str, Array]:
 
     def total(values: Array) -> Array:
         """Return the integral over time."""
-        known = np.where(passing, 0.0, samples(values))
+        known = np.where(passing, 0.0, values)
         return np.asarray(known @ weights)
 
     def largest(values: Array) -> Array:
@@ -255,13 +270,17 @@ def motion_columns(moving: Moving) -> dict[str, Array]:
     passing = samples(sliding.passing)
     speed = np.where(passing, np.nan, samples(rates.spool_speed))
     power = np.where(passing, np.nan, samples(rates.power))
-    work = total(np.maximum(rates.power, 0.0))
-    loss = total(rates.friction) + samples(sliding.turn_loss)[..., counted].sum(axis=-1)
+    work = total(np.maximum(samples(rates.power), 0.0))
+    turning = samples(sliding.turning)
+    of_turns = samples(sliding.turn_loss)[..., counted].sum(axis=-1)
+    # Where an end of a tendon goes back while it turns, friction acts the other way.
+    taken = np.where(turning, np.abs(samples(rates.friction)), samples(rates.friction))
+    slides_somewhere = turning[..., counted].mean(axis=-1) <= _MOST_TURNING
+    loss = np.where(slides_somewhere, total(taken) + of_turns, np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
         efficiency = np.asarray(np.where(work > 0.0, 1.0 - loss / work, np.nan))
     mean_square_torque = samples(np.square(moving.state.motor_torque)) @ weights / weights.sum()
     spool_angle = samples(rates.spool_angle)
-    turning = samples(sliding.turning)[..., counted]
     is_moving = moving.trajectory.speed != 0.0
     opposite = (samples(sliding.flexion) != moving.trajectory.is_flexing) & is_moving
     unknown = np.full(shape[:-1], np.nan)
@@ -276,8 +295,8 @@ def motion_columns(moving: Moving) -> dict[str, Array]:
         "max_backlash": unknown,
         "max_torque_band": unknown,
         "rms_motor_torque": np.sqrt(mean_square_torque),
-        "braking_work": total(np.maximum(-rates.power, 0.0)),
-        "turning_fraction": turning.mean(axis=-1),
+        "braking_work": total(np.maximum(-samples(rates.power), 0.0)),
+        "turning_fraction": turning[..., counted].mean(axis=-1),
         "opposite_fraction": opposite[..., counted].mean(axis=-1),
     }
 

@@ -21,7 +21,7 @@ elbow is unstable holds another one, stable, further on: in between the joint is
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -169,7 +169,7 @@ def drift(design: Design, start: float, last: float) -> Drift:
         start: Angle at which the joint is let go, rad.
         last: Angle at which the search ends, rad.
     """
-    design = replace(design, trajectory=None)
+    design = design.at_rest()
     flexion = np.array([[last > start]])
     angles = np.linspace(start, last, _POINTS)
     state = evaluate(design, angles[np.newaxis], flexion)
@@ -199,6 +199,12 @@ def _driving_torque(state: State) -> Array:
     extensor_stretch = motion.extensor_travel - design.ratio * held
     flexor = design.flexor.pretension + flexor_stretch / coupling.flexor_compliance
     extensor = design.extensor.pretension + extensor_stretch / coupling.extensor_compliance
+    if coupling.resting is not None:
+        resting_flexor, resting_extensor = coupling.resting
+        flexor_stretch = flexor_stretch + resting_flexor * design.flexor.pretension
+        extensor_stretch = extensor_stretch + resting_extensor * design.extensor.pretension
+        flexor = flexor_stretch / coupling.flexor_compliance
+        extensor = extensor_stretch / coupling.extensor_compliance
     flexing = coupling.moment_arm * np.maximum(flexor, 0.0)
     extending = coupling.extensor_arm * np.maximum(extensor, 0.0)
     return np.asarray(flexing - extending - coupling.elbow_torque)

@@ -21,13 +21,14 @@ def setting_of(design: Design) -> State:
     """Return the state of a design in the posture in which its pretension is set."""
     posture = design.setting
     arm = replace(design.arm, upper_arm_angle=posture.upper_arm_angle)
-    still = replace(design, arm=arm, load_mass=posture.load_mass, load_torque=None, trajectory=None)
+    still = design.at_rest(arm=arm, load_mass=posture.load_mass, load_torque=None)
     return State.of(still, posture.angle, posture.after_flexion)
 
 
 def pretension_per_length(design: Design) -> Array:
     """Return the growth of F0 per length taken from both tendons, (1 + η)/(η c_f + c_e), N/m."""
-    return np.asarray((1.0 + np.asarray(design.ratio)) / setting_of(design).coupling.compliance)
+    compliance = setting_of(design).coupling.common_compliance
+    return np.asarray((1.0 + np.asarray(design.ratio)) / compliance)
 
 
 def reading_per_length(design: Design) -> Array:

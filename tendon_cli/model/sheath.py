@@ -10,7 +10,7 @@ supposes that the curvature is spread evenly along the sheath. The rest of the m
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -281,3 +281,19 @@ def sheaths_of(
     """
     pulled = np.where(flexion, TOWARD_MOTOR, TOWARD_ELBOW)
     return sheath_of(flexor, pulled, angle), sheath_of(extensor, -pulled, angle)
+
+
+def unloaded_sheaths(flexor: Side, extensor: Side, angle: Real) -> tuple[Sheathed, Sheathed]:
+    """Return the sheaths of flexor and extensor without friction, whichever way they slide.
+
+    Their compliances give each tendon one natural length: that at which F0 stretches it in a sheath
+    without friction. With the compliance of the direction (Eq. 13) the length would change in a
+    turn, by 0.2 mm in the baseline and by more where friction is high and the tendon thin.
+
+    Args:
+        flexor: Side of the flexor.
+        extensor: Side of the extensor.
+        angle: Angle of the joint at which the pretension is set, rad.
+    """
+    smooth = (replace(flexor, friction=0.0), replace(extensor, friction=0.0))
+    return sheaths_of(*smooth, angle, flexion=True)

