@@ -157,7 +157,7 @@ BetweenOption = Annotated[
     bool,
     typer.Option(
         "--between",
-        help="for an answer: draw the pretension that each limit allows over the angle, "
+        help="for an answer: draw the pretension that each limit allows over the angle or time, "
         "and show which limit binds where",
     ),
 ]
