@@ -34,6 +34,7 @@ from tendon_cli.studies.contents import (
 from tendon_cli.studies.design_section import Goals, Limits, TruthValue, Uncertainty
 from tendon_cli.studies.fields import DeferredTables
 from tendon_cli.studies.figures import FigureSpec
+from tendon_cli.studies.fit_section import Fitting
 from tendon_cli.studies.magnitude import Slip, slip_notes
 from tendon_cli.studies.parts import Part, field_default
 from tendon_cli.studies.people.people_section import People
@@ -84,6 +85,11 @@ class StudyTables(Part):
     people: People | None = None
     uncertainty: Uncertainty | None = None
 
+    fit: Fitting = field_default(
+        Fitting(),
+        exclude=True,
+        description="how `tendon fit-suit` reads logs; it changes neither tables nor hash",
+    )
     figure: tuple[FigureSpec, ...] = field_default(
         (),
         exclude=True,
