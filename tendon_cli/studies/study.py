@@ -31,6 +31,7 @@ from tendon_cli.studies.contents import (
     part_document,
     warn_of_distributions,
 )
+from tendon_cli.studies.correlation import Correlation
 from tendon_cli.studies.design_section import Goals, Limits, TruthValue, Uncertainty
 from tendon_cli.studies.fields import DeferredTables
 from tendon_cli.studies.figures import FigureSpec
@@ -85,6 +86,16 @@ class StudyTables(Part):
     people: People | None = None
     uncertainty: Uncertainty | None = None
 
+    fitted_from: parts.FileName | None = field_default(
+        None,
+        description="a file written by `tendon fit-suit --out`: its numbers replace those of the "
+        "study, and are drawn with their correlation",
+    )
+    correlation: Correlation | None = field_default(
+        None,
+        description="correlation of uncertain numbers, which are drawn together; `fitted_from` "
+        "gives it",
+    )
     fit: Fitting = field_default(
         Fitting(),
         exclude=True,

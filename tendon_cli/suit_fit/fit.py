@@ -27,8 +27,8 @@ from tendon_cli.suit_fit.parameters import (
 )
 from tendon_cli.suit_fit.patterns import fast_note, warnings_of
 from tendon_cli.suit_fit.prediction import groups_of, misfits
-from tendon_cli.suit_fit.rows import Selection, cut, selected, without_slack
-from tendon_cli.suit_fit.strokes import Parts
+from tendon_cli.suit_fit.rows import Selection, cut, selected, without_parts
+from tendon_cli.suit_fit.strokes import AGAINST, SLACK, Parts
 from tendon_cli.suit_fit.suit_log import Floats, SuitLog, read_logs
 from tendon_cli.suit_fit.suit_model import SuitModel
 from tendon_cli.suit_fit.suit_result import SuitFit
@@ -40,6 +40,8 @@ _ROUNDS = 3
 """Most rounds in which rows are picked by what was fitted before."""
 _OTHER_SUIT = 2.0
 """Factor between measured and expected ways of the spool, from which the log is of another suit."""
+_MOST_LEFT_OUT = 0.8
+"""Share of the parts up to which those are left out for which the model does not vouch."""
 _SAME_TURN = 0.2
 """Share by which the way of a turn may change between rounds."""
 
@@ -52,6 +54,8 @@ def estimate_of(study: Study, logs: Sequence[SuitLog]) -> tuple[Estimate, Select
         InputError: if the logs do not suit the study, or do not tell.
     """
     numbers = numbers_of(study)
+    for log in logs:
+        _check_sign(log)
     thin, every, strokes = cut(logs)
     first = thin[0]
     has_time = all(log.time is not None for log in thin)
@@ -72,9 +76,12 @@ def estimate_of(study: Study, logs: Sequence[SuitLog]) -> tuple[Estimate, Select
     for _ in range(_ROUNDS):
         selection = selected(thin, every, strokes, turn, _spool_per_joint(selection.parts))
         estimate = fitted(model, selection.parts, estimate)
-        is_slack = model.slack(estimate.scores, selection.parts)
-        if is_slack.any() and not is_slack.all():
-            selection = without_slack(selection, is_slack)
+        is_slack, is_back = model.set_aside(estimate.scores, selection.parts)
+        is_left_out = is_slack | is_back
+        if is_left_out.any() and np.mean(is_left_out) < _MOST_LEFT_OUT:
+            of_back = is_back[~is_slack]
+            selection = without_parts(selection, is_slack, SLACK)
+            selection = without_parts(selection, of_back, AGAINST)
             estimate = fitted(model, selection.parts, estimate)
         before = turn
         turn = model.turn(estimate.scores, selection.parts)
@@ -138,6 +145,15 @@ def _check_motion(model: SuitModel, parts: Parts, source: str) -> None:
         _check_torque(parts, shown, source)
 
 
+def _check_sign(log: SuitLog) -> None:
+    """Refuse a log whose spool unwinds the flexor as the joint flexes."""
+    spool = log.channels.get(SPOOL_ANGLE)
+    if spool is not None and float(np.polyfit(log.elbow_angle, spool, 1)[0]) <= 0.0:
+        problem = "the spool's angle falls as the joint flexes"
+        hint = "positive angles flex the joint and wind the flexor: turn one column's sign"
+        raise InputError(problem, where=log.source, hint=hint)
+
+
 def _check_slope(slope: float, usual: float, source: str) -> None:
     """Refuse a way of the spool per way of the joint that is not this suit's.
 
@@ -146,11 +162,7 @@ def _check_slope(slope: float, usual: float, source: str) -> None:
         usual: The same by the study.
         source: Name of the log.
     """
-    if slope < 0.0:
-        problem = "the spool's angle falls as the joint flexes"
-        hint = "positive angles flex the joint and wind the flexor: turn one column's sign"
-        raise InputError(problem, where=source, hint=hint)
-    if usual <= 0.0 or abs(math.log(slope / usual)) < math.log(_OTHER_SUIT):
+    if min(usual, slope) <= 0.0 or abs(math.log(slope / usual)) < math.log(_OTHER_SUIT):
         return
     problem = f"the spool turns {slope:.3g} times as far as the joint, the study says {usual:.3g}"
     hint = "is the spool's radius right, and does the angle count the spool, not its motor?"

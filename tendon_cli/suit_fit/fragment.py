@@ -10,6 +10,7 @@ import numpy as np
 
 from tendon_cli.files import begins_with, write_output
 from tendon_cli.suit_fit.fitted_numbers import FittedNumber
+from tendon_cli.suit_fit.parameters import Parameter
 from tendon_cli.suit_fit.suit_result import SuitFit
 from tendon_cli.version import __version__
 
@@ -20,6 +21,8 @@ _HEADER = f"""\
 """
 is_suit_fragment = begins_with(_MARK)
 """Function that recognises a file of fitted numbers."""
+_KEEPS_RANGE = 0.3
+"""Share of the prior's variance under which a number keeps its stated range."""
 _NOT_OF_THE_SUIT = ("load.",)
 """Tables of numbers that a log states, and that are no part of the suit."""
 
@@ -46,6 +49,7 @@ def suit_fragment(fit: SuitFit) -> str:
     deviation = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(deviation, deviation)
     kept = [fit.fitted[place] for place in places]
+    laws = [(fit.estimate.model.parameters[place], fit.fitted[place]) for place in places]
     std = np.array([number.std for number in kept])
     lines = [
         _HEADER,
@@ -57,7 +61,7 @@ def suit_fragment(fit: SuitFit) -> str:
         f'tendon_version = "{__version__}"',
         "",
         "[numbers]  # SI; learned: share of the prior's variance that the logs took away",
-        *(f'"{number.key}" = {_law(number)}' for number in kept),
+        *(f'"{number.key}" = {_law(parameter, number)}' for parameter, number in laws),
         "",
         "[covariance]  # SI, in the order of keys",
         f"keys = {json.dumps([number.key for number in kept])}",
@@ -67,13 +71,16 @@ def suit_fragment(fit: SuitFit) -> str:
     return "\n".join(lines)
 
 
-def _law(number: FittedNumber) -> str:
-    """Return value and deviation of a number as an inline table."""
-    values: dict[str, Any] = {
-        "value": number.value,
-        "std": number.std,
-        "learned": round(number.learned, 4),
-    }
+def _law(parameter: Parameter, number: FittedNumber) -> str:
+    """Return value and deviation of a number as an inline table.
+
+    A number that keeps its range has the two ends of it instead.
+    """
+    law = parameter.law
+    values: dict[str, Any] = {"value": number.value, "std": number.std}
+    if law.kind == "uniform" and number.learned < _KEEPS_RANGE:
+        values = {"from": law.middle - law.spread, "to": law.middle + law.spread}
+    values["learned"] = round(number.learned, 4)
     return "{ " + ", ".join(f"{name} = {value!r}" for name, value in values.items()) + " }"
 
 

@@ -83,7 +83,7 @@ _NOT_FITTED = ("setting.", "motion.", "load.scale", "tendon.breaking_force", "sp
 
 _SPOOL_ZERO_DEVIATION = 1.0
 """Standard deviation of the zero of the spool's angle about the study's, rad: as good as none."""
-_TORQUE_ZERO_SHARE = 0.05
+TORQUE_ZERO_SHARE = 0.05
 """Standard deviation of the zero of the torque, as a share of the range of the torque."""
 _GEAR_SHARE = 0.05
 """Standard deviation of the gear's Coulomb friction, as a share of the range of the torque."""
@@ -219,7 +219,7 @@ def sensors_of(
             found.append(Parameter(SPOOL_DELAY, normal(0.0, _DELAY), "s", is_sensor=True))
     if MOTOR_TORQUE in channels:
         span = range_of(channels[MOTOR_TORQUE])
-        zero = normal(0.0, _TORQUE_ZERO_SHARE * span)
+        zero = normal(0.0, TORQUE_ZERO_SHARE * span)
         gear = normal(0.0, _GEAR_SHARE * span)
         found.append(Parameter(TORQUE_GAIN, normal(0.0, _TORQUE_GAIN), "1", is_sensor=True))
         found.append(Parameter(TORQUE_ZERO, zero, "N m", is_sensor=True))
@@ -234,6 +234,11 @@ def sensors_of(
         found.append(Parameter(f"{name} gain", normal(0.0, _CELL_GAIN), "1", is_sensor=True))
     left_out = set(exact)
     return [parameter for parameter in found if parameter.key not in left_out]
+
+
+def stated_load(key: str) -> float:
+    """Return the mass that a load is named by, kg."""
+    return float(key.split()[1])
 
 
 def loads_of(loads: Sequence[float]) -> list[Parameter]:

@@ -16,9 +16,13 @@ from tendon_cli.suit_fit.fitted_numbers import FittedNumber
 from tendon_cli.suit_fit.rows import Selection
 from tendon_cli.suit_fit.suit_log import Floats
 
-MOST_MISFIT = {SPOOL_ANGLE: 0.002, MOTOR_TORQUE: 0.006}
+MOST_MISFIT = {SPOOL_ANGLE: 0.0012, MOTOR_TORQUE: 0.003}
 """Smooth misfit of a channel, as a share of its range, from which the model is said not to hold."""
 _MOST_OF_OTHERS = 0.006
+_MORE_TORQUE = 0.07
+"""Torque beyond what the stated loads ask for, as a share, from which it is said."""
+_ZERO_SHARE = 0.02
+"""Zero of the torque over its range from which it is said."""
 _NAMED = 0.35
 """Share of what is left over that a pattern explains, from which it is named."""
 _CERTAIN = 9.0
@@ -227,12 +231,40 @@ def _sensor_warnings(numbers: Sequence[FittedNumber]) -> list[str]:
             f"the spool is {abs(math.degrees(play.value)):.2g} deg apart between the directions"
             " beyond what stretch explains, taken into account: there is backlash"
         )
+    found += _torque_warnings(numbers)
     gear = by_key.get(names.GEAR_FRICTION)
     if gear is not None and gear.interval_95[1] < 0.0:
         found.append(
             f"friction of the gear comes out as {gear.text(gear.value)}, which would help the"
             " motion: the wearer helps, or the torque is filtered"
         )
+    return found
+
+
+def _torque_warnings(numbers: Sequence[FittedNumber]) -> list[str]:
+    """Return warnings on a torque that the stated loads and a passive wearer do not explain."""
+    found = []
+    by_key = {number.key: number for number in numbers}
+    gain = by_key.get(names.TORQUE_GAIN)
+    loads = [number for number in numbers if number.unit == "kg" and number.is_sensor]
+    if gain is not None and loads:
+        heavier = [number.value / names.stated_load(number.key) - 1.0 for number in loads]
+        more = gain.value + float(np.mean(heavier))
+        if abs(more) > _MORE_TORQUE:
+            way = "more" if more > 0.0 else "less"
+            found.append(
+                f"the motor shows {say.percent(abs(more))} {way} torque than the stated loads ask"
+                " for, taken into account: weigh the loads, calibrate the torque constant"
+            )
+    zero = by_key.get(names.TORQUE_ZERO)
+    if zero is not None:
+        span = zero.std / max(math.sqrt(1.0 - min(zero.learned, 0.999999)), 1e-6)
+        least = _ZERO_SHARE * span / names.TORQUE_ZERO_SHARE
+        if abs(zero.value) > max(least, 2.5 * zero.std):
+            found.append(
+                f"the torque is {zero.text(zero.value)} off at all angles, taken into account: the"
+                " sensor's zero, or the wearer helps or resists; log once with the tendons off"
+            )
     return found
 
 

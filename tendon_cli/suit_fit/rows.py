@@ -11,7 +11,6 @@ from tendon_cli.errors import InputError
 from tendon_cli.suit_fit.strokes import (
     MOST_STROKES,
     REASONS,
-    SLACK,
     USED,
     Parts,
     Stroke,
@@ -132,23 +131,25 @@ def _usual_length(strokes: Sequence[Stroke], logs: Sequence[SuitLog], number: in
     return float(np.median(lengths))
 
 
-def without_slack(selection: Selection, is_slack: Mask) -> Selection:
-    """Return a selection without parts in which a tendon is slack.
+def without_parts(selection: Selection, is_left_out: Mask, reason: int) -> Selection:
+    """Return a selection without some parts of strokes.
 
     Args:
         selection: The selection.
-        is_slack: True for the parts that are left out, (parts,).
+        is_left_out: True for the parts that are left out, (parts,).
+        reason: Code of the reason.
     """
     codes = []
     parts = selection.parts
     for place, (stroke, before) in enumerate(zip(selection.strokes, selection.codes, strict=True)):
         of_stroke = parts.stroke == place
         code = before.copy()
-        if np.any(of_stroke & is_slack):
+        if np.any(of_stroke & is_left_out):
             angle = selection.logs[stroke.log].elbow_angle[stroke.rows]
-            code[_near(angle, parts.angle[of_stroke], is_slack[of_stroke]) & (code == USED)] = SLACK
+            is_near = _near(angle, parts.angle[of_stroke], is_left_out[of_stroke])
+            code[is_near & (code == USED)] = reason
         codes.append(code)
-    kept = parts.select(~is_slack)
+    kept = parts.select(~is_left_out)
     return Selection(
         selection.logs, selection.every, selection.strokes, tuple(codes), kept, selection.notes
     )

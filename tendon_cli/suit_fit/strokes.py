@@ -32,6 +32,8 @@ _END_SHARE = 0.015
 """Share of a stroke before its end that is set aside: the row of the turn is known no better."""
 _REST_SHARE = 0.1
 """Speed over the usual speed under which the joint rests."""
+_BACK_SHARE = 0.1
+"""Speed of the spool over its usual speed under which it does not go the way of its stroke."""
 _SHORT_SHARE = 0.4
 """Share of the usual length of a stroke under which it is set aside."""
 _LEAST_WAY = np.radians(4.0)
@@ -46,8 +48,9 @@ REASONS = (
     "in a short stroke",
     "slack",
     "at the start, before the tendons slide",
+    "where the spool rests or turns against the joint",
 )
-USED, TURNING, RESTING, SHORT, SLACK, STARTING = range(6)
+USED, TURNING, RESTING, SHORT, SLACK, STARTING, AGAINST = range(7)
 """Why a row is set aside, by its code."""
 
 
@@ -216,12 +219,15 @@ def usable(
         codes[:] = SHORT
         return codes
     has_slid = way >= max(_LEAST_WAY, least_way)
+    goes_along = np.ones(len(rows), dtype=bool)
     if "spool_angle" in log.channels:
-        spool = log.channels["spool_angle"][rows]
-        turned = sign * (spool - (spool[0] if stroke.is_first else _extreme(spool, sign)))
-        has_slid &= turned >= spool_way
+        wound = sign * log.channels["spool_angle"][rows]
+        least = int(np.argmin(wound))
+        has_slid &= (wound - wound[least] >= spool_way) & (np.arange(len(rows)) > least)
+        goes_along = _goes_along(wound)
     first = int(np.argmax(has_slid)) if has_slid.any() else len(rows)
     codes[:first] = STARTING if stroke.is_first else TURNING
+    codes[~goes_along & (codes == USED)] = AGAINST
     codes[first:][way[first:] > (1.0 - _END_SHARE) * way[-1]] = TURNING
     if log.time is not None and first < len(rows) - 8:
         speed = _speed(way, log.time[rows])
@@ -230,10 +236,16 @@ def usable(
     return codes
 
 
-def _extreme(spool: Floats, sign: float) -> float:
-    """Return the angle at which the spool turned: the extreme near the beginning of a stroke."""
-    near = spool[: max(3, len(spool) // 3)]
-    return float(near.min() if sign > 0.0 else near.max())
+def _goes_along(wound: Floats) -> Mask:
+    """Return True where the spool turns the way of its stroke.
+
+    Where the elbow is unstable the spool turns back while the joint goes on, and friction with it.
+
+    Args:
+        wound: Angle of the spool, positive the way of the stroke, rad.
+    """
+    speed = _speed(wound, np.arange(len(wound), dtype=np.float64))
+    return np.asarray(speed > _BACK_SHARE * np.median(speed))
 
 
 def _speed(way: Floats, time: Floats) -> Floats:

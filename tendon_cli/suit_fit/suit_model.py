@@ -34,6 +34,8 @@ from tendon_cli.suit_fit.parameters import Parameter
 from tendon_cli.suit_fit.strokes import Parts
 from tendon_cli.suit_fit.suit_log import Floats, Mask
 
+_LEAST_RATE = 0.1
+"""Way of the spool per way of the joint, over its median, under which the spool hardly turns."""
 _STEP = 1e-5
 """Step of normal scores by which derivatives are taken."""
 
@@ -212,12 +214,29 @@ class SuitModel:
         slopes = (shown[1:] - shown[0]) / _STEP
         return shown[0], np.asarray(slopes.T)
 
-    def slack(self, scores: Floats, parts: Parts) -> Mask:
-        """Return True for parts in which a tendon is slack or has no equilibrium."""
+    def set_aside(self, scores: Floats, parts: Parts) -> tuple[Mask, Mask]:
+        """Return the parts that the model itself does not vouch for.
+
+        Args:
+            scores: Normal scores, (parameters,).
+            parts: Parts of strokes.
+
+        Returns:
+            True where a tendon is slack or there is no equilibrium, (parts,), and where the spool
+            hardly turns or turns against the joint, (parts,).
+        """
         state = self.states(scores[np.newaxis], parts)
         tension = np.minimum(state.balance.flexor, state.balance.extensor)
         is_taut = ~np.asarray(state.balance.is_slack) & np.isfinite(tension)
-        return np.asarray(~is_taut[0, 0])
+        coupling = state.coupling
+        design = state.design
+        per_turn = np.asarray(design.flexor_radius) * (
+            coupling.moment_arm / coupling.flexor_compliance
+            + design.ratio * coupling.extensor_arm / coupling.extensor_compliance
+        )
+        rate = np.asarray(state.elbow_stiffness / per_turn)[0, 0]  # dα/dθ
+        is_back = rate < _LEAST_RATE * np.nanmedian(rate)
+        return np.asarray(~is_taut[0, 0]), np.asarray(is_back)
 
     def turn(self, scores: Floats, parts: Parts) -> float:
         """Return the largest way of the spool until both sheaths have turned, rad."""
