@@ -75,6 +75,7 @@ class Tendon:
         bend: Total bend of the sheath over the joint's angle, rad.
         pretension: Tension at the set-up, N.
         spring_at_motor: True if the spring is at the motor's end.
+        hardening: Share by which the tissue is stiffer at twice the pretension than at it.
     """
 
     cable: float
@@ -84,6 +85,20 @@ class Tendon:
     bend: Curve
     pretension: float
     spring_at_motor: bool = False
+    hardening: float = 0.0
+
+    def further_give(self, tension: Array) -> Array:
+        """Return how much more tissue that hardens gives than tissue that does not, m.
+
+        Its stiffness is K_t (1 + h (T − F)/F), at least a tenth of K_t, so that its stretch from
+        the pretension F on is F/(h K_t) ln(1 + h (T − F)/F).
+        """
+        if not self.hardening:
+            return np.zeros_like(tension)
+        further = (tension - self.pretension) / self.pretension
+        stiffer = np.maximum(1.0 + self.hardening * further, 0.1)
+        bent = np.log(stiffer) / self.hardening
+        return self.pretension * self.tissue * (bent - further)
 
     def link_compliances(self, nodes: int) -> Array:
         """Return the compliance of each link (nodes + 1,), m/N; the outer links are half ones."""
@@ -143,12 +158,19 @@ class Motion:
         angle: Joint's angle (samples,), rad.
         acceleration: Its second derivative (samples,), rad/s².
         task: Further torque that the suit must give (samples,), N m; none if it is empty.
+        slip: Way that both anchors have slipped along the arm (samples,), m; none if it is empty.
     """
 
     time: Array
     angle: Array
     acceleration: Array
     task: Array = field(default_factory=lambda: np.zeros(0))
+    slip: Array = field(default_factory=lambda: np.zeros(0))
+
+    def slip_with_lead_in(self) -> Array:
+        """Return how far the anchors have slipped, from the set-up on, m."""
+        slip = self.slip if len(self.slip) else np.zeros(len(self.time))
+        return np.concatenate([np.full(LEAD_IN, slip[0]), slip])
 
     def required_torque(self, rig: Rig) -> Array:
         """Return the torque that the tendons of a rig must give (samples,), N m."""
@@ -236,6 +258,10 @@ class Demand:
         both = both_sides(rows, len(self.required))
         return Demand(self.grip[both], self.travel[both], self.arm[both], self.required[rows])
 
+    def with_give(self, give: Array) -> Demand:
+        """Return the demand of an instant with anchors that give further (2 rigs,), m."""
+        return replace(self, travel=self.travel + give)
+
     def between(self, later: Demand, share: float) -> Demand:
         """Return the demand a share of the way to a later instant."""
         return Demand(
@@ -309,6 +335,7 @@ def make_demand(rigs: Sequence[Rig], motions: Sequence[Motion], nodes: int) -> D
         required.append(np.concatenate([torque, motion.required_torque(rig)]))
     moving = list(zip(rigs, angles, strict=True))
 
+    slip = np.array([motion.slip_with_lead_in() for motion in motions])
     flexor_travel = [rig.flexor_travel(angle) for rig, angle in moving]
     extensor_travel = [-rig.extensor_travel(angle) for rig, angle in moving]
     flexor_arm = [rig.flexor_arm(angle) for rig, angle in moving]
@@ -319,7 +346,7 @@ def make_demand(rigs: Sequence[Rig], motions: Sequence[Motion], nodes: int) -> D
     ]
     return Demand(
         grip=np.array(flexor_grip + extensor_grip),
-        travel=np.array(flexor_travel + extensor_travel),
+        travel=np.array(flexor_travel + extensor_travel) + np.concatenate([slip, slip]),
         arm=np.array(flexor_arm + extensor_arm),
         required=np.array(required),
     )
@@ -394,6 +421,11 @@ def find_spool_angle(
     raise RuntimeError(f"no spool angle balances rigs {rows.tolist()}")
 
 
+def has_turned(before: Gripped, after: Gripped) -> NDArray[np.bool_]:
+    """Return True for each rig some of whose nodes have changed their states (rigs,)."""
+    return (before.state != after.state).any(axis=1).reshape(2, -1).any(axis=0)
+
+
 def settle(
     spooled: Spooled, before: Gripped, demand: Demand, angle: Array, guess: Array
 ) -> tuple[Array, Gripped]:
@@ -418,7 +450,9 @@ def settle(
     softness = spooled.cables.compliance.sum(axis=1)
     stiffness = (demand.arm * spooled.spool / softness).reshape(2, -1).sum(axis=0)
     turn = np.abs(new_angle - angle) * stiffness
-    rows = np.flatnonzero(turn > BALANCE_TOLERANCE)
+    rows = np.flatnonzero((turn > BALANCE_TOLERANCE) & has_turned(before, after))
+    if not len(rows):
+        return new_angle, after
     both = both_sides(rows, rigs)
     asked = demand.select(rows)
     held = spooled.select(rows).move(before.select(both), after.state[both], asked, angle[rows])
@@ -462,8 +496,7 @@ def step(
     motor_work = mean_torque * (new_angle - angle)
     lost = friction_work(before, after).reshape(2, -1).sum(axis=0)
 
-    changes = (before.state != after.state).any(axis=1).reshape(2, -1).any(axis=0)
-    rows = np.flatnonzero(changes)
+    rows = np.flatnonzero(has_turned(before, after))
     if not len(rows):
         return new_angle, after, motor_work, lost
     both = both_sides(rows, rigs)
@@ -508,6 +541,7 @@ def simulate(rigs: Sequence[Rig], motions: Sequence[Motion], nodes: int = 48) ->
         RuntimeError: If no spool angle balances a joint, as where its flexor has no moment arm.
     """
     spooled = make_spooled(rigs, nodes)
+    tendons = [rig.flexor for rig in rigs] + [rig.extensor for rig in rigs]
     demand = make_demand(rigs, motions, nodes)
     count = len(rigs)
     samples = demand.required.shape[1]
@@ -525,7 +559,9 @@ def simulate(rigs: Sequence[Rig], motions: Sequence[Motion], nodes: int = 48) ->
     last_turn = np.zeros(count)
     now = demand.at(0)
     for sample in range(samples):
-        then = demand.at(sample)
+        held = cables.tension[:, -1]
+        give = [tendon.further_give(held[side]) for side, tendon in enumerate(tendons)]
+        then = demand.at(sample).with_give(np.array(give))
         new_angle, moved, work, loss = step(spooled, cables, angle, angle + last_turn, now, then)
         last_turn = new_angle - angle
         angle = new_angle

@@ -13,7 +13,7 @@ tension to the higher one. Nothing depends on rates.
 From one instant to the next the ends move, and each node either stays where it was or slips one
 way: a complementarity problem per cable. It is solved exactly: with every node's state given,
 the positions solve a tridiagonal system; states that contradict the outcome are changed, until
-none does (`move_cables`). All cables are solved as one banded system.
+none does (`move_cables`). All cables are solved as one tridiagonal system.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_banded
+from scipy.linalg.lapack import dgtsv
 
 Array = NDArray[np.float64]
 
@@ -164,12 +164,12 @@ def solve_positions(
     lower[:, 0] = 0.0
     upper[:, -1] = 0.0
 
-    bands = np.zeros((3, state.size))
-    bands[0, 1:] = upper.ravel()[:-1]
-    bands[1] = diagonal.ravel()
-    bands[2, :-1] = lower.ravel()[1:]
     columns = np.stack([wanted.ravel(), by_motor.ravel()], axis=1)
-    solved = solve_banded((1, 1), bands, columns, overwrite_ab=True, check_finite=False)
+    below = lower.ravel()[1:]
+    above = upper.ravel()[:-1]
+    *_, solved, failed = dgtsv(below, diagonal.ravel(), above, columns)
+    if failed:
+        raise RuntimeError(f"the nodes' positions have no solution: dgtsv says {failed}")
     return solved[:, 0].reshape(state.shape), solved[:, 1].reshape(state.shape)
 
 

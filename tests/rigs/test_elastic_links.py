@@ -155,8 +155,8 @@ def test_a_symmetric_suit_is_symmetric():
 
 def test_more_links_change_little_and_ever_less():
     suit = CHECKED_SUIT | {"sheath": {"friction": 0.2}}
-    motion = cosine(45, 35, 0.5, cycles=1)
-    runs = [simulate([make_rig(suit)], [motion], nodes)[0] for nodes in (4, 8, 16, 32)]
+    motion = cosine(45, 35, 0.5, cycles=1, samples=60)
+    runs = [simulate([make_rig(suit)], [motion], nodes)[0] for nodes in (3, 6, 12, 24)]
     rows = steady(runs[0])
     angles = [run.spool_angle[rows] for run in runs]
     changes = [np.abs(b - a).max() for a, b in itertools.pairwise(angles)]
@@ -168,7 +168,7 @@ def test_more_links_change_little_and_ever_less():
 def test_finer_steps_change_little_and_ever_less():
     rig = make_rig(CHECKED_SUIT)
     lost = []
-    for samples in (40, 80, 160):
+    for samples in (30, 60, 120):
         (run,) = simulate([rig], [cosine(50, 30, 1.0, samples=samples)], nodes=6)
         lost.append(run.dissipated[-1] - run.dissipated[samples])
     assert abs(lost[2] - lost[1]) < 0.5 * abs(lost[1] - lost[0])
@@ -205,6 +205,35 @@ def test_the_lead_in_ends_where_the_motion_begins():
     assert LEAD_IN > 0
     assert len(history.time) == len(motion.time)
     assert history.dissipated[0] == 0.0
+
+
+EXTREMES = {
+    "much friction": {"sheath": {"friction": 0.8}},
+    "no springs": {"spring": {"stiffness": np.inf}, "tendon": {"pretension": 400.0}},
+    "a large extensor spool": {"spool": {"ratio": 1.5}},
+    "no pretension": {"tendon": {"pretension": 0.0}},
+    "one smooth sheath": {"sheath": {"friction": 0.1, "extensor": {"friction": 0.0}}},
+    "a spring at the motor on one side": {"spring": {"flexor": {"at": "motor"}}},
+}
+
+
+def test_extremes_balance_too():
+    names = list(EXTREMES)
+    task = 6.0 * np.sin(np.linspace(0.0, 30.0, 121))
+    motion = dataclasses.replace(cosine(50, 30, 0.5, samples=60), task=task)
+    rigs = [make_rig(EXTREMES[name]) for name in names]
+    for name, history in zip(names, simulate(rigs, [motion] * len(rigs), nodes=6), strict=True):
+        mean = 0.5 * (history.required_torque[1:] + history.required_torque[:-1])
+        joint = np.sum(mean * np.diff(history.angle))
+        stored = history.stored[-1] - history.stored[0]
+        lost = history.dissipated[-1]
+        assert history.motor_work[-1] == pytest.approx(joint + stored + lost, abs=0.03 * lost), name
+        assert min(history.flexor_motor.min(), history.extensor_elbow.min()) >= 0.0
+
+
+def test_a_flexor_without_a_lever_has_no_balance():
+    with pytest.raises(RuntimeError, match="no spool angle balances"):
+        simulate([make_rig({})], [cosine(120, 50, 0.5, cycles=1, samples=40)], nodes=3)
 
 
 CHECKED = {
