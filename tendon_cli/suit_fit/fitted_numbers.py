@@ -14,8 +14,8 @@ from tendon_cli import say
 from tendon_cli.quantities import SIDES
 from tendon_cli.space.axis import of_side, split_side
 from tendon_cli.studies.study import keys
-from tendon_cli.suit_fit.estimate import Estimate
 from tendon_cli.suit_fit.parameters import Parameter
+from tendon_cli.suit_fit.suit_estimate import SuitEstimate
 from tendon_cli.suit_fit.suit_log import Floats
 
 TOLD = 0.5
@@ -120,7 +120,7 @@ class Combination:
         return f"{self.name} {say.number(self.value, 3)}{unit} ± {share}"
 
 
-def fitted_numbers(estimate: Estimate) -> list[FittedNumber]:
+def fitted_numbers(estimate: SuitEstimate) -> list[FittedNumber]:
     """Return all numbers of an estimate."""
     deviations = np.sqrt(np.diag(estimate.covariance))
     return [
@@ -257,7 +257,7 @@ def _candidates(known: Sequence[str]) -> list[_Candidate]:
     return [one for one in all_of_them if one.first in known and one.second in known]
 
 
-def combinations(estimate: Estimate, numbers: Sequence[FittedNumber]) -> list[Combination]:
+def combinations(estimate: SuitEstimate, numbers: Sequence[FittedNumber]) -> list[Combination]:
     """Return what a log tells only together: of a suit's parts, and of any correlated pair."""
     known = [number.key for number in numbers]
     shares = {
@@ -279,7 +279,7 @@ def combinations(estimate: Estimate, numbers: Sequence[FittedNumber]) -> list[Co
 
 
 def _pairs(
-    estimate: Estimate, numbers: Sequence[FittedNumber], named: set[frozenset[str]]
+    estimate: SuitEstimate, numbers: Sequence[FittedNumber], named: set[frozenset[str]]
 ) -> list[Combination]:
     """Return the most correlated pairs of numbers of which no more is known than both together."""
     covariance = estimate.covariance
@@ -311,7 +311,7 @@ def _short(key: str) -> str:
     return f"{name} of the {side}" if side else name
 
 
-def _gradient(estimate: Estimate, candidate: _Candidate) -> tuple[float, Floats]:
+def _gradient(estimate: SuitEstimate, candidate: _Candidate) -> tuple[float, Floats]:
     """Return a combination of values at an estimate, and its slopes by the scores."""
     count = len(estimate.scores)
     sets = np.tile(estimate.scores, (count + 1, 1))

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.suit_fit.strokes import Parts
+from tendon_cli.suit_fit.stroke_parts import Parts
 from tendon_cli.suit_fit.suit_log import Floats
 
 TERMS = ("white", "stroke", "kind", "common")

@@ -16,9 +16,9 @@ import numpy as np
 from tendon_cli import say
 from tendon_cli.model.actuator import State
 from tendon_cli.suit_fit import parameters as names
-from tendon_cli.suit_fit.columns import MOTOR_TORQUE, SPOOL_ANGLE
-from tendon_cli.suit_fit.estimate import Estimate, whiten
+from tendon_cli.suit_fit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE
 from tendon_cli.suit_fit.misfit import kernels_of, lower_factor
+from tendon_cli.suit_fit.suit_estimate import SuitEstimate, whiten
 from tendon_cli.suit_fit.suit_log import Floats
 from tendon_cli.suit_fit.suit_model import SuitModel
 
@@ -94,7 +94,7 @@ def window_ends(model: SuitModel, scores: Floats, loads: Floats) -> Floats:
     return np.stack([np.max(least, axis=0), np.min(largest, axis=0)], axis=-1)
 
 
-def proposals(estimate: Estimate) -> list[Proposal]:
+def proposals(estimate: SuitEstimate) -> list[Proposal]:
     """Return further measurements that would narrow the window, the best first."""
     model = estimate.model
     loads = np.unique(np.nan_to_num(estimate.parts.load, nan=0.0))
@@ -121,7 +121,7 @@ def proposals(estimate: Estimate) -> list[Proposal]:
     return sorted(found, key=lambda proposal: proposal.doubt)
 
 
-def _measurements(estimate: Estimate, loads: Floats) -> list[tuple[str, Floats]]:
+def _measurements(estimate: SuitEstimate, loads: Floats) -> list[tuple[str, Floats]]:
     """Return the name of each measurement that is possible, and the information that it adds."""
     found = []
     heavier = float(loads.max()) + _MORE_LOAD
@@ -153,7 +153,7 @@ def _measurements(estimate: Estimate, loads: Floats) -> list[tuple[str, Floats]]
     return found
 
 
-def _of_better(estimate: Estimate, keys: list[str], share: float) -> Floats:
+def _of_better(estimate: SuitEstimate, keys: list[str], share: float) -> Floats:
     """Return the information of numbers that are measured to a share of their priors."""
     added = np.zeros_like(estimate.information)
     for key in keys:
@@ -163,13 +163,13 @@ def _of_better(estimate: Estimate, keys: list[str], share: float) -> Floats:
     return added
 
 
-def _template(estimate: Estimate) -> Any:
+def _template(estimate: SuitEstimate) -> Any:
     """Return the parts of the log with most of them, which a further log would be like."""
     logs, counts = np.unique(estimate.parts.log, return_counts=True)
     return estimate.parts.select(estimate.parts.log == logs[np.argmax(counts)])
 
 
-def _of_load(estimate: Estimate, load: float) -> Floats:
+def _of_load(estimate: SuitEstimate, load: float) -> Floats:
     """Return the information of a log with another load, weighed well."""
     template = _template(estimate)
     parts = replace(template, load=np.full(len(template), load))
@@ -178,7 +178,7 @@ def _of_load(estimate: Estimate, load: float) -> Floats:
     return np.asarray(solved.T @ solved)
 
 
-def _of_cell(estimate: Estimate) -> Floats:
+def _of_cell(estimate: SuitEstimate) -> Floats:
     """Return the information of a load cell at the flexor's motor end."""
     parts = _template(estimate)
     tension, slopes = estimate.model.jacobian(estimate.scores, parts, (_CELL,))
@@ -189,7 +189,7 @@ def _of_cell(estimate: Estimate) -> Floats:
     return np.asarray(solved.T @ solved)
 
 
-def _of_held(estimate: Estimate) -> Floats:
+def _of_held(estimate: SuitEstimate) -> Floats:
     """Return the information of the torque as the motor turns with the joint held."""
     model = estimate.model
     count = len(estimate.scores)
@@ -206,7 +206,7 @@ def _of_held(estimate: Estimate) -> Floats:
     return np.asarray(solved.T @ solved)
 
 
-def _held_torque(model: SuitModel, sets: Floats, estimate: Estimate) -> Floats:
+def _held_torque(model: SuitModel, sets: Floats, estimate: SuitEstimate) -> Floats:
     """Return the torque that the sensor shows over turns of the spool, the joint held.
 
     The tensions follow from the paths, x = (R_f α - H_f + c_0 F0)/c_f and

@@ -19,7 +19,7 @@ from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import PRETENSION, split_side
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import Uncertain, quantile
-from tendon_cli.suit_fit.columns import MOTOR_TORQUE, SPOOL_ANGLE, TENSION_CHANNELS
+from tendon_cli.suit_fit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE, TENSION_CHANNELS
 from tendon_cli.suit_fit.suit_log import Floats
 from tendon_cli.units import SI_UNIT
 

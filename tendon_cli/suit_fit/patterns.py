@@ -10,10 +10,10 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.suit_fit import parameters as names
-from tendon_cli.suit_fit.columns import MOTOR_TORQUE, SPOOL_ANGLE
-from tendon_cli.suit_fit.estimate import Estimate
 from tendon_cli.suit_fit.fitted_numbers import FittedNumber
-from tendon_cli.suit_fit.rows import Selection
+from tendon_cli.suit_fit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE
+from tendon_cli.suit_fit.row_selection import Selection
+from tendon_cli.suit_fit.suit_estimate import SuitEstimate
 from tendon_cli.suit_fit.suit_log import Floats
 
 MOST_MISFIT = {SPOOL_ANGLE: 0.0012, MOTOR_TORQUE: 0.003}
@@ -27,6 +27,14 @@ _NAMED = 0.35
 """Share of what is left over that a pattern explains, from which it is named."""
 _CERTAIN = 9.0
 """Fall of the misfit's square, in its own units, from which a pattern is more than chance."""
+_NAMED_ALONE = (
+    names.GEAR_FRICTION,
+    names.BACKLASH,
+    names.SPOOL_DELAY,
+    names.TORQUE_DELAY,
+    names.TORQUE_ZERO,
+)
+"""Errors of sensors that have warnings of their own."""
 _FAR = 1.8
 """Normal score from which a stated number is said to be off."""
 _LATE = 0.015
@@ -47,11 +55,11 @@ class Pattern:
     name: str
     channel: str
     columns: Floats
-    """What the pattern adds, (parts, columns)."""
+    """Values that the pattern adds, (parts, columns)."""
     advice: str
 
 
-def patterns_of(estimate: Estimate, channel: str) -> list[Pattern]:
+def patterns_of(estimate: SuitEstimate, channel: str) -> list[Pattern]:
     """Return the patterns that a channel may show."""
     parts = estimate.parts
     sign = parts.sign
@@ -115,7 +123,7 @@ def patterns_of(estimate: Estimate, channel: str) -> list[Pattern]:
 
 
 def warnings_of(
-    estimate: Estimate, selection: Selection, numbers: Sequence[FittedNumber]
+    estimate: SuitEstimate, selection: Selection, numbers: Sequence[FittedNumber]
 ) -> list[str]:
     """Return all warnings of a fit."""
     found = []
@@ -127,13 +135,13 @@ def warnings_of(
     return found
 
 
-def smooth_misfit(estimate: Estimate, channel: str) -> float:
+def smooth_misfit(estimate: SuitEstimate, channel: str) -> float:
     """Return the misfit of a channel that is no noise, as a share of its range."""
     sizes = estimate.misfit.sizes[estimate.channels.index(channel)]
     return float(math.sqrt(np.sum(np.square(sizes[1:]))))
 
 
-def _misfit_warnings(estimate: Estimate, row: int, channel: str) -> list[str]:
+def _misfit_warnings(estimate: SuitEstimate, row: int, channel: str) -> list[str]:
     """Return warnings on what a channel leaves over."""
     share = smooth_misfit(estimate, channel)
     most = MOST_MISFIT.get(channel, _MOST_OF_OTHERS)
@@ -156,7 +164,7 @@ def _misfit_warnings(estimate: Estimate, row: int, channel: str) -> list[str]:
     return [problem]
 
 
-def _named_pattern(estimate: Estimate, row: int, channel: str) -> tuple[Pattern, float] | None:
+def _named_pattern(estimate: SuitEstimate, row: int, channel: str) -> tuple[Pattern, float] | None:
     """Return the pattern that explains most of what a channel leaves over, and its share.
 
     Each pattern is fitted to the misfit in units of its noise, with the parameters let go, too; a
@@ -205,7 +213,7 @@ def _number_warnings(numbers: Sequence[FittedNumber]) -> list[str]:
                 f"{number.key} comes out at the end of its range, {number.text(number.value)} of"
                 f" {number.prior}: widen the range, or something else is wrong"
             )
-        elif not is_range and number.key not in (names.GEAR_FRICTION, names.BACKLASH):
+        elif not is_range and number.key not in _NAMED_ALONE:
             found.append(
                 f"{number.key} comes out as {number.text(number.value)}, {abs(number.score):.1f}"
                 f" standard deviations from {number.prior}: measure it, or something else is wrong"
@@ -268,7 +276,7 @@ def _torque_warnings(numbers: Sequence[FittedNumber]) -> list[str]:
     return found
 
 
-def _row_warnings(estimate: Estimate, selection: Selection) -> list[str]:
+def _row_warnings(estimate: SuitEstimate, selection: Selection) -> list[str]:
     """Return warnings on slack, on few strokes and on rows without numbers."""
     found = []
     aside = selection.set_aside
@@ -290,7 +298,7 @@ def _row_warnings(estimate: Estimate, selection: Selection) -> list[str]:
     return found
 
 
-def fast_note(estimate: Estimate) -> list[str]:
+def fast_note(estimate: SuitEstimate) -> list[str]:
     """Return a note on inertia in a fast log; none for a slow one."""
     parts = estimate.parts
     if MOTOR_TORQUE not in parts.values or estimate.model.study.motion.inertia is not None:

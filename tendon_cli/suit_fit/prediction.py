@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.suit_fit.columns import SPOOL_ANGLE
-from tendon_cli.suit_fit.estimate import Estimate
+from tendon_cli.suit_fit.log_columns import SPOOL_ANGLE
 from tendon_cli.suit_fit.parameters import unit_of
-from tendon_cli.suit_fit.strokes import Parts
+from tendon_cli.suit_fit.stroke_parts import Parts
+from tendon_cli.suit_fit.suit_estimate import SuitEstimate
 from tendon_cli.suit_fit.suit_log import Integers
 
 _THIRDS = 3
@@ -49,7 +49,7 @@ def groups_of(parts: Parts) -> tuple[Integers, str]:
     return np.asarray((rank // 2) % _THIRDS, dtype=np.int64), "third of the strokes"
 
 
-def misfits(estimate: Estimate) -> list[ChannelMisfit]:
+def misfits(estimate: SuitEstimate) -> list[ChannelMisfit]:
     """Return the misfit of each channel, fitted and predicted."""
     parts = estimate.parts
     groups, _ = groups_of(parts)

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from tendon_cli.errors import InputError, TendonError, UsageError
 from tendon_cli.friction.reading.header import Heading
 from tendon_cli.friction.reading.table import MOST_ROWS, Table, read_columns
-from tendon_cli.suit_fit.columns import (
+from tendon_cli.suit_fit.log_columns import (
     CHANNELS,
     COLUMNS,
     ELBOW_ANGLE,
@@ -59,7 +59,7 @@ class SuitLog:
     elbow_angle: Floats
     """Angle of the joint θ, rad."""
     channels: Mapping[str, Floats]
-    """What was measured, by its name in CHANNELS, SI."""
+    """Measured values, by their name in CHANNELS, SI."""
     time: Floats | None
     """Time, s; None if the log has none."""
     load_mass: Floats | None

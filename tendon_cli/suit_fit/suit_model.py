@@ -29,9 +29,9 @@ from tendon_cli.space.space import Space
 from tendon_cli.studies.spaces import single_numbers
 from tendon_cli.studies.study import Study
 from tendon_cli.suit_fit import parameters as names
-from tendon_cli.suit_fit.columns import MOTOR_TORQUE, SPOOL_ANGLE
+from tendon_cli.suit_fit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE
 from tendon_cli.suit_fit.parameters import Parameter
-from tendon_cli.suit_fit.strokes import Parts
+from tendon_cli.suit_fit.stroke_parts import Parts
 from tendon_cli.suit_fit.suit_log import Floats, Mask
 
 _LEAST_RATE = 0.1

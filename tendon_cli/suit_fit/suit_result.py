@@ -8,13 +8,13 @@ from typing import Any, ClassVar
 
 from tendon_cli import say
 from tendon_cli.display import Displayed
-from tendon_cli.suit_fit.columns import MOTOR_TORQUE, SPOOL_ANGLE
-from tendon_cli.suit_fit.estimate import Estimate
 from tendon_cli.suit_fit.fitted_numbers import Combination, FittedNumber
+from tendon_cli.suit_fit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE
 from tendon_cli.suit_fit.next_log import Proposal
 from tendon_cli.suit_fit.parameters import unit_of
 from tendon_cli.suit_fit.prediction import ChannelMisfit
-from tendon_cli.suit_fit.rows import Selection
+from tendon_cli.suit_fit.row_selection import Selection
+from tendon_cli.suit_fit.suit_estimate import SuitEstimate
 
 _WIDTH = 100
 _UNUSUAL = 1.0
@@ -26,14 +26,14 @@ _MOST_NAMED = 8
 class SuitFit(Displayed):
     """Numbers of a suit, fitted to its own logs."""
 
-    estimate: Estimate
+    estimate: SuitEstimate
     selection: Selection
     fitted: tuple[FittedNumber, ...]
     """Numbers of the study and errors of sensors."""
     combinations: tuple[Combination, ...]
     misfits: tuple[ChannelMisfit, ...]
     predicted_from: str
-    """What each part was predicted without: "log" or "third of the strokes"."""
+    """Group without which each part was predicted: "log" or "third of the strokes"."""
     proposals: tuple[Proposal, ...]
     """Further measurements, the one that tells most of the window first."""
     warnings: tuple[str, ...]

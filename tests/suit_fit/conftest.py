@@ -22,7 +22,7 @@ STUDY = {
     "joint": {"stiffness": "1.1 N m/rad +/- 0.5 N m/rad", "rest_angle": "73 deg"},
     "spool": {"ratio": 0.6},
 }
-"""What is known of the suit."""
+"""Study of the suit, which leaves these numbers open."""
 LOADS = (0.0, 2.0, 4.0)
 """Masses of the loads, kg."""
 TIME = np.linspace(0.0, 32.0, 480)

@@ -28,7 +28,7 @@ TENSION_CHANNELS = (
 )
 """Tensions that cells at either end of either tendon may give."""
 CHANNELS = (SPOOL_ANGLE, MOTOR_TORQUE, *TENSION_CHANNELS)
-"""What the model predicts over the angle of the joint."""
+"""Quantities that the model predicts over the angle of the joint."""
 COLUMNS = (ELBOW_ANGLE, *CHANNELS, TIME, LOAD_MASS)
 """Columns that `[fit.columns]` may name."""
 CURRENT = "current"

@@ -1,4 +1,4 @@
-"""Estimate of a suit's parameters: least squares with priors, and how well they are known."""
+"""SuitEstimate of a suit's parameters: least squares with priors, and how well they are known."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from tendon_cli.suit_fit.misfit import Misfit, first_misfit, kernels_of, lower_factor, sized
 from tendon_cli.suit_fit.parameters import range_of
-from tendon_cli.suit_fit.strokes import Parts
+from tendon_cli.suit_fit.stroke_parts import Parts
 from tendon_cli.suit_fit.suit_log import Floats
 from tendon_cli.suit_fit.suit_model import SuitModel
 
@@ -22,7 +22,7 @@ _MOST_STEPS = 40
 
 
 @dataclass(frozen=True, eq=False)
-class Estimate:
+class SuitEstimate:
     """Parameters that fit best, with all that their covariance follows from."""
 
     model: SuitModel
@@ -115,13 +115,13 @@ def whiten(factors: Sequence[Floats], values: Floats) -> Floats:
     return np.concatenate(solved)
 
 
-def fitted(model: SuitModel, parts: Parts, start: Estimate | None = None) -> Estimate:
+def fitted(model: SuitModel, parts: Parts, start: SuitEstimate | None = None) -> SuitEstimate:
     """Return the estimate for parts of strokes.
 
     Args:
         model: The study with its parameters.
         parts: Parts of strokes.
-        start: Estimate for nearly the same parts to begin with; the priors' middles without one.
+        start: Estimate for nearly the same parts; without one the priors' middles.
     """
     channels = tuple(parts.values)
     scales = {name: max(range_of(parts.values[name]), 1e-9) for name in channels}
@@ -137,7 +137,7 @@ def fitted(model: SuitModel, parts: Parts, start: Estimate | None = None) -> Est
         misfit = sized(misfit, kernels, at_zero, slopes)
     scores = _least_squares(model, parts, channels, misfit.factors(kernels), data, scores)
     predicted, slopes = model.jacobian(scores, parts, channels)
-    return Estimate(model, parts, channels, misfit, scores, predicted, slopes)
+    return SuitEstimate(model, parts, channels, misfit, scores, predicted, slopes)
 
 
 def _least_squares(

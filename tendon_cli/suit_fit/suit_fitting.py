@@ -14,9 +14,8 @@ from tendon_cli.errors import InputError
 from tendon_cli.files import path_of
 from tendon_cli.studies.load import AnyStudy, any_study
 from tendon_cli.studies.study import Study
-from tendon_cli.suit_fit.columns import MOTOR_TORQUE, SPOOL_ANGLE, Scaling
-from tendon_cli.suit_fit.estimate import Estimate, fitted
 from tendon_cli.suit_fit.fitted_numbers import combinations, fitted_numbers
+from tendon_cli.suit_fit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE, Scaling
 from tendon_cli.suit_fit.next_log import proposals
 from tendon_cli.suit_fit.parameters import (
     LOAD,
@@ -27,8 +26,9 @@ from tendon_cli.suit_fit.parameters import (
 )
 from tendon_cli.suit_fit.patterns import fast_note, warnings_of
 from tendon_cli.suit_fit.prediction import groups_of, misfits
-from tendon_cli.suit_fit.rows import Selection, cut, selected, without_parts
-from tendon_cli.suit_fit.strokes import AGAINST, SLACK, Parts
+from tendon_cli.suit_fit.row_selection import Selection, cut, selected, without_parts
+from tendon_cli.suit_fit.stroke_parts import AGAINST, SLACK, Parts
+from tendon_cli.suit_fit.suit_estimate import SuitEstimate, fitted
 from tendon_cli.suit_fit.suit_log import Floats, SuitLog, read_logs
 from tendon_cli.suit_fit.suit_model import SuitModel
 from tendon_cli.suit_fit.suit_result import SuitFit
@@ -46,7 +46,7 @@ _SAME_TURN = 0.2
 """Share by which the way of a turn may change between rounds."""
 
 
-def estimate_of(study: Study, logs: Sequence[SuitLog]) -> tuple[Estimate, Selection]:
+def estimate_of(study: Study, logs: Sequence[SuitLog]) -> tuple[SuitEstimate, Selection]:
     """Return the estimate of a suit's numbers, and the rows that it rests on.
 
     Raises:
@@ -72,7 +72,7 @@ def estimate_of(study: Study, logs: Sequence[SuitLog]) -> tuple[Estimate, Select
     _check_motion(model, selection.parts, first.source)
     model = _with_zeros(model, selection.parts)
     turn = model.turn(middle, selection.parts)
-    estimate: Estimate | None = None
+    estimate: SuitEstimate | None = None
     for _ in range(_ROUNDS):
         selection = selected(thin, every, strokes, turn, _spool_per_joint(selection.parts))
         estimate = fitted(model, selection.parts, estimate)
@@ -216,15 +216,9 @@ def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
         InputError: if a log is wrong, or cannot tell anything.
 
     >>> import tendon_cli as tendon
-    >>> study = {
-    ...     "sheath": {"friction": "0.03 to 0.25"},
-    ...     "tendon": {"pretension": "80 N to 250 N"},
-    ...     "spring": {"stiffness": "5 kN/m"},
-    ...     "spool": {"ratio": 0.6},
-    ... }
-    >>> fit = tendon.fit_suit(study, "suit_log.csv")
-    >>> round(fit.numbers["sheath.friction"].value, 2)
-    0.09
+    >>> fit = tendon.fit_suit("suit.toml", "suit_log.csv")
+    >>> round(fit.numbers["sheath.friction"].value, 3)
+    0.084
     """
     checked = any_study(study)
     given: list[Any] = list(logs) if isinstance(logs, list | tuple) else [logs]
@@ -258,7 +252,7 @@ def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
     )
 
 
-def _rank_note(estimate: Estimate) -> str:
+def _rank_note(estimate: SuitEstimate) -> str:
     """Return how many directions of the parameters the logs tell better than their priors."""
     sizes = np.linalg.svd(estimate.whitened, compute_uv=False)
     told = int(np.count_nonzero(sizes > 1.0))

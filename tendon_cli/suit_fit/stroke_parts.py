@@ -51,11 +51,11 @@ REASONS = (
     "where the spool rests or turns against the joint",
 )
 USED, TURNING, RESTING, SHORT, SLACK, STARTING, AGAINST = range(7)
-"""Why a row is set aside, by its code."""
+"""Reasons for which a row is set aside, by code."""
 
 
 @dataclass(frozen=True, eq=False)
-class Stroke:
+class LogStroke:
     """Rows of one stroke of one log, from a turn to the next."""
 
     log: int
@@ -140,7 +140,7 @@ def thinned(log: SuitLog) -> tuple[SuitLog, int]:
     return thin, every
 
 
-def strokes_of(number: int, log: SuitLog) -> list[Stroke]:
+def strokes_of(number: int, log: SuitLog) -> list[LogStroke]:
     """Return the strokes of a log between the turns of its joint.
 
     Args:
@@ -157,7 +157,7 @@ def strokes_of(number: int, log: SuitLog) -> list[Stroke]:
         for part in _of_one_load(log, rows):
             change = angle[part[-1]] - angle[part[0]]
             load = np.nan if log.load_mass is None else float(np.median(log.load_mass[part]))
-            strokes.append(Stroke(number, part, bool(change > 0.0), load, is_first=part[0] == 0))
+            strokes.append(LogStroke(number, part, bool(change > 0.0), load, is_first=part[0] == 0))
     return [stroke for stroke in strokes if len(stroke.rows) > 4]
 
 
@@ -199,7 +199,7 @@ def _turns(angle: Floats, least: float) -> list[int]:
 
 
 def usable(
-    stroke: Stroke, log: SuitLog, usual_length: float, least_way: float, spool_way: float
+    stroke: LogStroke, log: SuitLog, usual_length: float, least_way: float, spool_way: float
 ) -> Integers:
     """Return why each row of a stroke is set aside, a code per row.
 
@@ -259,7 +259,7 @@ def _speed(way: Floats, time: Floats) -> Floats:
 
 
 def parts_of(
-    logs: Sequence[SuitLog], strokes: Sequence[Stroke], codes: Sequence[Integers]
+    logs: Sequence[SuitLog], strokes: Sequence[LogStroke], codes: Sequence[Integers]
 ) -> Parts:
     """Average the rows that slide over parts of their strokes.
 
@@ -300,7 +300,7 @@ def parts_of(
 
 
 def _parts_of_stroke(
-    log: SuitLog, stroke: Stroke, kept: Mask, names: Sequence[str], number: int
+    log: SuitLog, stroke: LogStroke, kept: Mask, names: Sequence[str], number: int
 ) -> dict[str, Floats]:
     """Return the means over the parts of one stroke, by column."""
     rows = stroke.rows[kept]
@@ -337,7 +337,7 @@ def _parts_of_stroke(
     return columns
 
 
-def _derivatives(log: SuitLog, stroke: Stroke, rows: Integers) -> tuple[Floats, Floats]:
+def _derivatives(log: SuitLog, stroke: LogStroke, rows: Integers) -> tuple[Floats, Floats]:
     """Return speed and acceleration of the joint at rows, of a polynomial over their stroke."""
     if log.time is None:
         return np.zeros(len(rows)), np.zeros(len(rows))

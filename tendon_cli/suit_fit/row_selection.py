@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_cli.errors import InputError
-from tendon_cli.suit_fit.strokes import (
+from tendon_cli.suit_fit.stroke_parts import (
     MOST_STROKES,
     REASONS,
     USED,
+    LogStroke,
     Parts,
-    Stroke,
     parts_of,
     strokes_of,
     thinned,
@@ -34,9 +34,9 @@ class Selection:
     """Logs, thinned."""
     every: tuple[int, ...]
     """Rows of each log that a row of the thinned one is the mean of."""
-    strokes: tuple[Stroke, ...]
+    strokes: tuple[LogStroke, ...]
     codes: tuple[Integers, ...]
-    """Why the rows of each stroke are set aside."""
+    """Code of the reason for which each row is set aside, for each stroke."""
     parts: Parts
     notes: tuple[str, ...]
 
@@ -62,14 +62,16 @@ class Selection:
         return found
 
 
-def cut(logs: Sequence[SuitLog]) -> tuple[tuple[SuitLog, ...], tuple[int, ...], tuple[Stroke, ...]]:
+def cut(
+    logs: Sequence[SuitLog],
+) -> tuple[tuple[SuitLog, ...], tuple[int, ...], tuple[LogStroke, ...]]:
     """Return logs thinned, by how much, and their strokes.
 
     Raises:
         InputError: if a log has a single stroke, or none.
     """
     thin = [thinned(log) for log in logs]
-    strokes: list[Stroke] = []
+    strokes: list[LogStroke] = []
     for number, (log, _) in enumerate(thin):
         strokes += strokes_of(number, log)
     if len(strokes) < 2:
@@ -82,7 +84,7 @@ def cut(logs: Sequence[SuitLog]) -> tuple[tuple[SuitLog, ...], tuple[int, ...], 
 def selected(
     logs: tuple[SuitLog, ...],
     every: tuple[int, ...],
-    strokes: tuple[Stroke, ...],
+    strokes: tuple[LogStroke, ...],
     spool_turn: float,
     spool_per_joint: float,
 ) -> Selection:
@@ -121,7 +123,7 @@ def selected(
     return Selection(logs, every, strokes, tuple(codes), parts, tuple(notes))
 
 
-def _usual_length(strokes: Sequence[Stroke], logs: Sequence[SuitLog], number: int) -> float:
+def _usual_length(strokes: Sequence[LogStroke], logs: Sequence[SuitLog], number: int) -> float:
     """Return the median length of the strokes of one log, rad."""
     lengths = [
         abs(float(np.ptp(logs[number].elbow_angle[stroke.rows])))
