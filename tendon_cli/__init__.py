@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from tendon_cli.state_page.page import state_page as state
     from tendon_cli.studies.load import any_study as study
     from tendon_cli.studies.load import load_study
+    from tendon_cli.suit_fit.suit_fitting import fit_suit
 
 _MODULE_OF = {
     "load_study": "studies.load.load_study",
@@ -50,6 +51,7 @@ _MODULE_OF = {
     "compare": "checks.comparison.compare_results",
     "report": "reports.report.write_report",
     "fit_friction": "friction.fit.fit_friction",
+    "fit_suit": "suit_fit.suit_fitting.fit_suit",
     "plot": "face.plot",
 }
 """Module and attribute behind each public name, loaded when the name is first used."""
@@ -71,6 +73,7 @@ __all__ = [
     "design",
     "estimate",
     "fit_friction",
+    "fit_suit",
     "load_study",
     "open",
     "open_run",

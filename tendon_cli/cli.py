@@ -13,6 +13,7 @@ import typer.core
 from tendon_cli.commands.completion import completion
 from tendon_cli.commands.compute import command_of
 from tendon_cli.commands.fit_friction import fit_friction
+from tendon_cli.commands.fit_suit import fit_suit
 from tendon_cli.commands.read_results import check, compare, export, plot, report, show
 from tendon_cli.commands.studies import init, paper, schema, state
 from tendon_cli.errors import (
@@ -98,6 +99,7 @@ _COMMANDS: tuple[Callable[..., None], ...] = (
 for _command in _COMMANDS:
     app.command(cls=_Command)(_command)
 app.command("fit-friction", cls=_Command)(fit_friction)
+app.command("fit-suit", cls=_Command)(fit_suit)
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:

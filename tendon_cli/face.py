@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from tendon_cli.figures.side_by_side import WindowRow
     from tendon_cli.friction.fit_result import Fit
     from tendon_cli.state_page.page import StatePage
+    from tendon_cli.suit_fit.suit_result import SuitFit
 
 FileName: TypeAlias = str | PathLike[str]
 
@@ -312,6 +313,14 @@ def page_of_fit(fit: Fit, what: tuple[str, ...], how: dict[str, Any]) -> Page:
 
     _refuse_others("a fit", what, how, ())
     return fit_page(fit)
+
+
+def page_of_suit_fit(fit: SuitFit, what: tuple[str, ...], how: dict[str, Any]) -> Page:
+    """Draw a fit to a suit's logs. Raise UsageError for any option."""
+    from tendon_cli.figures.suit_fit import suit_fit_page
+
+    _refuse_others("a fit", what, how, ())
+    return suit_fit_page(fit)
 
 
 def _refuse_others(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import BinaryIO
 
-_SOURCE = rb"tendon (?:study [^\n()<]+ ([0-9a-f]{64})|fit-friction )"
+_SOURCE = rb"tendon (?:study [^\n()<]+ ([0-9a-f]{64})|fit-friction |fit-suit )"
 """Name and hash of a study as `frame.py` of the figures has them, or the mark of a friction fit."""
 _PNG = b"\x89PNG\r\n\x1a\n"
 _IN_PNG = re.compile(rb"Source\0" + _SOURCE)

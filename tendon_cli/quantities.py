@@ -139,6 +139,9 @@ _OF_STUDIES = (
     _quantity("cutoff", "f_c", "frequency", "cutoff of the low-pass over a measured trajectory"),
     _quantity("inertia", "I", "inertia", "moment of inertia of forearm and hand about the elbow"),
     _quantity("time", "t", "time", "time along the trajectory"),
+    # Logs of a suit.
+    _quantity("torque_constant", "k_t", "torque constant", "torque at the spool per current of the motor"),
+    _quantity("counts_per_turn", "counts", "number", "counts of an encoder in a turn"),
     _quantity("elbow_speed", "θ̇", "angular speed", "speed of the elbow along the trajectory"),
     # Limits of a design that have no column yet, and what is asked of one.
     _quantity("max_pretension", "max F₀", "force", "largest pretension"),
@@ -343,6 +346,7 @@ PLAUSIBLE: dict[str, tuple[float, float]] = {
     "min_spool_to_tendon": (1.0, 200.0), "max_spool_travel": (0.1, 200.0), "max_backlash": (0.0001, 20.0),
     "peak_motor_speed": (0.01, 1000.0), "peak_motor_power": (0.01, 10000.0), "max_motor_work_in": (0.001, 10000.0),
     "max_friction_loss": (0.001, 10000.0),
+    "torque_constant": (1e-4, 1e3), "counts_per_turn": (2.0, 1e8),
     # Bodies.
     "stature": (0.8, 2.5), "weight": (15.0, 350.0), "acromion_radiale_length": (0.12, 0.60),
     "radiale_stylion_length": (0.10, 0.50), "forearm_grip_length": (0.12, 0.65), "biceps_circumference": (0.10, 0.80),

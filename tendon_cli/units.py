@@ -56,6 +56,7 @@ UNITS: dict[str, Unit] = (
         {"N m": 1, "Nm": 1, "N·m": 1, "N*m": 1, "N mm": "0.001", "N·mm": "0.001", "kN m": 1000},
     )
     | _units("rotational stiffness", {"N m/rad": 1, "N·m/rad": 1, "N m/deg": 180 / _PI})
+    | _units("torque constant", {"N m/A": 1, "Nm/A": 1, "N·m/A": 1, "mN m/A": "0.001"})
     | _units("time", {"s": 1, "ms": "0.001", "min": 60, "h": 3600})
     | _units(
         "angular speed",
@@ -86,6 +87,7 @@ EXAMPLES = {
     "angle": '"90 deg"',
     "torque": '"2 N m"',
     "rotational stiffness": '"2 N m/rad"',
+    "torque constant": '"0.12 N m/A"',
     "time": '"1 s"',
     "angular speed": '"60 deg/s"',
     "inertia": '"0.08 kg m2"',

@@ -50,6 +50,7 @@ MAY_IMPORT = {
     "cube": {"engine", *BELOW_THE_ROOMS},
     "figures": {"cube", "say", *BELOW_THE_ROOMS},
     "friction": BELOW_THE_ROOMS,
+    "suit_fit": {"friction", *BELOW_THE_ROOMS},
     "kernel": {"model", "quantities"},
     "space": {"model", "quantities"},
     "engine": {"kernel", *BELOW_THE_ROOMS},

@@ -20,6 +20,7 @@ from tendon_cli.engine.states import WorkedOut
 from tendon_cli.errors import FolderError, InputError, StudyError, UsageError
 
 READINGS = Path(__file__).parents[1] / "configs/friction/table_a1.csv"
+SUIT = READINGS.parents[1] / "suit"
 NAMES = [name for name in tendon.__all__ if name != "__version__" and not name.endswith("Error")]
 CONTENT = {
     "tendon": {"pretension": ["90 N", "150 N"], "flexor": {"length": ["1.8 m", "2 m", "2.1 m"]}},
@@ -44,6 +45,7 @@ def study():
 def test_every_function_has_an_example_that_runs(name, workplace):
     (workplace / "study.toml").write_text("", encoding="utf-8")
     shutil.copy(READINGS, workplace / "readings.csv")
+    shutil.copytree(SUIT, workplace, dirs_exist_ok=True)
     (found,) = doctest.DocTestFinder(recurse=False).find(getattr(tendon, name), name)
     assert found.examples
     found.globs.clear()

@@ -41,6 +41,9 @@ from tendon_cli.studies.spaces import row_place
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import StudyNumber, draw_numbers, si_document
 
+_MOST_LISTED = 6
+"""Uncertain numbers that a note lists."""
+
 
 @dataclass(frozen=True, repr=False)
 class StatePage(Displayed):
@@ -141,7 +144,7 @@ def state_page(
     state = plan.state(block)
     angle = scalar(state.elbow_angle)
     table = study.sources.get("joint.excursion", {}).get("file", "table in the study")
-    lines = [*_body_lines(wearer), *state_lines(state, angle, table)]
+    lines = [*_body_lines(wearer), *_fitted_lines(study), *state_lines(state, angle, table)]
     code = int(state.status.flat[0])
     status = STATUS_NAMES[code]
     has_equilibrium = code != NO_EQUILIBRIUM
@@ -179,7 +182,9 @@ def _nominal(study: Study) -> tuple[Study, list[str]]:
     """Return a study with its uncertain numbers at their middle, and notes that say so."""
     if not study.uncertain:
         return study, []
-    chooses = " or ".join(f"--set {key}=..." for key in study.uncertain)
+    chooses = " or ".join(f"--set {key}=..." for key in [*study.uncertain][:_MOST_LISTED])
+    if len(study.uncertain) > _MOST_LISTED:
+        chooses = f"--set KEY=... for any of these {len(study.uncertain)} numbers"
     note = (
         "uncertain numbers are nominal; --draw 1 takes those of the first draw, "
         f"{chooses} chooses a value"
@@ -201,7 +206,7 @@ def _drawn(study: Study, draw: int) -> tuple[Study, list[str]]:
     count = study.draws or len(study.people.population if study.people is not None else ())
     if not 1 <= draw <= count:
         raise UsageError(f"there is no draw {draw}", where="--draw", hint=f"1 to {count}")
-    draws = draw_numbers(study.uncertain, count, drawing.seed)
+    draws = draw_numbers(study.uncertain, count, drawing.seed, study.correlation)
     values = {key: float(of_draws[draw - 1]) for key, of_draws in draws.items()}
     texts = [f"{key} = {value:.6g}" for key, value in values.items()]
     note = f"draw {draw} of {count}: {', '.join(texts)}"
@@ -261,6 +266,21 @@ def _body_lines(wearer: PersonStudy | None) -> list[PageLine]:
                 title, quantity.symbol, step.formula, values, quantity.unit, step.source
             )
             lines.append(line)
+    return lines
+
+
+def _fitted_lines(study: Study) -> list[PageLine]:
+    """Return lines of the numbers that were fitted to logs, beside those stated; empty without."""
+    source = study.sources.get("fitted_from")
+    if source is None:
+        return []
+    title = "Fitted to logs of the suit, and the study's own"
+    lines = []
+    for key, fitted in source["fitted"].items():
+        quantity = keys()[key].number.quantity
+        values = (fitted, source["stated"].get(key, np.nan))
+        symbol = quantity.symbol
+        lines.append(PageLine(title, symbol, key, values, quantity.unit, source["file"]))
     return lines
 
 

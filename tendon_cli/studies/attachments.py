@@ -60,6 +60,7 @@ class Attachments:
         Raises:
             InputError: The content of a file cannot be trusted.
         """
+        study = self._with_fitted_suit(study)
         study = self._with_trajectory(study)
         update = {"sheath": self._sheath(study.sheath, "sheath"), **self._curves(study)}
         if study.cases:
@@ -142,6 +143,51 @@ class Attachments:
         columns = [texts_with_points(texts, sheet.separator) for texts in sheet.columns]
         header_place = f"{where}, line {sheet.header_line}"
         return RowCells(where, sheet.header, columns, sheet.place, header_place, are_texts=True)
+
+    # --- A fitted suit ---------------------------------------------------------------------------
+
+    def _with_fitted_suit(self, study: Study) -> Study:
+        """Return the study with the numbers of a fitted suit, and their correlation.
+
+        A number that is an axis of the study stays one: the study then asks about other suits.
+        """
+        file = study.fitted_from
+        content = self._read(file, "fitted_from", MAX_BYTES)
+        if file is None or content is None:
+            return study
+        from tendon_cli.studies.fitted_suit import read_fitted, with_numbers  # if it is named
+
+        where = shorten(file, 200)
+        suit = read_fitted(content, where)
+        for key in ("sheath.friction_from", "sheath.path"):
+            name = key.partition(".")[2]
+            if getattr(study.sheath, name) is not None:
+                problem = "cannot be given with fitted_from, which also gives it"
+                self.faults.append(Fault(key, problem, "leave one of them out"))
+        axes = [key for key in suit.numbers if key in study.numbers and study.numbers[key].is_axis]
+        numbers = {key: number for key, number in suit.numbers.items() if key not in axes}
+        warnings = [f"{where}: the fit warned: {warning}" for warning in suit.warnings]
+        if axes:
+            listed = ", ".join(axes)
+            warnings.append(f"{listed}: the study's own values, not those fitted in {where}")
+        stated = {key: study.numbers[key].array[0] for key in numbers if key in study.numbers}
+        logs = ", ".join(suit.logs)
+        note = (
+            f"{where}: {len(numbers)} numbers of this suit as fitted to {shorten(logs)}, drawn with"
+            " their correlation"
+        )
+        self._note(
+            "fitted_from",
+            file,
+            content,
+            logs=list(suit.logs),
+            stated={key: float(value) for key, value in stated.items()},
+            fitted={key: number.single for key, number in numbers.items()},
+            warnings=warnings,
+            note=note,
+        )
+        study = with_numbers(study, numbers)
+        return study.replaced({"correlation": suit.correlation, "fitted_from": None})
 
     # --- Motion and curves -----------------------------------------------------------------------
 

@@ -105,7 +105,7 @@ def _uncertain_numbers(study: Study, count: int) -> dict[str, Array]:
     """Return fresh draws of the uncertain numbers, (count,) each; none if the study draws none."""
     if study.drawing is None:
         return {}
-    return draw_fresh_numbers(study.uncertain, count, study.drawing.seed)
+    return draw_fresh_numbers(study.uncertain, count, study.drawing.seed, study.correlation)
 
 
 def _axis(numbers: dict[str, Array], weighting: Array) -> Axis:

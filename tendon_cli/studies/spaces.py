@@ -100,10 +100,12 @@ def named_axes(study: Study) -> tuple[NamedAxis, ...]:
     if study.people is not None:
         drawn_once: Mapping[str, Array] = {}
         if drawing is not None and not study.draws:
-            drawn_once = draw_numbers(study.uncertain, study.people.persons, drawing.seed)
+            drawn_once = draw_numbers(
+                study.uncertain, study.people.persons, drawing.seed, study.correlation
+            )
         axes.append(person_axis(study, drawn_once))
     if drawing is not None and study.draws:
-        numbers = draw_numbers(study.uncertain, study.draws, drawing.seed)
+        numbers = draw_numbers(study.uncertain, study.draws, drawing.seed, study.correlation)
         names = tuple(f"draw {at + 1}" for at in range(study.draws))
         axes.append(NamedAxis.of(DRAW_AXIS, names, numbers, "draw"))
     return tuple(axes)

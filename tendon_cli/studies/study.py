@@ -36,9 +36,11 @@ from tendon_cli.studies.contents import (
     part_document,
     warn_of_distributions,
 )
+from tendon_cli.studies.correlation import Correlation
 from tendon_cli.studies.design_section import Goals, Limits, TruthValue, Uncertainty
 from tendon_cli.studies.fields import DeferredTables
 from tendon_cli.studies.figures import FigureSpec
+from tendon_cli.studies.fit_section import Fitting
 from tendon_cli.studies.magnitude import Slip, slip_notes
 from tendon_cli.studies.parts import Part, field_default
 from tendon_cli.studies.people.people_section import People
@@ -102,6 +104,21 @@ class StudyTables(Part):
     people: People | None = None
     uncertainty: Uncertainty | None = None
 
+    fitted_from: parts.FileName | None = field_default(
+        None,
+        description="a file written by `tendon fit-suit --out`: its numbers replace those of the "
+        "study, and are drawn with their correlation",
+    )
+    correlation: Correlation | None = field_default(
+        None,
+        description="correlation of uncertain numbers, which are drawn together; `fitted_from` "
+        "gives it",
+    )
+    fit: Fitting = field_default(
+        Fitting(),
+        exclude=True,
+        description="how `tendon fit-suit` reads logs; it changes neither tables nor hash",
+    )
     figure: tuple[FigureSpec, ...] = field_default(
         (),
         exclude=True,

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import lcm
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -104,13 +104,23 @@ def random_numbers(seed: int, purpose: int, stream: Stream = OF_THE_STUDY) -> np
     return np.random.default_rng(np.random.SeedSequence([seed, purpose], spawn_key=stream))
 
 
-def draw_numbers(uncertain: Mapping[str, Uncertain], count: int, seed: int) -> dict[str, Array]:
+class Mixing(Protocol):
+    """Correlation of numbers, which makes correlated normal scores of independent ones."""
+
+    def mixed(self, scores: Array, places: Mapping[str, int]) -> Array:
+        """Return independent normal scores, (draws, numbers), as correlated ones."""
+
+
+def draw_numbers(
+    uncertain: Mapping[str, Uncertain], count: int, seed: int, correlation: Mixing | None = None
+) -> dict[str, Array]:
     """Draw values of uncertain numbers by scrambled Sobol points.
 
     Args:
         uncertain: The distribution of each number, by its key.
         count: Number of draws: the first of the next power of two of points.
         seed: Seed of the scrambling; the same seed gives the same draws.
+        correlation: Correlation of the numbers; None if they are independent.
 
     Returns:
         The draws of each number, by its key, shape (count,), SI.
@@ -120,11 +130,11 @@ def draw_numbers(uncertain: Mapping[str, Uncertain], count: int, seed: int) -> d
     generator = random_numbers(seed, len(uncertain))
     points = qmc.Sobol(len(uncertain), scramble=True, rng=generator)
     power = max(0, count - 1).bit_length()
-    return _at_shares(uncertain, points.random_base2(power)[:count])
+    return _at_shares(uncertain, points.random_base2(power)[:count], correlation)
 
 
 def draw_fresh_numbers(
-    uncertain: Mapping[str, Uncertain], count: int, seed: int
+    uncertain: Mapping[str, Uncertain], count: int, seed: int, correlation: Mixing | None = None
 ) -> dict[str, Array]:
     """Draw independent values of uncertain numbers from a stream that no study draws from.
 
@@ -132,12 +142,13 @@ def draw_fresh_numbers(
         uncertain: The distribution of each number, by its key.
         count: Number of draws.
         seed: Seed of the study's own draws.
+        correlation: Correlation of the numbers; None if they are independent.
 
     Returns:
         The draws of each number, by its key, shape (count,), SI.
     """
     random = random_numbers(seed, len(uncertain), OF_FRESH_DRAWS)
-    return _at_shares(uncertain, random.random((count, len(uncertain))))
+    return _at_shares(uncertain, random.random((count, len(uncertain))), correlation)
 
 
 SAMPLERS = ("sobol", "latin-hypercube", "random")
@@ -172,15 +183,22 @@ def sample_numbers(
     else:
         points = random.random((count, numbers))
     drawn = {}
-    for key, values in _at_shares(uncertain, points).items():
+    for key, values in _at_shares(uncertain, points, None).items():
         rounded = [float(f"{value:.{_SAMPLE_DIGITS}g}") for value in values.tolist()]
         low, high = uncertain[key].reach
         drawn[key] = np.clip(rounded, low, high)
     return drawn
 
 
-def _at_shares(uncertain: Mapping[str, Uncertain], shares: Array) -> dict[str, Array]:
-    """Return the values of uncertain numbers, by key, at shares, (count, numbers)."""
+def _at_shares(
+    uncertain: Mapping[str, Uncertain], shares: Array, correlation: Mixing | None
+) -> dict[str, Array]:
+    """Return the values of uncertain numbers, by key, at independent shares, (count, numbers)."""
+    if correlation is not None:
+        from scipy.special import ndtr, ndtri
+
+        places = {key: place for place, key in enumerate(uncertain)}
+        shares = ndtr(correlation.mixed(ndtri(shares), places))
     return {
         key: quantile(known, shares[:, at]) for at, (key, known) in enumerate(uncertain.items())
     }

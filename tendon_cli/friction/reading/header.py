@@ -114,7 +114,7 @@ class Heading:
     @property
     def is_speed(self) -> bool:
         """True if a column of the motor's motion holds its speed rather than its position."""
-        return bool(_words(self.header) & _SPEED)
+        return bool(words_of(self.header) & _SPEED)
 
 
 def unit_symbol(text: str) -> str | None:
@@ -141,8 +141,8 @@ def read_header(headers: list[str]) -> list[Heading]:
 
 def _heading(index: int, header: str) -> Heading:
     """Find the role and unit of a column by the words of its header."""
-    unit, text = _take_unit(unicodedata.normalize("NFKC", header))
-    known = _words(text)
+    unit, text = split_unit(unicodedata.normalize("NFKC", header))
+    known = words_of(text)
     column = Heading(index, header, "", unit)
     if "angle" in known and known & _ANGLE:
         return replace(column, role="bend_uncertainty" if known & _UNCERTAINTY else "bend_angle")
@@ -166,7 +166,7 @@ def _heading(index: int, header: str) -> Heading:
     return replace(column, role="cell", cell=cell, end=end) if is_cell else column
 
 
-def _take_unit(text: str) -> tuple[str | None, str]:
+def split_unit(text: str) -> tuple[str | None, str]:
     """Split off the unit in brackets or at the end; return it, and the rest of the header."""
     for match in re.finditer(r"[(\[{]([^()\[\]{}]*)[)\]}]", text):
         if unit := unit_symbol(match.group(1)):
@@ -178,7 +178,7 @@ def _take_unit(text: str) -> tuple[str | None, str]:
     return unit, re.sub(r"[\s_]in[\s_]*$", " ", last.group(1))
 
 
-def _words(text: str) -> set[str]:
+def words_of(text: str) -> set[str]:
     """Words and numbers of a header, without case; "load cell" counts as "cell"."""
     text = re.sub(r"load[\s_-]*cells?", " cell ", text.casefold())
     return set(re.findall(r"[^\W\d_]+|\d+", text))

@@ -6,10 +6,10 @@ import errno
 import hashlib
 import os
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -24,7 +24,7 @@ from tendon_cli.cells import (
     raise_all,
     texts_of,
 )
-from tendon_cli.errors import InputError, UsageError
+from tendon_cli.errors import InputError, TendonError, UsageError
 from tendon_cli.files import read_file
 from tendon_cli.friction.reading.header import Heading, find_cells, read_header
 from tendon_cli.units import shorten
@@ -50,7 +50,8 @@ class Table:
     """Name of the file without its folder."""
     sha256: str
     columns: list[Heading]
-    cells: tuple[Heading, Heading]
+    cells: tuple[Heading, ...]
+    """Columns by which the header was found: of readings of friction the two cells."""
     lines: np.ndarray
     """Line of each row."""
     data: list[Any]
@@ -60,6 +61,8 @@ class Table:
     separator: str = ""
     decimal: str = ""
     """Decimal sign, known from the first number that has one."""
+    comments: list[str] = field(default_factory=list)
+    """Comments above the header."""
     faults: list[InputError] = field(default_factory=list)
     """Faults found so far; `raise_faults` raises them as one error."""
 
@@ -224,8 +227,23 @@ def content_of(path: Path, most: int, hint: str | None = None) -> bytes:
         raise InputError(f"cannot be read: {reason}", where=name_of(path), hint=hint) from None
 
 
+HeaderSearch: TypeAlias = Callable[
+    [list[str], str], tuple[list[Heading], tuple[Heading, ...]] | None
+]
+"""Function that returns the columns of a line, and those that make it the header.
+
+It takes the cells of the line and its place for messages, and returns None for any other line.
+"""
+HeaderRefusal: TypeAlias = Callable[[str, str, int], TendonError]
+"""Function that returns the error of a file without a header.
+
+It takes the cells of the line that looks most like one, as errors show them, the name of the file
+and the number of that line.
+"""
+
+
 def read_table(path: Path, names: tuple[str, str] | None) -> Table:
-    """Return the columns of a file.
+    """Return the columns of a file of readings of two load cells.
 
     Args:
         path: Path of the file.
@@ -233,6 +251,41 @@ def read_table(path: Path, names: tuple[str, str] | None) -> Table:
 
     Raises:
         InputError: if the file is no table of readings, with line and column.
+    """
+
+    def find(texts: list[str], where: str) -> tuple[list[Heading], tuple[Heading, ...]] | None:
+        """Return the columns of a line that names both cells."""
+        columns = read_header(texts)
+        cells = find_cells(columns, names, where)
+        return None if cells is None else (columns, cells)
+
+    def refusal(shown: str, source: str, line: int) -> TendonError:
+        """Return the error of a file that names no cells."""
+        if names:
+            first, second = (shorten(name) for name in names)
+            problem = f'no line of {source} has one column "{first}" and one "{second}"'
+            hint = f"line {line} has {shown}"
+            return UsageError(problem, where="--cell-1, --cell-2", hint=hint)
+        return InputError(
+            f"no header names the two load cells; this line has {shown}",
+            where=f"{source}, line {line}",
+            hint='call them "load cell 1" and "load cell 2", or name them with --cell-1 and '
+            "--cell-2",
+        )
+
+    return read_columns(path, find, refusal)
+
+
+def read_columns(path: Path, find: HeaderSearch, refusal: HeaderRefusal) -> Table:
+    """Return the columns of a file whose header is found by a function.
+
+    Args:
+        path: Path of the file.
+        find: Function that knows the header.
+        refusal: Function that makes the error of a file without one.
+
+    Raises:
+        TendonError: if the file is no such table, with line and column.
     """
     source = name_of(path)
     content = content_of(path, MOST_BYTES)
@@ -245,7 +298,8 @@ def read_table(path: Path, names: tuple[str, str] | None) -> Table:
     if not numbers:
         raise InputError("the file has comments only", where=source)
     separator = separator_of([lines[number] for number in numbers[:100]], source)
-    header, columns, cells = _find_header(lines, numbers[:_HEADER_WITHIN], separator, source, names)
+    candidates = numbers[:_HEADER_WITHIN]
+    header, columns, cells = _find_header(lines, candidates, separator, source, find, refusal)
     numbers = numbers[numbers.index(header) + 1 :]
     if not numbers:
         where = f"{source}, line {header + 1}"
@@ -264,6 +318,7 @@ def read_table(path: Path, names: tuple[str, str] | None) -> Table:
         data=texts_of(lines, numbers, separator, source, len(columns), needed),
         header=header + 1,
         separator=separator,
+        comments=[line for line in lines[:header] if is_comment(line)],
     )
 
 
@@ -272,45 +327,39 @@ def _find_header(
     numbers: list[int],
     separator: str,
     source: str,
-    names: tuple[str, str] | None,
-) -> tuple[int, list[Heading], tuple[Heading, Heading]]:
-    """Find the first line that names both cells, by the given names or else by known words.
+    find: HeaderSearch,
+    refusal: HeaderRefusal,
+) -> tuple[int, list[Heading], tuple[Heading, ...]]:
+    """Find the first line that is the header.
 
     Args:
         lines: All lines of the file.
         numbers: Numbers of the lines that may be the header.
         separator: Separator of columns.
         source: Name of the file.
-        names: Headers of the two cells; None if they are not given.
+        find: Function that knows the header.
+        refusal: Function that makes the error of a file without one.
 
     Returns:
-        Number of the line, its columns, and the two cells.
+        Number of the line, its columns, and those that make it the header.
     """
     widest = 0
-    widest_texts: list[str] = []
+    widest_texts: Sequence[str] = []
     for number in numbers:
         where = f"{source}, line {number + 1}"
         texts = cells_of(lines[number], separator, where)
-        columns = read_header(texts)
-        if cells := find_cells(columns, names, where):
+        found = find(texts, where)
+        if found is not None:
+            columns, cells = found
             return number, columns, cells
         if _count_filled(texts) > _count_filled(widest_texts):
             widest = number
             widest_texts = texts
     shown = ", ".join(f'"{shorten(text, 30)}"' for text in widest_texts[:12])
-    if names:
-        first, second = (shorten(name) for name in names)
-        problem = f'no line of {source} has one column "{first}" and one "{second}"'
-        hint = f"line {widest + 1} has {shown}"
-        raise UsageError(problem, where="--cell-1, --cell-2", hint=hint)
-    raise InputError(
-        f"no header names the two load cells; this line has {shown}",
-        where=f"{source}, line {widest + 1}",
-        hint='call them "load cell 1" and "load cell 2", or name them with --cell-1 and --cell-2',
-    )
+    raise refusal(shown, source, widest + 1)
 
 
-def _count_filled(texts: list[str]) -> int:
+def _count_filled(texts: Sequence[str]) -> int:
     """Number of cells of a line that are not empty."""
     return sum(map(bool, texts))
 

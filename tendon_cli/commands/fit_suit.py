@@ -1,0 +1,56 @@
+"""`tendon fit-suit`: a suit's numbers from its own log."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tendon_cli.commands import options
+from tendon_cli.errors import UsageError
+from tendon_cli.terminal import print_result
+
+LogsArgument = Annotated[
+    list[Path],
+    typer.Argument(
+        parser=options.read_path,
+        metavar="LOG",
+        help="logs of the suit: joint angle, spool angle, motor torque; several are one fit",
+    ),
+]
+SuitFigureOption = Annotated[
+    Path | None, options.output_option("draw loops and residuals: .png, .svg, .pdf")
+]
+SuitFragmentOption = Annotated[
+    Path | None,
+    options.output_option("write the numbers to a file for `fitted_from` of a study"),
+]
+
+
+def fit_suit(
+    study: options.StudyArgument,
+    logs: LogsArgument,
+    settings: options.SettingsOption = None,
+    plot: SuitFigureOption = None,
+    out: SuitFragmentOption = None,
+    overwrite: options.OverwriteFileOption = False,
+    as_json: options.JsonOption = False,
+) -> None:
+    """Fit a suit's friction, pretension and stiffnesses to logs of its own motor and joint."""
+    import tendon_cli as tendon
+    from tendon_cli.figure_marks import is_figure
+    from tendon_cli.files import check_output
+    from tendon_cli.suit_fit.fragment import is_suit_fragment, write_suit_fragment
+
+    for option, file, is_ours in (("--plot", plot, is_figure), ("--out", out, is_suit_fragment)):
+        if file is None:
+            continue
+        if any(file.absolute() == source.absolute() for source in (study, *logs)):
+            problem = f"{file.name} is an input, and would be overwritten"
+            raise UsageError(problem, where=option, hint="choose another name")
+        check_output(file, is_ours, overwrite=overwrite)
+    fit = tendon.fit_suit(tendon.load_study(study, settings or ()), logs)
+    if plot is not None:
+        fit.plot(out=plot, overwrite=overwrite)
+    if out is not None:
+        write_suit_fragment(fit, out, overwrite=overwrite)
+    print_result(fit.record if as_json else fit.text)

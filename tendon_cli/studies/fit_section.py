@@ -1,0 +1,54 @@
+"""Section of a study on fitting its numbers to logs of the suit."""
+
+# No `from __future__ import annotations` here: pydantic would compile each annotation anew, at
+# every start.
+
+from typing import Annotated
+
+from pydantic import StringConstraints
+
+from tendon_cli.studies.fields import SingleField
+from tendon_cli.studies.parts import Part, Words, field_default
+from tendon_cli.studies.values import StudyNumber
+
+Header = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=200)]
+"""Header of a column of a log, with its unit."""
+
+
+class LogColumns(Part):
+    """Headers of a log's columns, for those that are not understood by themselves."""
+
+    elbow_angle: Header | None = None
+    spool_angle: Header | None = None
+    motor_torque: Header | None = field_default(
+        None, description="column of the torque, or of the current with fit.torque_constant"
+    )
+    flexor_tension_proximal: Header | None = None
+    flexor_tension_distal: Header | None = None
+    extensor_tension_proximal: Header | None = None
+    extensor_tension_distal: Header | None = None
+    time: Header | None = None
+    load_mass: Header | None = None
+
+    @property
+    def named(self) -> dict[str, str]:
+        """Headers that are given, by column."""
+        given = {name: getattr(self, name) for name in type(self).model_fields}
+        return {name: header for name, header in given.items() if header is not None}
+
+
+class Fitting(Part):
+    """Fit of a suit to its logs: `tendon fit-suit`."""
+
+    columns: LogColumns = LogColumns()
+    exact: Words = field_default(
+        (),
+        description="keys of numbers, and names of errors of sensors, that are not fitted; any "
+        "other number has its own or a usual tolerance",
+    )
+    torque_constant: Annotated[StudyNumber | None, SingleField("torque_constant", 1e-6, 1e6)] = (
+        field_default(None, description="torque at the spool per current of the motor")
+    )
+    counts_per_turn: Annotated[StudyNumber | None, SingleField("counts_per_turn", 1.0, 1e9)] = (
+        field_default(None, description="counts of the encoders in a turn")
+    )

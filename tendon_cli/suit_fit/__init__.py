@@ -1,0 +1,1 @@
+"""A suit's numbers from logs of its own motor and joint."""

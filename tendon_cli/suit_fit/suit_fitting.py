@@ -1,0 +1,262 @@
+"""Fit of a suit to its logs: read, check, pick the rows that slide, fit, judge, say."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from os import PathLike
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from tendon_cli.errors import InputError
+from tendon_cli.files import path_of
+from tendon_cli.studies.load import AnyStudy, any_study
+from tendon_cli.studies.study import Study
+from tendon_cli.suit_fit.fitted_numbers import combinations, fitted_numbers
+from tendon_cli.suit_fit.log_columns import MOTOR_TORQUE, SPOOL_ANGLE, Scaling
+from tendon_cli.suit_fit.next_log import proposals
+from tendon_cli.suit_fit.parameters import (
+    LOAD,
+    inertia_of,
+    loads_of,
+    numbers_of,
+    sensors_of,
+)
+from tendon_cli.suit_fit.patterns import fast_note, warnings_of
+from tendon_cli.suit_fit.prediction import groups_of, misfits
+from tendon_cli.suit_fit.row_selection import Selection, cut, selected, without_parts
+from tendon_cli.suit_fit.stroke_parts import AGAINST, SLACK, Parts
+from tendon_cli.suit_fit.suit_estimate import SuitEstimate, fitted
+from tendon_cli.suit_fit.suit_log import Floats, SuitLog, read_logs
+from tendon_cli.suit_fit.suit_model import SuitModel
+from tendon_cli.suit_fit.suit_result import SuitFit
+
+LogSource: TypeAlias = str | PathLike[str] | Mapping[str, Any] | Any
+_LEAST_LEARNED = 0.1
+"""Least share of a prior's variance that a log takes away for it to tell anything."""
+_ROUNDS = 3
+"""Most rounds in which rows are picked by what was fitted before."""
+_OTHER_SUIT = 2.0
+"""Factor between measured and expected ways of the spool, from which the log is of another suit."""
+_MOST_LEFT_OUT = 0.8
+"""Share of the parts up to which those are left out for which the model does not vouch."""
+_SAME_TURN = 0.2
+"""Share by which the way of a turn may change between rounds."""
+
+
+def estimate_of(study: Study, logs: Sequence[SuitLog]) -> tuple[SuitEstimate, Selection]:
+    """Return the estimate of a suit's numbers, and the rows that it rests on.
+
+    Raises:
+        StudyError: if the study is not about one suit, or nothing is to be fitted.
+        InputError: if the logs do not suit the study, or do not tell.
+    """
+    numbers = numbers_of(study)
+    for log in logs:
+        _check_sign(log)
+    thin, every, strokes = cut(logs)
+    first = thin[0]
+    has_time = all(log.time is not None for log in thin)
+    sensors = sensors_of(_joined(thin), len(thin), study.fit.exact, has_time=has_time)
+    loads = _stated_loads(thin)
+    if loads:
+        numbers = [parameter for parameter in numbers if parameter.key != LOAD]
+    parameters = [*numbers, *loads_of(loads), *sensors]
+    if has_time:
+        parameters.append(inertia_of(study))
+    model = SuitModel(study, parameters)
+    middle = np.zeros(len(parameters))
+    selection = selected(thin, every, strokes, 0.0, 1.0)
+    _check_motion(model, selection.parts, first.source)
+    model = _with_zeros(model, selection.parts)
+    turn = model.turn(middle, selection.parts)
+    estimate: SuitEstimate | None = None
+    for _ in range(_ROUNDS):
+        selection = selected(thin, every, strokes, turn, _spool_per_joint(selection.parts))
+        estimate = fitted(model, selection.parts, estimate)
+        is_slack, is_back = model.set_aside(estimate.scores, selection.parts)
+        is_left_out = is_slack | is_back
+        if is_left_out.any() and np.mean(is_left_out) < _MOST_LEFT_OUT:
+            of_back = is_back[~is_slack]
+            selection = without_parts(selection, is_slack, SLACK)
+            selection = without_parts(selection, of_back, AGAINST)
+            estimate = fitted(model, selection.parts, estimate)
+        before = turn
+        turn = model.turn(estimate.scores, selection.parts)
+        if abs(turn - before) <= _SAME_TURN * max(turn, 1e-3):
+            break
+    if estimate is None:
+        raise ValueError("a fit has one round or more")
+    return estimate, selection
+
+
+def _joined(logs: Sequence[SuitLog]) -> dict[str, Floats]:
+    """Return the channels of all logs, one after the other."""
+    return {name: np.concatenate([log.channels[name] for log in logs]) for name in logs[0].channels}
+
+
+def _stated_loads(logs: Sequence[SuitLog]) -> list[float]:
+    """Return the different loads that the logs state, kg."""
+    stated = [log.load_mass for log in logs if log.load_mass is not None]
+    return [] if not stated else np.unique(np.concatenate(stated)).tolist()
+
+
+def _spool_per_joint(parts: Parts) -> float:
+    """Return the way of the spool per way of the joint; 1 without the spool's angle."""
+    if SPOOL_ANGLE not in parts.values:
+        return 1.0
+    slope = np.polyfit(parts.angle, parts.values[SPOOL_ANGLE], 1)[0]
+    return float(abs(slope))
+
+
+def _with_zeros(model: SuitModel, parts: Parts) -> SuitModel:
+    """Return the model with the zero of the spool's angle of each log near its measured one."""
+    if SPOOL_ANGLE not in parts.values:
+        return model
+    scores = np.zeros((1, len(model.parameters)))
+    away = parts.values[SPOOL_ANGLE] - model.predict(scores, parts, (SPOOL_ANGLE,))[0, 0]
+    parameters = list(model.parameters)
+    for place, parameter in enumerate(parameters):
+        if parameter.log is not None:
+            middle = float(np.mean(away[parts.log == parameter.log]))
+            law = replace(parameter.law, middle=middle)
+            parameters[place] = replace(parameter, law=law)
+    return SuitModel(model.study, parameters)
+
+
+def _check_motion(model: SuitModel, parts: Parts, source: str) -> None:
+    """Refuse logs in which columns are exchanged, or have the wrong sign.
+
+    Raises:
+        InputError: if the columns cannot be of this suit.
+    """
+    middle = np.zeros((1, len(model.parameters)))
+    if SPOOL_ANGLE in parts.values:
+        slope = float(np.polyfit(parts.angle, parts.values[SPOOL_ANGLE], 1)[0])
+        low, high = model.study.motion.elbow_angle.extremes
+        usual_parts = replace(parts, angle=np.linspace(low, high, len(parts)))
+        expected = model.predict(middle, usual_parts, (SPOOL_ANGLE,))[0, 0]
+        usual = float(np.polyfit(usual_parts.angle, expected, 1)[0])
+        _check_slope(slope, usual, source)
+    if MOTOR_TORQUE in parts.values:
+        shown = model.predict(middle, parts, (MOTOR_TORQUE,))[0, 0]
+        _check_torque(parts, shown, source)
+
+
+def _check_sign(log: SuitLog) -> None:
+    """Refuse a log whose spool unwinds the flexor as the joint flexes."""
+    spool = log.channels.get(SPOOL_ANGLE)
+    if spool is not None and float(np.polyfit(log.elbow_angle, spool, 1)[0]) <= 0.0:
+        problem = "the spool's angle falls as the joint flexes"
+        hint = "positive angles flex the joint and wind the flexor: turn one column's sign"
+        raise InputError(problem, where=log.source, hint=hint)
+
+
+def _check_slope(slope: float, usual: float, source: str) -> None:
+    """Refuse a way of the spool per way of the joint that is not this suit's.
+
+    Args:
+        slope: Way of the spool per way of the joint, measured.
+        usual: The same by the study.
+        source: Name of the log.
+    """
+    if min(usual, slope) <= 0.0 or abs(math.log(slope / usual)) < math.log(_OTHER_SUIT):
+        return
+    problem = f"the spool turns {slope:.3g} times as far as the joint, the study says {usual:.3g}"
+    hint = "is the spool's radius right, and does the angle count the spool, not its motor?"
+    if abs(math.log(slope * usual)) < math.log(2.0):
+        hint = "are the columns of joint and spool exchanged?"
+    elif abs(math.log(slope / usual)) > 0.7 * math.log(math.degrees(1.0)):
+        hint = "is one of the angles in degrees, the other in radians?"
+    raise InputError(problem, where=source, hint=hint)
+
+
+def _check_torque(parts: Parts, expected: Floats, source: str) -> None:
+    """Refuse a torque with the wrong sign: friction then helps the motion."""
+    torque = parts.values[MOTOR_TORQUE]
+    band = _band(parts, torque)
+    usual = _band(parts, expected)
+    agreement = float(np.corrcoef(torque, expected)[0, 1])
+    if band < 0.0 and agreement < 0.0 and usual > 0.0:
+        problem = "the torque is larger in extension than in flexion: friction would help"
+        hint = "positive torque pulls the flexor: turn the column's sign"
+        raise InputError(problem, where=source, hint=hint)
+
+
+def _band(parts: Parts, values: Floats) -> float:
+    """Return the mean of a channel in flexion above that in extension, at the same angles."""
+    edges = np.quantile(parts.angle, np.linspace(0.0, 1.0, 9))
+    cell = np.clip(np.searchsorted(edges, parts.angle) - 1, 0, 7)
+    bands = [
+        values[(cell == number) & parts.flexion].mean()
+        - values[(cell == number) & ~parts.flexion].mean()
+        for number in range(8)
+        if ((cell == number) & parts.flexion).any() and ((cell == number) & ~parts.flexion).any()
+    ]
+    return float(np.mean(bands)) if bands else 0.0
+
+
+def fit_suit(study: AnyStudy, logs: LogSource | Sequence[LogSource]) -> SuitFit:
+    """Fit the numbers of a suit to logs of its own motor and joint.
+
+    What the study gives with +/- or as a range is fitted, with that as its prior; every other
+    number of arm, load and sensors has a usual tolerance, unless `[fit] exact` names it.
+
+    Args:
+        study: Study of one suit, a dictionary as a study file has it, or the path of its file.
+        logs: A CSV or a list of CSVs, DataFrames or mappings of names to arrays. Columns are
+            `elbow_angle`, at least one of `spool_angle`, `motor_torque` and tensions such as
+            `flexor_tension_proximal`, and optionally `time` and `load_mass`, with units.
+
+    Raises:
+        StudyError: if the study is not about one suit, or nothing is to be fitted.
+        UsageError: if the study lacks what a column needs.
+        InputError: if a log is wrong, or cannot tell anything.
+
+    >>> import tendon_cli as tendon
+    >>> fit = tendon.fit_suit("suit.toml", "suit_log.csv")
+    >>> round(fit.numbers["sheath.friction"].value, 3)
+    0.084
+    """
+    checked = any_study(study)
+    given: list[Any] = list(logs) if isinstance(logs, list | tuple) else [logs]
+    sources = [path_of(one) if isinstance(one, str | PathLike) else one for one in given]
+    section = checked.fit
+    constant = section.torque_constant
+    counts = section.counts_per_turn
+    scaling = Scaling(
+        None if constant is None else constant.single, None if counts is None else counts.single
+    )
+    read = read_logs(sources, section.columns.named, scaling)
+    estimate, selection = estimate_of(checked, read)
+    numbers = fitted_numbers(estimate)
+    if not any(number.is_stated and number.learned >= _LEAST_LEARNED for number in numbers):
+        problem = "cannot tell: the logs narrow none of the numbers that the study asks for"
+        hint = "log the spool's angle and the motor's torque with two or more loads"
+        raise InputError(problem, where=read[0].source, hint=hint)
+    _, predicted_from = groups_of(selection.parts)
+    notes = [note for log in read for note in log.notes]
+    notes += [*selection.notes, *fast_note(estimate), _rank_note(estimate)]
+    return SuitFit(
+        estimate=estimate,
+        selection=selection,
+        fitted=tuple(numbers),
+        combinations=tuple(combinations(estimate, numbers)),
+        misfits=tuple(misfits(estimate)),
+        predicted_from=predicted_from,
+        proposals=tuple(proposals(estimate)),
+        warnings=tuple(warnings_of(estimate, selection, numbers)),
+        notes=tuple(notes),
+    )
+
+
+def _rank_note(estimate: SuitEstimate) -> str:
+    """Return how many directions of the parameters the logs tell better than their priors."""
+    sizes = np.linalg.svd(estimate.whitened, compute_uv=False)
+    told = int(np.count_nonzero(sizes > 1.0))
+    return (
+        f"of {len(estimate.scores)} uncertain numbers and errors of sensors the logs tell"
+        f" {told} combinations better than what was stated"
+    )

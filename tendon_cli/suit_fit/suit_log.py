@@ -1,0 +1,271 @@
+"""Logs of a suit: rows of a joint angle and of what the motor and the tendons showed, in SI."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli.errors import InputError, TendonError, UsageError
+from tendon_cli.friction.reading.header import Heading
+from tendon_cli.friction.reading.table import MOST_ROWS, Table, read_columns
+from tendon_cli.suit_fit.log_columns import (
+    CHANNELS,
+    COLUMNS,
+    ELBOW_ANGLE,
+    LOAD_MASS,
+    MOTOR_TORQUE,
+    SPOOL_ANGLE,
+    TIME,
+    Scaling,
+    si_factor,
+    suit_columns,
+    unit_and_text,
+    wished_columns,
+)
+from tendon_cli.units import counted, shorten
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+Mask = npt.NDArray[np.bool_]
+
+_LARGEST_ANGLE = 7.0
+"""Largest angle of a joint, rad: more is an angle in degrees."""
+_LEAST_ROWS = 40
+"""Least number of usable rows of a log."""
+_LEAST_MOTION = np.radians(5.0)
+"""Least range of the joint, rad."""
+_COMMANDED = re.compile(r"command|desired|nominal|set[ _-]?point|soll", re.IGNORECASE)
+_ADVICE = (
+    "log the joint angle, the spool's angle and the measured torque of the motor, both directions,"
+    " with two or more loads"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class SuitLog:
+    """Rows of one log in their order; a row without a number in any column is left out."""
+
+    source: str
+    sha256: str
+    line: Integers
+    """Line of each row in the file."""
+    elbow_angle: Floats
+    """Angle of the joint θ, rad."""
+    channels: Mapping[str, Floats]
+    """Measured values, by their name in CHANNELS, SI."""
+    time: Floats | None
+    """Time, s; None if the log has none."""
+    load_mass: Floats | None
+    """Mass of the load, kg; None if the log has no column of it."""
+    missing: int
+    """Number of rows left out for a missing number."""
+    notes: tuple[str, ...] = field(default=())
+
+    def __len__(self) -> int:
+        return len(self.elbow_angle)
+
+
+def read_logs(
+    sources: Sequence[Any], named: Mapping[str, str], scaling: Scaling
+) -> tuple[SuitLog, ...]:
+    """Read the logs of a suit.
+
+    Args:
+        sources: Paths of CSVs, DataFrames or mappings of names to arrays.
+        named: Headers that the study names, by column.
+        scaling: Torque constant and counts per turn of the study.
+
+    Raises:
+        InputError: if a log is wrong, or cannot tell anything about a suit.
+        UsageError: if the study lacks what a column needs.
+    """
+    logs = []
+    for number, source in enumerate(sources):
+        if isinstance(source, Path):
+            table = _read_file(source, named)
+        else:
+            table = _table_in_memory(source, named, f"log {number + 1}")
+        _check_names(table, named)
+        logs.append(_suit_log(table, scaling))
+    first = logs[0]
+    for log in logs[1:]:
+        if set(log.channels) != set(first.channels):
+            differing = min(set(log.channels) ^ set(first.channels))
+            problem = f"only one of {first.source} and {log.source} has the column {differing}"
+            raise InputError(problem, where=log.source, hint="fit logs of one kind together")
+    return tuple(logs)
+
+
+def _read_file(path: Path, named: Mapping[str, str]) -> Table:
+    """Return the columns of a CSV."""
+
+    def find(texts: list[str], _where: str) -> tuple[list[Heading], tuple[Heading, ...]] | None:
+        """Return the columns of a line that names the joint angle or anything measured."""
+        columns = suit_columns(texts, named)
+        known = tuple(column for column in columns if column.role)
+        is_header = any(column.role in (ELBOW_ANGLE, *CHANNELS) for column in columns)
+        return (columns, known) if is_header else None
+
+    def refusal(shown: str, source: str, line: int) -> TendonError:
+        """Return the error of a file in which no header is known."""
+        return InputError(
+            f"no header names an angle, a torque or a tension of a suit; this line has {shown}",
+            where=f"{source}, line {line}",
+            hint='call them "elbow_angle (deg)", "spool_angle (rad)", "motor_torque (N m)", or name'
+            ' them: [fit.columns] elbow_angle = "Enc1 (deg)"',
+        )
+
+    return read_columns(path, find, refusal)
+
+
+def _table_in_memory(frame: Any, named: Mapping[str, str], source: str) -> Table:
+    """Return the columns of a DataFrame or a mapping of arrays."""
+    import pandas as pd
+
+    try:
+        given = pd.DataFrame({str(name): np.asarray(frame[name]) for name in frame})
+    except (TypeError, ValueError, LookupError) as error:
+        problem = f"{type(frame).__name__} is not a path, a DataFrame or a mapping of arrays"
+        raise UsageError(problem, where="fit_suit") from error
+    if not 0 < len(given) <= MOST_ROWS:
+        raise InputError(f"{len(given):,} rows, expected 1 to {MOST_ROWS:,}", where=source)
+    columns = suit_columns([str(name) for name in given], named)
+    digest = hashlib.sha256()
+    data = [given[name].to_numpy() for name in given]
+    for values in data:
+        digest.update(np.asarray(values, dtype=str).tobytes())
+    known = tuple(column for column in columns if column.role)
+    lines = np.arange(len(given))
+    return Table(source, digest.hexdigest(), columns, known, lines, data)
+
+
+def _check_names(table: Table, named: Mapping[str, str]) -> None:
+    """Refuse names of `[fit.columns]` that a log does not have."""
+    found = {column.role for column in table.columns}
+    for role in named:
+        if role not in found:
+            shown = ", ".join(column.shown for column in table.columns[:12])
+            problem = f'there is no column "{shorten(named[role])}" in {table.source}'
+            raise UsageError(problem, where=f"fit.columns.{role}", hint=f"the columns are {shown}")
+
+
+def _suit_log(table: Table, scaling: Scaling) -> SuitLog:
+    """Return the log of a table, its rows checked."""
+    columns = {role: table.find(role) for role in COLUMNS}
+    _refuse_blind(table, columns)
+    values: dict[str, Floats] = {}
+    for role, column in columns.items():
+        if column is not None:
+            factor = si_factor(column, scaling, table.place(column))
+            values[role] = table.numbers(column) * factor
+    table.raise_faults()
+    known = np.all([np.isfinite(column) for column in values.values()], axis=0)
+    missing = int(np.count_nonzero(~known))
+    notes = list(table.unread([*columns.values()]))
+    if missing:
+        notes.append(
+            f"{table.source}: {counted(missing, 'row')} of {len(known):,} without a number in some"
+            " column left out"
+        )
+    if known.sum() < _LEAST_ROWS:
+        problem = f"{counted(int(known.sum()), 'row')} with a number in every column that is read"
+        hint = f"expected {_LEAST_ROWS} or more"
+        raise InputError(problem, where=table.source, hint=hint)
+    values = {role: column[known] for role, column in values.items()}
+    lines = table.lines[known]
+    _check_values(table, columns, values, lines)
+    return SuitLog(
+        source=table.source,
+        sha256=table.sha256,
+        line=lines,
+        elbow_angle=values[ELBOW_ANGLE],
+        channels={role: values[role] for role in CHANNELS if role in values},
+        time=values.get(TIME),
+        load_mass=values.get(LOAD_MASS, _load_of_comments(table, len(lines))),
+        missing=missing,
+        notes=tuple(notes),
+    )
+
+
+def _load_of_comments(table: Table, rows: int) -> Floats | None:
+    """Return the load that a comment above the header states, such as "# load_mass = 2 kg"."""
+    for comment in table.comments:
+        match = re.search(r"load[ _]?mass\s*[=:]\s*([0-9.]+\s*\w+)", comment)
+        if match is None:
+            continue
+        unit, number = unit_and_text(match.group(1))
+        if unit in ("kg", "g") and number:
+            factor = 1.0 if unit == "kg" else 1e-3
+            return np.full(rows, float(number) * factor)
+    return None
+
+
+def _refuse_blind(table: Table, columns: Mapping[str, Heading | None]) -> None:
+    """Refuse a log that cannot tell anything about a suit, with all reasons."""
+    reasons = []
+    if columns[ELBOW_ANGLE] is None:
+        reasons.append("it has no joint angle, so nothing says what the tendons did to the arm")
+    measured = [role for role in CHANNELS if columns[role] is not None]
+    if not measured:
+        reasons.append("it has no spool angle, motor torque or tension that was measured")
+    if not reasons:
+        return
+    reasons += [f'"{name}" was asked for or derived, not measured' for name in _wished(table)]
+    said = " ".join(table.comments)
+    if _COMMANDED.search(said) and columns[MOTOR_TORQUE] is not None:
+        reasons.append("its first lines say that the torque was commanded, not measured")
+    if columns[SPOOL_ANGLE] is None and measured:
+        reasons.append("it has no spool angle")
+    problem = f"cannot tell: {'; '.join(reasons)}"
+    raise InputError(problem, where=table.source, hint=_ADVICE)
+
+
+def _wished(table: Table) -> list[str]:
+    """Return the headers of what was not measured."""
+    return wished_columns(table.columns)
+
+
+def _check_values(
+    table: Table,
+    columns: Mapping[str, Heading | None],
+    values: Mapping[str, Floats],
+    lines: Integers,
+) -> None:
+    """Refuse values that no log of a suit has."""
+    source = table.source
+    time = values.get(TIME)
+    if time is not None:
+        back = np.flatnonzero(np.diff(time) < 0.0)
+        if len(back):
+            where = f"{source}, line {lines[back[0] + 1]}"
+            problem = f"time goes back in this row, and in {counted(len(back), 'row')} in all"
+            hint = "give one log per file, its rows in order of time"
+            raise InputError(problem, where=where, hint=hint)
+    angle = values[ELBOW_ANGLE]
+    column = columns[ELBOW_ANGLE]
+    shown = "the joint angle" if column is None else column.shown
+    if np.max(np.abs(angle)) > _LARGEST_ANGLE:
+        unit = None if column is None else column.unit
+        reached = f"{np.max(np.abs(angle)):.4g} rad"
+        problem = f"{shown} reaches {reached}, which no joint does"
+        hint = "are these degrees?" if unit == "rad" else "is the unit right?"
+        raise InputError(problem, where=source, hint=hint)
+    span = float(np.quantile(angle, 0.99) - np.quantile(angle, 0.01))
+    if span < _LEAST_MOTION:
+        problem = f"{shown} moves by {np.degrees(span):.2g} deg alone, expected 5 deg or more"
+        is_degrees = column is not None and column.unit == "deg" and 0.05 < np.degrees(span) < 4.0
+        hint = "are these radians?" if is_degrees else "move the joint through most of its range"
+        raise InputError(problem, where=source, hint=hint)
+    for role in CHANNELS:
+        channel = values.get(role)
+        if channel is not None and np.ptp(channel) <= 1e-9 * np.max(np.abs(channel), initial=1e-12):
+            name = columns[role]
+            problem = f"{role if name is None else name.shown} is the same in every row"
+            raise InputError(problem, where=source, hint="is it connected, and the right column?")

@@ -1,0 +1,102 @@
+"""A study that takes the numbers of a fitted suit, and draws them as the fit knows them."""
+
+import numpy as np
+import pytest
+
+import tendon_cli as tendon_library
+from tendon_cli.studies.load import recorded_study
+from tendon_cli.studies.values import draw_fresh_numbers, draw_numbers
+from tendon_cli.suit_fit.fragment import suit_fragment
+
+DESIGN = """\
+fitted_from = "fit.toml"
+[spool]
+ratio = 0.6
+[joint]
+stiffness = "1.1 N m/rad"
+rest_angle = "73 deg"
+[design]
+verify = 200
+"""
+
+
+@pytest.fixture
+def study(fit, tmp_path):
+    """Study that names the file of the fit."""
+    (tmp_path / "fit.toml").write_text(suit_fragment(fit))
+    (tmp_path / "design.toml").write_text(DESIGN)
+    return tendon_library.load_study(tmp_path / "design.toml")
+
+
+def covariance_of(draws, keys):
+    return np.cov([draws[key] for key in keys])
+
+
+@pytest.mark.parametrize("draw", [draw_numbers, draw_fresh_numbers])
+def test_draws_have_the_covariance_of_the_fit(fit, study, draw):
+    keys = ["sheath.friction", "tendon.pretension", "anchor.stiffness", "spring.stiffness"]
+    draws = draw(study.uncertain, 8192, 1, study.correlation)
+    drawn = np.corrcoef([draws[key] for key in keys])
+    places = [fit.estimate.model.places[key] for key in keys]
+    wanted = fit.estimate.covariance[np.ix_(places, places)]
+    deviation = np.sqrt(np.diag(wanted))
+    assert np.allclose(drawn, wanted / np.outer(deviation, deviation), atol=0.05)
+    for key in keys:
+        assert np.mean(draws[key]) == pytest.approx(fit.numbers[key].value, rel=0.03)
+        assert np.std(draws[key]) == pytest.approx(fit.numbers[key].std, rel=0.1)
+
+
+def test_the_record_of_a_study_draws_the_same(study):
+    again = recorded_study(study.record)
+    assert again.hash == study.hash
+    assert again.correlation == study.correlation
+
+
+def test_an_axis_of_the_study_stays(fit, tmp_path):
+    (tmp_path / "fit.toml").write_text(suit_fragment(fit))
+    text = DESIGN + '[spring]\nstiffness = ["4 kN/m", "6 kN/m"]\n'
+    (tmp_path / "design.toml").write_text(text)
+    study = tendon_library.load_study(tmp_path / "design.toml")
+    assert study.axes == ("spring.stiffness",)
+    assert any("spring.stiffness" in warning for warning in study.warnings)
+
+
+def test_a_state_shows_fitted_and_stated(fit, study):
+    page = tendon_library.state(study)
+    lines = {line.formula: line.values for line in page.lines}
+    fitted, stated = lines["tendon.pretension"]
+    assert fitted == pytest.approx(fit.numbers["tendon.pretension"].value, rel=1e-6)
+    assert stated == 100.0
+
+
+def test_another_file_is_refused(tmp_path):
+    (tmp_path / "fit.toml").write_text("[friction]\ncoefficient = 0.1\n")
+    (tmp_path / "design.toml").write_text(DESIGN)
+    with pytest.raises(tendon_library.InputError, match="not the numbers of a fitted suit"):
+        tendon_library.load_study(tmp_path / "design.toml")
+
+
+def test_the_command_writes_and_design_reads(tendon, logs, workplace):
+    study = workplace / "study.toml"
+    study.write_text(
+        '[sheath]\nfriction = "0.03 to 0.25"\n[tendon]\npretension = "60 N to 300 N"\n'
+        '[spring]\nstiffness = "5 kN/m"\n[anchor]\nstiffness = "5 kN/m to 30 kN/m"\n'
+        '[joint]\nstiffness = "1.1 N m/rad +/- 0.5 N m/rad"\nrest_angle = "73 deg"\n'
+        "[spool]\nratio = 0.6\n"
+    )
+    names = []
+    for place, log in enumerate(logs):
+        names.append(f"log{place}.csv")
+        log.to_csv(names[-1], index=False)
+    fit = ("fit-suit", "study.toml", *names)
+    done = tendon(*fit, "--out", "fit.toml", "--plot", "fit.png", "--json")
+    assert done.exit == 0
+    assert done.json["numbers"]["sheath.friction"]["value"] == pytest.approx(0.09, rel=0.05)
+    assert (workplace / "fit.png").read_bytes().startswith(b"\x89PNG")
+    study.write_text(DESIGN)
+    shown = tendon("state", "study.toml")
+    assert shown.exit == 0
+    assert "Fitted to logs" in shown.out
+    (workplace / "mine.toml").write_text("mine")
+    refused = tendon(*fit, "--out", "mine.toml")
+    assert refused.exit == 2
