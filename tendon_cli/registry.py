@@ -110,6 +110,12 @@ class TaskKind(NamedTuple):
     It takes the results, a label for each, and the row of a choice or None; it returns a
     `ComparisonRecord`.
     """
+    export: str = ""
+    """Function that writes a result for another tool, for `tendon export --to`.
+
+    It takes the result, the name of a form and a path, and the options `choice`, `frictionloss` and
+    `overwrite`; it returns the path.
+    """
     page: str = ""
     """Function that returns the HTML page of a result, for `tendon report`."""
     setting: SettingOption | None = None

@@ -57,6 +57,7 @@ MAY_IMPORT = {
     "windows": {"engine", "kernel", *BELOW_THE_ROOMS},
     "proof": {"windows", "engine", "kernel", *BELOW_THE_ROOMS},
     "answers": {"proof", "windows", "engine", "kernel", "figures", *BELOW_THE_ROOMS},
+    "exports": {"answers", "windows", "engine", *BELOW_THE_ROOMS},
     "checks": {"answers", "cube", *ROOMS, *BELOW_THE_ROOMS},
     "reports": {"cube", *ROOMS, *BELOW_THE_ROOMS},
     "paper": {"windows", "cube", *ROOMS, *BELOW_THE_ROOMS},

@@ -56,7 +56,6 @@ class Rig:
         self._case = case
         self._model = mujoco.MjModel.from_xml_string(mjcf(case))
         self._data = mujoco.MjData(self._model)
-        self._pretension()
 
     def answer(self) -> Answer:
         """Return kinematics and the state of rest at the case's elbow angle."""
@@ -92,29 +91,12 @@ class Rig:
             extensor_is_slack=extensor < _SLACK_BELOW,
         )
 
-    def _pretension(self) -> None:
-        """Set the natural lengths that give each side its pretension at zero spool angle.
-
-        They follow from the arm's lengths at 0°. The published reference takes the flexor's path
-        there as b1 + b2, not as the engine measures it.
-        """
-        model = self._model
-        case = self._case
-        natural = model.tendon_length0.copy()
-        if not case.from_initial:
-            natural[FLEXOR.spring] += case.b1 + case.b2 - natural[FLEXOR.path]
-        for chain, line in ((FLEXOR, case.flexor), (EXTENSOR, case.extensor)):
-            for part in (chain.spring, chain.tendon):
-                natural[part] -= line.pretension / model.tendon_stiffness[part]
-        model.tendon_lengthspring[:, 0] = -1e3
-        model.tendon_lengthspring[:, 1] = natural
-
     def _holding(self, *position: float) -> Array:
-        """Return the torques and forces that hold the four joints at a position.
+        """Return the torques and forces that hold the four joints at a displacement.
 
         By the engine's inverse dynamics, N m and N.
         """
-        self._data.qpos[:] = position
+        self._data.qpos[:] = self._model.qpos0 + position
         self._data.qvel[:] = 0.0
         self._data.qacc[:] = 0.0
         mujoco.mj_inverse(self._model, self._data)
@@ -148,7 +130,7 @@ class Rig:
         """Return what holds the joints at the present position without some of the tendons."""
         stiffness = self._model.tendon_stiffness.copy()
         self._model.tendon_stiffness[tendons] = 0.0
-        holding = self._holding(*self._data.qpos)
+        holding = self._holding(*(self._data.qpos - self._model.qpos0))
         self._model.tendon_stiffness[:] = stiffness
         return holding
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
@@ -19,7 +20,7 @@ from tendon_cli.answer_record import (
 )
 from tendon_cli.answers.text_short import short_text
 from tendon_cli.engine.results import Result, along_own_axes, framed, variables_of, xarray_library
-from tendon_cli.registry import by_name
+from tendon_cli.registry import by_name, load
 from tendon_cli.tables.named import CHOICES, ChoicesTable, open_choices
 from tendon_cli.tables.read import AnyTable, TableInMemory
 from tendon_cli.windows.question import Goal
@@ -147,6 +148,34 @@ class Answer(Result):
     def conditions(self) -> pd.DataFrame:
         """Table with a row per condition."""
         return framed(self.table("conditions"))
+
+    def export(
+        self,
+        to: str,
+        out: str | PathLike[str],
+        *,
+        choice: int | None = None,
+        frictionloss: bool = False,
+        overwrite: bool = False,
+    ) -> Path:
+        """Write a choice for the next tool, and return the path of the file.
+
+        Args:
+            to: "mujoco" for a model (.xml), "controller" for motor torque and spool angle over the
+                elbow angle, "parameters" for a list of numbers (.csv).
+            out: File to write.
+            choice: Row of the choice; None for the one that the answer names first.
+            frictionloss: True to give MuJoCo's tendons the friction of the tensions that are set.
+            overwrite: True to replace a file that tendon did not write.
+
+        Raises:
+            UsageError: There is no such form or choice, or tendon did not write the file.
+            OutputError: The file cannot be written.
+        """
+        written: Path = load(self.kind.export)(
+            self, to, out, choice=choice, frictionloss=frictionloss, overwrite=overwrite
+        )
+        return written
 
     def to_xarray(self) -> xr.Dataset:
         """Return the columns of choices over their axes, and their windows under each condition.

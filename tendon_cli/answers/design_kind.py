@@ -24,6 +24,7 @@ DESIGN = TaskKind(
     check="tendon_cli.checks.check_answer.check_answer",
     check_since="tendon_cli.checks.check_answer.check_answer_since",
     compare="tendon_cli.checks.compare_answers.compare_answers",
+    export="tendon_cli.exports.export.export_answer",
     page="tendon_cli.reports.design_page.design_page",
     setting=SettingOption(
         flag="--prove",

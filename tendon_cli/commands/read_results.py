@@ -12,7 +12,7 @@ import typer
 import tendon_cli as tendon
 from tendon_cli.answers.design_kind import DESIGN
 from tendon_cli.commands import completion, options
-from tendon_cli.errors import EXIT_NEGATIVE, UsageError
+from tendon_cli.errors import EXIT_NEGATIVE, InputError, UsageError
 from tendon_cli.terminal import print_note, print_result
 
 if TYPE_CHECKING:
@@ -359,7 +359,29 @@ def _as_json(row: dict[str, object]) -> dict[str, object]:
 
 
 CsvArgument = Annotated[
-    Path, typer.Argument(parser=options.results_path, metavar="FILE.csv", help="file to write")
+    Path,
+    typer.Argument(
+        parser=options.results_path, metavar="FILE", help="file to write: .csv, or .xml for MuJoCo"
+    ),
+]
+ToOption = Annotated[
+    str | None,
+    options.option(
+        "mujoco|controller|parameters",
+        "for an answer: write its choice for this tool, instead of a table",
+    ),
+]
+ExportedChoiceOption = Annotated[
+    int | None,
+    options.option(
+        "ROW", "with --to: this choice instead of the one named first", "--choice", min=0
+    ),
+]
+FrictionlossOption = Annotated[
+    bool,
+    typer.Option(
+        "--frictionloss", help="with --to mujoco: constant friction of the tensions that are set"
+    ),
 ]
 LocaleOption = Annotated[
     str,
@@ -373,9 +395,30 @@ UnitsOption = Annotated[
 ]
 
 
+def _export_choice(
+    source: Path, to: str, file: Path, choice: int | None, frictionloss: bool, overwrite: bool
+) -> Path:
+    """Write the choice of an answer for another tool; raise InputError if it is no answer."""
+    from tendon_cli.engine.results import open_result
+    from tendon_cli.registry import load
+
+    result = open_result(source)
+    if not result.kind.export:
+        problem = f"holds {result.kind.noun}, expected an answer"
+        hint = "tendon design STUDY writes one"
+        raise InputError(problem, where=str(source), hint=hint)
+    written: Path = load(result.kind.export)(
+        result, to, file, choice=choice, frictionloss=frictionloss, overwrite=overwrite
+    )
+    return written
+
+
 def export(
     source: options.TableArgument,
     file: CsvArgument,
+    to: ToOption = None,
+    choice: ExportedChoiceOption = None,
+    frictionloss: FrictionlossOption = False,
     table: options.TableOption = None,
     where: options.WhereOption = None,
     columns: options.ColumnsOption = None,
@@ -384,10 +427,22 @@ def export(
     overwrite: options.OverwriteFileOption = False,
     as_json: options.JsonOption = False,
 ) -> None:
-    """Write a table as CSV, in SI units, for tools that cannot read Parquet.
+    """Write a table as CSV, in SI units, or with --to the choice of an answer for another tool.
 
     Of a study, --table names one of its [[table]]: the rows of a sample are written out.
     """
+    if to is not None:
+        of_tables = {"--table": table, "--where": where, "--columns": columns}
+        given = [flag for flag, value in of_tables.items() if value]
+        if given or locale != "en" or units != "si":
+            flag = (given or ["--locale" if locale != "en" else "--units"])[0]
+            raise UsageError(f"{flag} is for tables, and --to writes none")
+        written = str(_export_choice(source, to, file, choice, frictionloss, overwrite))
+        print_result({"file": written} if as_json else f"{written} written")
+        return
+    if choice is not None or frictionloss:
+        flag = "--choice" if choice is not None else "--frictionloss"
+        raise UsageError(f"{flag} needs --to", hint="tendon export ANSWER --to mujoco FILE.xml")
     from tendon_cli.cube.rows import CsvForm, rows_in
     from tendon_cli.cube.rows import export as write_rows
 
