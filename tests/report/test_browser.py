@@ -1,5 +1,7 @@
 """The page works in a real browser in every way of using it, fetches nothing, and never fails."""
 
+import math
+
 import pytest
 
 import tendon_cli as tendon
@@ -279,3 +281,27 @@ def test_windows_that_are_none_are_said_to_be_none(opened, tmp_path, most, is_em
         until(page, "byId('windows').querySelector('.plot-container')")
         said = page.locator("#windows").text_content()
         assert ("no choice on this line has a window" in said) == is_empty
+
+
+def test_a_motion_in_time_is_shown_over_time(opened, tmp_path):
+    times = [round(0.02 * sample, 2) for sample in range(100)]
+    angles = [f"{50 - 30 * math.cos(math.pi * time)!r} deg" for time in times]
+    motion = {"trajectory": {"time": times, "angle": angles}, "inertia": "0.08 kg m2"}
+    study = {"spool": {"ratio": 0.6}, "tendon": {"pretension": "150 N"}, "motion": motion}
+    swept = tendon.sweep({**study, "load": {"mass": ["0 kg", "2 kg"]}}, tmp_path / "run")
+    with opened(write_report(swept), 390) as page:
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+        page.locator("#groups select").select_option(label="torque")
+        until(page, "byId('states').data.some((trace) => trace.name.includes('band'))")
+        title = page.evaluate("byId('states').layout.xaxis.title.text")
+        assert title == "time (s)"
+        names = page.evaluate("byId('states').layout.shapes.map((shape) => shape.name)")
+        assert "the tendons turn" in names
+        before = page.evaluate("byId('states').layout.shapes[0].x0")
+        page.locator("#angle").fill("80")
+        until(page, "before => byId('states').layout.shapes[0].x0 !== before", before)
+        assert page.locator("#angle-says").inner_text().startswith("1.6 s, ")
+        turning = page.evaluate("byId('states').data.find((trace) => trace.other).other")
+        inside = [at for at in range(25, 75) if math.isfinite(turning[at])]
+        page.locator("#angle").fill(str(inside[0]))
+        until(page, "byId('arm-values').textContent.includes('turning')")
