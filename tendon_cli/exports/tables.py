@@ -156,7 +156,7 @@ def _of_study(suit: ChosenSuit) -> Iterator[ListedNumber]:
         if key not in keys() or key == PRETENSION:
             continue  # a switch of the model, or what is solved for
         value = number.within(space.whole)
-        if value is None or isinstance(value, Spline):
+        if isinstance(value, Spline):
             continue
         single = scalar(value)
         if math.isnan(single):
