@@ -22,13 +22,14 @@ $(READY): pyproject.toml constraints.txt setup.py $(wildcard tendon_cli/kernel/*
 	@$(BIN)/python -m compileall -q tendon_cli  # as pip does with what it installs; many containers have Python not do it
 	@touch $@
 
-demo: $(READY)  ## answer a first question, then run a first study and one of the paper
-	@$(BIN)/tendon design configs/design/universal.toml --overwrite
-	@$(BIN)/tendon report results/universal-design >/dev/null
-	@$(BIN)/tendon sweep configs/quickstart.toml --overwrite --quiet
+demo: $(READY)  ## sweep the suit of the README and answer for it, then run a study of the paper
+	@$(BIN)/tendon sweep configs/suit.toml --overwrite
+	@echo
+	@$(BIN)/tendon design configs/suit.toml --overwrite
+	@$(BIN)/tendon report results/suit-design >/dev/null
 	@$(BIN)/tendon sweep configs/paper/fig07.toml --overwrite --quiet
-	@echo; echo "The answer as a page:   results/universal-design/report.html"
-	@echo "Where tendons go slack: results/quickstart/slack_map.png"
+	@echo; echo "Where tendons go slack: results/suit/slack_map.png"
+	@echo "The answer as a page:   results/suit-design/report.html"
 	@echo "A run of the paper:     results/fig07"
 	@echo "The documentation:      make docs, then docs/_build/index.html"
 

@@ -82,6 +82,14 @@ def test_every_study_that_is_shown_is_one(page, tmp_path, monkeypatch):
             study_from(read_toml(block).content)
 
 
+def test_the_suit_of_the_readme_is_that_of_the_demo():
+    shown = re.search(r"```toml\n# file: suit.toml\n(.*?)```", README, re.DOTALL)[1]
+    kept = (ROOT / "configs" / "suit.toml").read_text(encoding="utf-8")
+    assert kept.endswith(f"\n\n{shown}")
+    assert kept.count("\n\n") == 1
+    assert "configs/suit.toml" in (ROOT / "Makefile").read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", *PAGES])
 def test_every_link_leads_somewhere(page):
     file = ROOT / page if (ROOT / page).exists() else ROOT / "docs" / page
@@ -115,7 +123,7 @@ def test_no_image_is_kept_but_that_of_the_readme():
     kept = subprocess.run(
         ["git", "ls-files", "docs/images"], cwd=ROOT, check=False, capture_output=True, text=True
     )
-    assert kept.returncode or kept.stdout.split() == ["docs/images/design.png"]
+    assert kept.returncode or kept.stdout.split() == ["docs/images/slack_map.png"]
 
 
 def test_a_figure_is_made_the_same_each_time(tmp_path):
