@@ -12,6 +12,8 @@ from tendon_cli.studies.load import study_from
 from tendon_cli.windows.question import question_of
 from tendon_cli.windows.solver import Solver
 
+ALL_POINTS = True
+
 
 def indices_in(record, order):
     """Return the indices of an order, "first" or "total", of a recorded end."""
