@@ -65,7 +65,7 @@ CACHE = Path(__file__).with_name("mujoco_suit.npz")
 """Logs of all loads of these suits, without noise."""
 
 CHANNELS = ("angle", "spool_angle", "motor_torque", "flexor_motor", "flexor_elbow")
-"""What is kept of each log."""
+"""Channels of each log that are kept."""
 
 
 def model_text(suit: Mapping[str, Any], load: float) -> str:
