@@ -28,8 +28,11 @@ from .suit_logs import CYCLE, RATE, LogFault, Session, SuitLog, rig_of, session_
 BEADS = 8
 """Beads of each cable."""
 
-BEAD_MASS = 0.3
+BEAD_MASS = 0.06
 """Mass of a bead, kg; next to nothing against tensions that change within seconds."""
+
+ROTOR = 1e-3
+"""Inertia of rotor and spool, kg m²; 0.02 would take 0.05 N m of the motor at these speeds."""
 
 STEP = 2e-4
 """Step of the engine, s."""
@@ -49,7 +52,7 @@ GAIN = 1.5
 SERVO = 4000.0
 """Stiffness of the motor's servo, N m/rad."""
 
-DAMPING = 0.06
+DAMPING = 0.1
 """Damping of the joint, N m s/rad."""
 
 STEADYING = 5.0
@@ -62,7 +65,7 @@ CACHE = Path(__file__).with_name("mujoco_suit.npz")
 """Logs of all loads of these suits, without noise."""
 
 CHANNELS = ("angle", "spool_angle", "motor_torque", "flexor_motor", "flexor_elbow")
-"""What is kept of each log."""
+"""Channels of each log that are kept."""
 
 
 def model_text(suit: Mapping[str, Any], load: float) -> str:
@@ -123,7 +126,7 @@ def model_text(suit: Mapping[str, Any], load: float) -> str:
       <site name="forearm" pos="{arm["a2"]} 0 {-arm["b2"]}"/>
     </body>
     <body name="spool" pos="0 0 2" gravcomp="1">
-      <joint name="spool" type="hinge" axis="0 1 0" armature="0.02"/>
+      <joint name="spool" type="hinge" axis="0 1 0" armature="{ROTOR}"/>
       <geom type="sphere" size="0.01" mass="0.001" contype="0" conaffinity="0"/>
     </body>
     {"".join(beads).replace("<body ", '<body gravcomp="1" ')}
