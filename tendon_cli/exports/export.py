@@ -12,7 +12,7 @@ from tendon_cli.errors import UsageError
 from tendon_cli.exports.chosen import ChosenSuit
 from tendon_cli.exports.mujoco import MARK
 from tendon_cli.exports.mujoco_suit import suit_xml
-from tendon_cli.exports.tables import (
+from tendon_cli.exports.csv_files import (
     CONTROLLER_MARK,
     PARAMETERS_MARK,
     controller_csv,
