@@ -228,9 +228,13 @@ def _quantity(column: ComparedColumn, compared: Sequence[ComparedAnswer]) -> Qua
     for other in compared[1:]:
         judged = _judge(column, first, other) if is_comparable else None
         verdicts.append(judged)
+    read = first.record["question"]["read"]
+    label = column.label
+    if column.name == "pretension" and read != "pretension":
+        label = f"to set: {read}"
     return {
         "name": column.name,
-        "label": column.label,
+        "label": label,
         "unit": " or ".join(sorted(units)),
         "values": [one.value(column.name) for one in compared],
         "spans": [None] * len(compared),

@@ -22,6 +22,8 @@ _SIDE_BY_SIDE = 4
 """Most results in one table; further ones stand in a table below."""
 _MOST_DIFFERENCES = 20
 """Most differences of the studies that are shown."""
+_MOST_NAMED = 3
+"""Most persons, draws or designs that are named."""
 _DIGITS = 3
 """Significant digits of a number."""
 _MOST_DIGITS = 7
@@ -332,8 +334,9 @@ def _broken_words(broken: BrokenRecord, first: ComparedResult, result: ComparedR
 
 def _listed(names: Sequence[str], count: int) -> str:
     """List the first of some names, and say how many more there are."""
-    left = count - len(names)
-    return "; ".join(names) + (f"; and {left:,} more" if left > 0 else "")
+    shown = names[:_MOST_NAMED]
+    left = count - len(shown)
+    return "; ".join(shown) + (f"; and {left:,} more" if left > 0 else "")
 
 
 # --- Who is gained and lost -----------------------------------------------------------------------

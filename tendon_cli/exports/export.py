@@ -10,14 +10,14 @@ from typing import BinaryIO, NamedTuple
 from tendon_cli.answers.answer import Answer
 from tendon_cli.errors import UsageError
 from tendon_cli.exports.chosen import ChosenSuit
-from tendon_cli.exports.mujoco import MARK
-from tendon_cli.exports.mujoco_suit import suit_xml
-from tendon_cli.exports.tables import (
+from tendon_cli.exports.csv_files import (
     CONTROLLER_MARK,
     PARAMETERS_MARK,
     controller_csv,
     parameters_csv,
 )
+from tendon_cli.exports.mujoco import MARK
+from tendon_cli.exports.mujoco_suit import suit_xml
 from tendon_cli.files import Recogniser, begins_with, result_path, write_output
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.units import described, shorten

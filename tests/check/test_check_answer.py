@@ -104,7 +104,8 @@ def test_a_run_is_no_baseline_of_an_answer(gates, plain):
 
 
 def test_the_command_exits_with_0_or_4_and_annotates(tendon, gates):
-    suit, stiffer = str(gates["suit"]), str(gates["stiffer"])
+    suit = str(gates["suit"])
+    stiffer = str(gates["stiffer"])
     assert tendon("check", suit).exit == 0
     words = ("check", stiffer, "--baseline", suit, "--except", "spring.stiffness")
     failed = tendon(*words, "--annotate", "--json")
