@@ -75,7 +75,9 @@ class PageAxis:
             about["numbers"] = pack_exact(self.shown.scaled(values))
             about["stated"] = pack_exact(self.shown.scaled(self.stated))
         if self.axis.is_text:
-            names = [name_words(self.axis, str(value)) for value in values]
+            # The label of the axis says of what they are.
+            words = (name_words(self.axis, str(value)) for value in values)
+            names = [text.removeprefix(f"{self.axis.key} ") for text in words]
             return {**about, "values": None, "names": names, "is_log": False}
         if not np.isfinite(values).all():
             names = [self.shown.text(float(value)) for value in values]

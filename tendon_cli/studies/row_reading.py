@@ -23,9 +23,10 @@ from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import NAMED_AXES, CarriedColumn, split_side
 from tendon_cli.studies.contents import keys
 from tendon_cli.studies.design_section import CHOICE_RESULTS
-from tendon_cli.studies.fields import SingleField, hint_at_nearest
+from tendon_cli.studies.fields import SingleField, fault, hint_at_nearest
 from tendon_cli.studies.magnitude import Slip
 from tendon_cli.studies.model_words import KEYS_OF_WORDS, WORDS_OF
+from tendon_cli.studies.number import parts_of_text
 from tendon_cli.studies.reading_fields import DIMENSIONS as READINGS
 from tendon_cli.studies.row_table import NAME, RowTable, StatedRole, carried_header
 from tendon_cli.units import UNITS, Measure, Unit, described, known_units, shorten, to_float
@@ -455,6 +456,8 @@ class _ColumnCells:
             PydanticCustomError: The cell holds no number of this dimension.
             _NoUnitError: Nothing says its unit.
         """
+        if isinstance(cell, bool) or not isinstance(cell, str | int | float):
+            return self.mark.measure(cell).si  # a fault, and nothing that can be looked up
         known = self._known.get(cell)
         if known is None:
             known = self._read(cell)
@@ -477,6 +480,10 @@ class _ColumnCells:
             return Measure(text, self.unit)
         if text is not None and self._has_unit and self.are_texts:
             raise _NoUnitError
+        if isinstance(cell, str) and len(parts_of_text(cell)) > 1:
+            problem = f"{described(cell)} is not one number, expected {self.mark.wanted}"
+            hint = "a row sets exact numbers; ranges and distributions belong to a sample"
+            raise fault(problem, hint)
         measure = self.mark.measure(cell)
         if isinstance(cell, str):
             self._note_reading(measure.unit.dimension)

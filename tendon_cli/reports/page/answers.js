@@ -11,6 +11,14 @@ function boundText(value) {
   return value === null ? "none" : formatNumber(value);
 }
 
+// Returns the bars from the lower to the upper ends of windows, for the trace of the lower ones.
+function barsBetween(low, high) {
+  const array = low.map((end, i) => (end === null ? 0 : high[i] - end));
+  const arrayminus = low.map(() => 0);
+  const bar = { color: colour("band"), thickness: 8, width: 0 };
+  return { error_y: { type: "data", symmetric: false, array, arrayminus, ...bar } };
+}
+
 // --- Windows of pretension along the axis across the map ---
 
 async function drawWindows() {
@@ -37,24 +45,26 @@ async function drawWindows() {
       boundBy.push(["no window", "no window"]);
     }
   }
-  const common = { type: "scatter", mode: "lines+markers", x, customdata: boundBy };
+  const common = { type: "scatter", mode: modeAlong(axis), x, customdata: boundBy };
+  const between = axis.names ? barsBetween(low, high) : {};
+  const band = axis.names ? {} : { fill: "tonexty", fillcolor: colour("band") };
   const traces = [
     {
       ...common,
       y: low,
       name: "from",
+      ...between,
       line: { color: colour("extensor") },
-      marker: { symbol: "triangle-up", size: 9 },
+      marker: { symbol: "triangle-up", size: 9, color: colour("extensor") },
       hovertemplate: "from %{y:.5g} N: %{customdata[0]}<extra></extra>",
     },
     {
       ...common,
       y: high,
       name: "to",
-      fill: "tonexty",
-      fillcolor: colour("band"),
+      ...band,
       line: { color: colour("flexor"), dash: "dash" },
-      marker: { symbol: "triangle-down", size: 9 },
+      marker: { symbol: "triangle-down", size: 9, color: colour("flexor") },
       hovertemplate: "to %{y:.5g} N: %{customdata[1]}<extra></extra>",
     },
   ];
@@ -108,7 +118,7 @@ async function drawFront() {
     },
     {
       ...trace(frontRows),
-      mode: "lines+markers",
+      mode: page.axes.some((axis) => axis.names) ? "markers" : "lines+markers",
       name: "on the front",
       line: { color: colour("flexor"), dash: "dot" },
       marker: { symbol: "diamond", size: 10, color: colour("flexor") },

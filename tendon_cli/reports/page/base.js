@@ -113,6 +113,11 @@ function ticksOf(axis) {
   return axis.names || axis.values;
 }
 
+// Returns how points along an axis are drawn: there is nothing between two names to join.
+function modeAlong(axis) {
+  return axis.names ? "markers" : "lines+markers";
+}
+
 function lengthOf(axis) {
   return ticksOf(axis).length;
 }

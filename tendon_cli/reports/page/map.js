@@ -221,10 +221,11 @@ function lineTrace() {
   }
   return {
     type: "scatter",
-    mode: "lines+markers",
+    mode: modeAlong(axisAcross()),
     x: ticksOf(axisAcross()),
     y,
     line: { color: colour("flexor") },
+    marker: { color: colour("flexor") },
   };
 }
 
