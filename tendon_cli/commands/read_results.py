@@ -175,7 +175,11 @@ QuantityOption = Annotated[
 AcrossOption = Annotated[
     str | None,
     options.option(
-        "COLUMN", "column along the horizontal axis", "--x", "-x", completer=completion.columns
+        "COLUMN",
+        "column along the horizontal axis; for an answer a limit, such as limits.max_tension",
+        "--x",
+        "-x",
+        completer=completion.columns,
     ),
 ]
 ColourOption = Annotated[
