@@ -34,6 +34,7 @@ _SECTIONS = {
     "start": starts.start_up,
     "figures": starts.figures,
     "verify": starts.fresh_sample,
+    "suit": starts.suit_logs,
     "joblib": sections.plain_script,
 }
 
