@@ -35,6 +35,7 @@ _SECTIONS = {
     "start": starts.start_up,
     "figures": starts.figures,
     "verify": starts.fresh_sample,
+    "suit": starts.suit_logs,
     "joblib": sections.plain_script,
 }
 

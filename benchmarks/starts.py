@@ -70,6 +70,25 @@ def fresh_sample(bench: Bench) -> None:
     )
 
 
+def suit_logs(bench: Bench) -> None:
+    """Measure what fitting a suit to its logs takes of the processor, imports included."""
+    bench.report.heading("Fit of a suit to its own logs, processor time over its target")
+    folder = ROOT / "configs" / "suit"
+    short = folder / "suit_log.csv"
+    header, *rows = short.read_text(encoding="utf-8").splitlines()
+    long = bench.fresh("logs.csv")
+    every = 10**6 // len(rows)
+    with long.open("w", encoding="utf-8") as file:
+        file.write(f"{header}\n")
+        for row in rows:
+            time, _, rest = row.partition(",")
+            file.writelines(f"{float(time) + 6e-5 * part:.6f},{rest}\n" for part in range(every))
+    for name, log, target in (("1,600 rows", short, 5.0), ("a million rows", long, 30.0)):
+        took = run([*TENDON, "fit-suit", str(folder / "suit.toml"), str(log)])
+        note = f"{took.processor:.1f} s of processor time, {target:.0f} s at most"
+        bench.report.add(Ratio(name, took.processor / target, 1.0, note=note))
+
+
 def figures(bench: Bench) -> None:
     """Measure what drawing adds to a sweep, against importing the library that draws."""
     bench.report.heading(

@@ -55,7 +55,7 @@ _GIVEN_BY: tuple[tuple[str, tuple[str, ...], str], ...] = (
 _PART_OF = (
     ("joint", ("smoothing", "scale_with"), "excursion", "measured travels"),
     ("joint", ("stiffness_with",), "stiffness", "the joint's own stiffness"),
-    ("motion", ("cutoff", "inertia"), "trajectory", "a trajectory"),
+    ("motion", ("cutoff",), "trajectory", "a trajectory"),
 )
 """Tables and their keys that need another key of the table, with a phrase for the whole."""
 _OF_BOTH_DIRECTIONS = ("max_backlash", "max_torque_band")

@@ -60,6 +60,10 @@ _UNNAMED = "study"
 """Name of a study that has none."""
 _MAX_VALUES = 6
 """Values of an axis that a text shows; of a longer one only the first and the last."""
+_IDLE_INERTIA = (
+    "motion.inertia counts along a trajectory, and in logs that `tendon fit-suit` reads: states of"
+    " single angles have none"
+)
 _STRAP_WIDTH = "arm.contact_width"
 """Number of these tables that a designer does decide."""
 
@@ -442,6 +446,8 @@ class Study(Displayed, StudyTables):
             for source in self.sources.values()
             for warning in source.get("warnings", ())
         ]
+        if self.motion.inertia is not None and self.motion.trajectory is None:
+            warnings.append(_IDLE_INERTIA)
         for name in DESIGN_PARTS:
             warnings += warn_of_distributions(marked_numbers(getattr(self, name), name))
         for key, slips in self.slips.items():

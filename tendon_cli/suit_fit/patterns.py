@@ -33,6 +33,7 @@ _NAMED_ALONE = (
     names.SPOOL_DELAY,
     names.TORQUE_DELAY,
     names.TORQUE_ZERO,
+    names.INERTIA_SHARE,
 )
 """Errors of sensors that have warnings of their own."""
 _FAR = 1.8
@@ -205,7 +206,7 @@ def _number_warnings(numbers: Sequence[FittedNumber]) -> list[str]:
     """Return warnings on numbers at the end of their range, or far from what is stated."""
     found = []
     for number in numbers:
-        if number.prior == "any" or abs(number.score) < _FAR:
+        if number.prior == "any" or number.key in _NAMED_ALONE or abs(number.score) < _FAR:
             continue
         is_range = " to " in number.prior
         if is_range and abs(number.score) >= _AT_END:
@@ -213,7 +214,7 @@ def _number_warnings(numbers: Sequence[FittedNumber]) -> list[str]:
                 f"{number.key} comes out at the end of its range, {number.text(number.value)} of"
                 f" {number.prior}: widen the range, or something else is wrong"
             )
-        elif not is_range and number.key not in _NAMED_ALONE:
+        elif not is_range:
             found.append(
                 f"{number.key} comes out as {number.text(number.value)}, {abs(number.score):.1f}"
                 f" standard deviations from {number.prior}: measure it, or something else is wrong"

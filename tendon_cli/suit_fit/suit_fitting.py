@@ -38,6 +38,9 @@ _LEAST_LEARNED = 0.1
 """Least share of a prior's variance that a log takes away for it to tell anything."""
 _ROUNDS = 3
 """Most rounds in which rows are picked by what was fitted before."""
+_OPPOSITE = -0.5
+"""Correlation of joint and spool under which one of them has the wrong sign: in a fast log inertia
+may turn the spool against the joint for a while."""
 _OTHER_SUIT = 2.0
 """Factor between measured and expected ways of the spool, from which the log is of another suit."""
 _MOST_LEFT_OUT = 0.8
@@ -148,7 +151,7 @@ def _check_motion(model: SuitModel, parts: Parts, source: str) -> None:
 def _check_sign(log: SuitLog) -> None:
     """Refuse a log whose spool unwinds the flexor as the joint flexes."""
     spool = log.channels.get(SPOOL_ANGLE)
-    if spool is not None and float(np.polyfit(log.elbow_angle, spool, 1)[0]) <= 0.0:
+    if spool is not None and np.corrcoef(log.elbow_angle, spool)[0, 1] < _OPPOSITE:
         problem = "the spool's angle falls as the joint flexes"
         hint = "positive angles flex the joint and wind the flexor: turn one column's sign"
         raise InputError(problem, where=log.source, hint=hint)

@@ -42,6 +42,15 @@ _LEAST_ROWS = 40
 _LEAST_MOTION = np.radians(5.0)
 """Least range of the joint, rad."""
 _COMMANDED = re.compile(r"command|desired|nominal|set[ _-]?point|soll", re.IGNORECASE)
+_SPIKE_WINDOW = 7
+"""Rows of the median that a spike is far from."""
+_USUAL_SHARE = 0.9
+"""Share of the rows that are no spikes."""
+_SPIKE_TIMES = 6.0
+"""Distance of a spike from the median, over the largest usual one."""
+_SPIKE_SHARE = 0.01
+"""Least distance of a spike from the median, as a share of the range."""
+_MOST_SPIKES = 0.05
 _ADVICE = (
     "log the joint angle, the spool's angle and the measured torque of the motor, both directions,"
     " with two or more loads"
@@ -180,6 +189,13 @@ def _suit_log(table: Table, scaling: Scaling) -> SuitLog:
         raise InputError(problem, where=table.source, hint=hint)
     values = {role: column[known] for role, column in values.items()}
     lines = table.lines[known]
+    spikes = _spikes(values)
+    if spikes.any():
+        notes.append(
+            f"{table.source}: {counted(int(spikes.sum()), 'row')} far from both neighbours left out"
+        )
+        values = {role: column[~spikes] for role, column in values.items()}
+        lines = lines[~spikes]
     _check_values(table, columns, values, lines)
     return SuitLog(
         source=table.source,
@@ -192,6 +208,21 @@ def _suit_log(table: Table, scaling: Scaling) -> SuitLog:
         missing=missing,
         notes=tuple(notes),
     )
+
+
+def _spikes(values: Mapping[str, Floats]) -> Mask:
+    """Return True for rows in which a column is far from the median of its neighbours."""
+    from scipy.ndimage import median_filter
+
+    spikes = np.zeros(len(next(iter(values.values()))), dtype=bool)
+    for role, column in values.items():
+        if role in (TIME, LOAD_MASS):
+            continue
+        away = np.abs(column - median_filter(column, _SPIKE_WINDOW, mode="nearest"))
+        usual = np.quantile(away, _USUAL_SHARE)
+        spikes |= away > max(_SPIKE_TIMES * usual, _SPIKE_SHARE * float(np.ptp(column)))
+    # Many spikes are corners of steps, and no faults of single rows.
+    return spikes if np.mean(spikes) < _MOST_SPIKES else np.zeros(len(spikes), dtype=bool)
 
 
 def _load_of_comments(table: Table, rows: int) -> Floats | None:

@@ -160,13 +160,17 @@ SHORT_EXCURSION = {
 }
 
 
+def test_an_inertia_without_a_trajectory_is_for_logs_and_said():
+    study = tendon.study({"motion": {"inertia": "0.08 kg m2"}})
+    assert any("motion.inertia" in warning for warning in study.warnings)
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [
         ({"motion": {"trajectory": "reach.csv", "speed": "60 deg/s"}}, "motion.speed"),
         ({"motion": {"trajectory": "reach.csv", "elbow_angle": "10 deg"}}, "motion.elbow_angle"),
         ({"motion": {"trajectory": "reach.csv", "cutoff": "60 Hz"}}, "less than 50 Hz"),
-        ({"motion": {"inertia": "0.08 kg m2"}}, "motion.inertia"),
         (
             {"motion": {"trajectory": "reach.csv"}, "limits": {"max_backlash": "5 deg"}},
             "limits.max_backlash",
