@@ -16,7 +16,8 @@ from tendon_cli.windows.solver import Solver
 def curves_of(solver: Solver, choice: Solutions, ends: Ends) -> CurvesRecord:
     """Return the pretensions that each limit allows one choice over the elbow angle, as recorded.
 
-    Limits on the whole motion have no curve.
+    Limits on the whole motion have no curve. Along a trajectory the curves are over the angles of
+    the samples that count, in both directions of friction.
 
     Args:
         solver: Solver of the question.
@@ -44,9 +45,17 @@ def curves_of(solver: Solver, choice: Solutions, ends: Ends) -> CurvesRecord:
             lower[name] = np.maximum(values, lower.get(name, values))
         for name, values in part_upper.items():
             upper[name] = np.minimum(values, upper.get(name, values))
+    angles = question.angles.ravel()
+    trajectory = question.study.trajectory
+    if trajectory is not None:  # samples that count, in the order of their angles
+        counted = np.flatnonzero(~trajectory.is_at_end)
+        order = counted[np.argsort(angles[counted])]
+        angles = angles[order]
+        lower = {name: values[order] for name, values in lower.items()}
+        upper = {name: values[order] for name, values in upper.items()}
     return {
-        "elbow_angle": question.angles.ravel().tolist(),
-        "samples": np.unique(question.study.angles).tolist(),
+        "elbow_angle": angles.tolist(),
+        "samples": np.unique(angles if trajectory is not None else question.study.angles).tolist(),
         "all_conditions": bool(counts.all()),
         "lower": {name: [*map(finite_or_none, values.tolist())] for name, values in lower.items()},
         "upper": {name: [*map(finite_or_none, values.tolist())] for name, values in upper.items()},
