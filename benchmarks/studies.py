@@ -117,7 +117,7 @@ elbow_angle = {{ from = "10 deg", to = "80 deg", num = {SAMPLES} }}
 direction = "flexion"
 speed = "60 deg/s"
 """
-"""As many states at a constant speed, so that the tables have the motor's columns, too."""
+"""Motion of as many states at a constant speed: the tables have the motor's columns, too."""
 
 
 def swing(path: Path) -> None:

@@ -143,7 +143,7 @@ class State:
         motion = self.motion
         flexor_slope = motion.flexor_moment_arm_slope
         extensor_slope = motion.extensor_moment_arm_slope
-        if self.resting is None:
+        if self.flexor.is_still and self.extensor.is_still:
             return flexor_slope, extensor_slope
         flexor_rate = self.flexor.compliance_rate / self.flexor.compliance
         extensor_rate = self.extensor.compliance_rate / self.extensor.compliance

@@ -31,7 +31,7 @@ from tendon_cli.quantities import SIDES
 OF_WHAT_HOLDS = ("min_elbow_stiffness", "peak_motor_speed")
 """Limits for which only the states that hold count, also where the tendons turn."""
 _POWER = "peak_motor_power"
-_SAMPLES = 33
+_SAMPLES = 17
 """Pretensions among which a window is sought if none suits both directions everywhere."""
 _MOVES = 12
 """Most moves of an end from limit to limit before it is bisected."""
@@ -293,6 +293,8 @@ class Search:
             rows: Designs whose windows are moved.
             upper: True for upper ends.
         """
+        if not len(rows):
+            return
         name = "high" if upper else "low"
         search = self if len(rows) == self.count else self.select(rows)
         inside = np.maximum(getattr(window, name)[rows], 0.0)

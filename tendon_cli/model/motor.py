@@ -124,7 +124,8 @@ def tendon_rates(state: State) -> TendonRates:
     path_lengthening = np.asarray(coupling.extensor_arm) * turning
     flexor_stretching = wound - path_shortening
     extensor_stretching = path_lengthening - coupling.ratio * wound
-    if state.resting is not None:  # a bend that follows the joint stretches the tendons, too
+    if not (state.flexor.is_still and state.extensor.is_still):
+        # A bend that follows the joint stretches the tendons, too.
         x = state.balance.flexor
         y = state.balance.extensor
         flexor_stretching = flexor_stretching - state.flexor.compliance_rate * x * turning

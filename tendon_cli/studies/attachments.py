@@ -104,6 +104,9 @@ class Attachments:
         where = shorten(file, 200)
         rows, notes = angle_curves.read_curve(content, where, angle_curves.TRAJECTORY)
         motion = study.motion.model_copy(update={"trajectory": rows})
+        short = measured_motion.short_record(motion)
+        if short is not None:
+            raise InputError(short.problem, where=where, hint=short.hint)
         wrong = measured_motion.trajectory_fault(motion)
         if wrong is not None:
             self.faults.append(wrong)

@@ -33,7 +33,7 @@ from tendon_cli.studies.design_section import CHOICE_RESULTS
 from tendon_cli.studies.fields import hint_at_nearest
 from tendon_cli.studies.figures import figure_faults
 from tendon_cli.studies.magnitude import slip_faults
-from tendon_cli.studies.measured_motion import trajectory_fault
+from tendon_cli.studies.measured_motion import short_record, trajectory_fault
 from tendon_cli.studies.spaces import word_of
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import Grid
@@ -85,9 +85,8 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
         *_limit_faults(study, at_fault),
         *curve_faults(study, at_fault),
     ]
-    motion_fault = trajectory_fault(study.motion)
-    if motion_fault is not None:
-        faults.append(motion_fault)
+    of_motion = (trajectory_fault(study.motion), short_record(study.motion))
+    faults += [fault for fault in of_motion if fault is not None]
     faults += _condition_faults(study)
     faults += _goal_faults(study, at_fault)
     if study.people is not None:

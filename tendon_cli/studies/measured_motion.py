@@ -147,29 +147,41 @@ def cutoff_of(motion: Any) -> float:
 
 
 def trajectory_fault(motion: Any) -> Fault | None:
-    """Return a fault if a trajectory is sampled too coarsely, or is too short, for the cutoff."""
+    """Return a fault if the samples of a trajectory are too far apart for the cutoff."""
     if not isinstance(motion.trajectory, CurveTable):
         return None
     time = sampled(np.array(motion.trajectory.columns["time"]))
     fastest = 0.5 / float(time[1] - time[0])
     cutoff = cutoff_of(motion)
-    if cutoff >= fastest:
-        problem = (
-            f"is {cutoff:.4g} Hz, expected less than {fastest:.4g} Hz, half the samples per second"
-        )
-        hint = "choose at most half of that, so that there is something to smooth"
-        return Fault("motion.cutoff", problem, hint)
+    if cutoff < fastest:
+        return None
+    problem = (
+        f"is {cutoff:.4g} Hz, expected less than {fastest:.4g} Hz, half the samples per second"
+    )
+    return Fault(
+        "motion.cutoff",
+        problem,
+        "choose at most half of that, so that there is something to smooth",
+    )
+
+
+def short_record(motion: Any) -> Fault | None:
+    """Return a fault if the record of a trajectory is too short for the cutoff."""
+    if not isinstance(motion.trajectory, CurveTable):
+        return None
+    time = motion.trajectory.columns["time"]
+    cutoff = cutoff_of(motion)
     length = float(time[-1] - time[0])
     shortest = SHORTEST / cutoff
     if length >= shortest * (1.0 - _SAME_LENGTH):
         return None
     problem = (
-        f"lasts {length:.4g} s, expected at least {shortest:.4g} s, six times the period of the "
-        f"cutoff, {cutoff:.4g} Hz: smoothing spoils {ENDS / cutoff:.3g} s at either end"
+        f"lasts {length:.4g} s, expected at least {shortest:.4g} s, six periods of the cutoff of "
+        f"{cutoff:.4g} Hz: smoothing spoils {ENDS / cutoff:.3g} s at either end"
     )
     hint = (
         "record longer, before and after the motion (standing still will do), or raise "
-        f"motion.cutoff above {SHORTEST / length:.3g} Hz"
+        f"motion.cutoff to {SHORTEST / length:.3g} Hz at least"
     )
     return Fault("motion.trajectory", problem, hint)
 

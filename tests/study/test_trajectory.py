@@ -60,6 +60,36 @@ def test_a_lower_cutoff_takes_more_noise(file):
     assert peak_acceleration("3 Hz") < peak_acceleration("6 Hz") < peak_acceleration("12 Hz")
 
 
+def test_samples_at_the_ends_are_flagged_for_two_periods_of_the_cutoff(file):
+    trajectory = tendon.load_study(file(rows(TIME, SWING), cutoff="5 Hz")).trajectory
+    counted = trajectory.time[~trajectory.is_at_end]
+    assert counted[0] == pytest.approx(0.4)
+    assert counted[-1] == pytest.approx(TIME[-1] - 0.4)
+    assert trajectory.weights.sum() == pytest.approx(TIME[-1] - 0.8)
+
+
+def test_a_record_shorter_than_six_periods_of_the_cutoff_is_refused(file):
+    enough = TIME <= 2.0
+    assert tendon.load_study(file(rows(TIME[enough], SWING[enough]), cutoff="3 Hz"))
+    path = file(rows(TIME[enough], SWING[enough]), cutoff="2.9 Hz")
+    with pytest.raises(TendonError, match=r"lasts 2 s, expected at least 2\.069 s") as caught:
+        tendon.load_study(path)
+    assert caught.value.exit == 3
+    assert "raise motion.cutoff to 3 Hz at least" in str(caught.value.hint)
+
+
+def test_the_record_says_what_the_cutoff_decides(file):
+    clean = tendon.sweep(file(rows(TIME, SWING), inertia="0.08 kg m2")).record["checks"]["cutoff"]
+    assert clean["cutoff"] == 6.0
+    assert clean["lower"] == 4.2
+    assert not clean["decides"]
+    assert clean["peak_motor_power"][1] == pytest.approx(clean["peak_motor_power"][0], rel=0.02)
+    noisy = SWING + np.random.default_rng(1).normal(0.0, 0.5, len(SWING))
+    check = tendon.sweep(file(rows(TIME, noisy), inertia="0.08 kg m2")).record["checks"]["cutoff"]
+    assert check["decides"]
+    assert check["peak_motor_power"][0] > 1.1 * clean["peak_motor_power"][0]
+
+
 def test_uneven_samples_in_other_units_are_the_same_motion(file):
     samples = np.sort(np.random.default_rng(2).choice(len(TIME), 300, replace=False))
     samples[0] = 0
