@@ -135,7 +135,7 @@ def enclose_states(
         extensor=extensor,
         design=design,
         motion=SimpleNamespace(flexor_path=path),
-        speed=None,
+        rates=None,
         coupling=SimpleNamespace(
             ratio=ratio,
             extensor_arm=extensor_arm,

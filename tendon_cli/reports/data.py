@@ -344,7 +344,7 @@ def _encoded(array: npt.NDArray[Any]) -> str:
 
 MOST_ANGLES = 61
 """Largest number of elbow angles of a curve."""
-MOST_SAMPLES = 201
+MOST_SAMPLES = 401
 """Largest number of samples of a curve over a motion in time."""
 _MOST_STATES = 250_000
 """Largest number of states along a motion in time that are worked out at once for the page."""
@@ -381,11 +381,20 @@ def places_of(study: Study) -> Rows:
 def most_designs(study: Study) -> int:
     """Return the largest number of designs whose states the page has.
 
-    Along a motion in time each needs all of its samples, so that there are fewer.
+    Along a motion in time there are fewer: each has more places, and is worked out at all samples.
     """
     if study.trajectory is None:
         return MOST_DESIGNS
-    return max(1, min(MOST_DESIGNS, _MOST_STATES // len(study.angles)))
+    most = MOST_DESIGNS * 2 * MOST_ANGLES // MOST_SAMPLES
+    return max(1, min(most, _MOST_STATES // len(study.angles)))
+
+
+def samples_text(study: Study) -> list[str]:
+    """Return a remark on how many samples of a motion in time the page has; none if all."""
+    shown = len(places_of(study))
+    if study.trajectory is None or shown == len(study.angles):
+        return []
+    return [f"States over time are those of {shown:,} of {len(study.angles):,} samples."]
 
 
 def curves(

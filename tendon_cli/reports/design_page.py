@@ -36,6 +36,7 @@ from tendon_cli.reports.data import (
     page_axes,
     page_data,
     rows_with_states,
+    samples_text,
     states_record,
     thinning_text,
     truths_record,
@@ -123,7 +124,7 @@ def design_page(answer: Result) -> str:
 
     is_in_time = cube.study.trajectory is not None
     words = html.blocks(record["blocks"])
-    words += html.notes(thinning_text(axes, left_out))
+    words += html.notes([*thinning_text(axes, left_out), *samples_text(cube.study)])
     parts: dict[str, html.Part] = {}
     if axes:
         parts["map"] = ("Map", "Map of the choices", html.part("map"))

@@ -40,6 +40,7 @@ from tendon_cli.reports.data import (
     page_axes,
     page_data,
     rows_with_states,
+    samples_text,
     states_record,
     thinning_text,
     truths_record,
@@ -215,7 +216,7 @@ def sweep_page(run: Run) -> str:
     )
 
     warnings = [f"Warning: {warning}" for warning in run.record["warnings"]]
-    remarks = thinning_text(axes, left_out)
+    remarks = [*thinning_text(axes, left_out), *samples_text(run.study)]
     answer = html.blocks([say.sentence(run.head())])
     answer += html.table((), run.facts())
     answer += html.notes(warnings, "warning")

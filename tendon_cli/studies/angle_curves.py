@@ -138,10 +138,9 @@ class CurveColumns:
 
     @property
     def phrase(self) -> str:
-        """Names of the columns, and the sign of their values."""
-        sign = f" ({self.meaning})" if self.meaning else ""
+        """Names of the columns in words."""
         more = "".join(f" and, if there is one, {name}" for name in self.optional)
-        return f"{', '.join(self.names)}{more}{sign}"
+        return f"{', '.join(self.names)}{more}"
 
     def are_in(self, names: Collection[object]) -> bool:
         """Return True if a table with these names, and no others, is such a curve."""
@@ -210,10 +209,9 @@ class CurveField(FieldMark):
         for kind in self.kinds:
             if isinstance(value, dict) and kind.are_in(value):
                 return kind.of_lists(value)
-        lists = ", or of ".join(kind.phrase for kind in self.kinds)
         raise fault(
             f"{described(value)} is not a curve, expected the name of a CSV file, or lists of "
-            f"{lists}"
+            f"{_any_of(self.kinds)}"
         )
 
     def __get_pydantic_json_schema__(
@@ -221,6 +219,13 @@ class CurveField(FieldMark):
     ) -> dict[str, Any]:
         tables = [kind.json_table() for kind in self.kinds]
         return {"anyOf": [{"type": "string", "minLength": 1}, *tables]}
+
+
+def _any_of(kinds: Sequence[CurveColumns]) -> str:
+    """Name the columns of several kinds of curves, and the sign of their values."""
+    phrases = ", or ".join(kind.phrase for kind in kinds)
+    meanings = [kind.meaning for kind in kinds if kind.meaning]
+    return "; ".join(dict.fromkeys([phrases, *meanings]))
 
 
 SIGN_OF_TASK = "positive torque is what the flexor must give"
@@ -328,9 +333,8 @@ def read_curve(content: bytes, where: str, *kinds: CurveColumns) -> tuple[CurveT
     sheet = Sheet.of(content, where, kinds[0].first if len(kinds) == 1 else "row")
     fitting = [kind for kind in kinds if sheet.find(kind.first) is not None]
     if len(kinds) > 1 and not fitting:
-        columns = ", or ".join(kind.phrase for kind in kinds)
         names = " or ".join(kind.first for kind in kinds)
-        raise sheet.lacks(names, f"expected the columns {columns}")
+        raise sheet.lacks(names, f"expected the columns {_any_of(kinds)}")
     kind = fitting[0] if fitting else kinds[0]
     present = [name for name in kind.optional if sheet.find(name) is not None]
     dimensions = kind.among(present)
