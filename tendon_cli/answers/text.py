@@ -280,8 +280,9 @@ def _moves(question: QuestionRecord, moves: Sequence[SensitivityRecord]) -> Iter
 def _move(question: QuestionRecord, move: SensitivityRecord) -> str:
     """Say how a number moves an end: "K +1.2 N"."""
     key = move["key"]
-    limit = limit_of(key)
-    name = keys()[key].quantity.symbol if limit is None else say.column(limit)
+    name = say.column(key.rpartition(".")[2])
+    if key in keys() and limit_of(key) is None:
+        name = keys()[key].quantity.symbol
     return f"{name} {move['per_percent']:+.2g} {question['unit']}{'' if move['steady'] else '*'}"
 
 

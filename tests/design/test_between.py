@@ -385,7 +385,8 @@ def limited(rng, question, name, low, high):
     if trajectory is not None:
         along = replace(designs, trajectory=trajectory)
         moving = Moving.of(along, trajectory).at_pretension(pretension[:, np.newaxis, np.newaxis])
-        return question.with_bound(name, float(motion_columns(moving)[limit.column].max()))
+        value = float(motion_columns(moving)[limit.column].max())
+        return replace(question, bounds=question.bounds.changed(name, value))
     motor = Motor(designs, question.angles, question.flexion, (2,), question.bounds.speed)
     if limit.lines is None:
         excess = limit.excess(motor, 0.0)
