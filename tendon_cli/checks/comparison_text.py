@@ -18,6 +18,8 @@ from tendon_cli.checks.markdown import escaped
 from tendon_cli.quantities import AS_READ, QUANTITIES
 from tendon_cli.say import Block
 
+_LONGEST_CELL = 20
+"""Most characters of a choice that the table of numbers shows; the sentences say longer ones."""
 _SIDE_BY_SIDE = 4
 """Most results in one table; further ones stand in a table below."""
 _MOST_DIFFERENCES = 20
@@ -175,7 +177,8 @@ def _numbers(record: ComparisonRecord, labels: Sequence[str]) -> Iterator[Block]
     for columns in _groups(len(labels)):
         heads = [labels[column] for column in columns]
         rows = [["", *heads, f"{labels[1]} is"] if is_pair else ["", *heads]]
-        if any(result["choice"] for result in record["results"]):
+        said = [result["choice"] for result in record["results"]]
+        if any(said) and all(len(choice or "") <= _LONGEST_CELL for choice in said):
             choices = [record["results"][column]["choice"] or "-" for column in columns]
             rows.append(["choice", *choices, ""] if is_pair else ["choice", *choices])
         if _has_window(record):

@@ -16,7 +16,7 @@ from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Spline
 from tendon_cli.quantities import AS_READ, QUANTITIES, SIDES, in_unit_of_reading
-from tendon_cli.space.axis import PRETENSION
+from tendon_cli.space.axis import PRETENSION, NamedAxis
 from tendon_cli.studies.contents import column_of, keys
 from tendon_cli.studies.study import Study
 from tendon_cli.units import shorten
@@ -142,9 +142,30 @@ def _listed(suit: ChosenSuit) -> Iterator[ListedNumber]:
     yield ListedNumber("tendon.version", __version__, "", "tendon")
     yield ListedNumber("study.name", record["name"], "", "study")
     yield ListedNumber("study.hash", record["study_hash"], "", "SHA-256 of the resolved study")
+    yield from _parts(suit)
     yield from _of_study(suit)
     yield from _worked_out(suit)
     yield from _of_answer(suit)
+
+
+def _parts(suit: ChosenSuit) -> Iterator[ListedNumber]:
+    """Yield the row of each table of choices, with what it carries, and the sums over tables."""
+    for axis in suit.question.choices.axes:
+        if not isinstance(axis, NamedAxis):
+            continue
+        name = str(value_of(suit.choice, axis.column))
+        row = axis.place(name)
+        source = f"row of the table {axis.key}"
+        yield ListedNumber(axis.key, name, "", source)
+        for column in axis.carried:
+            if column.text(row):
+                value = column.text(row) if column.words else repr(float(column.values[row]))
+                yield ListedNumber(f"{axis.key}.{column.name}", value, column.unit, source)
+    for name, carried in suit.record["question"].get("carried", {}).items():
+        total = value_of(suit.choice, name)
+        if total is not None and len(carried["tables"]) > 1:
+            source = f"sum over the tables {', '.join(carried['tables'])}"
+            yield ListedNumber(name, repr(float(total)), carried["unit"], source)
 
 
 def _of_study(suit: ChosenSuit) -> Iterator[ListedNumber]:

@@ -305,6 +305,25 @@ def test_the_numbers_of_the_list_are_the_suit(answer, tmp_path):
     )
 
 
+def test_the_parts_of_a_choice_stand_in_the_list_with_what_they_carry(tmp_path):
+    springs = [
+        {"name": "A", "spring.stiffness": "5 kN/m", "price": 3, "supplier": "one"},
+        {"name": "B", "spring.stiffness": "8 kN/m", "price": 4, "supplier": "two, or one"},
+    ]
+    spools = [{"name": "wide", "spool.ratio": 0.5, "price": 10}]
+    tables = [{"name": "spring", "rows": springs}, {"name": "spool", "rows": spools}]
+    answer = tendon.design({"table": tables, "load": {"mass": ["0 kg", "5 kg"]}}, tmp_path / "a")
+    for row, part in enumerate(springs):
+        listed = rows_of(answer.export("parameters", tmp_path / f"{row}.csv", choice=row))
+        values = {entry["name"]: entry["value"] for entry in listed}
+        assert (values["spring"], values["spool"]) == (part["name"], "wide")
+        assert values["spring.supplier"] == part["supplier"]
+        assert float(values["spring.price"]) == part["price"]
+        assert float(values["price"]) == part["price"] + 10
+        stiffness = float(part["spring.stiffness"].split()[0])
+        assert float(values["spring.flexor.stiffness"]) == 1000.0 * stiffness
+
+
 def test_persons_leave_the_study_s_own_arm(tmp_path):
     study = SUIT | {"people": {"count": 8}, "design": {"verify": 0, "serve": 0.5}}
     del study["arm"]
