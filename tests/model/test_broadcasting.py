@@ -10,7 +10,7 @@ from tendon_cli.model import actuator
 
 from .designs import baseline, design, scattered
 
-NOT_ARRAYS = ("read", "given", "knots")
+NOT_ARRAYS = ("read", "given", "knots", "limits")
 """Members that only a following bend has, and that are no arrays of states."""
 
 
