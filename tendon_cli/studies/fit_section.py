@@ -18,17 +18,27 @@ Header = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=
 class LogColumns(Part):
     """Headers of a log's columns, for those that are not understood by themselves."""
 
-    elbow_angle: Header | None = None
-    spool_angle: Header | None = None
-    motor_torque: Header | None = field_default(
-        None, description="column of the torque, or of the current with fit.torque_constant"
+    elbow_angle: Header | None = field_default(None, description="header of the joint's angle")
+    spool_angle: Header | None = field_default(
+        None, description="header of the spool's angle, which winds the flexor"
     )
-    flexor_tension_proximal: Header | None = None
-    flexor_tension_distal: Header | None = None
-    extensor_tension_proximal: Header | None = None
-    extensor_tension_distal: Header | None = None
-    time: Header | None = None
-    load_mass: Header | None = None
+    motor_torque: Header | None = field_default(
+        None, description="header of the motor's torque, or of the current with fit.torque_constant"
+    )
+    flexor_tension_proximal: Header | None = field_default(
+        None, description="header of the flexor's tension at the motor"
+    )
+    flexor_tension_distal: Header | None = field_default(
+        None, description="header of the flexor's tension at the joint"
+    )
+    extensor_tension_proximal: Header | None = field_default(
+        None, description="header of the extensor's tension at the motor"
+    )
+    extensor_tension_distal: Header | None = field_default(
+        None, description="header of the extensor's tension at the joint"
+    )
+    time: Header | None = field_default(None, description="header of the time")
+    load_mass: Header | None = field_default(None, description="header of the load in the hand")
 
     @property
     def named(self) -> dict[str, str]:
