@@ -1,6 +1,7 @@
 """Documentation cannot lie: what it lists is what there is, and what it shows runs."""
 
 import re
+import shutil
 import subprocess
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -77,6 +78,9 @@ def test_every_study_that_is_shown_is_one(page, tmp_path, monkeypatch):
             for angle in range(-90, 181, 30)
         ]
         (tmp_path / name).write_text("\n".join([columns, *rows]), encoding="utf-8")
+    for name in set(re.findall(r'^file = "(\w+\.csv)"', text, re.MULTILINE)) - {"me.csv"}:
+        for example in (ROOT / "configs").rglob(name):
+            shutil.copy(example, tmp_path)
     for block in re.findall(r"```toml\n(.*?)```", text, re.DOTALL):
         if "friction_from" not in block:
             study_from(read_toml(block).content)

@@ -2,17 +2,14 @@
 
 import os
 import re
-import runpy
 import shutil
 import subprocess
 import sys
-import sysconfig
 import tomllib
 import zipfile
 from pathlib import Path
 
 import pytest
-import setuptools
 from ruamel.yaml import YAML
 
 from tendon_cli import __version__
@@ -51,18 +48,25 @@ def test_development_tools_are_no_extras_of_the_package():
     assert {"dev", "release", "readers", "torture"} == set(PYPROJECT["dependency-groups"])
 
 
-@pytest.mark.parametrize(("free_threaded", "tagged"), [(0, True), (1, False)])
-def test_a_python_without_its_lock_gets_compiled_code_of_its_own(
-    monkeypatch, free_threaded, tagged
-):
+AS_SET_UP = """
+import runpy
+import sysconfig
+import setuptools
+asked = {}
+setuptools.setup = lambda **words: asked.update(words)
+known = sysconfig.get_config_var
+sysconfig.get_config_var = lambda name: FREE if name == "Py_GIL_DISABLED" else known(name)
+runpy.run_path("setup.py")
+print(asked["ext_modules"][0].py_limited_api, "bdist_wheel" in asked["options"])
+"""
+
+
+@pytest.mark.parametrize(("free_threaded", "is_limited"), [(0, True), (1, False)])
+def test_a_python_without_its_lock_gets_compiled_code_of_its_own(free_threaded, is_limited):
     """The stable interface, on which one wheel for all rests, is not there without the lock."""
-    asked = {}
-    monkeypatch.setattr(setuptools, "setup", asked.update)
-    monkeypatch.setattr(sysconfig, "get_config_var", {"Py_GIL_DISABLED": free_threaded}.get)
-    monkeypatch.chdir(ROOT)
-    runpy.run_path(str(ROOT / "setup.py"))
-    assert asked["ext_modules"][0].py_limited_api == tagged
-    assert ("bdist_wheel" in asked["options"]) == tagged
+    code = AS_SET_UP.replace("FREE", str(free_threaded))
+    ran = called(sys.executable, "-c", code, cwd=ROOT)
+    assert ran.stdout.split() == [str(is_limited)] * 2
 
 
 def test_the_conda_recipe_asks_for_what_the_package_asks_for():

@@ -306,7 +306,7 @@ def plain_content(value: Any, path: tuple[str, ...] = ()) -> Any:
     if is_frame:
         value = _columns_of_frame(value)
     if hasattr(value, "tolist"):
-        value = value.tolist()
+        return plain_content(value.tolist(), path)
     if isinstance(value, Mapping):
         for name in value:
             if not isinstance(name, str):

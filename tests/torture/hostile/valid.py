@@ -322,6 +322,8 @@ class Maker:
         tendon = self.of_sides("tendon", 0.2)
         if self.happens(0.2):
             tendon["rope"] = self.rng.choice(["7x7", "7x19"])
+        for side in ("flexor", "extensor"):
+            tendon.get(side, {}).pop("breaking_force", None)  # one rope for both
         if setting.get("read", "pretension") != "pretension":
             for side in ("flexor", "extensor"):
                 tendon.get(side, {}).pop("pretension", None)
@@ -540,7 +542,9 @@ class Maker:
         if "people" in study and self.happens(0.3):
             design["by"] = "sex"
         if self.happens(0.25):
-            design["pretension"] = self.rng.choice(["middle", "least", self.measure(20, 400, "N")])
+            is_torque = study["setting"].get("read") == "motor torque"
+            given = self.measure(1, 4, "N m") if is_torque else self.measure(20, 400, "N")
+            design["pretension"] = self.rng.choice(["middle", "least", given])
         if self.happens(0.15):
             given = ["load.mass", "arm.b1", "spring.stiffness", "spool.ratio", "case"]
             design["conditions"] = self.rng.sample(given, self.rng.randint(0, 3))
