@@ -34,7 +34,7 @@ demo: $(READY)  ## sweep the suit of the README and answer for it, then run a st
 	@echo "The documentation:      make docs, then docs/_build/index.html"
 
 test: $(READY)  ## run all tests
-	$(BIN)/python -m pytest -q -n auto --dist worksteal -m "not torture"
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -q -n auto --dist worksteal -m "not torture"
 
 check: $(READY)  ## lint and check types
 	$(BIN)/ruff check .
