@@ -64,8 +64,10 @@ PRIORS = {
     "arm.a2": 5e-3,
     "arm.b2": 5e-3,
     "arm.elbow_radius": 3e-3,
+    "arm.upper_arm_angle": 2.0 * DEGREE,
+    "joint.rest_angle": 10.0 * DEGREE,
 }
-"""Standard deviations of lengths that a study states as if they were exact, m."""
+"""Standard deviations of numbers that a study states as if they were exact, m or rad."""
 
 RELATIVE_PRIORS = {
     "arm.forearm_mass": 0.05,
@@ -73,8 +75,13 @@ RELATIVE_PRIORS = {
     "arm.forearm_com": 0.02,
     "arm.load_distance": 0.02,
     "tendon.length": 0.02,
+    "tendon.youngs_modulus": 0.1,
+    "sheath.bend_angle": 0.02,
+    "spring.stiffness": 0.05,
+    "spool.flexor_radius": 0.005,
+    "spool.ratio": 0.01,
 }
-"""The same of masses and lengths, as shares of the number."""
+"""The same of masses, lengths and parts, as shares of the number."""
 
 
 @dataclass(frozen=True)
@@ -600,8 +607,10 @@ def random_session(seed: int) -> Session:
     """Draw a suit whose geometry, masses and sensors differ from what its study states.
 
     They differ by the standard deviations that a fit takes for numbers stated without any: anchors
-    5 mm, elbow radius 3 mm, masses 5 %, lengths 2 %, joint sensor 2° and 2 %, torque constant
-    5 %. Gear friction is up to 0.25 N m, the zero of torque within 0.1 N m (standard deviation).
+    5 mm, elbow radius 3 mm, masses 5 %, lengths and bends 2 %, springs 5 %, the tendon's modulus
+    10 %, spools 0.5 and 1 %, postures 2°, the rest angle 10°, joint sensor 2° and 2 %, torque
+    constant 5 %. Gear friction is up to 0.25 N m, the zero of torque within 0.1 N m (standard
+    deviation).
     """
     rng = np.random.default_rng([391, seed])
     session = draw_session(rng)
