@@ -46,8 +46,6 @@ _MOST_NAMES = 12
 """Most rows whose names stand above their values."""
 _NAME_SIZE = 6.5
 """Size of these names, pt."""
-_MARGIN = 0.15
-"""Room below and above the tensions, as a share of their range."""
 _HALF_BAR = 0.3
 """Half the width of a bar, as a share of the distance between two values."""
 
@@ -191,11 +189,12 @@ def trade_off_page(
     unit = reading_unit(cube.document)
     upper.set_ylabel(f"{pretension_name(cube.document)} ({unit})")
     shown = cube.shown("max_tension")
-    _draw_points(lower, along, shown.scaled(along.values("max_tension")), colours)
+    tension = shown.scaled(along.values("max_tension"))
+    _draw_points(lower, along, tension, colours)
     lower.set_ylabel(shown.label)
     if best is not None:
         _mark_best((upper, lower), along, colours, best)
-    lower.margins(y=_MARGIN)
+    lower.set_ylim(0.0, _ROOM * float(np.nanmax(tension)))  # from 0: a millinewton is no step
     along.scale.apply(lower, "x", cells=True)
     lower.set_xlabel(axis.column if along.scale.names else along.scale.label)
     return page
