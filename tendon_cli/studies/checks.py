@@ -468,10 +468,13 @@ def _condition_faults(study: Study) -> Iterator[Fault]:
 def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
     """Yield faults of goals that are no column, lack a key, or contradict each other."""
     known = (*CHOICE_RESULTS, *_choice_columns(study, at_fault))
+    may_be_of_a_table = any(key.startswith("table.") for key in at_fault)
     for table, names in (("minimise", study.design.minimise), ("maximise", study.design.maximise)):
         for name in names:
             lacking = _lacking(study, name, at_fault)
             if name not in known:
+                if may_be_of_a_table:
+                    continue  # of a catalogue that could not be read
                 problem = f'there is no column "{shorten(name)}" in the choices of this study'
                 hint = hint_at_nearest(name, known) or f"its columns: {', '.join(known)}"
                 yield Fault(f"design.{table}", problem, hint)

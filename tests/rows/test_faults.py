@@ -53,6 +53,15 @@ def test_all_faults_of_a_file_are_said_at_once(folder):
         assert "springs.csv" in line[0]
 
 
+def test_a_column_of_a_file_that_is_missing_is_no_fault_of_its_own(folder):
+    price = {"design": {"minimise": ["price"]}, "load": {"mass": ["0 kg", "5 kg"]}}
+    text = faults_of(StudyError, of_file("nowhere.csv"), **price)
+    assert "nowhere.csv" in text
+    assert "price" not in text
+    (folder / "springs.csv").write_text("name,spring.stiffness (kN/m)\nS1,5\nS2,8\n")
+    assert '"price"' in faults_of(StudyError, of_file(), **price)
+
+
 def test_faults_of_the_study_stand_beside_those_of_the_file(folder):
     (folder / "springs.csv").write_text(BAD)
     motor = {"name": "motor", "rows": [{"name": "M", "spool.ratio": 0.6}]}
