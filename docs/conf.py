@@ -21,7 +21,7 @@ release = __version__
 version = __version__
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "jupyter_execute"]
 # Each notebook is run with the pages, and a cell that fails ends the build.
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
