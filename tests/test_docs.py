@@ -12,8 +12,9 @@ import typer
 import tendon_cli
 from tendon_cli import cli
 from tendon_cli.errors import InterruptError, TendonError
-from tendon_cli.studies.load import study_from
+from tendon_cli.studies.load import load_study, study_from
 from tendon_cli.studies.study_file import read_toml
+from tests.docs.snippets import FILE_NAME, blocks, write_file
 
 ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "tendon_cli"
@@ -63,9 +64,11 @@ def test_the_page_for_contributors_names_modules_and_functions_that_there_are():
 
 @pytest.mark.parametrize("page", ["README.md", *PAGES])
 def test_every_study_that_is_shown_is_one(page, tmp_path, monkeypatch):
-    """Files of curves, and of one person, that it names are stood in for."""
+    """The page's own files are written; measured ones that it names are stood in for."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "me.csv").write_text("name,weight (kg)\nme,80\n", encoding="utf-8")
+    motion = [f"{place / 100},{20 + place % 50}" for place in range(300)]
+    (tmp_path / "reach.csv").write_text("\n".join(["time (s),angle (deg)", *motion]), "utf-8")
     text = README if page == "README.md" else PAGES[page]
     for key, name in re.findall(r'^(torque|excursion) = "(\w+\.csv)"', text, re.MULTILINE):
         columns = (
@@ -81,9 +84,17 @@ def test_every_study_that_is_shown_is_one(page, tmp_path, monkeypatch):
     for name in set(re.findall(r'^file = "(\w+\.csv)"', text, re.MULTILINE)) - {"me.csv"}:
         for example in (ROOT / "configs").rglob(name):
             shutil.copy(example, tmp_path)
-    for block in re.findall(r"```toml\n(.*?)```", text, re.DOTALL):
-        if "friction_from" not in block:
-            study_from(read_toml(block).content)
+    shown = blocks(text)
+    for block in shown:
+        write_file(block)
+    for block in shown:
+        if block.kind != "toml" or "friction_from" in block.text:
+            continue
+        name = FILE_NAME.match(block.text)
+        if name:
+            load_study(tmp_path / name[1])
+        else:
+            study_from(read_toml(block.text).content)
 
 
 def test_the_suit_of_the_readme_is_that_of_the_demo():
