@@ -181,7 +181,7 @@ def test_the_page_of_questions_has_every_message():
     patterns = [re.escape(message).replace(re.escape("..."), ".+") for message, _, _ in found]
     for known in (
         '"9" has no unit, expected a length such as "9 mm"',
-        "--resume and --overwrite exclude each other",
+        "--resume and --overwrite conflict",
         "144 may be degrees or radians, expected an angle",
         "holds an unfinished run",
         "the study has 2 faults:\n  arm.a1: too long",
