@@ -181,7 +181,7 @@ def test_the_page_of_questions_has_every_message():
     patterns = [re.escape(message).replace(re.escape("..."), ".+") for message, _, _ in found]
     for known in (
         '"9" has no unit, expected a length such as "9 mm"',
-        "--resume and --overwrite exclude each other",
+        "--resume and --overwrite conflict",
         "144 may be degrees or radians, expected an angle",
         "holds an unfinished run",
         "the study has 2 faults:\n  arm.a1: too long",
@@ -203,3 +203,10 @@ def test_the_page_of_questions_says_kind_and_exit_of_every_error():
     for error in TendonError.__subclasses__():
         code = "128 + signal" if error is InterruptError else error.exit
         assert kinds[error.__name__] == f"{error.kind}, exit {code}"
+
+
+def test_a_message_is_listed_with_its_own_hint():
+    """Two messages of one function have hints of their own."""
+    hints = {message: hint for message, hint, _ in script("messages").messages()}
+    assert hints["another run is writing here"].startswith("wait for it")
+    assert hints["the file system cannot lock: ..."].startswith("--no-lock")

@@ -153,7 +153,7 @@ def _sides_by_position(readings: Readings, way: Integers, log_ratio: Floats) -> 
         agreement = float(np.mean((way * np.sign(away))[counted]))
     if abs(agreement) < 0.2 and len(np.unique(way)) > 1:
         name = shorten(readings.position_name, 30)
-        problem = f'"{name}" turns round at other times than the force ratio'
+        problem = f'"{name}" reverses at other times than the force ratio'
         hint = "is it the position of the motor, recorded by the same clock?"
         raise InputError(problem, where=readings.source, hint=hint)
     return way if agreement >= 0.0 else -way
@@ -261,7 +261,7 @@ def motor_cell(
         if not is_stated and not readings.motor:
             return other, [], []
         problem = (
-            f"friction would help the motion: cell {first}, at the motor, reads less where it pulls"
+            f"friction would help the motion: cell {first}, at the motor, reads less while it pulls"
         )
         hint = (
             f"if cell {other} is at the motor, say --motor {other};"

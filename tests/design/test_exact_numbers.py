@@ -64,7 +64,7 @@ def test_draws_have_a_spread_of_what_is_not_read():
     low, high = spread["set_extensor_tension"]
     # The moment balance ties both tensions: y = x J / R, and nine in ten radii are within 1.64 sd.
     assert high / low == pytest.approx((45 + 2 * 1.645) / (45 - 2 * 1.645), rel=0.02)
-    assert "in nine draws of ten" in " ".join(answer.text.split())
+    assert "in nine of ten draws" in " ".join(answer.text.split())
 
 
 # --- Taken as exact -------------------------------------------------------------------------------
