@@ -181,7 +181,7 @@ def plausible_table() -> str:
     rows = []
     for path, (low, high) in PARAMETERS.items():
         quantity = keys()[path].quantity
-        values = f"{low:g} to {high:g}{_unit_after_number(quantity)}"
+        values = f"{say.quantity(quantity, low)} to {say.quantity(quantity, high)}"
         rows.append((f"`{path}`", quantity.symbol, values))
     return table(("key", "symbol", "plausible"), rows)
 
