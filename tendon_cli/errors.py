@@ -100,9 +100,7 @@ class StudyError(TendonError):
             "`tendon init` writes a commented example"
         )
         if any(fault.is_implausible for fault in faults):
-            hint = (
-                "allow_implausible = true at the top of the study accepts what is far from any arm"
-            )
+            hint = "allow_implausible = true at the top of the study accepts implausible numbers"
         super().__init__(f"the study has {count}:\n{lines}", where=where, hint=hint)
 
 

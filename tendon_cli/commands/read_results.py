@@ -46,7 +46,7 @@ MarkdownOption = Annotated[
 AnnotateOption = Annotated[
     bool,
     typer.Option(
-        "--annotate", help="on stderr, the annotation that GitHub shows beside a failed job"
+        "--annotate", help="print on stderr the annotation that GitHub shows beside a failed job"
     ),
 ]
 
@@ -98,7 +98,7 @@ ResultsArgument = Annotated[
 ComparedChoiceOption = Annotated[
     int | None,
     options.option(
-        "ROW", "compare this choice of A, and the same one of the others", "--choice", min=0
+        "ROW", "compare this choice of A with the same choice of the others", "--choice", min=0
     ),
 ]
 HtmlOption = Annotated[
@@ -384,14 +384,14 @@ ExportedChoiceOption = Annotated[
 FrictionlossOption = Annotated[
     bool,
     typer.Option(
-        "--frictionloss", help="with --to mujoco: constant friction of the tensions that are set"
+        "--frictionloss", help="with --to mujoco: add the constant friction of the tensions to set"
     ),
 ]
 LocaleOption = Annotated[
     str,
     options.option(
         "LANGUAGE",
-        "write numbers as in this language: de writes 1,5 and separates columns by semicolons",
+        "format numbers as in this language: de writes 1,5 and separates columns by semicolons",
     ),
 ]
 UnitsOption = Annotated[
@@ -455,7 +455,7 @@ def export(
     with contextlib.suppress(OSError):
         if file.samefile(source):
             raise UsageError(
-                f"{file.name} is an input, and would be overwritten", hint="choose another name"
+                f"{file.name} is an input and would be overwritten", hint="choose another name"
             )
     count = write_rows(rows, file, form, overwrite=overwrite)
     record = {"file": str(file), "rows": count, "columns": rows.names}
