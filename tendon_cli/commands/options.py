@@ -82,7 +82,7 @@ def rows_by_table(texts: list[str] | None) -> dict[str, str]:
 def refuse_both(first: str, has_first: bool, second: str, has_second: bool) -> None:
     """Raise UsageError if two options that exclude each other are both given."""
     if has_first and has_second:
-        raise UsageError(f"{first} and {second} conflict")
+        raise UsageError(f"{first} and {second} conflict", hint="give only one of them")
 
 
 def output_option(text: str, metavar: str = "FILE") -> Any:

@@ -44,7 +44,8 @@ def test_no_draws_are_the_middle():
 def test_a_sweep_takes_the_middle_and_says_so():
     run = tendon.sweep(SUIT | ROUGH)
     assert len(run.designs) == 2
-    assert any("take their middle value (sheath.friction)" in text for text in run.record["warnings"])
+    middle = "take their middle value (sheath.friction)"
+    assert any(middle in text for text in run.record["warnings"])
     assert not tendon.sweep(SUIT).record["warnings"]
 
 
