@@ -58,7 +58,9 @@ def _section(kind: str, rows: list[tuple[str, str]]) -> str:
         f"| {_cell(message)} | {_cell(hint)} |"
         for message, hint in sorted(rows, key=lambda row: _first_words(row[0]))
     ]
-    return "\n".join([f"### {kind.capitalize()}", "", "| message | what helps |", "|---|---|", *lines])
+    return "\n".join(
+        [f"### {kind.capitalize()}", "", "| message | what helps |", "|---|---|", *lines]
+    )
 
 
 def _first_words(message: str) -> str:
