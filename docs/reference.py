@@ -181,7 +181,7 @@ def plausible_table() -> str:
     rows = []
     for path, (low, high) in PARAMETERS.items():
         quantity = keys()[path].quantity
-        values = f"{low:g} to {high:g}{_unit_after_number(quantity)}"
+        values = f"{say.quantity(quantity, low)} to {say.quantity(quantity, high)}"
         rows.append((f"`{path}`", quantity.symbol, values))
     return table(("key", "symbol", "plausible"), rows)
 
@@ -259,6 +259,15 @@ def exit_table() -> str:
     return table(("exit", "meaning"), ((f"{code}", rows[code]) for code in sorted(rows)))
 
 
+def error_table() -> str:
+    """Return the table of all errors that the library raises on purpose."""
+    rows = []
+    for error in errors.TendonError.__subclasses__():
+        code = "128 + signal" if error is errors.InterruptError else f"{error.exit}"
+        rows.append((f"`{error.__name__}`", code, _sentence(error.__doc__)))
+    return table(("error", "exit", "when"), rows)
+
+
 def _sentence(text: str | None) -> str:
     """Return the first paragraph, beginning small, without its full stop."""
     first = " ".join((text or "").split("\n\n")[0].split())
@@ -291,6 +300,7 @@ TABLES: dict[str, Callable[..., str]] = {
     "commands": command_table,
     "options": option_table,
     "exits": exit_table,
+    "errors": error_table,
     "face": face_table,
     "keys": key_table,
     "others": other_key_table,

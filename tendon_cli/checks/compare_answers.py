@@ -362,7 +362,7 @@ def _paired(
         return None
     notes.append(
         f"{label}: the same {paired.members:,} {_of_fresh(paired)} judge both suits, computed "
-        "anew for this comparison; all else comes from the records."
+        "again for this comparison; all else comes from the records."
     )
     return paired
 

@@ -264,8 +264,8 @@ def motor_cell(
             f"friction would help the motion: cell {first}, at the motor, reads less while it pulls"
         )
         hint = (
-            f"if cell {other} is at the motor, say --motor {other};"
-            " else check the column of directions"
+            f"if cell {other} is at the motor, give --motor {other};"
+            " if not, check the column of directions"
         )
         raise InputError(problem, where=readings.source, hint=hint)
     if is_stated or (agreement > 0 and not readings.motor):
@@ -278,7 +278,7 @@ def motor_cell(
             return first, [], []
         header = shorten(readings.names[int(first) - 1], 30)
         warning = (
-            f'"{header}" hardly changes between the directions, the other does:'
+            f'"{header}" hardly changes between the directions, but the other does:'
             " are the headers swapped?"
         )
         return first, [], [warning]
@@ -289,7 +289,7 @@ def motor_cell(
         if change > _CHANGES_MORE * change_of_other:
             note = f"cell {cell} is taken as the motor's: it changes more between the directions"
             return cell, [note], []
-    note = "cell 1 is taken as the motor's, since nothing says which is; --motor 2 says otherwise"
+    note = "cell 1 is taken as the motor's, because nothing says which is; --motor 2 changes this"
     return "1", [note], []
 
 

@@ -298,7 +298,7 @@ _COLUMNS = {
 def column(name: str) -> str:
     """Return the words for a column or a quantity: "flexor tension at the elbow"."""
     if name.startswith(_BOUND):
-        return f"limit of {column(name.removeprefix(_BOUND))}"
+        return f"limit on {column(name.removeprefix(_BOUND))}"
     words = _COLUMNS.get(name, name)
     for mark, word in _WORDS_OF_MARKS.items():
         words = words.replace(mark, word)

@@ -330,7 +330,7 @@ NOT_DRAWN = {"uncertainty": {"draws": 0}}
     [
         ({}, []),
         (UNCERTAIN, []),
-        ({**UNCERTAIN, **NOT_DRAWN}, ["have their middle"]),
+        ({**UNCERTAIN, **NOT_DRAWN}, ["take their middle value"]),
         (NOT_DRAWN, []),
         (DRAWN, ["draws nothing"]),
         ({**UNCERTAIN, **DRAWN}, []),
@@ -341,4 +341,4 @@ def test_uncertain_numbers_without_draws_and_draws_without_these_are_noted(conte
     notes = " ".join(
         notes_of(question_of(tendon.study({"spring": {"stiffness": "5 kN/m"}, **content})))
     )
-    assert [text for text in ("have their middle", "draws nothing") if text in notes] == noted
+    assert [text for text in ("take their middle value", "draws nothing") if text in notes] == noted
