@@ -44,10 +44,28 @@ def messages() -> list[tuple[str, str, str]]:
     return sorted((message, hint, kind) for (message, kind), hint in hints.items())
 
 
-def table() -> str:
-    """Return all messages as a Markdown table."""
-    rows = [f"| {_cell(message)} | {_cell(hint)} | {kind} |" for message, hint, kind in messages()]
-    return "\n".join(["| message | what helps | kind |", "|---|---|---|", *rows])
+def sections() -> str:
+    """Return all messages in Markdown: a heading and a table for each kind of error."""
+    by_kind: dict[str, list[tuple[str, str]]] = {kind: [] for kind in KINDS.values()}
+    for message, hint, kind in messages():
+        by_kind[kind].append((message, hint))
+    return "\n\n".join(_section(kind, rows) for kind, rows in by_kind.items() if rows)
+
+
+def _section(kind: str, rows: list[tuple[str, str]]) -> str:
+    """Return the heading and the table of one kind of error, ordered by the first words."""
+    lines = [
+        f"| {_cell(message)} | {_cell(hint)} |"
+        for message, hint in sorted(rows, key=lambda row: _first_words(row[0]))
+    ]
+    return "\n".join(
+        [f"### {kind.capitalize()}", "", "| message | what helps |", "|---|---|", *lines]
+    )
+
+
+def _first_words(message: str) -> str:
+    """Return a message from its first letter on, in small letters, for sorting."""
+    return re.sub(r"^[^A-Za-z]+", "", message).lower()
 
 
 def _messages_in(scope: ast.AST, of_class: str = "") -> Iterator[tuple[str, str, str]]:
@@ -64,7 +82,7 @@ def _messages_in(scope: ast.AST, of_class: str = "") -> Iterator[tuple[str, str,
         name = of_class if is_own else ast.unparse(node.func)
         if name not in KINDS:
             continue
-        known = _assigned_texts(scope, node.lineno)
+        known = _assigned_texts(scope, node)
         place_of_hint = _PLACE_OF_HINT.get(name)
         hints = [keyword.value for keyword in node.keywords if keyword.arg == "hint"]
         if place_of_hint is not None and len(node.args) > place_of_hint:
@@ -78,14 +96,25 @@ def _messages_in(scope: ast.AST, of_class: str = "") -> Iterator[tuple[str, str,
                     yield message, hint, KINDS[name]
 
 
-def _assigned_texts(function: ast.AST, last_line: int) -> dict[str, list[str]]:
-    """Return the texts that variables of a function hold up to a line, by name."""
-    texts = {}
-    for node in ast.walk(function):
-        if isinstance(node, ast.Assign) and node.lineno <= last_line:
-            target = node.targets[0]
-            if isinstance(target, ast.Name):
-                texts[target.id] = _texts(node.value, {})
+def _assigned_texts(scope: ast.AST, call: ast.Call) -> dict[str, list[str]]:
+    """Return the texts that variables may hold at a call, by name.
+
+    What is assigned in a deeper block than that of the call may not happen: its text is one more.
+    Any other assignment replaces what the variable held before.
+    """
+    statements = [
+        node
+        for node in ast.walk(scope)
+        if isinstance(node, ast.stmt) and node.lineno <= call.lineno
+    ]
+    around = [node for node in statements if (node.end_lineno or 0) >= call.lineno]
+    depth = max((node.col_offset for node in around), default=0)
+    texts: dict[str, list[str]] = {}
+    for node in sorted(statements, key=lambda node: node.lineno):
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+            name = node.targets[0].id
+            before = texts.get(name, []) if node.col_offset > depth else []
+            texts[name] = before + _texts(node.value, {})
     return texts
 
 
@@ -113,5 +142,6 @@ def _texts(node: ast.AST, known: dict[str, list[str]]) -> list[str]:
 
 
 def _cell(text: str) -> str:
-    """Return a text as a cell of a Markdown table."""
+    """Return a text as a cell of a Markdown table; values beside each other become one `...`."""
+    text = re.sub(r"\.\.\.(?: ?\.\.\.)+", "...", text)
     return re.sub(r"([|<>*_`\[\]])", r"\\\1", " ".join(text.split()))

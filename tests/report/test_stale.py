@@ -15,7 +15,7 @@ elbow_angle = { from = "0 deg", to = "90 deg", num = 7 }
 @pytest.mark.parametrize("command", ["sweep", "design"])
 def test_a_page_of_earlier_results_is_named(tendon, workplace, command):
     (workplace / "study.toml").write_text(STUDY, encoding="utf-8")
-    message = "report.html is of earlier results; `tendon report run` writes a new one"
+    message = "report.html shows earlier results; `tendon report run` writes a new one"
     words = (command, "study.toml", "--out", "run")
     assert tendon(*words, "--no-figures").exit == 0
     page = workplace / "run/report.html"
