@@ -1,9 +1,10 @@
 """Make the figures of the pages: `python docs/figures.py [PAGE]`.
 
-Above an image stands how it is made, `<!-- made by: COMMAND -> FILE -->`: a command for a shell, in
-a folder with the files of the page (blocks that begin with `# file: NAME`) and `configs`, and the
-file that it leaves. `make docs` makes the figures of all pages; that of the README is kept in the
-repository, made by `python docs/figures.py README.md`.
+Above an image, or a link to a page of HTML, stands how it is made,
+`<!-- made by: COMMAND -> FILE -->`: a command for a shell, in a folder with the files of the page
+(blocks that begin with `# file: NAME`) and `configs`, and the file that it leaves. `make docs`
+makes those of all pages; pages of HTML go to `pages`, from where Sphinx copies them beside its own.
+The figure of the README is kept in the repository, made by `python docs/figures.py README.md`.
 """
 
 from __future__ import annotations
@@ -18,22 +19,25 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 DOCS = Path(__file__).parent
-RECIPE = re.compile(r"<!-- made by: (.+?) -> (\S+) -->\n+!\[[^\]]*\]\((\S+?)\)", re.DOTALL)
+_MADE_BY = r"<!-- made by: ((?:(?!-->).)+) -> (\S+) -->\n+"
+RECIPE = re.compile(_MADE_BY + r"!\[[^\]]*\]\((\S+?)\)", re.DOTALL)
+PAGE = re.compile(_MADE_BY + r'<a href="(\S+?)">', re.DOTALL)
 FILE = re.compile(r"^```\w+\n# file: (\S+)\n(.*?)^```", re.DOTALL | re.MULTILINE)
 
 
 def make_figures(page: Path) -> list[Path]:
-    """Make all figures of a page.
+    """Make all figures of a page, and the pages of HTML that it links to.
 
     Returns:
-        Files of the figures.
+        Their files.
 
     Raises:
         CalledProcessError: A command failed.
     """
     text = page.read_text(encoding="utf-8")
     made = []
-    for command, result, image in RECIPE.findall(text):
+    pages = [(command, result, f"pages/{link}") for command, result, link in PAGE.findall(text)]
+    for command, result, image in [*RECIPE.findall(text), *pages]:
         with tempfile.TemporaryDirectory() as folder:
             for name, content in FILE.findall(text):
                 Path(folder, name).write_text(content, encoding="utf-8")
