@@ -68,8 +68,8 @@ $(TORTURE): $(READY)
 torture: $(TORTURE)  ## the whole of what the tests sample
 	$(BIN)/python -m pytest -q -n auto -m torture
 
-friction: $(READY)  ## fit 200 seeds of every simulated rig, table in docs/friction.md
-	@nice $(BIN)/python -m tests.friction.torture --write docs/friction.md
+friction: $(READY)  ## fit 200 seeds of every simulated rig, table in docs/friction-background.md
+	@nice $(BIN)/python -m tests.friction.torture --write docs/friction-background.md
 
 mutants: $(READY)  ## put random faults into copies of the package and see whether the tests notice; MUTANTS="--count 60"
 	nice $(BIN)/python -m tests.torture.mutants $(MUTANTS)

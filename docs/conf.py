@@ -63,8 +63,8 @@ def write_displayed(writer, node):
 
 
 def insert_messages(_app, _page, source):
-    """Insert the table of all messages into the page that asks for it."""
-    source[0] = source[0].replace("<!-- every message, from the code -->", messages.table())
+    """Insert all messages into the page that asks for it."""
+    source[0] = source[0].replace("<!-- every message, from the code -->", messages.sections())
 
 
 def setup(app):

@@ -44,10 +44,28 @@ def messages() -> list[tuple[str, str, str]]:
     return sorted((message, hint, kind) for (message, kind), hint in hints.items())
 
 
-def table() -> str:
-    """Return all messages as a Markdown table."""
-    rows = [f"| {_cell(message)} | {_cell(hint)} | {kind} |" for message, hint, kind in messages()]
-    return "\n".join(["| message | what helps | kind |", "|---|---|---|", *rows])
+def sections() -> str:
+    """Return all messages in Markdown: a heading and a table for each kind of error."""
+    by_kind: dict[str, list[tuple[str, str]]] = {kind: [] for kind in KINDS.values()}
+    for message, hint, kind in messages():
+        by_kind[kind].append((message, hint))
+    return "\n\n".join(_section(kind, rows) for kind, rows in by_kind.items() if rows)
+
+
+def _section(kind: str, rows: list[tuple[str, str]]) -> str:
+    """Return the heading and the table of one kind of error, ordered by the first words."""
+    lines = [
+        f"| {_cell(message)} | {_cell(hint)} |"
+        for message, hint in sorted(rows, key=lambda row: _first_words(row[0]))
+    ]
+    return "\n".join(
+        [f"### {kind.capitalize()}", "", "| message | what helps |", "|---|---|", *lines]
+    )
+
+
+def _first_words(message: str) -> str:
+    """Return a message from its first letter on, in small letters, for sorting."""
+    return re.sub(r"^[^A-Za-z]+", "", message).lower()
 
 
 def _messages_in(scope: ast.AST, of_class: str = "") -> Iterator[tuple[str, str, str]]:
@@ -79,13 +97,17 @@ def _messages_in(scope: ast.AST, of_class: str = "") -> Iterator[tuple[str, str,
 
 
 def _assigned_texts(function: ast.AST, last_line: int) -> dict[str, list[str]]:
-    """Return the texts that variables of a function hold up to a line, by name."""
+    """Return the texts that variables of a function hold last up to a line, by name."""
+    assigned = [
+        node
+        for node in ast.walk(function)
+        if isinstance(node, ast.Assign) and node.lineno <= last_line
+    ]
     texts = {}
-    for node in ast.walk(function):
-        if isinstance(node, ast.Assign) and node.lineno <= last_line:
-            target = node.targets[0]
-            if isinstance(target, ast.Name):
-                texts[target.id] = _texts(node.value, {})
+    for node in sorted(assigned, key=lambda node: node.lineno):
+        target = node.targets[0]
+        if isinstance(target, ast.Name):
+            texts[target.id] = _texts(node.value, {})
     return texts
 
 
@@ -113,5 +135,6 @@ def _texts(node: ast.AST, known: dict[str, list[str]]) -> list[str]:
 
 
 def _cell(text: str) -> str:
-    """Return a text as a cell of a Markdown table."""
+    """Return a text as a cell of a Markdown table; values beside each other become one `...`."""
+    text = re.sub(r"\.\.\.(?: ?\.\.\.)+", "...", text)
     return re.sub(r"([|<>*_`\[\]])", r"\\\1", " ".join(text.split()))

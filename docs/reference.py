@@ -9,7 +9,7 @@ from __future__ import annotations
 import inspect
 import re
 import signal
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +37,9 @@ NEGATIVE = (
     "Finished, but states have no equilibrium, no choice has a window, `check` found a limit "
     "broken or a change, or a finding of the paper fails."
 )
+MOST_WORDS = 9
+"""Largest number of words that the table of keys lists for one of them."""
+_HEADS_OF_KEYS = ("key", "meaning", "one of", "default")
 COMMANDS = typer.main.get_command(cli.app).commands  # type: ignore[attr-defined]  # of a group
 
 
@@ -93,6 +96,76 @@ def _default(path: str) -> str:
     return shown[0] if len(shown) == 1 else f"{shown[0]} to {shown[-1]}, {len(shown)} values"
 
 
+def other_key_table() -> str:
+    """Return the table of all keys of a study that are no numbers of a design, and no limits."""
+    return table(_HEADS_OF_KEYS, _other_keys(Study.model_json_schema(), ""))
+
+
+def keys_of_each(section: str) -> str:
+    """Return the table of the keys of one `[[section]]`, of which a study may have several."""
+    schema = Study.model_json_schema()
+    name = schema["properties"][section]["items"]["$ref"].rpartition("/")[2]
+    nodes = schema["$defs"][name]["properties"]
+    rows = (_row_of_key(key, node, _alternatives(node, schema)) for key, node in nodes.items())
+    return table(_HEADS_OF_KEYS, rows)
+
+
+def _other_keys(schema: dict[str, Any], prefix: str, section: Any = None) -> Iterator[list[str]]:
+    """Yield the rows of all keys in a section of the schema and in those below it.
+
+    Args:
+        schema: The whole schema.
+        prefix: Path of the section, with a dot at its end; empty for the whole study.
+        section: The node of the section; the whole schema if it is not given.
+    """
+    for name, node in (section or schema)["properties"].items():
+        path = f"{prefix}{name}"
+        is_side = split_side(f"{path}.")[1] is not None
+        alternatives = _alternatives(node, schema)
+        sections = [each for each in alternatives if "properties" in each]
+        is_list_of_sections = bool(sections) and "items" in node
+        if path in keys() or is_side or limit_of(path) is not None or is_list_of_sections:
+            continue  # numbers, limits and lists of sections have tables of their own
+        if sections and not any(each.get("type") == "string" for each in alternatives):
+            yield from _other_keys(schema, f"{path}.", sections[0])
+        else:
+            yield _row_of_key(path, node, alternatives)
+
+
+def _alternatives(node: dict[str, Any], schema: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return a node, and all nodes that it refers to or offers instead of itself."""
+    found = [node]
+    if "$ref" in node:
+        found += _alternatives(schema["$defs"][node["$ref"].rpartition("/")[2]], schema)
+    for each in node.get("anyOf", ()):
+        found += _alternatives(each, schema)
+    if isinstance(node.get("items"), dict):
+        found += _alternatives(node["items"], schema)
+    return found
+
+
+def _row_of_key(path: str, node: dict[str, Any], alternatives: list[dict[str, Any]]) -> list[str]:
+    """Return the row of a key: itself, its meaning, the words that it may be, its default."""
+    words: list[Any] = []
+    for each in alternatives:
+        words += each.get("enum", [each["const"]] if "const" in each else [])
+    unique = list(dict.fromkeys(word for word in words if isinstance(word, str)))
+    choices = ", ".join(f'`"{word}"`' for word in unique) if len(unique) <= MOST_WORDS else ""
+    meaning = next((each["description"] for each in alternatives if "description" in each), "")
+    meaning = meaning.removeprefix("share: ")
+    meaning = re.sub(r" (A bare number is in|An angle has) .*", "", meaning)
+    default = node.get("default")
+    if path == "name" or default in (None, "", []):
+        shown = "-"
+    elif isinstance(default, list):
+        shown = ", ".join(f'`"{word}"`' for word in default)
+    elif isinstance(default, str):
+        shown = f'`"{default}"`'
+    else:
+        shown = f"{default}".lower() if isinstance(default, bool) else f"{default:,}"
+    return [f"`{path}`", _escaped(meaning.removesuffix(".")), choices, shown]
+
+
 def limit_table() -> str:
     """Return the table of all limits, with what each bounds and what it needs."""
     rows = []
@@ -108,7 +181,7 @@ def plausible_table() -> str:
     rows = []
     for path, (low, high) in PARAMETERS.items():
         quantity = keys()[path].quantity
-        values = f"{low:g} to {high:g}{_unit_after_number(quantity)}"
+        values = f"{say.quantity(quantity, low)} to {say.quantity(quantity, high)}"
         rows.append((f"`{path}`", quantity.symbol, values))
     return table(("key", "symbol", "plausible"), rows)
 
@@ -186,6 +259,15 @@ def exit_table() -> str:
     return table(("exit", "meaning"), ((f"{code}", rows[code]) for code in sorted(rows)))
 
 
+def error_table() -> str:
+    """Return the table of all errors that the library raises on purpose."""
+    rows = []
+    for error in errors.TendonError.__subclasses__():
+        code = "128 + signal" if error is errors.InterruptError else f"{error.exit}"
+        rows.append((f"`{error.__name__}`", code, _sentence(error.__doc__)))
+    return table(("error", "exit", "when"), rows)
+
+
 def _sentence(text: str | None) -> str:
     """Return the first paragraph, beginning small, without its full stop."""
     first = " ".join((text or "").split("\n\n")[0].split())
@@ -218,8 +300,12 @@ TABLES: dict[str, Callable[..., str]] = {
     "commands": command_table,
     "options": option_table,
     "exits": exit_table,
+    "errors": error_table,
     "face": face_table,
     "keys": key_table,
+    "others": other_key_table,
+    "figures": lambda: keys_of_each("figure"),
+    "rows": lambda: keys_of_each("table"),
     "limits": limit_table,
     "units": unit_table,
     "plausible": plausible_table,

@@ -97,7 +97,7 @@ def lines_of(content: bytes, source: str) -> list[str]:
         raise InputError("the file is in UTF-32", where=source, hint=_AS_CSV)
     if content.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
         hint = 'in the spreadsheet: "Save as", then the type "CSV UTF-8"'
-        raise InputError("is a workbook of a spreadsheet, not text", where=source, hint=hint)
+        raise InputError("is a spreadsheet workbook, not text", where=source, hint=hint)
     is_utf16 = content.startswith((b"\xff\xfe", b"\xfe\xff"))
     if b"\0" in content and not is_utf16:
         line = content.count(b"\n", 0, content.index(b"\0")) + 1

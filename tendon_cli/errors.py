@@ -76,6 +76,11 @@ class Fault:
     file: str | None = None
     """File in which it stands, from the folder of the study; None for the study's own file."""
 
+    @property
+    def is_of_whole_file(self) -> bool:
+        """True if it stands in no line and at no key, such as a file that does not exist."""
+        return not self.key and self.line is None and self.file is None
+
     def __str__(self) -> str:
         line = None if self.line is None else f"line {self.line}"
         place = ", ".join(part for part in (self.file, line) if part is not None)
@@ -100,10 +105,12 @@ class StudyError(TendonError):
             "`tendon init` writes a commented example"
         )
         if any(fault.is_implausible for fault in faults):
-            hint = (
-                "allow_implausible = true at the top of the study accepts what is far from any arm"
-            )
-        super().__init__(f"the study has {count}:\n{lines}", where=where, hint=hint)
+            hint = "allow_implausible = true at the top of the study accepts implausible numbers"
+        message = f"the study has {count}:\n{lines}"
+        if len(faults) == 1 and faults[0].is_of_whole_file:
+            message = faults[0].problem
+            hint = faults[0].hint or hint
+        super().__init__(message, where=where, hint=hint)
 
 
 class SizeError(TendonError):

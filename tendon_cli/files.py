@@ -49,7 +49,7 @@ def path_of(given: object, *, in_utf8: bool = False) -> Path:
             str(Path(text).absolute()).encode()
     except FileNotFoundError:
         hint = "change to one that exists, or name files by their whole path"
-        raise UsageError("the working directory does not exist any more", hint=hint) from None
+        raise UsageError("the working directory no longer exists", hint=hint) from None
     except UnicodeEncodeError:
         raise UsageError("the name is not UTF-8, which tables cannot have", where=where) from None
     if longest > _MAX_NAME or len(os.fsencode(text)) > _MAX_PATH:
@@ -377,5 +377,5 @@ def _lock(handle: int, folder: Path, kind: int = fcntl.LOCK_EX) -> None:
             hint = "wait for it, or choose another folder with --out"
             raise FolderError("another run is writing here", where=str(folder), hint=hint) from None
         problem = f"the file system cannot lock: {error.strerror}"
-        hint = "--no-lock runs without; make sure yourself that no other run writes here"
+        hint = "--no-lock runs without a lock; make sure that no other run writes here"
         raise FolderError(problem, where=str(folder), hint=hint) from None

@@ -4,6 +4,7 @@ import re
 import shutil
 import subprocess
 from importlib.util import module_from_spec, spec_from_file_location
+from math import sin
 from pathlib import Path
 
 import pytest
@@ -12,8 +13,9 @@ import typer
 import tendon_cli
 from tendon_cli import cli
 from tendon_cli.errors import InterruptError, TendonError
-from tendon_cli.studies.load import study_from
+from tendon_cli.studies.load import load_study, study_from
 from tendon_cli.studies.study_file import read_toml
+from tests.docs.snippets import FILE_NAME, blocks, write_file
 
 ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "tendon_cli"
@@ -63,27 +65,41 @@ def test_the_page_for_contributors_names_modules_and_functions_that_there_are():
 
 @pytest.mark.parametrize("page", ["README.md", *PAGES])
 def test_every_study_that_is_shown_is_one(page, tmp_path, monkeypatch):
-    """Files of curves, and of one person, that it names are stood in for."""
+    """The page's own files are written; measured ones that it names are stood in for."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "me.csv").write_text("name,weight (kg)\nme,80\n", encoding="utf-8")
     text = README if page == "README.md" else PAGES[page]
-    for key, name in re.findall(r'^(torque|excursion) = "(\w+\.csv)"', text, re.MULTILINE):
-        columns = (
-            "angle (deg),torque (N m)"
-            if key == "torque"
-            else "angle (deg),flexor (mm),extensor (mm)"
-        )
-        rows = [
-            ",".join([str(angle)] + [str(angle / 3)] * columns.count(","))
-            for angle in range(-90, 181, 30)
-        ]
-        (tmp_path / name).write_text("\n".join([columns, *rows]), encoding="utf-8")
+    angles = range(-90, 181, 30)
+    for key, name in re.findall(
+        r'^(torque|excursion|trajectory) = "(\w+\.csv)"', text, re.MULTILINE
+    ):
+        if key == "torque":
+            header = "angle (deg),torque (N m)"
+            rows = [f"{angle},{angle / 3}" for angle in angles]
+        elif key == "excursion":
+            header = "angle (deg),flexor (mm),extensor (mm)"
+            rows = [f"{angle},{angle / 3},{angle / 3}" for angle in angles]
+        else:
+            header = "time (s),angle (deg)"
+            rows = [f"{step / 100},{20 * sin(step / 50)}" for step in range(300)]
+        (tmp_path / name).write_text("\n".join([header, *rows]), encoding="utf-8")
     for name in set(re.findall(r'^file = "(\w+\.csv)"', text, re.MULTILINE)) - {"me.csv"}:
         for example in (ROOT / "configs").rglob(name):
             shutil.copy(example, tmp_path)
-    for block in re.findall(r"```toml\n(.*?)```", text, re.DOTALL):
-        if "friction_from" not in block:
-            study_from(read_toml(block).content)
+    shown = blocks(text)
+    for block in shown:
+        write_file(block)
+    bases = re.findall(r'^extends = "(.+)"', text, re.MULTILINE)
+    for block in shown:
+        if block.kind != "toml" or re.search("(friction|fitted)_from", block.text):
+            continue
+        name = FILE_NAME.match(block.text)
+        if name and name[1] in bases:
+            continue  # A base may be half a study: it is read with the studies that extend it.
+        if name:
+            load_study(tmp_path / name[1])
+        else:
+            study_from(read_toml(block.text).content)
 
 
 def test_the_suit_of_the_readme_is_that_of_the_demo():
@@ -165,7 +181,7 @@ def test_the_page_of_questions_has_every_message():
     patterns = [re.escape(message).replace(re.escape("..."), ".+") for message, _, _ in found]
     for known in (
         '"9" has no unit, expected a length such as "9 mm"',
-        "--resume and --overwrite exclude each other",
+        "--resume and --overwrite conflict",
         "144 may be degrees or radians, expected an angle",
         "holds an unfinished run",
         "the study has 2 faults:\n  arm.a1: too long",
@@ -187,3 +203,10 @@ def test_the_page_of_questions_says_kind_and_exit_of_every_error():
     for error in TendonError.__subclasses__():
         code = "128 + signal" if error is InterruptError else error.exit
         assert kinds[error.__name__] == f"{error.kind}, exit {code}"
+
+
+def test_a_message_is_listed_with_its_own_hint():
+    """Two messages of one function have hints of their own."""
+    hints = {message: hint for message, hint, _ in script("messages").messages()}
+    assert hints["another run is writing here"].startswith("wait for it")
+    assert hints["the file system cannot lock: ..."].startswith("--no-lock")

@@ -99,7 +99,7 @@ def test_two_limits_that_exclude_each_other_are_a_sentence():
         say.conflict(pair, {})
         == "the pretension that prevents slack already makes the elbow unstable"
     )
-    assert say.conflict_label(pair, {}) == "slack and stability exclude each other"
+    assert say.conflict_label(pair, {}) == "slack and stability conflict"
     bounds = {"max_tension": 300.0}
     assert say.conflict(("extensor slack", "max_tension"), bounds).endswith(
         "loads a tendon with more than 300 N"

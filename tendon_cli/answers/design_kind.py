@@ -4,8 +4,7 @@ from tendon_cli.registry import FlagOption, SettingOption, TableKind, TaskKind
 
 DESIGN = TaskKind(
     verb="design",
-    help="Find the window of pretension and the best choice, what limits them and what would fix "
-    "it.",
+    help="Find the best choice and its window of pretension: what limits it, and what would help.",
     noun="an answer",
     record="design.json",
     counts=("choices", "conditions", "feasible"),

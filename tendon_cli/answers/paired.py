@@ -72,7 +72,7 @@ def paired_shares(
     judges = [Verifier.of(Solver(question)) for question in questions]
     first, second = judges
     if first is None or second is None:
-        return "no fresh sample judges both"
+        return "no fresh sample judges both of them"
     if any(choice["pretension"] is None for choice in choices):
         return "one of them has no pretension"
     reason = _why_other_sample(questions[0].study, questions[1].study)
@@ -109,12 +109,12 @@ def _why_other_sample(first: Study, second: Study) -> str | None:
         others = second.people.fresh(second.design.verify)
         is_same = np.array_equal(bodies.values, others.values)
         if not is_same or not np.array_equal(bodies.weighting, others.weighting):
-            return "they draw other persons"
+            return "they draw different persons"
     if list(first.uncertain) != list(second.uncertain):
-        return "they draw other numbers"
+        return "they draw different numbers"
     seeds = [None if study.drawing is None else study.drawing.seed for study in (first, second)]
     if seeds[0] != seeds[1]:
-        return "their draws have other seeds"
+        return "their draws have different seeds"
     return None
 
 

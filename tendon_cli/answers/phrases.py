@@ -250,7 +250,7 @@ def lower_words(question: QuestionRecord, row: ChoiceRecord, gauge: str = "") ->
     """
     end = lower_end(row)
     if end.limit is None or end.pretension is None:
-        return "no lower limit: taut without pretension"
+        return "no lower limit: both tendons are taut without pretension"
     if end.pretension < 0.0:
         return "no lower limit: no pretension is needed"
     value = say.number(end.pretension)
@@ -269,6 +269,10 @@ def upper_words(question: QuestionRecord, row: ChoiceRecord, gauge: str = "") ->
     end = upper_end(row)
     if end.limit is None or end.pretension is None:
         return "no upper limit"
+    if end.pretension < 0.0:
+        noun, _ = say.setting_words(question["read"])
+        is_broken = broken(question, end.limit, row, end.under)
+        return f"at any {noun}, even 0 {question['unit']}, {is_broken}{where(question, end)}"
     value = say.number(end.pretension)
     value = f"{value} {question['unit']}{gauge}"
     return f"above {value} {broken(question, end.limit, row, end.under)}{where(question, end)}"
@@ -293,9 +297,7 @@ def gap_words(question: QuestionRecord, row: ChoiceRecord, gap: float | None) ->
         return
     if lower.limit != upper.limit:
         yield lower_words(question, row)
-    noun, _ = say.setting_words(question["read"])
-    is_broken = broken(question, upper.limit, row, upper.under)
-    yield f"at any {noun}, even 0 {question['unit']}, {is_broken}{where(question, upper)}"
+    yield upper_words(question, row)
 
 
 def where(question: QuestionRecord, end: WindowEnd) -> str:
@@ -319,10 +321,11 @@ def margins(question: QuestionRecord, row: ChoiceRecord) -> str:
     low, high = window
     unit = question["unit"]
     span = say.window_text(low, high, unit=unit)
+    given = f"{say.number(pretension)} {unit}"
     if pretension < low:
-        return f"it is {say.number(low - pretension, 3)} {unit} less than the window, {span}"
+        return f"{given} is {say.number(low - pretension, 3)} {unit} below the window, {span}"
     if pretension > high:
-        return f"it is {say.number(pretension - high, 3)} {unit} more than the window, {span}"
+        return f"{given} is {say.number(pretension - high, 3)} {unit} above the window, {span}"
     lower = f"{say.number(pretension - low, 3)} {unit} above the lower end"
     upper = ""
     if not np.isinf(high):

@@ -29,7 +29,7 @@ def size_of_question(
     question = task.question
     notes = notes_of(question)
     record: dict[str, Any] = {"name": study.name}
-    lines = [f"{study.name}: nothing is written by --dry-run"]
+    lines = [f"{study.name}: --dry-run writes nothing"]
     for name, product in (("choices", question.choices), ("conditions", question.conditions)):
         record[name] = {axis.key: len(axis) for axis in product.axes}
         axes = ", ".join(f"{key} {count:,}" for key, count in record[name].items())
@@ -50,10 +50,8 @@ def size_of_question(
     lines += [f"  {name:<12} {record[name]:,}" for name in ("windows", "states")]
     if cells:
         seconds = record["most_seconds"]
-        lines.append(
-            f"  cells        at most {cells:,} in the proof of a choice, some {seconds:.0f} s"
-        )
+        lines.append(f"  cells        at most {cells:,} to prove a choice, about {seconds:.0f} s")
     free = say.byte_size(record["free_bytes"])
-    lines.append(f"  disk         about {say.byte_size(record['bytes'])}, {free} are free")
+    lines.append(f"  disk         about {say.byte_size(record['bytes'])}, {free} free")
     lines += [f"  note         {note}" for note in notes]
     return record, "\n".join(lines)

@@ -49,6 +49,8 @@ from tendon_cli.space.axis import limit_of
 from tendon_cli.studies.axis_words import parameter
 from tendon_cli.studies.study import keys
 
+CHANGES = "What relaxing one demand would give, all else equal"
+"""Heading of the values that each demand alone would have to take."""
 _MOST_ALTERNATIVES = 8
 _MOST_MOVES = 5
 _LEAST_MOVE = 1e-3
@@ -113,7 +115,7 @@ def _answer(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Block]:
     yield say.sentence(f"{first_sentence} {decided}".rstrip())
     yield from _list(f"Why,{own_sample}" if own_sample else "Why", _why(record, best))
     changes = relaxations_words(record, record["would_take"])
-    yield from _list("What it would take, all else equal", changes)
+    yield from _list(CHANGES, changes)
     if record["fixes"]:
         yield from fixes_table(question, record["fixes"])
     setting = record["setting"]
@@ -131,8 +133,11 @@ def _answer(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Block]:
     yield from _list("Choices to be proved", (_proved(question, row) for row in record["proved"]))
     if record["choices"] > 1:
         choices = say.counted(record["choices"], "choice")
+        with_window = f"{record['feasible']:,} of {choices}"
+        if record["feasible"] == record["choices"]:
+            with_window = say.all_of(choices).capitalize()
         have = "has" if record["feasible"] == 1 else "have"
-        yield say.sentence(f"{record['feasible']:,} of {choices} {have} a window.")
+        yield say.sentence(f"{with_window} {have} a window.")
     yield from say.items(_in_choices(question, conflict) for conflict in record["conflicts"])
 
 
@@ -156,18 +161,19 @@ def _first_sentence(record: AnswerResults, best: ChoiceRecord) -> str:
     if question["pretension"] is not None:
         pretension = say.number(question["pretension"])
         margins = phrases.margins(question, best)
-        return f"{start} of {pretension} {unit}{where} suits {whom}; {margins}.{rule}"
+        return f"{start} of {pretension} {unit}{where} works for {whom}; {margins}.{rule}"
     either_way = f", ± {tolerance_words(best)} about the middle" if np.isfinite(high) else ""
+    span = f"anything {_span(low, high, unit)}"
     if record["serve"] >= 1.0 or question["groups"] == 1:
-        then = f"suits {whom}; anything {_span(low, high, unit)} does{either_way}"
+        then = f"works for {whom}; {span} works{either_way}"
     else:
-        enough = say.percent(record["serve"])
-        then = f"serves {whom}; at least {enough} are served {_span(low, high, unit)}{either_way}"
+        then = f"serves {whom}; {span} serves at least {say.percent(record['serve'])}{either_way}"
         window_for_all = record["window_for_all"]
         if window_for_all is not None:
             all_low, all_high = ends_of(window_for_all)
             is_same = (all_low, all_high) == (low, high)
-            then += ", all of them " + ("there" if is_same else _span(all_low, all_high, unit))
+            all_span = "all of this" if is_same else f"anything {_span(all_low, all_high, unit)}"
+            then += f"; {all_span} serves all of them"
     return f"{start} of {pretension_words(question, best)}{where} {then}.{rule}"
 
 
@@ -190,14 +196,14 @@ def _judged(
             "pretension_to": judged["to"],
         }
         return f"{share}; {phrases.margins(question, window)}, which serves {enough} of them"
-    return f"{share}; {enough} of them are served {_span(low, high, question['unit'])}"
+    return f"{share}; anything {_span(low, high, question['unit'])} serves {enough} of them"
 
 
 def _span(low: float, high: float, unit: str) -> str:
     """Say a window: "from 100 to 120 N"."""
     if np.isfinite(high):
         return f"from {say.number(low)} to {say.number(high)} {unit}"
-    return f"from {say.number(low)} {unit} on"
+    return f"from {say.number(low)} {unit} up"
 
 
 def _everyone(question: QuestionRecord) -> str:
@@ -211,9 +217,7 @@ def _all_of(question: QuestionRecord) -> str:
     is_single = question["groups"] == 1
     if question["counted"] == "conditions" and is_single:
         return "the design"
-    if whom.startswith("this"):
-        return whom if is_single else f"all of {whom}"
-    return f"all {whom}"
+    return whom if whom.startswith("this") and is_single else say.all_of(whom)
 
 
 def _superlative(goal: GoalRecord) -> str:
@@ -234,7 +238,8 @@ def _why(record: AnswerResults, best: ChoiceRecord) -> Iterator[str]:
         value = value_of(best, name)
         if value:
             worst.append(f"{words} {say.quantity(name, value)}")
-    yield f"at {pretension_words(question, best)} the worst is {say.join_words(worst)}"
+    are = "values are" if len(worst) > 1 else "value is"
+    yield f"at {pretension_words(question, best)} the worst {are} {say.join_words(worst)}"
     yield from ties_words(record)
     yield from edges_words(question, best)
 
@@ -262,7 +267,7 @@ def edges_words(question: QuestionRecord, best: ChoiceRecord) -> Iterator[str]:
                 if limit is not None:
                     symbol = f"the {say.limit_on(limit)}"
                 at_edge = parameter(axis["key"], value)
-                yield f"{symbol} is at its {word} end, {at_edge}: widen the range"
+                yield f"{symbol} is at the {word} end of its range, {at_edge}: widen the range"
 
 
 def _moves(question: QuestionRecord, moves: Sequence[SensitivityRecord]) -> Iterator[str]:
@@ -274,7 +279,7 @@ def _moves(question: QuestionRecord, moves: Sequence[SensitivityRecord]) -> Iter
         if of_end:
             yield f"{word} end: {', '.join(_move(question, move) for move in of_end[:_MOST_MOVES])}"
     if any(not move["steady"] for move in moves):
-        yield "* within 1 % another limit or state takes over"
+        yield "* within 1 % another limit or state becomes the one that binds"
 
 
 def _move(question: QuestionRecord, move: SensitivityRecord) -> str:
@@ -294,7 +299,8 @@ def _alternatives(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Blo
     front = record["front"]
     goals = record["question"]["ranked_by"]
     if front:
-        head = f"The front ({say.counted(len(front), 'choice')}; no other is better in every goal)"
+        counted = say.counted(len(front), "choice")
+        head = f"Pareto front ({counted}; no other choice is better in every goal)"
         rows = [("", row) for row in front[:: max(1, len(front) // _MOST_ALTERNATIVES)]]
     else:
         head = "Best by"
@@ -312,11 +318,11 @@ def _alternatives(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Blo
     yield _table_of_choices(record, rows)
     if record["gains"]:
         gains = [
-            f"{goal_name(column)} by {say.percent(gain)}"
+            f"{say.percent(gain)} in {goal_name(column)}"
             for column, gain in record["gains"].items()
         ]
         yield from say.items(
-            [f"~ between the points of the grid; better than it in {', '.join(gains)}"]
+            [f"~ between the points of the grid; better than these by {say.join_words(gains)}"]
         )
 
 
@@ -363,7 +369,7 @@ def _no_window(record: AnswerResults) -> Iterator[say.Block]:
     reasons = (text for conflict in record["conflicts"] for text in _reasons(record, conflict))
     yield from _list("Why", reasons)
     changes = relaxations_words(record, record["would_take"])
-    yield from _list("What it would take, all else equal", changes)
+    yield from _list(CHANGES, changes)
     if record["fixes"]:
         yield from fixes_table(question, record["fixes"])
 
@@ -373,15 +379,16 @@ def no_window_words(record: AnswerResults) -> str:
     question = record["question"]
     choices = record["choices"]
     noun, where = say.setting_words(question["read"])
-    whichever = "" if choices == 1 else f", whichever of {choices:,} choices is taken"
+    any_of = "either" if choices == 2 else "any"
+    with_any = "" if choices == 1 else f" with {any_of} of the {choices:,} choices"
     whom = _all_of(question)
     if record["serve"] < 1.0:
         whom = f"{say.percent(record['serve'])} of {_everyone(question)}"
-    start = f"No {noun}{where} suits"
+    start = f"No {noun}{where} works for"
     if question["pretension"] is not None:
         given = f"{say.number(question['pretension'])} {question['unit']}"
-        start = f"A {noun} of {given}{where} does not suit"
-    return f"{start} {whom}{whichever}."
+        start = f"A {noun} of {given}{where} does not work for"
+    return f"{start} {whom}{with_any}."
 
 
 def _in_choices(question: QuestionRecord, conflict: ConflictRecord) -> str:
@@ -407,7 +414,7 @@ def _reasons(record: AnswerResults, conflict: ConflictRecord) -> Iterator[str]:
     question = record["question"]
     if record["choices"] > 1:
         nearest = choice_words(question, conflict["nearest"])
-        yield f"{_in_choices(question, conflict)}; nearest to a window: {nearest}"
+        yield f"{_in_choices(question, conflict)}; closest to a window: {nearest}"
     yield from conflict_words(record, conflict)
 
 
@@ -436,4 +443,4 @@ def conflict_words(record: AnswerResults, conflict: ConflictRecord) -> Iterator[
         served = f"{say.percent(row['served'])} of the {question['counted']}"
         pretension = row["pretension"]
         if pretension is not None:
-            yield f"one pretension, {say.number(pretension, 3)} {question['unit']}, suits {served}"
+            yield f"{say.number(pretension, 3)} {question['unit']} works for {served}"

@@ -76,7 +76,7 @@ def to_set(record: AnswerResults, best: ChoiceRecord, setting: SettingRecord) ->
 
 
 def spread_words(record: AnswerResults, setting: SettingRecord) -> str:
-    """Say the tensions to set over persons or draws: "on nine persons of ten 191 to 200 N ...".
+    """Say the tensions to set over persons or draws: "on nine of ten persons 191 to 200 N ...".
 
     Empty without them, or if they are the same for all.
     """
@@ -123,14 +123,14 @@ def shortening_words(record: AnswerResults, best: ChoiceRecord, setting: Setting
         return words
     per_metre = setting["read_per_metre"]
     too_long = say.length_to_spare((pretension - low) / per_metre)
-    work = "work"
+    works = "works"
     if record["serve"] < 1.0 and question["groups"] > 1:
-        work = f"serve {say.percent(record['serve'])}"
-    span = f"{say.window_text(low, high, unit=question['unit'])} {work}"
+        works = f"serves {say.percent(record['serve'])}"
+    span = f"{say.window_text(low, high, unit=question['unit'])} {works}"
     if math.isinf(high):
-        return f"{words}; you may be {too_long} too long ({span})"
+        return f"{words}; they may be {too_long} too long ({span})"
     too_short = say.length_to_spare((high - pretension) / per_metre)
-    return f"{words}; you may be {too_long} too long or {too_short} too short ({span})"
+    return f"{words}; they may be {too_long} too long or {too_short} too short ({span})"
 
 
 def _serving_window(best: ChoiceRecord) -> tuple[float, float] | None:
@@ -163,10 +163,10 @@ def _in_how_many(question: QuestionRecord) -> str:
     is_of_ten = question["groups"] >= FEW_PERSONS
     if persons == question["groups"]:
         if is_of_ten:
-            return "on nine persons of ten"
+            return "on nine of ten persons"
         return "on these persons" if persons > 1 else "on this person"
     noun = "draws" if persons == 1 else question["counted"]
-    return f"in nine {noun} of ten" if is_of_ten else f"in these {noun}"
+    return f"in nine of ten {noun}" if is_of_ten else f"in these {noun}"
 
 
 def _spread(name: str, ends: Sequence[float]) -> str:
@@ -182,8 +182,8 @@ def drift_words(drift: DriftRecord | None) -> str:
     start = say.quantity("elbow_angle", drift["start"])
     end = say.quantity("elbow_angle", drift["end"])
     if start == end:
-        return f"10 % above this it still stays at {start}"
-    torque = f"at most {say.quantity('elbow_torque', drift['torque'], 2)} pushes it"
+        return f"10 % above this the elbow still stays at {start}"
+    torque = f"pushed by at most {say.quantity('elbow_torque', drift['torque'], 2)}"
     if drift["balanced"]:
-        return f"10 % above this it settles at {end} instead of {start} ({torque})"
-    return f"10 % above this it goes from {start} beyond {end} ({torque})"
+        return f"10 % above this the elbow settles at {end} instead of {start}, {torque}"
+    return f"10 % above this the elbow moves from {start} past {end}, {torque}"

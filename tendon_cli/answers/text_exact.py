@@ -20,8 +20,8 @@ _LEAST_MOVE = 0.05
 def exact_words(question: QuestionRecord, records: Sequence[ExactRecord]) -> str:
     """Say which numbers are taken as exact, and how far usual errors of them move the window.
 
-    "Taken as exact: b₁, K, a₁, R_elb, μ and 6 others; 5 mm of b₁ moves the upper end by 37 N", and
-    the sum of squares over all of them. Empty if none moves it.
+    "Taken as exact: b₁, K, a₁, R_elb, μ and 6 others. An error of 5 mm in b₁ moves the upper end
+    by 37 N", and the sum of squares over all of them. Empty if none moves it.
 
     Args:
         question: The question.
@@ -33,26 +33,29 @@ def exact_words(question: QuestionRecord, records: Sequence[ExactRecord]) -> str
     moves = []
     for record in named[:_MOST_MOVES]:
         end, move = _largest(record)
-        number = f"{record['deviation_words']} of {_symbol(record['key'])}"
-        moves.append(f"{number} moves the {end} end by {say.number(move, 2)} {question['unit']}")
-    words = f"Taken as exact: {_symbols(named)}; {', '.join(moves)}"
+        error = f"{record['deviation_words']} in {_symbol(record['key'])}"
+        moves.append(f"{error} moves the {end} end by {say.number(move, 2)} {question['unit']}")
+    words = f"Taken as exact: {_symbols(named)}. An error of {', one of '.join(moves)}"
     if len(named) > 1:
-        words += f", usual errors of all together {_together(question, named)}"
-    return f"{words} (standard deviations; +/- in the study draws them)."
+        words += f"; usual errors of all of them together move {_together(question, named)}"
+    return (
+        f"{words}. These errors are standard deviations; to draw them, state the numbers with +/-."
+    )
 
 
 def exact_short(question: QuestionRecord, records: Sequence[ExactRecord]) -> str:
     """Say which numbers are taken as exact, and how far their errors move the window together.
 
-    "b₁, K and 6 others taken as exact: usual errors of all move the
-    lower end by 16 N". Empty if none does.
+    "b₁, K and 6 others are taken as exact: their usual errors together move the lower end by 16 N".
+    Empty if none does.
     """
     named = _that_matter(records)
     if not named:
         return ""
-    return (
-        f"{_symbols(named)} taken as exact: usual errors of all move {_together(question, named)}"
-    )
+    moved = _together(question, named)
+    if len(named) == 1:
+        return f"{_symbols(named)} is taken as exact: its usual error moves {moved}"
+    return f"{_symbols(named)} are taken as exact: their usual errors together move {moved}"
 
 
 def _that_matter(records: Sequence[ExactRecord]) -> list[ExactRecord]:

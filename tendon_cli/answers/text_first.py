@@ -84,7 +84,7 @@ def first_words(record: AnswerResults, best: ChoiceRecord) -> str:
         return f"Set {setting}: {suit.words} {serves}{but}."
     nearest = ""
     if record["choices"] > 1:
-        nearest = f"{suit.verb('come', 'comes')} nearest, but "
+        nearest = f"{suit.verb('come', 'comes')} closest, but "
     refuted = f"{_capital(suit.words)} {nearest}{serves}"
     and_fails = f", and {failures}" if failures else ""
     return f"{refuted}{and_fails}. It is set to {setting}."

@@ -30,25 +30,22 @@ def question_notes(
     pretensions = [key for key in study.numbers if split_side(key)[0] == PRETENSION]
     if any(split_side(key)[1] for key in pretensions):
         yield (
-            "the study's pretensions per side are left out: one pretension for both sides is solved"
-            " for"
+            "the study's pretensions per side are not used: the answer is one pretension for both"
+            " sides"
         )
     if any(study.numbers[key].is_axis for key in pretensions):
-        yield (
-            "the study's values of pretension are left out: the window is solved exactly,"
-            " without them"
-        )
+        yield ("the study's pretensions are not used: the window is computed exactly, without them")
     for table in study.row_tables:
         if PRETENSION in [split_side(key)[0] for key in table.keys]:
             whose = "study's cases" if table.is_of_cases else f"table {table.key}"
             yield (
-                f"the pretensions of the {whose} are left out: one pretension for all is solved for"
+                f"the pretensions of the {whose} are not used: the answer is one pretension for all"
             )
     if sampled_intervals:
         names = ", ".join(sampled_intervals)
         yield (
-            f"{names}: {say.proved_word(say.SAMPLED)} at both ends of the interval; "
-            f"what lies between is {say.proved_word(say.OPEN)}"
+            f"{names}: {say.proved_word(say.SAMPLED)} at both ends of the interval,"
+            f" {say.proved_word(say.OPEN)} between them"
         )
     if whole_intervals:
         names = ", ".join(whole_intervals)
@@ -66,19 +63,19 @@ def question_notes(
         yield from study.people.population.notes
     if study.uncertain and study.drawing is None:
         yield (
-            f"uncertain numbers have their middle ({', '.join(study.uncertain)}), since the study"
-            " has draws = 0 under [uncertainty]"
+            f"uncertain numbers take their middle value ({', '.join(study.uncertain)}), because the"
+            " study has draws = 0 under [uncertainty]"
         )
     asks_for_draws = study.uncertainty is not None and study.uncertainty.draws > 0
     if asks_for_draws and not study.uncertain:
-        yield "nothing in this study is uncertain, so that [uncertainty] draws nothing"
+        yield "nothing in this study is uncertain, so [uncertainty] draws nothing"
 
 
 def note_on_worst_values(choices: int) -> str:
     """Note that most of so many choices have no worst values."""
     return (
-        f"windows are worked out for all {choices:,} choices, the worst values at their pretension"
-        " only for those that may matter; they are null in the others"
+        f"all {choices:,} choices have their window, but only those that may be the best have the"
+        " worst values at their pretension; these are null for the others"
     )
 
 
@@ -92,16 +89,16 @@ def note_without_fresh_sample(counted: str, *, is_wanted: bool) -> str:
     if is_wanted:
         return f"no fresh sample judges the choice: nothing is drawn for these {counted}"
     return (
-        f"the choice is judged by the {counted} by which it was chosen, so that the share is"
-        " likely to be too large ([design] verify = 0)"
+        f"the choice is judged by the same {counted} that chose it, so the share is likely to be"
+        " too large ([design] verify = 0)"
     )
 
 
 def note_on_remedies(tried: int, groups: int, counted: str) -> str:
     """Note that what would help is worked out for some of all persons, draws or pairs alone."""
     return (
-        f"what would help is worked out for {tried:,} of the {groups:,} {counted}: those that bind,"
-        " and others at random"
+        f"what would help is computed for {tried:,} of the {groups:,} {counted}: those that bind,"
+        " and others picked at random"
     )
 
 

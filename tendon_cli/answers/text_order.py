@@ -29,26 +29,30 @@ def why_first(record: AnswerResults) -> str:
     if record["given_up"] is not None:
         share = say.percent(record["given_up"])
         return (
-            f"This choice is the best compromise on the front: it gives up at most {share} of the"
-            " range of any goal."
+            f"This choice is the best compromise on the Pareto front: it gives up at most {share}"
+            " of the range of any goal."
         )
     question = record["question"]
     among = f"{_of_choices(decided)}{_left_before(question, decided)}"
     rule = decided["rule"]
     if rule is None:
         if decided["choices"] == 1:
-            return "This is the only choice that has a window."
-        return f"This choice ties with the others of {_of_choices(decided)} that have a window."
+            return "This is the only choice with a window."
+        tied = say.all_of(_of_choices(decided).removeprefix("the "))
+        return f"{tied.capitalize()} with a window tie{_and_breaks(decided)}."
     if rule == "settable":
         return _why_settable(record, decided)
+    enough = f"{say.percent(record['serve'])}{_of_own_sample(record)}"
     said_of_rule = {
-        "built": "can be built",
-        "advised": "keeps the advice",
-        "served_enough": f"serves {say.percent(record['serve'])}{_of_own_sample(record)}",
+        "built": ("can be built", "can be built"),
+        "advised": ("keeps the advice", "keep the advice"),
+        "served_enough": (f"serves {enough}", f"serve {enough}"),
     }
     if rule in said_of_rule:
-        only = "the only one" if decided["left"] == 1 else "one of the few"
-        return f"This choice is {only} of {among} that {said_of_rule[rule]}."
+        one, several = said_of_rule[rule]
+        if decided["left"] == 1:
+            return f"Only this one of {among} {one}."
+        return f"{decided['left']:,} of {among} {several} and tie{_and_breaks(decided)}."
     return f"This choice {_superlative_of(record, rule)} of the {among.removeprefix('the ')}."
 
 
@@ -68,7 +72,7 @@ def _of_choices(decided: DecisionRecord) -> str:
 def _left_before(question: QuestionRecord, decided: DecisionRecord) -> str:
     """Say what the choices have in common among which a goal decides."""
     if decided["rule"] != "max_tension" or question["has_goals"]:
-        return " that have a window"
+        return " with a window"
     if not decided["is_settable"]:
         return " that can be set equally well"
     return f" that can be set well enough (± {say.tolerance_that_is_enough(question)})"
@@ -83,17 +87,17 @@ def _why_settable(record: AnswerResults, decided: DecisionRecord) -> str:
         if decided["left"] > 1:
             return (
                 f"{decided['left']:,} of {_of_choices(decided)} can be set well enough (± {needed})"
-                f" and tie: {_breaks(decided)}."
+                f" and tie{_and_breaks(decided)}."
             )
-        return (
-            f"This choice is the only one of {_of_choices(decided)} that can be set well"
-            f" enough (± {needed})."
-        )
-    words = f"None of {_of_choices(decided)} can be set well enough (± {needed})"
+        return f"Only this one of {_of_choices(decided)} can be set well enough (± {needed})."
+    none = f"None of {_of_choices(decided)}"
+    if decided["choices"] == 2:
+        none = "Neither choice"
+    words = f"{none} can be set well enough (± {needed})"
     if best is None or best["tolerance_length"] is None:
         return f"{words}."
     length = say.quantity("tolerance_length", best["tolerance_length"], 2)
-    return f"{words}; it comes nearest (± {length})."
+    return f"{words}; this one comes closest (± {length})."
 
 
 def _superlative_of(record: AnswerResults, column: str) -> str:
@@ -125,7 +129,8 @@ def ties_words(record: AnswerResults) -> Iterator[str]:
         more = decided["ties"] - len(named)
         if more > 0:
             named.append(f"{more:,} more")
-        yield f"{decided['ties']:,} choices tie: {_listed(named)}; {_breaks(decided)}"
+        breaks = _breaks(decided)
+        yield f"{decided['ties']:,} choices tie: {_listed(named)}{f'; {breaks}' if breaks else ''}"
     symbols = [
         f"the {_symbol(key)}" if limit_of(key) else _symbol(key) for key in decided["no_effect"]
     ]
@@ -140,6 +145,12 @@ def _listed(choices: list[str]) -> str:
     if any(", " in words for words in choices):
         return "; ".join(choices)
     return say.join_words(choices)
+
+
+def _and_breaks(decided: DecisionRecord) -> str:
+    """Say what breaks a tie, behind the words for it; empty if nothing does."""
+    breaks = _breaks(decided)
+    return f": {breaks}" if breaks else ""
 
 
 def _breaks(decided: DecisionRecord) -> str:

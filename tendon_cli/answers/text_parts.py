@@ -66,21 +66,21 @@ def short_parts(parts: PartsRecord) -> Iterator[str]:
         instead = ""
         if "strap" in parts["fails"]:
             instead = f" instead of {_length(strap['width'])}"
-        yield f"a strap of {_at_least(strap['least_width'])} or more{instead}"
+        yield f"a strap at least {_at_least(strap['least_width'])} wide{instead}"
     rope = parts["rope"]
     diameter = _at_least(rope["least_diameter"], 3)
     spool = parts["spool"]
     ropes = [f"{_at_most(most)} ({name})" for name, most in spool["largest_ropes"].items()]
-    of_side = f"the {spool['side']}'s spool of {_length(spool['diameter'])}"
+    of_side = f"the {spool['side']}'s spool, {_length(spool['diameter'])} across,"
     yield (
-        f"a rope that breaks at {_strength(rope)} or more (7x7: {diameter}), where {of_side} takes"
+        f"a rope that breaks at {_strength(rope)} or more (7x7: {diameter}), while {of_side} takes"
         f" at most {say.join_words(ropes, 'or')}"
     )
     spring = parts["spring"]
     if spring is not None:
         words = f"springs with {_at_least(spring['travel'], 3)} of travel"
         if spring["room"] is not None and spring["free_length"] is None and spring["room"] > 0.0:
-            words += f", the flexor's at most {_at_most(spring['room'])} long without load"
+            words += f", the flexor's at most {_at_most(spring['room'])} long unloaded"
         yield words
     yield f"a motor of {_motor(parts['motor']).removeprefix('motor: ')}"
 
@@ -107,8 +107,8 @@ def _strap_fails(strap: StrapRecord) -> str:
     """Say that the strap hurts, and how wide it should be."""
     pressure = say.quantity("max_contact_pressure", strap["pressure"] or math.nan)
     return (
-        f"the strap of {_length(strap['width'])} presses with up to {pressure}, where pain begins"
-        f" at {_pain(strap)}: {_at_least(strap['least_width'])} would do"
+        f"the strap of {_length(strap['width'])} presses with up to {pressure}"
+        f" (pain begins at {_pain(strap)}; {_at_least(strap['least_width'])} would do)"
     )
 
 
@@ -128,8 +128,8 @@ def _rope_fails(rope: RopeRecord) -> str:
     breaking = rope["breaking_force"] or math.nan
     times = say.number(breaking / rope["tension"], 2, toward=-math.inf)
     return (
-        f"the rope breaks at {say.quantity('breaking_force', breaking)}, {times} times the largest"
-        f" tension, where {rope['reserve']:.0f} is customary: {_strength(rope)} would do"
+        f"the rope breaks at {say.quantity('breaking_force', breaking)}, only {times} times the"
+        f" largest tension ({rope['reserve']:.0f} is customary; {_strength(rope)} would do)"
     )
 
 
@@ -140,9 +140,9 @@ def _spool_fails(spool: SpoolRecord) -> str:
     rope = _at_most(spool["largest_ropes"].get(construction, math.nan))
     ratio = say.number(spool["ratio"] * _SURELY, 3, toward=-math.inf)
     return (
-        f"the {spool['side']}'s spool of {_length(spool['diameter'])} is {ratio} rope diameters"
-        f" wide, where {construction} needs {least}: a spool of"
-        f" {_at_least(spool['least_diameter'])}, or a rope of at most {rope}, would do"
+        f"the {spool['side']}'s spool of {_length(spool['diameter'])} is only {ratio} rope"
+        f" diameters wide ({construction} needs {least}; a spool of"
+        f" {_at_least(spool['least_diameter'])} or a rope of at most {rope} would do)"
     )
 
 
@@ -153,14 +153,14 @@ def _strap(strap: StrapRecord) -> str:
     """Say how wide the strap must be, or that the one of the study suits."""
     if strap["width"] is None or strap["pressure"] is None:
         return (
-            f"strap: at least {_at_least(strap['least_width'])} wide, for {_pain(strap)} at most"
-            f" (pain begins there: {_OF_CUFFS})"
+            f"strap: at least {_at_least(strap['least_width'])} wide, to press with at most"
+            f" {_pain(strap)}, where pain begins ({_OF_CUFFS})"
         )
     pressure = say.quantity("max_contact_pressure", strap["pressure"])
     words = f"strap of {_length(strap['width'])}"
     if strap["pressure"] > strap["most_pressure"] * _SURELY:
         return f"{words}: presses with up to {pressure}"
-    return f"{words}: kept, it presses with up to {pressure}; pain begins at {_pain(strap)}"
+    return f"{words}: wide enough, presses with up to {pressure}; pain begins at {_pain(strap)}"
 
 
 def _rope(rope: RopeRecord) -> str:
@@ -168,7 +168,7 @@ def _rope(rope: RopeRecord) -> str:
     breaking = rope["breaking_force"]
     if breaking is None:
         return (
-            f"rope: breaks at no less than {_strength(rope)}, {rope['reserve']:.0f} times the"
+            f"rope: breaks at {_strength(rope)} or more, {rope['reserve']:.0f} times the"
             f" largest tension (stainless 7x7: {_at_least(rope['least_diameter'], 3)})"
         )
     words = f"rope of {say.quantity('breaking_force', breaking)}"
@@ -177,14 +177,14 @@ def _rope(rope: RopeRecord) -> str:
         share = say.number(breaking / rope["tension"], 2, toward=-math.inf)
     if breaking * _SURELY < rope["least_breaking_force"]:
         return f"{words}: breaks at {share} times the largest tension"
-    return f"{words}: kept, it breaks at {share} times the largest tension"
+    return f"{words}: strong enough, breaks at {share} times the largest tension"
 
 
 def _spool(spool: SpoolRecord) -> str:
     """Say which ropes suit the narrower spool, or that the one of the study does."""
     construction = spool["construction"]
     own = _length(spool["rope_diameter"])
-    of_side = f"the {spool['side']}'s spool of {_length(spool['diameter'])}"
+    of_side = f"the {spool['side']}'s spool, {_length(spool['diameter'])} across"
     if construction is None:
         ropes = [
             f"{_at_most(diameter)} ({name}, D/d of {spool['least_ratios'][name]:.0f})"
@@ -192,15 +192,15 @@ def _spool(spool: SpoolRecord) -> str:
         ]
         needed = _at_least(spool["least_diameter"])
         return (
-            f"rope on {of_side}: at most {' or '.join(ropes)}; 7x7 of {own} needs a spool of"
-            f" {needed}"
+            f"rope on {of_side}: at most {' or '.join(ropes)}; a 7x7 rope of {own} needs a spool"
+            f" of {needed}"
         )
     ratio = say.number(spool["ratio"] * _SURELY, 3, toward=-math.inf)
     least = spool["least_ratios"][construction]
     words = of_side.removeprefix("the ")
     if spool["ratio"] * _SURELY < least:
         return f"{words}: {ratio} rope diameters wide"
-    return f"{words}: kept, {ratio} rope diameters wide, and {construction} needs {least:.0f}"
+    return f"{words}: wide enough, {ratio} rope diameters; {construction} needs {least:.0f}"
 
 
 def _spring(spring: SpringRecord) -> str:
@@ -216,10 +216,10 @@ def _spring(spring: SpringRecord) -> str:
     its_length = spring["free_length"]
     of_length = "" if its_length is None else f" of {_length(its_length)}"
     if room < 0.0:
-        return f"{words}; the flexor's{of_length} has {_at_least(-room)} too little room"
+        return f"{words}; the flexor's{of_length} is {_at_least(-room)} too long for its room"
     if its_length is None:
-        return f"{words}, the flexor's at most {_at_most(room)} long without load"
-    return f"{words}; the flexor's{of_length}: kept, {_at_most(room)} to spare"
+        return f"{words}, the flexor's at most {_at_most(room)} long unloaded"
+    return f"{words}; the flexor's{of_length} fits with {_at_most(room)} to spare"
 
 
 def _motor(motor: MotorRecord) -> str:

@@ -217,10 +217,12 @@ def _not_served(
             of_members = say.quantity(name, body["theirs"])
             of_all = say.quantity(name, body["of_all"])
             bodies.append(f"{say.column(name)} {of_members} against {of_all}")
-    names = ", ".join(reason["first"][:_MOST_NAMED])
-    if reason["count"] > _MOST_NAMED:
-        names += ", ..."
-    return "; ".join([words, *bodies[:2], names])
+    parts = [words]
+    if bodies:
+        parts.append(f"mean {' and '.join(bodies[:2])} for all")
+    names = say.join_words(reason["first"][:_MOST_NAMED])
+    parts.append(f"for example {names}" if reason["count"] > _MOST_NAMED else names)
+    return "; ".join(parts)
 
 
 # --- Sizes ----------------------------------------------------------------------------------------
@@ -241,15 +243,15 @@ def _sizes(
     first = sizes[0]
     persons = ""
     if first["persons"] < of_all:
-        persons = f", by the first {first['persons']:,} persons"
+        persons = f", for the first {first['persons']:,} persons"
     values = ""
     if not first["all_values"]:
-        values = f", among {first['values_tried']} of its values"
+        values = f", from {first['values_tried']} of its values"
     yield say.heading(f"Sizes of {axis['key']}{persons}{values}")
     served_before = None
     for suits_in_words, size in zip(_SUITS, sizes, strict=False):
         if size["served"] == served_before:
-            yield from say.items(["further sizes serve nobody else"])
+            yield from say.items(["more sizes serve nobody else"])
             break
         served_before = size["served"]
         share = say.sampled_share(size["served"], size["persons"], "person") + of_draws
@@ -257,7 +259,9 @@ def _sizes(
             f"{value_words(axis, suit['value'])} at {say.number(suit['pretension'])} {unit}"
             for suit in size["choices"]
         ]
-        yield from say.items([f"{suits_in_words}: {share}, {' and '.join(suits) or 'none'}"])
+        verb = "serves" if len(suits) == 1 else "serve"
+        chosen = say.join_words(suits) or "none"
+        yield from say.items([f"{suits_in_words} {verb} {share}: {chosen}"])
 
 
 # --- Sobol indices --------------------------------------------------------------------------------

@@ -32,16 +32,14 @@ def fixes_table(question: QuestionRecord, fixes: Sequence[FixRecord]) -> Iterato
         if fix["after"] is None:
             idle.append(keys()[fix["parameter"]].quantity.symbol)
             continue
-        changed = (
-            f"{parameter(fix['parameter'], fix['before'])} to {fix['printed']}{_nearest_words(fix)}"
-        )
+        changed = f"{_change_words(fix)}{_nearest_words(fix)}"
         if not fix["can_be_built"]:
-            not_built.append(f"{changed} would do, but it cannot be built: {NO_ROOM}")
+            not_built.append(f"{changed} would help, but it cannot be built: {NO_ROOM}")
             continue
         judged = fix["served_verified"]
         share = [] if judged is None else [say.percent(judged["value"])]
         lines.append([changed, fix["printed_pretension"], *share, *costs(fix)])
-    yield say.heading("What would help, all else equal")
+    yield say.heading("What changing one number would give, all else equal")
     if len(lines) > 1:
         yield say.table(lines)
     yield from say.items(not_built)
@@ -50,20 +48,28 @@ def fixes_table(question: QuestionRecord, fixes: Sequence[FixRecord]) -> Iterato
 
 
 def fix_words(question: QuestionRecord, fix: FixRecord) -> str:
-    """Say a fix in a line: "K 3 kN/m to 3.4 kN/m, set to 120 N: tension 377 N".
+    """Say a fix in a line: "K from 3 kN/m to 3.4 kN/m, set to 120 N: tension 377 N".
 
     If no change of the number can be seen in print, it is the pretension that matters.
     """
     before = parameter(fix["parameter"], fix["before"])
     words = f"set to {fix['printed_pretension']} {question['unit']}"
     if not before.endswith(f" {fix['printed']}"):
-        words = f"{before} to {fix['printed']}{_nearest_words(fix)}, {words}"
+        words = f"{_change_words(fix)}{_nearest_words(fix)}, {words}"
     judged = fix["served_verified"]
     share = "" if judged is None else f"{say.percent(judged['value'])} served, "
     of_costs = zip(COSTS.values(), costs(fix), strict=True)
     needs = [f"{head} {cost}" for head, cost in of_costs if cost != "-"]
     said = f"{words}: {share}{', '.join(needs)}"
     return said if fix["can_be_built"] else f"{said}, but it cannot be built: {NO_ROOM}"
+
+
+def _change_words(fix: FixRecord) -> str:
+    """Say the change of a fix: "K from 3 kN/m to 3.4 kN/m"."""
+    key = fix["parameter"]
+    value = say.quantity(keys()[key].quantity, fix["before"])
+    name = parameter(key, fix["before"]).removesuffix(value).rstrip()
+    return f"{name} from {value} to {fix['printed']}"
 
 
 def _nearest_words(fix: FixRecord) -> str:
@@ -98,14 +104,16 @@ def relaxations_words(
             continue
         changed = text.format(record["printed"], say.quantity(quantity, record["before"]))
         others = [axis for axis in question["choices"] if axis["key"] != key]
-        suit = [value_words(axis, record["values"][axis["column"]]) for axis in others]
-        suit.append(f"{record['printed_pretension']} {question['unit']}")
+        values = [value_words(axis, record["values"][axis["column"]]) for axis in others]
+        pretension = f"{record['printed_pretension']} {question['unit']}"
+        suit = f"{', '.join(values)} at {pretension}" if values else pretension
         share = "all" if record["served"] >= 1.0 else f"{say.percent(record['served'])} of the"
         whom = f"{share} {question['counted']}"
         judged = record["served_verified"]
         if judged is not None and fresh is not None:
             whom = share_words(fresh, judged, answer["serve"])
         but = "" if record["can_be_built"] else f", but it cannot be built: {NO_ROOM}"
-        yield f"{changed}: {', '.join(suit)} serves {whom}{but}"
+        yield f"{changed}: {suit} serves {whom}{but}"
     if not_enough:
-        yield f"not enough alone: {', '.join(not_enough)}"
+        own = "its" if len(not_enough) == 1 else "their"
+        yield f"not enough on {own} own: {', '.join(not_enough)}"

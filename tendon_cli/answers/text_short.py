@@ -130,9 +130,9 @@ def _rests_on(record: AnswerResults) -> Iterator[Clause]:
     if between is not None:
         proof = say.proof_sentence(between).rstrip(".")
         of_sample = f" of {phrases.own_sample(question)}" if is_judged_anew else ""
-        yield Clause(f"a window{of_sample}, {proof[0].lower()}{proof[1:]}")
+        yield Clause(f"the window{of_sample} is {proof[0].lower()}{proof[1:]}")
     if whom and not is_judged_anew:
-        yield Clause(f"a choice made and judged by the same {whom}", 2)
+        yield Clause(f"the choice is made and judged by the same {whom}", 2)
     exact = exact_short(question, record["taken_as_exact"])
     if exact:
         yield Clause(exact, 3)
@@ -166,7 +166,7 @@ def _conflict(record: AnswerResults, conflict: ConflictRecord) -> Iterator[Claus
     question = record["question"]
     if record["choices"] > 1:
         suit = suit_words(question, conflict["nearest"])
-        yield Clause(f"{suit.words} {suit.verb('come', 'comes')} nearest to a window:", 3)
+        yield Clause(f"{suit.words} {suit.verb('come', 'comes')} closest to a window:", 3)
     for place, words in enumerate(conflict_words(record, conflict)):
         yield Clause(words, 0 if place < 2 else 5)
 
@@ -182,4 +182,4 @@ def _help(record: AnswerResults) -> Iterator[Clause]:
     for place, text in enumerate(changes):
         yield Clause(text, 3 + place if words else min(place, 3))
     if not words and record["fixes"]:
-        yield Clause("no plausible value of one number alone gives a window", 1)
+        yield Clause("changing one number alone gives no window at any plausible value", 1)

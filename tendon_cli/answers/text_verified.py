@@ -60,7 +60,7 @@ def verdict(fresh: FreshRecord, judged: VerifiedRecord, serve: float) -> str:
     """Say what the share means for the one asked for, after `share_words`; empty if it is more."""
     enough = say.percent(serve)
     if is_undecided(judged, serve):
-        return f", too close to tell from {fresh['count']:,} whether {enough} are served"
+        return f", too close to {enough} to tell from {fresh['count']:,}"
     return "" if is_enough(judged, serve) else f", not the {enough} asked for"
 
 

@@ -51,11 +51,13 @@ def check_answer(answer: Result, _worst: int) -> CheckResult:
     feasible = record["feasible"]
     conflicts = record["conflicts"]
     holds = best is not None and best["feasible"]
-    lines = [f"{record['name']}: {feasible:,} of {choices:,} choices have a window of pretension"]
+    have = "has" if feasible == 1 else "have"
+    counted = say.counted(choices, "choice")
+    lines = [f"{record['name']}: {feasible:,} of {counted} {have} a window of pretension"]
     if best is not None:
         lines.append(f"  {say.name_joint(first_words(record, best), record['question']['joint'])}")
     else:
-        lines += [f"  {' against '.join(conflict['limits'])}" for conflict in conflicts]
+        lines += [f"  {_conflict_words(conflict['limits'])}" for conflict in conflicts]
     result = {
         "choices": choices,
         "feasible": feasible,
@@ -65,6 +67,13 @@ def check_answer(answer: Result, _worst: int) -> CheckResult:
     }
     verdict = "the choice named first holds" if holds else NEGATIVE
     return CheckResult(holds, "\n".join(lines), finite(result), verdict)
+
+
+def _conflict_words(limits: Sequence[str]) -> str:
+    """Name the limits that leave no window: "max_tension conflicts with extensor slack"."""
+    if len(limits) == 1:
+        return f"{limits[0]} is broken at any pretension"
+    return f"{limits[0]} conflicts with {' and '.join(limits[1:])}"
 
 
 def check_answer_since(
@@ -103,7 +112,7 @@ def check_answer_since(
     unit = now["question"]["unit"]
     lines = [
         f"{answer.folder or now['name']}: {head} since {baseline.folder or before['name']}",
-        "  compared: the choice named first, its window, the share that it serves, what to set",
+        "  compared: the choice named first, its window, the share it serves and what to set",
     ]
     if record["within"] is not None:
         largest = _moved_words(record["within"], unit)
@@ -193,9 +202,9 @@ def _changed_words(before: AnswerRecord, now: AnswerRecord) -> list[str]:
         for choice, record in zip(choices, (before, now), strict=True)
     ]
     if does[0] and not does[1]:
-        texts.append("it no longer keeps the limits for as many as the study asks for, but did")
+        texts.append("it no longer keeps the limits for as many as the study demands")
     elif does[1] and not does[0]:
-        texts.append("it keeps the limits for as many as the study asks for now, but did not")
+        texts.append("it now keeps the limits for as many as the study demands, but did not before")
     return texts
 
 

@@ -58,10 +58,11 @@ def verdict_text(record: Record, cube: Cube, name: str) -> str:
     if record["holds"]:
         return f"{name}: all {designs:,} designs are within their limits"
     failing = designs - record["feasible"]
-    lines = [f"{name}: {failing:,} of {designs:,} designs are not within their limits"]
+    are = "is" if failing == 1 else "are"
+    lines = [f"{name}: {failing:,} of {counted(designs, 'design')} {are} not within the limits"]
     for limit, count in record["broken"].items():
         lines.append(f"  {limit:<22} broken by {counted(count, 'design')}")
-    lines.append("worst first")
+    lines.append("the worst first")
     lines += [f"  {_breach_text(breach, cube)}" for breach in record["breaches"]]
     return "\n".join(lines)
 
@@ -89,7 +90,7 @@ def _excess_text(breach: Record) -> str:
         return "has a state without equilibrium"
     if limit == SLACK:
         missing = _shown("margin", -breach["value"])
-        return f"is slack, {missing} short of the pretension it needs"
+        return f"goes slack, {missing} short of the pretension that it needs"
     column = LIMITS[limit].column
     value = _shown(column, breach["value"])
     bound = _shown(column, breach["bound"])
@@ -116,17 +117,17 @@ def comparison_text(record: Record, cube: Cube, names: tuple[str, str]) -> str:
     ]
     compared = " and ".join(tables)
     if "states" not in record["columns"]:
-        compared += "; no states, because not both runs keep them"
+        compared += "; no states, because only one run keeps them"
     lines = [f"{names[0]}: {head} since {names[1]}", f"  compared: {compared}"]
     if record["within"] is not None:
         largest = _change_text(record["within"], cube)
         lines.append(f"  within the tolerance, the largest difference: {largest}")
-    lines += [f"  not compared, as it may differ: {text}" for text in record["excepted"]]
+    lines += [f"  not compared, because it may differ: {text}" for text in record["excepted"]]
     lines += [f"  not compared: {text}" for text in record["missing"]]
     lines += [f"  {_change_text(change, cube)}" for change in record["changes"]]
     if record["flipped"]:
         flipped = counted(record["flipped"], "design")
-        lines.append(f"feasible in one run only: {flipped}, worst first")
+        lines.append(f"feasible in one run only: {flipped}, the worst first")
         lines += [f"  {_flip_text(flip, cube)}" for flip in record["flips"]]
     return "\n".join(lines)
 
@@ -139,17 +140,17 @@ def _change_text(change: Record, cube: Cube) -> str:
     difference = change["difference"]
     if difference is None:
         return f"{head}, first at {place}"
-    amount = f"by {_shown(change['column'], difference)}"
+    amount = f"most by {_shown(change['column'], difference)}"
     if math.isinf(difference):
-        amount = "null in one only"
+        amount = "null in one run only, first"
     if not math.isinf(change["share"]):
-        amount += f" ({change['share']:.3g} of its scale)"
-    return f"{head}, most {amount} at {place}"
+        amount += f" ({100.0 * change['share']:.3g} % of its scale)"
+    return f"{head}, {amount} at {place}"
 
 
 def _flip_text(flip: Record, cube: Cube) -> str:
     """Say that a design has become feasible, or no longer is."""
-    text = "feasible now, was not" if flip["now"] else "not feasible now, was"
+    text = "feasible now, was not before" if flip["now"] else "no longer feasible"
     before = flip["margin_before"]
     now = flip["margin_now"]
     if before is not None and now is not None:

@@ -63,13 +63,13 @@ class ComparedColumn(NamedTuple):
 COLUMNS = (
     ComparedColumn("pretension_from", "window from", 0),
     ComparedColumn("pretension_to", "window to", 0),
-    ComparedColumn("tolerance_length", "may be off by", 1),
+    ComparedColumn("tolerance_length", "setting may be off by", 1),
     ComparedColumn("pretension", "pretension to set", 0),
     ComparedColumn("set_flexor_tension", "to set in the flexor", 0),
     ComparedColumn("set_extensor_tension", "to set in the extensor", 0),
     ComparedColumn("max_tension", "largest tension", -1),
-    ComparedColumn("max_contact_pressure", "pressure of the strap", -1),
-    ComparedColumn("max_spring_extension", "travel of the springs", -1),
+    ComparedColumn("max_contact_pressure", "strap pressure", -1),
+    ComparedColumn("max_spring_extension", "spring travel", -1),
     ComparedColumn("peak_motor_torque", "motor torque", -1),
     ComparedColumn("min_elbow_stiffness", "least elbow stiffness", 1),
 )
@@ -136,13 +136,13 @@ def compare_answers(
     for one, label in zip(compared, labels, strict=True):
         if one.choice is not None and not one.has_window:
             notes.append(
-                f"{label} has no window: its numbers are those of the choice that comes nearest to "
+                f"{label} has no window: its numbers are those of the choice that comes closest to "
                 "one, at the pretension that serves most."
             )
     if any(one.record["population"] is not None for one in compared):
         notes.append(
-            "Tension, strap, springs and motor are the largest of each answer's own sample, and "
-            "have no interval."
+            "The values for tension, strap, springs and motor are the largest in each answer's own "
+            "sample and have no interval."
         )
     return {
         "results": [_result(one, label) for one, label in zip(compared, labels, strict=True)],
@@ -332,7 +332,7 @@ def _strap(compared: Sequence[ComparedAnswer]) -> list[QuantityRecord]:
     return [
         {
             "name": "contact_width",
-            "label": "strap, at least",
+            "label": "strap width, at least",
             "unit": "m",
             "values": [*widths],
             "spans": [None] * len(widths),
@@ -358,11 +358,11 @@ def _paired(
         return None
     paired = paired_shares((first.answer.study, other.answer.study), (first.choice, other.choice))
     if isinstance(paired, str):
-        notes.append(f"{label}: shares are not paired, because {paired}.")
+        notes.append(f"{label}: the shares cannot be compared one by one, because {paired}.")
         return None
     notes.append(
-        f"{label}: both suits are judged by the same {paired.members:,} {_of_fresh(paired)}, "
-        "computed again for this; all else stands in the records."
+        f"{label}: the same {paired.members:,} {_of_fresh(paired)} judge both suits, computed "
+        "again for this comparison; all else comes from the records."
     )
     return paired
 

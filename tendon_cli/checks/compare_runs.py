@@ -99,15 +99,15 @@ def _pair(first: Cube, other: Cube, notes: list[str], label: str) -> TablePair |
     try:
         pair = TablePair.of(other, first)
     except UsageError as error:
-        notes.append(f"{label}: no design is in both, because {error.message}.")
+        notes.append(f"{label}: the runs share no design, because {error.message}.")
         return None
     common = int(np.prod(pair.shape))
     sizes = (first.table.rows if first.table else 0, other.table.rows if other.table else 0)
     if sizes != (common, common):
         in_first = say.counted(sizes[0], "design")
         notes.append(
-            f"{label}: {say.counted(common, 'design')} in both, of {in_first} of the first and "
-            f"{sizes[1]:,} of {label}; all else is of these."
+            f"{label}: {say.counted(common, 'design')} in both, out of {in_first} of the first and "
+            f"{sizes[1]:,} of {label}; only these are compared."
         )
     return pair
 

@@ -108,7 +108,7 @@ def compare_results(first: AnyResult, *others: AnyResult, choice: int | None = N
         first_kind, other = list(kinds.values())[:2]
         odd = next(result for result in results if result.kind.verb == other.verb)
         raise InputError(
-            f"holds {other.noun}, and cannot be compared with {first_kind.noun}",
+            f"holds {other.noun}, which cannot be compared with {first_kind.noun}",
             where=str(odd.folder or odd.record["name"]),
             hint=f"`tendon {first_kind.verb}` on its study gives one that can",
         )

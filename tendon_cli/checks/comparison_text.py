@@ -43,7 +43,7 @@ def comparison_blocks(record: ComparisonRecord) -> list[Block]:
     labels = [result["label"] for result in record["results"]]
     blocks = [say.heading(f"{say.join_words(labels[1:])} compared with {labels[0]}")]
     blocks += say.items(verdict_words(record))
-    blocks.append(say.heading("What differs in the studies"))
+    blocks.append(say.heading("How the studies differ"))
     blocks += _differences(record, labels)
     blocks.append(say.heading("What they say"))
     for result in record["results"]:
@@ -106,14 +106,14 @@ def verdict_words(record: ComparisonRecord) -> Iterator[str]:
             parts.append(f"worse in {say.join_words(by_verdict['worse'])}")
         if by_verdict["no difference"]:
             parts.append(f"no difference in {say.join_words(by_verdict['no difference'])}")
-        words = "; ".join(parts) or "nothing that can be judged differs"
+        words = "; ".join(parts) or "no difference that can be judged"
         yield f"{result['label']}: {words}."
 
 
 _ASPECTS = {
-    "tolerance_length": "how far its setting may be off",
-    "served": "whom it serves",
-    "feasible": "how many designs are feasible",
+    "tolerance_length": "setting tolerance",
+    "served": "share served",
+    "feasible": "share of feasible designs",
 }
 """Words for a quantity in a sentence, where its label does not suit."""
 
@@ -149,7 +149,7 @@ def _differences(record: ComparisonRecord, labels: Sequence[str]) -> Iterator[Bl
     """Yield the keys in which the studies differ, with the value of each."""
     differences = record["differences"]
     if not differences:
-        yield {"item": "nothing: they are the same study"}
+        yield {"item": "not at all: they are the same study"}
         return
     for columns in _groups(len(labels)):
         rows = [["key", *(labels[column] for column in columns)]]
@@ -305,16 +305,16 @@ def _margin_words(margins: MarginRecord) -> Iterator[str]:
     """Say how margins moved, with their sign."""
     count = say.counted(margins["designs"], "design")
     if not margins["rose"] and not margins["fell"]:
-        yield f"the margins of {count} are the same"
+        yield f"no margin changed in {count}"
         return
     median = ""
     if margins["median"] is not None:
         median = f", median {_signed(margins['median'])}"
     yield (f"margins of {count}: {margins['rose']:,} rose, {margins['fell']:,} fell{median}")
     if margins["largest_rise"] is not None:
-        yield f"most risen: {_signed(margins['largest_rise'])} at {margins['rise_at']}"
+        yield f"largest rise: {_signed(margins['largest_rise'])} at {margins['rise_at']}"
     if margins["largest_fall"] is not None:
-        yield f"most fallen: {_signed(margins['largest_fall'])} at {margins['fall_at']}"
+        yield f"largest fall: {_signed(margins['largest_fall'])} at {margins['fall_at']}"
 
 
 def _signed(value: float) -> str:
@@ -326,7 +326,7 @@ def _signed(value: float) -> str:
 def _broken_words(broken: BrokenRecord, first: ComparedResult, result: ComparedResult) -> str:
     """Say how many designs break a limit, and which newly do."""
     before = f"{say.counted(broken['before'], 'design')} of {first['label']}"
-    words = f"{broken['limit']}: {broken['label']} in {before}, {broken['now']:,} of "
+    words = f"{broken['limit']}: {broken['label']} in {before} and {broken['now']:,} of "
     words += result["label"]
     if broken["newly"]:
         words += f"; newly in {broken['newly']:,}: {_listed(broken['first'], broken['newly'])}"
@@ -362,7 +362,7 @@ def _people(record: ComparisonRecord, labels: Sequence[str]) -> Iterator[Block]:
 def _move_words(move: MoveRecord, word: str) -> str:
     """Say how many persons, draws or designs are gained or lost, and the first by name."""
     noun = move["kind"].removesuffix("s")
-    text = f"none of {say.counted(move['of'], noun)} is {word}"
+    text = f"no {noun} of {move['of']:,} {word}"
     if move["count"]:
         text = f"{move['count']:,} of {say.counted(move['of'], noun)} {word}"
     if move["count"] and move["kind"] != "designs":

@@ -85,7 +85,8 @@ def completion(context: typer.Context, shell: ShellArgument, line: LineOption = 
         from tendon_cli.studies.fields import hint_at_nearest
 
         hint = hint_at_nearest(shell, _SCRIPTS) or "tendon completion bash"
-        raise UsageError("there is a script for bash, zsh and fish", where="completion", hint=hint)
+        problem = f'there is no script for "{shell}", expected bash, zsh or fish'
+        raise UsageError(problem, where="completion", hint=hint)
     if line is None:
         print_result(_SCRIPTS[shell])
         return

@@ -192,6 +192,6 @@ def _note_stale_page(folder: Path, record: dict[str, Any]) -> None:
         is_current = all(checksum in page for checksum in sums)
         if MARK in page[:4096] and not is_current:
             print_note(
-                f"{folder}/report.html is of earlier results; "
+                f"{folder}/report.html shows earlier results; "
                 f"`tendon report {folder}` writes a new one"
             )

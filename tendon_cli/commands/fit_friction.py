@@ -17,7 +17,7 @@ ReadingsArgument = Annotated[
     typer.Argument(
         parser=options.read_path,
         metavar="CSV",
-        help="readings of two load cells, one at each end; several are one fit",
+        help="readings of two load cells, one at each end; several files make one fit",
     ),
 ]
 BendAngleOption = Annotated[
@@ -146,6 +146,6 @@ def _check_outputs(
         for source in filter(None, inputs):
             with contextlib.suppress(OSError, ValueError):
                 if file.samefile(source):
-                    problem = f"{source.name} is an input, and would be overwritten"
+                    problem = f"{source.name} is an input and would be overwritten"
                     raise UsageError(problem, where=option, hint="choose another name")
         check_output(file, is_ours, overwrite=overwrite)

@@ -14,7 +14,7 @@ LogsArgument = Annotated[
     typer.Argument(
         parser=options.read_path,
         metavar="LOG",
-        help="logs of the suit: joint angle, spool angle, motor torque; several are one fit",
+        help="logs of the suit: joint angle, spool angle, motor torque; several make one fit",
     ),
 ]
 SuitFigureOption = Annotated[
@@ -45,7 +45,7 @@ def fit_suit(
         if file is None:
             continue
         if any(file.absolute() == source.absolute() for source in (study, *logs)):
-            problem = f"{file.name} is an input, and would be overwritten"
+            problem = f"{file.name} is an input and would be overwritten"
             raise UsageError(problem, where=option, hint="choose another name")
         check_output(file, is_ours, overwrite=overwrite)
     fit = tendon.fit_suit(tendon.load_study(study, settings or ()), logs)

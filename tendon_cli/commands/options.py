@@ -82,7 +82,7 @@ def rows_by_table(texts: list[str] | None) -> dict[str, str]:
 def refuse_both(first: str, has_first: bool, second: str, has_second: bool) -> None:
     """Raise UsageError if two options that exclude each other are both given."""
     if has_first and has_second:
-        raise UsageError(f"{first} and {second} exclude each other")
+        raise UsageError(f"{first} and {second} conflict", hint="give only one of them")
 
 
 def output_option(text: str, metavar: str = "FILE") -> Any:
@@ -140,7 +140,7 @@ JobsOption = Annotated[
 DryRunOption = Annotated[
     bool, typer.Option("--dry-run", help="show the size and cost, write nothing")
 ]
-ResumeOption = Annotated[bool, typer.Option("--resume", help="finish what was interrupted")]
+ResumeOption = Annotated[bool, typer.Option("--resume", help="finish an interrupted run")]
 OverwriteOption = Annotated[
     bool, typer.Option("--overwrite", help="replace the results in the folder")
 ]
@@ -148,7 +148,7 @@ OverwriteFileOption = Annotated[
     bool, typer.Option("--overwrite", help="replace a file, even one that tendon did not write")
 ]
 YesOption = Annotated[bool, typer.Option("--yes", "-y", help="write more than 1 GB without asking")]
-NoFiguresOption = Annotated[bool, typer.Option("--no-figures", help="draw nothing")]
+NoFiguresOption = Annotated[bool, typer.Option("--no-figures", help="draw no figures")]
 NoLockOption = Annotated[
     bool, typer.Option("--no-lock", help="do not lock the folder, for file systems without locks")
 ]

@@ -46,7 +46,7 @@ MarkdownOption = Annotated[
 AnnotateOption = Annotated[
     bool,
     typer.Option(
-        "--annotate", help="on stderr, the annotation that GitHub shows beside a failed job"
+        "--annotate", help="print on stderr the annotation that GitHub shows beside a failed job"
     ),
 ]
 
@@ -64,7 +64,7 @@ def check(
     """Check that every design of a run keeps its limits, or that two runs agree; exit 4 if not.
 
     An answer of `tendon design` passes if the choice that it names first keeps the limits for as
-    many as its study asks for; with --baseline if its window, share and tensions did not move.
+    many as its study demands; with --baseline, if its window, share and tensions have not moved.
     """
     from tendon_cli.checks.check_text import annotation, as_markdown
     from tendon_cli.checks.compare import TOLERANCE
@@ -98,7 +98,7 @@ ResultsArgument = Annotated[
 ComparedChoiceOption = Annotated[
     int | None,
     options.option(
-        "ROW", "compare this choice of A, and the same one of the others", "--choice", min=0
+        "ROW", "compare this choice of A with the same choice of the others", "--choice", min=0
     ),
 ]
 HtmlOption = Annotated[
@@ -114,9 +114,9 @@ def compare(
     overwrite: options.OverwriteFileOption = False,
     as_json: options.JsonOption = False,
 ) -> None:
-    """Compare two or more runs, or answers: what differs, what is better or worse, who is gained.
+    """Compare runs, or answers: what differs, what is better or worse, who is gained and lost.
 
-    Exits with 0 whatever comes out; `tendon check --baseline` is the gate.
+    Exits with 0 whatever the outcome; `tendon check --baseline` is the gate.
     """
     from tendon_cli.face import write_comparison
 
@@ -384,14 +384,14 @@ ExportedChoiceOption = Annotated[
 FrictionlossOption = Annotated[
     bool,
     typer.Option(
-        "--frictionloss", help="with --to mujoco: constant friction of the tensions that are set"
+        "--frictionloss", help="with --to mujoco: add the constant friction of the tensions to set"
     ),
 ]
 LocaleOption = Annotated[
     str,
     options.option(
         "LANGUAGE",
-        "write numbers as in this language: de writes 1,5 and separates columns by semicolons",
+        "format numbers as in this language: de writes 1,5 and separates columns by semicolons",
     ),
 ]
 UnitsOption = Annotated[
@@ -433,7 +433,7 @@ def export(
 ) -> None:
     """Write a table as CSV, in SI units, or with --to the choice of an answer for another tool.
 
-    Of a study, --table names one of its [[table]]: the rows of a sample are written out.
+    For a study, --table names one of its [[table]] entries, whose rows are written.
     """
     if to is not None:
         of_tables = {"--table": table, "--where": where, "--columns": columns}
@@ -455,7 +455,7 @@ def export(
     with contextlib.suppress(OSError):
         if file.samefile(source):
             raise UsageError(
-                f"{file.name} is an input, and would be overwritten", hint="choose another name"
+                f"{file.name} is an input and would be overwritten", hint="choose another name"
             )
     count = write_rows(rows, file, form, overwrite=overwrite)
     record = {"file": str(file), "rows": count, "columns": rows.names}

@@ -48,27 +48,22 @@ def init(
     listed: ListOption = False,
 ) -> None:
     """Write a commented study to start from, or copy one from the documentation."""
-    from tendon_cli.studies.starter import TEMPLATES, examples, write_example, write_starter
+    from tendon_cli.studies import starter
 
     if listed:
-        questions = [f"  {name:<10} {question}" for name, question in TEMPLATES.items()]
-        files = [f"  {name}" for name in examples()]
+        questions = [f"  {name:<10} {question}" for name, question in starter.TEMPLATES.items()]
+        files = [f"  {name}" for name in starter.examples()]
         print_result("\n".join(["--for", *questions, "--from", *files]))
         return
     options.refuse_both("--for", template != "sweep", "--from", example is not None)
     if example is not None:
-        file, name = write_example(example, file)
-        verb = "design" if name.startswith(("design/", "parts/")) else "sweep"
-        if name.startswith("parts/") and file.suffix == ".csv":
-            print_result(f'{file} written; next: [[table]] with file = "{file}" in a study')
-            return
-        if file.suffix == ".csv":
-            verb = "fit-friction"
+        file, name = starter.write_example(example, file)
+        step = starter.next_step_of_example(name, file)
     else:
         file = file or Path("study.toml")
-        write_starter(file, template)
-        verb = "sweep" if template in ("sweep", "motor") else "design"
-    print_result(f"{file} written; next: tendon {verb} {file}")
+        starter.write_starter(file, template)
+        step = starter.next_step(template, file)
+    print_result(f"{file} written; next: {step}")
 
 
 def schema() -> None:

@@ -226,4 +226,4 @@ def _scope_texts(
     elif not of_all:
         remark = " The window is that of all conditions."
     directions = "" if is_in_time else " and both directions"
-    return f"Each line is the worst of {lines}{directions}.{remark}", (window, room)
+    return f"Each line is the worst over {lines}{directions}.{remark}", (window, room)

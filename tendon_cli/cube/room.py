@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.errors import UsageError
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.forms import DesignLimit
@@ -62,14 +63,14 @@ def bounded_values(study: Study, kind: str, name: str, rows: Rows) -> Floats:
         Values in the shape of `rows`, SI; NaN where there is none.
 
     Raises:
-        ValueError: A row alone does not say what the limit bounds.
+        UsageError: A row alone does not say what the limit bounds, and the table lacks its column.
     """
     limit = LIMITS[name]
     if limit.of_design is not None and kind != "choices":
         return _of_designs(study, kind, limit, rows)
     if limit.forms is not None and kind == "states":
         return _of_states(study, limit, rows)
-    raise ValueError(f"a row of {kind} alone does not say what {name} leaves")
+    raise UsageError(f'the table has no column "{limit.column}", which limits.{name} bounds')
 
 
 def _of_designs(study: Study, kind: str, limit: DesignLimit, rows: Rows) -> Floats:

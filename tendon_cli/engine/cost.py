@@ -83,7 +83,7 @@ class Estimate:
             free: Space that the disk has free, bytes.
         """
         width = max(len(axis.key) for axis in self.axes)
-        lines = [f"{name}: nothing is written by --dry-run", "  axes, slowest first"]
+        lines = [f"{name}: --dry-run writes nothing", "  axes, slowest first"]
         for axis in self.axes:
             span = axis.first if axis.count == 1 else f"{axis.first} to {axis.last}"
             lines.append(f"    {axis.key:<{width}}  {axis.count:>8,}  {span}")
@@ -93,10 +93,10 @@ class Estimate:
         if self.kept:
             lines.append(f"  kept         {', '.join(self.kept)} of the states' results")
         size = f"{say.byte_size(self.bytes)} in {say.counted(self.parts, 'part')}"
-        lines.append(f"  disk         {size}, {say.byte_size(free)} are free")
+        lines.append(f"  disk         {size}, {say.byte_size(free)} free")
         drawing = ""
         if self.figure_seconds:
-            drawing = f", of it {say.duration(self.figure_seconds)} for figures"
+            drawing = f", {say.duration(self.figure_seconds)} of it for figures"
         lines.append(f"  time         about {say.duration(self.seconds)}{drawing}")
         lines.append(f"  peak memory  about {say.byte_size(self.peak_memory)}")
         return "\n".join(lines)

@@ -184,7 +184,7 @@ class RunFolder:
         if needed > free:
             raise SizeError(
                 f"at least {needed / 1e9:.3g} GB would be written, "
-                f"the disk has {free / 1e9:.3g} GB free",
+                f"but the disk has {free / 1e9:.3g} GB free",
                 where=str(self.path),
                 hint='`[output] tables = ["designs"]` leaves the states out; '
                 "--dry-run prints the size beforehand",

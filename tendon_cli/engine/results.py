@@ -170,9 +170,10 @@ class Run(Result):
         if record["choices"] != designs:
             share = say.share(record["feasible_choices"], record["choices"], "choice")
             conditions = [_condition(key) for key in self.study.conditions]
-            together = " at once" if len(conditions) > 1 else ""
-            every = say.join_words(conditions) + together
-            facts.append(("choices", f"{share} feasible at every {every}"))
+            every = f"at every {say.join_words(conditions)}"
+            if len(conditions) > 1:
+                every = f"for every {say.join_words(conditions)} at once"
+            facts.append(("choices", f"{share} feasible {every}"))
         facts.append(("slack", say.share(record["slack"], record["states"], "state")))
         if self.note:
             facts.append(("no slack map", self.note))

@@ -228,18 +228,19 @@ class Sweep(Task):
         if uncertain and self.study.drawing is None:
             names = ", ".join(uncertain)
             warnings.append(
-                f"uncertain numbers have their middle ({names}); [uncertainty] with draws above 0"
-                " draws them"
+                f"uncertain numbers take their middle value ({names}); [uncertainty] with draws"
+                " above 0 draws them"
             )
         remark = kernel.missing_compiler_hint()
         if remark:
             warnings.append(remark)
         if record["no_equilibrium"]:
+            have = "has" if record["no_equilibrium"] == 1 else "have"
             warnings.append(
-                f"{share(record['no_equilibrium'], states, 'state')} have no equilibrium: the "
-                "flexor has passed the joint's centre (moment arm not above zero), where no "
-                "tensions balance a positive elbow torque, and those that balance another need "
-                "not be the only ones; their results are null"
+                f"{share(record['no_equilibrium'], states, 'state')} {have} no equilibrium: the "
+                "flexor has passed the joint's centre (its moment arm is not positive). No "
+                "tensions balance a positive elbow torque there, and those that balance another "
+                "need not be the only ones; the results are null"
             )
         if record["slack"] and self._is_bilateral_anywhere():
             warnings.append(
@@ -247,8 +248,9 @@ class Sweep(Task):
                 'not physics; slack = "unilateral" gives those of real tendons'
             )
         if record["unstable"]:
+            are = "is" if record["unstable"] == 1 else "are"
             warnings.append(
-                f"{share(record['unstable'], states, 'state')} are unstable (negative elbow "
+                f"{share(record['unstable'], states, 'state')} {are} unstable (negative elbow "
                 "stiffness): the spool would have to turn back, and friction acts the other way "
                 "there"
             )

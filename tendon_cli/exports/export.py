@@ -79,7 +79,7 @@ def export_answer(
     form = FORMS.get(to)
     if form is None:
         hint = hint_at_nearest(to, FORMS) or f"expected {', '.join(FORMS)}"
-        raise UsageError(f"{described(to)} is no form of an export", where="--to", hint=hint)
+        raise UsageError(f"{described(to)} is not a form of export", where="--to", hint=hint)
     path = result_path(out)
     if path.suffix.lower() != form.suffix:
         problem = f'"{shorten(path.name)}" does not end in {form.suffix}'

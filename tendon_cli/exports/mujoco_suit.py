@@ -157,7 +157,7 @@ def _remarks(suit: ChosenSuit, design: Design, *, frictionloss: bool) -> Iterato
     yield "SI units, rad; the elbow flexes and the spool winds the flexor in the positive sense"
     yield "motor: ctrl is its torque; keyframes are states of rest, with the torque that holds them"
     yield ""
-    yield "What MuJoCo lacks, and this model with it:"
+    yield "What MuJoCo lacks, and so does this model:"
     for side_name, side in (("flexor", design.flexor), ("extensor", design.extensor)):
         yield f"- the {side_name}'s sheath: {_friction_words(side)}"
     if frictionloss:

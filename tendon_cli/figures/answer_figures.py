@@ -162,12 +162,12 @@ def draw_windows(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page
     if not along:
         return None
     parts = [Slice.of(cube, [axis], chosen) for axis in along]
-    meaning = f"window: pretensions that suit {served_words(record)}"
+    meaning = f"window: pretensions that work for {served_words(record)}"
     key: list[Any] = [Patch(facecolor=_WINDOW, label=meaning)]
     if any((part.low > part.high).any() for part in parts):
         key.append(hatch_key("no window: the lower limit lies above the upper one"))
     if chosen["feasible"]:
-        key.append(star(label="pretension recommended"))
+        key.append(star(label="recommended pretension"))
     note = (
         "The limit that sets an end of the window is written next to it. "
         "Windows of other choices may differ."
@@ -365,16 +365,16 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> Page 
             color=OKABE_ITO[1],
             marker="o",
             linestyle="" if rows else "-",
-            label="front: no other is better in every goal",
+            label="Pareto front: no other choice is better in every goal",
         ),
         star(label=f"best compromise: {set_text(cube, best)}"),
     ]
     notes = []
     if len(record["goals"]) > 2:
-        notes.append("The front is one of more goals than the two that are drawn.")
+        notes.append("The front is one of more goals than the two drawn.")
     if cube.table.rows > _MOST_POINTS:
         drawn = f"{_MOST_POINTS:,} of {cube.table.rows:,} choices"
-        notes.append(f"The figure shows {drawn}, evenly spread, and the whole front.")
+        notes.append(f"Shown: {drawn}, evenly spaced, and the whole front.")
     page = answer_page(cube, record, "what one goal costs the other", 95.0, key, notes)
     panel = page.figure.subplots()
 

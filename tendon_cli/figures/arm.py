@@ -67,7 +67,7 @@ def arm_page(study: Study, elbow_angles: Sequence[float] = (), case: str | None 
     remarks = list(sizes.remarks)
     if len(angles) > _MOST_ANGLES:
         shown = f"{_MOST_ANGLES} of {len(angles)} elbow angles"
-        remarks.append(f"The figure shows {shown}, evenly spread.")
+        remarks.append(f"Shown: {shown}, evenly spaced.")
         angles = [angles[place] for place in evenly_spaced(len(angles), _MOST_ANGLES)]
     names = (study.title or study.name, case)
     title = ", ".join(name for name in names if name)

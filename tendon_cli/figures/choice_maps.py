@@ -52,9 +52,9 @@ _THREE_LINES = (28.0, 23.0)
 _MOST_WRITTEN = 120
 """Largest number of cells of a map whose values are also written in them."""
 _MEANING = (
-    "Colour: half the window as a length taken from both tendons, by which the setting may be off "
-    "on either side of its middle; beside it the share of the pretension. Pale: no pretension "
-    "suits {}, for the reason given."
+    "Colour: half the window, as a length taken from both tendons: how far the setting may be off "
+    "on either side of the middle; in brackets, its share of the pretension. Pale: no pretension "
+    "works for {}, for the reason given."
 )
 _NO_END = "Windows without an upper end have the darkest colour."
 _SETTABLE: dict[str, Any] = {"color": "#d55e00", "linewidth": 1.6}
@@ -173,7 +173,7 @@ def answer_page(
     told = [*(axis.column for axis in cube.axes), "pretension"]
     given = off_default(cube.study, told, {})
     if given:
-        lines.append(f"With {', '.join(given)}; all else by default.")
+        lines.append(f"With {', '.join(given)}; all else as by default.")
     return framed(
         f"{study_title}: {title}",
         panels,
@@ -307,11 +307,11 @@ def draw_tolerance(
         half = 0.5 * (part.high - part.low)
     settable = is_settable(record, part.length, half)
     if settable.any():
-        key.append(Line2D([], [], label=f"line around: {settable_label(record)}", **_SETTABLE))
+        key.append(Line2D([], [], label=f"inside the line: {settable_label(record)}", **_SETTABLE))
     faults = _fault_hatches(part.faults)
     for fault, hatch in faults.items():
         key.append(Patch(facecolor="none", edgecolor=INK, hatch=hatch, linewidth=0.4, label=fault))
-    title = "by how much the setting may be off"
+    title = "how far the setting may be off"
     notes = [_MEANING.format(served_words(record))]
     if np.isinf(part.high).any():
         notes.append(_NO_END)

@@ -78,7 +78,7 @@ def _thinned(fit: Any) -> list[str]:
     if not fit.is_log or every < 2:
         return []
     shown = -(-len(fit.rows) // every)
-    return [f"The figure shows {shown:,} of {len(fit.rows):,} readings, evenly spread."]
+    return [f"Shown: {shown:,} of {len(fit.rows):,} readings, evenly spaced."]
 
 
 def _draw_panels(figure: Figure, fit: Any) -> Axes:

@@ -267,7 +267,7 @@ def _thin_out(
             fewer.append(f"{len(drawn):,} of {len(all_positions):,} values of {name}")
     if not fewer:
         return positions, ()
-    return positions, (f"The figure shows {say.join_words(fewer)}, evenly spread.",)
+    return positions, (f"Shown: {say.join_words(fewer)}, evenly spaced.",)
 
 
 @dataclass(frozen=True)

@@ -79,7 +79,7 @@ def _draw_by_name(
         key.append(star(label=set_text(cube, chosen)))
     notes = ["Each bar is one choice; a mark at its end has the colour of the limit that ends it."]
     if np.isnan(low).any():
-        notes.append("A cross marks a choice that no pretension suits, whatever the limits.")
+        notes.append("A cross marks a choice for which no pretension works, whatever the limits.")
     page = answer_page(cube, record, "the window of each choice", 95.0, key, notes)
     panel = page.figure.subplots()
     places = np.arange(len(rows), dtype=np.float64)
@@ -152,12 +152,12 @@ def _draw_points(
         key.append(star(label=set_text(cube, chosen)))
     told = [f"each point is one of {count:,} choices"]
     if len(rows) < count:
-        told = [f"{len(rows):,} of {count:,} choices, evenly spread"]
+        told = [f"Shown: {len(rows):,} of {count:,} choices, evenly spaced"]
     if len(drawn) < len(columns):
         told.append(f"over {len(drawn)} of the {len(columns)} numbers that vary")
     lost = int(np.isnan(width).sum())
     if lost:
-        told.append(f"not drawn: {say.counted(lost, 'choice')} that no pretension suits")
+        told.append(f"not drawn: {say.counted(lost, 'choice')} without any pretension that works")
     meaning = (
         "Above zero: the width of the window of pretension, in the colour of the limit that ends "
         "it; below: by how much the limits miss each other, in the colour of the reason."

@@ -98,7 +98,7 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
     styles = [_reason_style(place) for place in range(len(reasons))]
     key = _window_key(low, high, is_served)
     if np.isfinite(band).all():
-        label = f"between these lines {say.percent(record['serve'])} or more of them are served"
+        label = f"between these lines at least {say.percent(record['serve'])} of them are served"
         key.append(Line2D([], [], label=label, **_LIMIT))
     for reason, style in zip(reasons, styles, strict=True):
         key.append(Line2D([], [], label=plain(reason["text"], width=60, lines=2), **style))
@@ -106,14 +106,12 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
     notes = []
     if unbalanced:
         notes.append(
-            f"{unbalanced} of {len(low)} {kind} have no pretension at all at which the arm "
-            "balances."
+            f"For {unbalanced} of {len(low)} {kind} the arm balances at no pretension at all."
         )
     balanced = len(low) - unbalanced
     if balanced > _MOST_LINES:
         notes.append(
-            f"The figure shows {_MOST_LINES:,} of {balanced:,} windows, evenly spread over all "
-            "in their order."
+            f"Shown: {_MOST_LINES:,} of {balanced:,} windows, evenly spaced in their order."
         )
     page = framed(population["title"], 68.0, key, notes, study=source_of(record))
     shape: dict[str, Any] = {"ncols": 2, "width_ratios": [1.5, 1.0]} if has_bodies else {}
@@ -123,7 +121,7 @@ def for_whom(record: AnswerRecord, rows: Table) -> Page:
     panels[0].set_ylabel(f"{name} ({record['question']['unit']})")
     if len(low) > 1:
         read = name.partition(" in the ")[0]
-        panels[0].set_xlabel(f"{kind}, in the order of the least {read} they need (%)")
+        panels[0].set_xlabel(f"{kind}, sorted by the least {read} they need (%)")
     if has_bodies:
         groups = [members(rows, reason, pretension) for reason in reasons]
         _draw_bodies(panels[1], population, rows, groups, styles)
@@ -354,5 +352,5 @@ def _draw_probability(axes: Axes, record: AnswerRecord) -> None:
     if len(pretension) and pretension[0] < pretension[-1]:
         axes.set_xlim(pretension[0], pretension[-1])
     axes.set_ylim(0.0, 104.0)
-    axes.set_ylabel("in the window (%), band of 95 %")
+    axes.set_ylabel("share in the window (%), 95 % band")
     axes.set_xlabel(f"{pretension_name(record['study'])} ({record['question']['unit']})")

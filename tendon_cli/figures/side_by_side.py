@@ -111,9 +111,9 @@ def margins_page(
     notes = ["Above the line the margin is larger in the later run."]
     if len(known) < len(before):
         left_out = say.counted(len(before) - len(known), "design")
-        notes.append(f"{left_out} without equilibrium in one of them not shown.")
+        notes.append(f"Not shown: {left_out} without equilibrium in one of the runs.")
     if every > 1:
-        notes.append(f"{len(shown):,} of {len(known):,} designs, evenly spread.")
+        notes.append(f"Shown: {len(shown):,} of {len(known):,} designs, evenly spaced.")
     ends = np.concatenate([before[shown], now[shown], [0.0]])
     pad = 0.05 * float(np.ptp(ends)) or 1.0
     low = float(ends.min()) - pad

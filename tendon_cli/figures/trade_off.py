@@ -161,7 +161,7 @@ def trade_off_page(
         raise UsageError("no choice has a window, whichever limit is taken", where="--x")
     along = _along(cube, axis, trade_off, column)
     colours = _colours(along.others)
-    meaning = f"window that suits {served_words(record)}"
+    meaning = f"window that works for {served_words(record)}"
     key: list[Any] = [Patch(facecolor=_WINDOW, label=meaning)]
     key.append(Line2D([], [], label="pretension to set", **_point(INK)))
     if not along.has_window.all():
@@ -172,7 +172,7 @@ def trade_off_page(
         key.append(star(label="choice named first"))
     notes = ["Window and tension are those of the choice that would be named first at each value."]
     if len(set(filter(None, along.others))) > _MOST_COLOURS:
-        notes.append("The choices differ in more than colours could tell.")
+        notes.append("The choices differ in more than colours can show.")
     page = answer_page(
         cube,
         record,

@@ -153,7 +153,7 @@ def _sides_by_position(readings: Readings, way: Integers, log_ratio: Floats) -> 
         agreement = float(np.mean((way * np.sign(away))[counted]))
     if abs(agreement) < 0.2 and len(np.unique(way)) > 1:
         name = shorten(readings.position_name, 30)
-        problem = f'"{name}" turns round at other times than the force ratio'
+        problem = f'"{name}" reverses at other times than the force ratio'
         hint = "is it the position of the motor, recorded by the same clock?"
         raise InputError(problem, where=readings.source, hint=hint)
     return way if agreement >= 0.0 else -way
@@ -261,11 +261,11 @@ def motor_cell(
         if not is_stated and not readings.motor:
             return other, [], []
         problem = (
-            f"friction would help the motion: cell {first}, at the motor, reads less where it pulls"
+            f"friction would help the motion: cell {first}, at the motor, reads less while it pulls"
         )
         hint = (
-            f"if cell {other} is at the motor, say --motor {other};"
-            " else check the column of directions"
+            f"if cell {other} is at the motor, give --motor {other};"
+            " if not, check the column of directions"
         )
         raise InputError(problem, where=readings.source, hint=hint)
     if is_stated or (agreement > 0 and not readings.motor):
@@ -278,7 +278,7 @@ def motor_cell(
             return first, [], []
         header = shorten(readings.names[int(first) - 1], 30)
         warning = (
-            f'"{header}" hardly changes between the directions, the other does:'
+            f'"{header}" hardly changes between the directions, but the other does:'
             " are the headers swapped?"
         )
         return first, [], [warning]
@@ -289,7 +289,7 @@ def motor_cell(
         if change > _CHANGES_MORE * change_of_other:
             note = f"cell {cell} is taken as the motor's: it changes more between the directions"
             return cell, [note], []
-    note = "cell 1 is taken as the motor's, since nothing says which is; --motor 2 says otherwise"
+    note = "cell 1 is taken as the motor's, because nothing says which is; --motor 2 changes this"
     return "1", [note], []
 
 

@@ -355,7 +355,7 @@ def why_no_limit(log: Log, result: FrictionEstimate) -> str | None:
     share = float(np.mean(result.used))
     climb = climbing(log, result)
     if climb > _NEVER_RESTS or (climb > _CLIMBS and share < _SOME_ROWS):
-        return "no stroke slips: the force ratio still moves where each of them ends"
+        return "no stroke slips: the force ratio is still moving at the end of each"
     if share < _FEW_ROWS:
         return (
             f"only {result.used.sum()} of {len(log.way)} rows slip,"

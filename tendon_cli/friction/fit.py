@@ -124,7 +124,7 @@ def _estimated(readings: Readings, prepared: PreparedLog, zero: float | None) ->
     """
     log = prepared.log
     result = estimate(log, zero)
-    longer = "make the strokes longer, until the force ratio rests"
+    longer = "make the strokes longer, until the force ratio settles"
     if result is None:
         problem = "no stroke slips: the force ratio reaches no limit"
         raise InputError(problem, where=readings.source, hint=longer)

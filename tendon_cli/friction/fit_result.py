@@ -346,26 +346,28 @@ def _bend_text(fit: Fit) -> str:
     text = fit.bend.text
     product = f"μφ = {fit.friction_bend:.4g}"
     if not fit.bend_angles:
-        return "not given, so the answer is μφ; --bend-angle makes it μ"
+        return "not given, so the answer is μφ; give --bend-angle for μ"
     if fit.bend.uncertainty_text:
         return f"{text} +/- {fit.bend.uncertainty_text}; {product}"
     if len(fit.bend_angles) > 1:
         return text
     share = 100.0 * math.radians(1.0) / fit.bend_angles[0]
-    return f"{text} (taken as exact; 1 deg more is {share:.1f} % less μ); {product}"
+    return f"{text} (taken as exact; 1 deg more gives {share:.1f} % less μ); {product}"
 
 
 def _gain_text(fit: Fit) -> str:
     """Return the gain of the motor's cell over that of the load's."""
     if len(fit.by_direction) == 1:
         return "1, assumed (one direction only)"
-    return f"{fit.gain_ratio:.4f}, motor's cell (cell {fit.motor}) over load's, removed from μ"
+    return (
+        f"{fit.gain_ratio:.4f}, motor's cell (cell {fit.motor}) over load's; μ is corrected for it"
+    )
 
 
 def _plain_text(fit: Fit, digits: int) -> str:
     """Return the plain answer, which ten lines of NumPy give, and why the fit differs."""
     plain = fit.plain
-    changes = {"by rows set aside": plain.moved_by_rows, "by what is fitted": plain.moved_by_fit}
+    changes = {"by rows set aside": plain.moved_by_rows, "by fitted effects": plain.moved_by_fit}
     reasons = [
         f"{100.0 * share:+.1f} % {reason}"
         for reason, share in changes.items()

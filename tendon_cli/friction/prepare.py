@@ -158,12 +158,11 @@ def _good_rows(codes: npt.NDArray[np.int8], source: str) -> Mask:
     good = np.asarray(codes == USED)
     if saturated > _MOSTLY:
         problem = (
-            f"{100.0 * saturated:.0f} % of the rows are saturated, "
-            "so it is not known what slips there"
+            f"{100.0 * saturated:.0f} % of the rows are saturated, so what slips there is unknown"
         )
         raise InputError(problem, where=source, hint="use cells of a larger range")
     if not good.any():
-        problem = "no row has two forces above zero"
+        problem = "no row has both forces above zero"
         raise InputError(problem, where=source, hint="check the sign of the cells")
     return good
 
@@ -176,7 +175,7 @@ def _check_enough(side: Integers, bend: Floats, source: str) -> None:
             f"{counted(len(side), 'reading')} used,"
             f" fewer than the {needed} needed to show how they scatter"
         )
-        hint = "repeat the measurement: five strokes or more in each direction are good"
+        hint = "repeat the measurement with five strokes or more in each direction"
         raise InputError(problem, where=source, hint=hint)
     if not np.any(bend > 0.0):
         raise InputError("every bend angle is 0", where=source)

@@ -26,9 +26,12 @@ _MATTERS = 0.02
 _NOTED = 0.005
 """Share of μ from which something is a note."""
 _MOST = {
-    SATURATED: (0.10, "are saturated, so it is not known what slips there; use a larger range"),
-    SPIKE: (0.10, "are spikes, and the readings between them may be wrong, too; check the wiring"),
-    NOT_POSITIVE: (0.15, "are at or below zero: the tendon is slack or a zero is off; load it"),
+    SATURATED: (0.10, "are saturated, so what slips there is unknown; use cells of a larger range"),
+    SPIKE: (0.10, "are spikes, and the readings between them may be wrong too; check the wiring"),
+    NOT_POSITIVE: (
+        0.15,
+        "are at or below zero: the tendon is slack or a cell's zero is off; load the tendon",
+    ),
 }
 """Largest share of rows with each fault, and words for more: the fault then selects the rest."""
 _GAIN_NOTE = 0.05
@@ -98,17 +101,17 @@ class Remarks:
                 self.warnings.append(
                     f"delay: the {cell}'s cell is {abs(value):.3g} {check.unit} late,"
                     f" {100.0 * stroke_share:.0f} % of a stroke; {self.mu} is corrected for it;"
-                    " log both cells by one clock and filter"
+                    " log both cells with one clock and one filter"
                 )
             if effect == FORCE:
                 self.warnings.append(
-                    f"{self.mu} varies as the force to the power {value:.2g}:"
+                    f"{self.mu} varies with the force to the power {value:.2g}:"
                     " the number holds at the mean force; measure at the force that you use"
                 )
             if effect == ENTRY:
                 self.warnings.append(
-                    f"friction outside of the bend takes {value:.3g} ± {check.standard_error:.1g}"
-                    f" of the log ratio: it is not in {self.mu};"
+                    f"friction outside the bend takes {value:.3g} ± {check.standard_error:.1g}"
+                    f" of the log ratio and is not in {self.mu};"
                     " look for what rubs at the ends of the sheath"
                 )
 
@@ -156,8 +159,8 @@ class Remarks:
         if low <= min(rivals) and max(rivals) <= high:
             return
         self.warnings.append(
-            f"the readings show a zero error, but hardly in which cell: {self.mu} may be from"
-            f" {min(rivals):.3g} to {max(rivals):.3g};"
+            f"the readings show a zero error, but hardly in which cell: {self.mu} may be anything"
+            f" from {min(rivals):.3g} to {max(rivals):.3g};"
             " state what the cells read without load (--zero-motor, --zero-load)"
         )
 
@@ -188,8 +191,8 @@ class Remarks:
         speed = self.fit.speed
         if drifts[0] and speed and abs(speed.power) > 3.0 * speed.standard_error:
             self.warnings.append(
-                f"{self.mu} varies as the speed to the power {speed.power:.2g}: the number is a"
-                " mean over the speeds of the file; measure at the speed that you use"
+                f"{self.mu} varies with the speed to the power {speed.power:.2g}: the number is a"
+                " mean over the speeds in the file; measure at the speed that you use"
             )
         elif drifts[0]:
             self._warn_of_drift(self.mu, float(values[0]))
@@ -199,8 +202,8 @@ class Remarks:
     def _warn_of_drift(self, name: str, change: float) -> None:
         """Warn that μ or the gain changes along the file; `change` is a share."""
         self.warnings.append(
-            f"drift: {name} changes by {100.0 * change:+.1f} % along the file, {self.mu} is a mean;"
-            " warm up the cells, run the tendon in, and measure again"
+            f"drift: {name} changes by {100.0 * change:+.1f} % over the file, so {self.mu} is a"
+            " mean; warm up the cells, run the tendon in, and measure again"
         )
 
     def _check_zeros(self) -> None:
@@ -215,13 +218,13 @@ class Remarks:
         newton = 1.0 / (force_factor(unit) or 1.0) if unit else 0.01 * float(np.mean(points.load))
         moved = max(abs(slope) * newton / self.friction for slope in models[0].zero)
         amount = "1 N" if unit else "1 % of the force"
-        would = f"{amount} of zero error in a cell would move {self.mu} by {100.0 * moved:.1f} %"
+        would = f"a zero error of {amount} in a cell would move {self.mu} by {100.0 * moved:.1f} %"
         up = float(np.mean(np.log(points.load[points.way == 1])))
         down = float(np.mean(np.log(points.load[points.way == -1])))
         difference = abs(up - down)
         if difference > _FAR_FORCES and moved > _MATTERS:
             self.warnings.append(
-                f"the forces of the two directions lie {100.0 * difference:.0f} % apart: {would};"
+                f"the forces of the two directions differ by {100.0 * difference:.0f} %: {would};"
                 " state the cells' zeros (--zero-motor, --zero-load)"
             )
         elif moved > _NOTED:
@@ -230,8 +233,8 @@ class Remarks:
             room = ""
             if assumed:
                 force = f"{max(assumed):.2g} {unit}" if unit else f"{max(assumed):.2g}"
-                room = f"; the interval has room for {force} (--cell-uncertainty states yours)"
-            self.notes.append(f"{would}, and these forces do not show it{room}")
+                room = f"; the interval allows for {force} (--cell-uncertainty states yours)"
+            self.notes.append(f"{would}, and these forces would not show it{room}")
 
     def _check_gains(self) -> None:
         """Compare the gains of the cells."""
@@ -247,11 +250,13 @@ class Remarks:
         reads = f"one cell reads {100.0 * excess:.0f} % more than the other at the same force"
         if excess > _GAIN_WARNING:
             self.warnings.append(
-                f"{reads}: one of them is not calibrated, or not of this tendon;"
-                " load both with one weight"
+                f"{reads}: one of them is not calibrated, or does not measure this tendon;"
+                " load both with the same weight"
             )
         elif excess > _GAIN_NOTE:
-            self.notes.append(f"{reads}; it cancels between the directions, but calibrate them")
+            self.notes.append(
+                f"{reads}; this cancels between the directions, but calibrate the cells"
+            )
 
     def _remark_one_way(self) -> None:
         """Say that one direction alone does not show the gain.
@@ -262,8 +267,8 @@ class Remarks:
         found = "only one direction reaches a limit" if has_both else "one direction only"
         change = 1.0 / float(self.points.bend.max()) / self.friction
         remark = (
-            f"{found}: gain and zero errors of the cells hide in it;"
-            f" 1 % between the gains would change {self.mu} by {change:.1f} %"
+            f"{found}: gain and zero errors of the cells hide in {self.mu};"
+            f" 1 % between the gains would change it by {change:.1f} %"
         )
         if has_both:
             self.warnings.append(remark)
@@ -280,14 +285,14 @@ class Remarks:
         share = float(np.mean(self.result.used))
         if share < _FEW_USED:
             self.warnings.append(
-                f"only {100.0 * share:.0f} % of the rows lie on a limit, and {self.mu} may come"
-                " from peaks: a cell is late or the strokes are short; log both cells by one clock,"
-                " make the strokes longer"
+                f"only {100.0 * share:.0f} % of the rows lie on a limit, so {self.mu} may come"
+                " from peaks: a cell is late or the strokes are short; log both cells with one"
+                " clock and make the strokes longer"
             )
         climb = climbing(self.log, self.result)
         if climb > _CLIMBS:
             self.warnings.append(
-                f"the force ratio still climbs on the limit, by {100.0 * climb:.0f} % of its way"
+                f"the force ratio still climbs on the limit, by {100.0 * climb:.0f} % of its change"
                 f" in a stroke: {self.mu} may be too small; make the strokes longer"
             )
 
@@ -308,15 +313,15 @@ class Remarks:
             )
         if abs(fit.from_plain) > _PLAIN_AWAY:
             self.warnings.append(
-                f"{self.mu} is {100.0 * fit.from_plain:+.0f} % from the plain answer,"
+                f"{self.mu} differs by {100.0 * fit.from_plain:+.0f} % from the plain answer,"
                 f" {fit.plain.friction:.3g}; see which rows are used (--plot)"
             )
         slack = 2.0 * fit.uncertainty.standard_error
         alone = [direction.friction for direction in fit.by_direction.values()]
         if len(alone) == 2 and not min(alone) - slack <= friction <= max(alone) + slack:
             self.warnings.append(
-                f"{self.mu} is outside of what each direction gives alone,"
-                f" {alone[0]:.3g} and {alone[1]:.3g}: the effects fitted for the rig cause it;"
+                f"{self.mu} lies outside what each direction gives alone,"
+                f" {alone[0]:.3g} and {alone[1]:.3g}: the effects fitted for the rig cause this;"
                 " state the cells' zeros"
             )
         if fit.bend_angle is not None and friction > 1.0:

@@ -175,8 +175,8 @@ def _angles_of_column(
         agrees = np.allclose(angles, bend.radians, rtol=1e-6, atol=0.0)
         if not agrees:
             problem = (
-                f"the bend angle is given twice: {bend.text}"
-                f" and by a column of {source} that says otherwise"
+                f"the bend angle is given twice: as {bend.text},"
+                f" and differently by a column of {source}"
             )
             hint = (
                 "leave the option out to use the column;"

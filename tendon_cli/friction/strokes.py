@@ -196,7 +196,7 @@ def disagreement(files: tuple[dict[str, Any], ...]) -> list[str]:
         return []
     shown = ", ".join(f"{value:.4g}" for value in values[:6])
     warning = (
-        f"the files do not agree, they give {shown}: one number does not hold for all;"
+        f"the files do not agree, they give {shown}: no single number holds for all;"
         " fit them one by one"
     )
     return [warning]

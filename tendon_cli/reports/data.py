@@ -145,7 +145,7 @@ def thinning_text(axes: Iterable[PageAxis], left_out: Sequence[str]) -> list[str
         parts.append(f"it leaves out {', '.join(left_out)}")
     if not parts:
         return []
-    return [f"This page is kept small: {'; '.join(parts)}. The tables have everything."]
+    return [f"To keep this page small, {'; '.join(parts)}. The tables have everything."]
 
 
 def within_size(records: Iterable[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[str]]:

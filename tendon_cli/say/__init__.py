@@ -21,6 +21,7 @@ from tendon_cli.say.limit_phrases import (
 from tendon_cli.say.words import (
     WIDTH,
     align_cells,
+    all_of,
     at_least,
     at_most,
     byte_size,
@@ -62,6 +63,7 @@ __all__ = [
     "LimitWords",
     "Section",
     "align_cells",
+    "all_of",
     "as_text",
     "at_least",
     "at_most",

@@ -64,11 +64,11 @@ def conflict(limits: Sequence[str], bounds: LimitValues, read: str = "pretension
 
 
 def conflict_label(limits: Sequence[str], bounds: LimitValues) -> str:
-    """Explain a conflict in few words for a legend: "slack and stability exclude each other"."""
+    """Explain a conflict in few words for a legend: "slack and stability conflict"."""
     words = [limit_words(limit, bounds) for limit in limits]
     if len(words) == 1:
         return words[0].label
-    return f"{words[0].topic} and {words[1].topic} exclude each other"
+    return f"{words[0].topic} and {words[1].topic} conflict"
 
 
 # --- Proof ---------------------------------------------------------------------------------------
@@ -99,5 +99,5 @@ def proof_sentence(between: BetweenSamples) -> str:
         if error is not None:
             text += f"; an end is off by at most {number(error, 2)} N"
     elif status == SAMPLED and error is not None:
-        text += f": an end may be off by {number(error, 2)} N between them"
+        text += f": between the samples an end may be off by {number(error, 2)} N"
     return f"{text}."

@@ -250,10 +250,19 @@ def share_of(members: str, served: float, low: float, high: float, text: str = "
     """
     span = interval_text(served, low, high)
     if served >= 1.0:
-        return f"all {members} ({span})"
+        return f"{all_of(members)} ({span})"
     if served <= 0.0:
         return f"none of {members} ({span})"
     return f"{text or percent(served)} of {members} ({span})"
+
+
+def all_of(members: str) -> str:
+    """Say all of who or what is counted: "all 40 draws", "both draws", "all of this man's"."""
+    if members.startswith("this"):
+        return f"all of {members}"
+    if members.startswith("2 "):
+        return f"both {members.removeprefix('2 ')}"
+    return f"all {members}"
 
 
 def interval_text(served: float, low: float, high: float) -> str:
@@ -289,7 +298,7 @@ _COLUMNS = {
 def column(name: str) -> str:
     """Return the words for a column or a quantity: "flexor tension at the elbow"."""
     if name.startswith(_BOUND):
-        return f"limit of {column(name.removeprefix(_BOUND))}"
+        return f"limit on {column(name.removeprefix(_BOUND))}"
     words = _COLUMNS.get(name, name)
     for mark, word in _WORDS_OF_MARKS.items():
         words = words.replace(mark, word)

@@ -107,7 +107,7 @@ def _geometry(state: State, design: Design, angle: float, table: str) -> list[Pa
             "Geometry",
             theta,
             ("H_f", "shortening of the flexor's path", motion.flexor_travel, "m", table),
-            ("H_e", "lengthening of the extensor's", motion.extensor_travel, "m", table),
+            ("H_e", "lengthening of the extensor's path", motion.extensor_travel, "m", table),
             ("J_f", "dH_f/dθ of the same curve", motion.flexor_moment_arm, "m", "Eq. 5"),
             ("J_e", "dH_e/dθ of the same curve", motion.extensor_moment_arm, "m", "Eq. 5"),
         )
@@ -160,7 +160,7 @@ def _load(state: State, design: Design, angle: float) -> list[PageLine]:
     formula = "M g sin(θ + ψ), g = 9.81"
     other = scalar(state.other_torque)
     if other:
-        rows.append(("τ_o", "asked for by joint, task and inertia", other, "N m"))
+        rows.append(("τ_o", "for the joint, the task and inertia", other, "N m"))
         formula = "M g sin(θ + ψ) + τ_o, g = 9.81"
     rows.append(("τ_a", formula, state.coupling.elbow_torque, "N m", "Eq. 5"))
     return section("Load", *rows)
@@ -197,7 +197,7 @@ def _balance(state: State, design: Design) -> list[PageLine]:
         ("y_b", "(J D - η c_f τ_a) / Δ", y_both, "N", "Eqs. 5, 16"),
         ("y", rule, balance.extensor, "N"),
         ("x", "(τ_a + R_elb y) / J", balance.flexor, "N", "Eq. 5"),
-        ("σ", "η c_f x + c_e y - D, path that is loose", balance.loose, "m"),
+        ("σ", "η c_f x + c_e y - D, loose length", balance.loose, "m"),
     )
 
 
@@ -298,7 +298,7 @@ def moving_lines(state: State, time: float) -> list[PageLine]:
     """Return lines of speed, power and sliding at one state of a motion in time; `time` in s."""
     rates = motor_rates(state)
     speed = np.asarray(0.0 if state.rates is None else state.rates.speed)
-    formula = "speed of the motor, stretching springs too"
+    formula = "speed of the motor, springs stretching"
     lines = section(
         f"Motor at {time:.6g} s (slack sides left out)",
         ("θ̇", "speed of the elbow", speed, "rad/s"),
@@ -314,7 +314,7 @@ def moving_lines(state: State, time: float) -> list[PageLine]:
         lines += section(title, ("s", "tendons slide: 1 as in flexion, else -1", way, "1"))
         if np.ravel(state.sliding.turning)[0]:
             other = state.sliding.other_torque
-            lines += section(title, ("τ_m'", "turning: τ_m lies between it and this", other, "N m"))
+            lines += section(title, ("τ_m'", "turning: torque between τ_m and this", other, "N m"))
     return lines
 
 
@@ -371,9 +371,9 @@ def reversal_lines(state: State, elbow_angle: float, *, flexion: bool) -> list[P
         ("F_I'", "F_I e^(2σμφ), as the far end follows", after, "N"),
         ("δ", "F_o |c_Ten - c_Ten'|, stretch until then", stretches, "m"),
         ("Δα", "δ/R_f, δ/(η R_f), turn until then", tuple(turns), "rad"),
-        ("W_μ", "what friction takes until then", losses, "J"),
+        ("W_μ", "lost to friction until then", losses, "J"),
         ("τ_m'", "motor torque as the motion stops", at_start, "N m"),
-        ("τ_m''", "as the first, and the second end follows", at_follows, "N m"),
+        ("τ_m''", "as the first and the second end follow", at_follows, "N m"),
     )
 
 

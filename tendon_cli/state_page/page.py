@@ -186,8 +186,8 @@ def _nominal(study: Study) -> tuple[Study, list[str]]:
     if len(study.uncertain) > _MOST_LISTED:
         chooses = f"--set KEY=... for any of these {len(study.uncertain)} numbers"
     note = (
-        "uncertain numbers are nominal; --draw 1 takes those of the first draw, "
-        f"{chooses} chooses a value"
+        "uncertain numbers take their nominal values; --draw 1 takes those of the first draw, "
+        f"{chooses} sets a value"
     )
     return study.replaced({"uncertainty": None}), [note]
 
@@ -202,10 +202,10 @@ def _drawn(study: Study, draw: int) -> tuple[Study, list[str]]:
     drawing = study.drawing
     if drawing is None:
         hint = "a number such as friction = { mean = 0.07, std = 0.01 } is drawn"
-        raise UsageError("nothing is drawn in this study", where="--draw", hint=hint)
+        raise UsageError("this study draws nothing", where="--draw", hint=hint)
     count = study.draws or len(study.people.population if study.people is not None else ())
     if not 1 <= draw <= count:
-        raise UsageError(f"there is no draw {draw}", where="--draw", hint=f"1 to {count}")
+        raise UsageError(f"there is no draw {draw}", where="--draw", hint=f"expected 1 to {count}")
     draws = draw_numbers(study.uncertain, count, drawing.seed, study.correlation)
     values = {key: float(of_draws[draw - 1]) for key, of_draws in draws.items()}
     texts = [f"{key} = {value:.6g}" for key, value in values.items()]
@@ -228,10 +228,10 @@ def _drawn(study: Study, draw: int) -> tuple[Study, list[str]]:
 def _no_equilibrium(elbow_torque: float) -> str:
     """Return the reason why there is no equilibrium at an elbow torque in N m."""
     if elbow_torque > 0.0:
-        return "J is not above zero and τ_a is, so no pair of tensions balances the elbow"
+        return "J is not positive but τ_a is, so no pair of tensions balances the elbow"
     return (
-        "J is not above zero, so a balance may exist, but need not be the only one; "
-        "the model does not answer"
+        "J is not positive; a balance may exist, but it need not be the only one, "
+        "so the model gives none"
     )
 
 
@@ -274,7 +274,7 @@ def _fitted_lines(study: Study) -> list[PageLine]:
     source = study.sources.get("fitted_from")
     if source is None:
         return []
-    title = "Fitted to logs of the suit, and the study's own"
+    title = "Fitted to the suit's logs, and stated in the study"
     lines = []
     for key, fitted in source["fitted"].items():
         quantity = keys()[key].number.quantity
@@ -326,8 +326,8 @@ def _notes(plan: Plan, block: Block) -> list[str]:
     count = plan.states_per_design
     if plan.study.trajectory is not None:
         notes.append(
-            f"the first sample that counts, of the trajectory's {count}, with its inertia; "
-            "`tendon sweep` and `tendon show RUN --table states` have them all"
+            f"the first counted sample of the trajectory's {count}, with its inertia; "
+            "`tendon sweep` computes all, `tendon show RUN --table states` shows them"
         )
     elif count > 1:
         notes.append(

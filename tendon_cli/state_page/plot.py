@@ -213,15 +213,16 @@ def _notes(design: Design, plan: Plan, *, turns: bool) -> list[str]:
         loss = cycle_columns(design, angles, _BOTH_DIRECTIONS, speed.single)["friction_loss"]
         if np.isfinite(loss).all():
             notes.append(
-                f"The shaded area is what friction takes over both strokes, {loss.item():.3g} J."
+                f"The shaded area is the work lost to friction over both strokes, {loss.item():.3g}"
+                " J."
             )
     if plan.study.trajectory is not None:
         notes.append(
-            "Torque against speed is that of the samples that count, with friction in the "
-            "direction in which the tendons slide."
+            "Torque against speed shows the counted samples, with friction in the direction in "
+            "which the tendons slide."
         )
     if turns:
-        notes.append("Dots: where the far end of each tendon follows the spool.")
+        notes.append("Dots: where the far end of each tendon begins to follow the spool.")
     return notes
 
 

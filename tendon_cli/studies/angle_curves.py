@@ -427,7 +427,7 @@ def not_covered(study: Any, table: CurveTable, *, is_travel: bool) -> str | None
     for key, angle in asked:
         if not low - _ROUNDING <= angle <= high + _ROUNDING:
             reach = f"{math.degrees(low):.6g} to {math.degrees(high):.6g} deg"
-            return f"reaches from {reach}, but {key} asks for {math.degrees(angle):.6g} deg"
+            return f"covers {reach}, but {key} needs {math.degrees(angle):.6g} deg"
     return None
 
 
@@ -494,7 +494,7 @@ def warnings_of(study: Any, table: CurveTable, where: str) -> list[str]:
     for side in SIDES:
         slopes = table.spline(side)(table.angles, 1)
         if (slopes < 0.0).all():
-            hint = f"is the sign of {side} the other way? Both travels increase with flexion"
+            hint = f"is the sign of {side} reversed? Both travels increase with flexion"
             raise InputError(f"the travel of the {side} falls throughout", where=where, hint=hint)
         if (slopes <= 0.0).any():
             falling = np.degrees(table.angles[slopes <= 0.0])

@@ -264,7 +264,7 @@ def _anchor_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
     is_measured = study.arm.anchors == "measured"
     if study.arm.anchors is None and keys_given:
         names = ", ".join(keys_given)
-        problem = f"is needed, since this study states {names} and a file of persons"
+        problem = f"is needed because this study states {names} and has a file of persons"
         yield Fault(key, problem, _WHOSE_ANCHORS)
     elif is_measured and not keys_given and not any(name in at_fault for name in _ANCHOR_KEYS):
         problem = '"measured" is about stated anchors, but this study states none'

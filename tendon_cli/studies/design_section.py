@@ -157,10 +157,10 @@ class Goals(Part):
     )
     serve: Annotated[StudyNumber | None, SingleField("serve", _LEAST_SERVED, 1.0)] = None
     minimise: Words = field_default(
-        (), description="columns of choices.parquet; several goals give a front"
+        (), description="columns of choices.parquet; several goals give a Pareto front"
     )
     maximise: Words = field_default(
-        (), description="columns of choices.parquet; several goals give a front"
+        (), description="columns of choices.parquet; several goals give a Pareto front"
     )
     prove: RowWords = field_default(
         (), description="choices to prove besides the best, by their rows in choices.parquet"

@@ -119,7 +119,7 @@ def _fault(detail: Any, places: KeyPlaces) -> Fault:
 
 
 _FALLEN_AWAY = {
-    "motion.reversal": "leave it out: friction goes with the sliding of the tendons, which follows "
+    "motion.reversal": "leave it out: friction follows the sliding of the tendons, which follows "
     "from the motion and the suit",
 }
 """Keys of earlier versions, each with what to do now."""
@@ -135,7 +135,7 @@ def _problem_and_hint(detail: Any, path: list[str]) -> tuple[str, str | None]:
     if kind == "extra_forbidden":
         key = ".".join(path[2:] if path[0] == "cases" else path)
         if path[0] == "cases" and any(f"{known}.".startswith(f"{key}.") for known in key_words()):
-            hint = f"say {key} for the whole study, or write a study for each case"
+            hint = f"state {key} for the whole study, or write a study for each case"
             return "is the same for all cases", hint
         if key in _FALLEN_AWAY:
             return "is no longer a key", _FALLEN_AWAY[key]

@@ -252,7 +252,7 @@ def varied_study(study: Study, settings: Mapping[str, Any]) -> Study:
     """
     if EXTENDS in settings:
         hint = 'tendon.load_study(path, ["extends=other.toml"]) reads it with another base'
-        raise UsageError("a study that is read already cannot extend another", hint=hint)
+        raise UsageError("a study that has been read cannot extend another", hint=hint)
     content = study.document()
     # A default that is written out would count as stated, for persons who are added or a gauge.
     stated = study.arm.model_fields_set

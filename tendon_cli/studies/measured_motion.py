@@ -209,8 +209,8 @@ def facts_of(motion: Any, where: str) -> dict[str, Any]:
     note = (
         f"{shorten(where, 200)}: {len(time):,} samples at {rate:.4g} Hz, low-pass of {cutoff:.4g} "
         f"Hz (Butterworth, second order, forward and back), which removes {residual:.2g} deg "
-        f"(rms); {trajectory.margin:.3g} s at either end do not count; between them the largest "
-        f"speed is {speed:.4g} deg/s, the largest acceleration {acceleration:.4g} rad/s²"
+        f"(rms); the first and last {trajectory.margin:.3g} s do not count; between them the "
+        f"largest speed is {speed:.4g} deg/s, the largest acceleration {acceleration:.4g} rad/s²"
     )
     if "torque" in table.columns:
         note += f"; {task_note(table)}"

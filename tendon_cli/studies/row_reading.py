@@ -202,7 +202,7 @@ class RowReader:
             near = hint_at_nearest(header.name, row_keys(), cutoff=0.6)
             if header.name.startswith("motion."):
                 problem = "is the same for all rows"
-                self._refuse_header(header, problem, f"say {header.name} in the study")
+                self._refuse_header(header, problem, f"state {header.name} in the study")
             elif near is None:
                 tables = "keys such as spring.stiffness (kN/m); other headers have no dot"
                 self._refuse_header(header, "unknown key", tables)
@@ -246,7 +246,7 @@ class RowReader:
             if not name:
                 problem = "an empty name, expected one for each row"
             elif len(name) > _LONGEST_NAME or not name.isprintable():
-                problem = f"{described(name)} is no name, expected {_LONGEST_NAME} characters"
+                problem = f"{described(name)} is not a name, expected {_LONGEST_NAME} characters"
                 problem += " at most that can be printed"
             elif name in rows:
                 problem = f'"{shorten(name)}" is the name of two rows'
@@ -389,7 +389,7 @@ class RowReader:
         dimension = mark.quantity.dimension
         units = known_units(dimension)
         hint = hint_at_nearest(header.unit, units) or f"units of {dimension}: {', '.join(units)}"
-        problem = f'"{shorten(header.unit)}" is no unit of {dimension}'
+        problem = f'"{shorten(header.unit)}" is not a unit of {dimension}'
         if dimension == "number":
             problem = "is a number without a unit, expected nothing in brackets"
             hint = f'write "{header.name}"'

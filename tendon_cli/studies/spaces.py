@@ -265,7 +265,7 @@ def _measured_anchor_faults(study: Study) -> Iterator[Fault]:
     key = "arm.anchors"
     scaled = 'anchors = "mean man" scales those of the mean man to each person'
     if not study.people.is_from_file:
-        problem = '"measured" is about the one person of a file, but a survey draws the persons'
+        problem = '"measured" is for the one person of a file, but a survey draws its persons'
         yield Fault(key, problem, f'[people] file = "me.csv" with that person; {scaled}')
         return
     persons = len(study.people.population.persons)
@@ -343,8 +343,8 @@ def _undetermined_fault(space: Space, falling: Flags) -> Fault:
         count = f"{np.count_nonzero(designs):,} of {len(space):,} designs"
         where = f" in {count}, first with {', '.join(values)}"
     problem = (
-        f"does not tell the pretension{where}: friction and the moment arms let the torque of the"
-        " motor fall, or stay, as both tendons tighten"
+        f"does not determine the pretension{where}: friction and the moment arms let the motor's"
+        " torque fall, or stay, as both tendons tighten"
     )
     hint = 'another gauge, such as read = "flexor at motor", or leave these values out'
     return Fault("setting.read", problem, hint)

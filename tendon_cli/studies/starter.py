@@ -14,11 +14,11 @@ from tendon_cli.units import shorten
 
 TEMPLATES = {
     "sweep": "which pretension and springs keep both tendons taut? (every key, with a comment)",
-    "design": "which spring, spool and pretension work for every load?",
-    "people": "for whom does a suit work?",
+    "design": "which springs, spool and tension suit one elbow, with anchors that you measured?",
+    "people": "for whom does one suit work? (bodies of a survey, or a list of persons)",
     "robust": "which suit works for real arms: soft tissue, an imprecise fit, a tilted upper arm?",
-    "motor": "which motor does it need? (torque, speed, power, work, backlash)",
-    "friction": "how much do friction and bend of the sheath matter, and their uncertainty?",
+    "motor": "which motor does the suit need? (torque, speed, power, work, backlash)",
+    "friction": "how much do the sheath's friction and bend matter, and how well they are known?",
 }
 """Names of the starter studies, each with the question that it asks."""
 
@@ -97,7 +97,7 @@ def write_example(name: str, path: Path | None) -> tuple[Path, str]:
     """
     known = examples()
     short: dict[str, str] = {}
-    for example in reversed(known):
+    for example in sorted(known, key=_depth, reverse=True):  # those in no folder win
         short[Path(example).stem] = example
         short[Path(example).name] = example
     full = name if name in known else short.get(name)
@@ -107,6 +107,41 @@ def write_example(name: str, path: Path | None) -> tuple[Path, str]:
     target = path or Path(Path(full).name)
     _write(target, known[full].read_bytes())
     return target, full
+
+
+def _depth(example: str) -> int:
+    """Return how many folders an example stands in."""
+    return example.count("/")
+
+
+def next_step(template: str, file: Path) -> str:
+    """Return the command to type after a starter study was written."""
+    verb = "sweep" if template == "sweep" else "design"
+    return f"tendon {verb} {file}"
+
+
+def next_step_of_example(example: str, file: Path) -> str:
+    """Return what to type, or to write into a study, after an example was copied.
+
+    Args:
+        example: Whole name of the example, such as `design/universal.toml`.
+        file: The copy.
+    """
+    folder, _, name = example.rpartition("/")
+    if folder == "friction":
+        bend = "" if name == "several_angles.csv" else ' --bend-angle "144 deg"'
+        return f"tendon fit-friction {file}{bend}"
+    if name == "suit_log.csv":
+        return f"tendon init --from suit/suit.toml && tendon fit-suit suit.toml {file}"
+    if example == "suit/suit.toml":
+        return f"tendon init --from suit_log.csv && tendon fit-suit {file} suit_log.csv"
+    if example == "parts/parts.toml":
+        catalogues = "tendon init --from springs.csv && tendon init --from motors.csv"
+        return f"{catalogues} && tendon design {file}"
+    if folder == "parts":
+        return f'[[table]] with file = "{file}" in a study'
+    verb = "design" if folder == "design" else "sweep"
+    return f"tendon {verb} {file}"
 
 
 def write_starter(path: Path, template: str = "sweep") -> None:

@@ -82,7 +82,7 @@ class StudyTables(Part):
         "taken over",
     )
     allow_implausible: TruthValue = field_default(
-        default=False, description="true accepts numbers that are far from any arm, with a note"
+        default=False, description="true accepts implausible numbers, with a note"
     )
     arm: parts.Arm = parts.Arm()
     sheath: parts.Sheath = parts.Sheath()

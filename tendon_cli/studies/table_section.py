@@ -40,7 +40,7 @@ def _read_name(value: object) -> str | None:
     if value is None:
         return None
     if not isinstance(value, str) or not re.match(_NAME, value):
-        problem = f"{described(value)} is no name of a table, expected letters, digits and _"
+        problem = f"{described(value)} is not a name for a table, expected letters, digits and _"
         raise fault(problem, "such as spring")
     return value
 
@@ -67,13 +67,13 @@ class _RowsField(FieldMark):
         if isinstance(value, dict):
             return _checked_columns(value)
         if not isinstance(value, (list, tuple)):
-            raise fault(f"{described(value)} is no list of rows, expected rows in braces")
+            raise fault(f"{described(value)} is not a list of rows, expected rows in braces")
         if not value:
             raise fault("an empty list, expected at least one row")
         for row in value:
             if not isinstance(row, dict):
                 hint = 'such as { name = "P1", "spring.stiffness" = "1.5 kN/m" }'
-                raise fault(f"{described(row)} is no row, expected keys in braces", hint)
+                raise fault(f"{described(row)} is not a row, expected keys in braces", hint)
         return tuple(value)
 
     def __get_pydantic_json_schema__(
@@ -101,7 +101,7 @@ def _checked_columns(columns: dict[Any, Any]) -> dict[Any, Any]:
     lengths = set()
     for header, cells in columns.items():
         if not isinstance(cells, (list, tuple)):
-            problem = f"{described(cells)} is no column, expected a list of cells"
+            problem = f"{described(cells)} is not a column, expected a list of cells"
             raise fault_inside(shorten(str(header)), fault(problem))
         lengths.add(len(cells))
     if len(lengths) > 1:
@@ -126,7 +126,7 @@ class _BetweenField(FieldMark):
             return None
         if not isinstance(value, dict) or not value:
             hint = 'such as { "spring.stiffness" = "1 kN/m to 8 kN/m" }'
-            raise fault(f"{described(value)} is no table, expected a range for each key", hint)
+            raise fault(f"{described(value)} is not a table, expected a range for each key", hint)
         numbers: dict[str, StudyNumber] = {}
         for key, stated in _flat(value):
             if key not in row_keys() or key not in keys():
@@ -139,7 +139,8 @@ class _BetweenField(FieldMark):
             if number is None or number.uncertain is None:
                 given = described(stated)
                 hint = 'such as "0.4 to 1.0", or "0.07 +/- 0.02"'
-                raise fault_inside(key, fault(f"{given} is no range and no distribution", hint))
+                problem = f"{given} is neither a range nor a distribution"
+                raise fault_inside(key, fault(problem, hint))
             numbers[key] = number
         return numbers
 

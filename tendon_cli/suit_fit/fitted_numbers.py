@@ -293,9 +293,10 @@ def _pairs(
         members = frozenset(number.key for number in both)
         if abs(strength) < _CORRELATED or members in named or is_zero:
             continue
-        way = "rise" if strength > 0.0 else "go against each other"
         one, other = (_short(number.key) for number in both)
-        name = f"{one} and {other} {way} together" if strength > 0.0 else f"{one} and {other} {way}"
+        name = f"{one} rises as {other} falls"
+        if strength > 0.0:
+            name = f"{one} and {other} rise together"
         found.append((abs(strength), Combination(tuple(sorted(members)), name, None, None, "1")))
     found.sort(key=lambda pair: -pair[0])
     return [combination for _, combination in found[:_MOST_PAIRS]]

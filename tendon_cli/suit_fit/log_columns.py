@@ -238,11 +238,12 @@ def si_factor(column: Heading, scaling: Scaling, place: str) -> float:
         raise InputError(f"{column.shown} has no unit", where=place, hint=example)
     dimension = dimension_of(unit)
     if dimension not in _WANTED_DIMENSIONS[role]:
-        problem = f'{column.shown} is in "{unit}", which is no unit of a {role.replace("_", " ")}'
+        quantity = role.replace("_", " ")
+        problem = f'{column.shown} is in "{unit}", which is not a unit of a {quantity}'
         raise InputError(problem, where=place, hint=example)
     if dimension == CURRENT:
         if scaling.torque_constant is None:
-            problem = f"{column.shown} is a current, so the fit needs the torque it gives"
+            problem = f"{column.shown} is a current, so the fit needs the torque constant"
             hint = 'such as [fit] torque_constant = "0.12 N m/A", of the spool with its gear'
             raise UsageError(problem, where="fit.torque_constant", hint=hint)
         return _AMPERES[unit] * scaling.torque_constant

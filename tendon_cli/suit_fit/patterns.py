@@ -82,7 +82,7 @@ def patterns_of(estimate: SuitEstimate, channel: str) -> list[Pattern]:
             "drifts over the log",
             channel,
             drift,
-            "the pretension falls or a sensor warms up: let it settle, then log anew",
+            "the pretension falls or a sensor warms up: let it settle, then log again",
         )
     )
     waves = []
@@ -95,7 +95,7 @@ def patterns_of(estimate: SuitEstimate, channel: str) -> list[Pattern]:
             "wanders slowly",
             channel,
             np.stack(waves, axis=1),
-            "the wearer helps or the upper arm moves: ask the wearer to relax, support the arm",
+            "the wearer helps or the upper arm moves: ask the wearer to relax and support the arm",
         )
     )
     tension = np.nan_to_num(
@@ -109,7 +109,7 @@ def patterns_of(estimate: SuitEstimate, channel: str) -> list[Pattern]:
             "bends with tension",
             channel,
             bend.T,
-            "the tissue or a spring stiffens as it is pulled: fit loads near the ones of use",
+            "the tissue or a spring stiffens as it is pulled: fit loads near those in use",
         )
     )
     found.append(
@@ -153,14 +153,14 @@ def _misfit_warnings(estimate: SuitEstimate, row: int, channel: str) -> list[str
     name = say.spaced(channel)
     if named is None:
         problem = (
-            f"the {name} is {size} of its swing from what any such suit would show: the numbers"
-            " may be wrong by more than their intervals; check geometry, loads and sensors"
+            f"the {name} is {size} of its swing away from what any such suit would show: the"
+            " numbers may be off by more than their intervals; check geometry, loads and sensors"
         )
         return [problem]
     pattern, explained = named
     problem = (
-        f"what is left of the {name} {pattern.name} ({size} of its swing, {say.percent(explained)}"
-        f" of it so): {pattern.advice}"
+        f"the residual of the {name} {pattern.name} ({size} of its swing, {say.percent(explained)}"
+        f" of this explained): {pattern.advice}"
     )
     return [problem]
 
@@ -211,7 +211,7 @@ def _number_warnings(numbers: Sequence[FittedNumber]) -> list[str]:
         is_range = " to " in number.prior
         if is_range and abs(number.score) >= _AT_END:
             found.append(
-                f"{number.key} comes out at the end of its range, {number.text(number.value)} of"
+                f"{number.key} comes out at the end of its range, {number.text(number.value)} in"
                 f" {number.prior}: widen the range, or something else is wrong"
             )
         elif not is_range:
@@ -232,19 +232,19 @@ def _sensor_warnings(numbers: Sequence[FittedNumber]) -> list[str]:
             way = "late" if number.value > 0.0 else "early"
             found.append(
                 f"the {name} is {1e3 * abs(number.value):.0f} ms {way} against the joint's angle,"
-                " taken into account: give the channels one clock"
+                " which the fit allows for: give the channels one clock"
             )
     play = by_key.get(names.BACKLASH)
     if play is not None and abs(play.value) > max(_PLAY, 3.0 * play.std):
         found.append(
-            f"the spool is {abs(math.degrees(play.value)):.2g} deg apart between the directions"
-            " beyond what stretch explains, taken into account: there is backlash"
+            f"the spool differs by {abs(math.degrees(play.value)):.2g} deg between the directions"
+            " beyond what stretch explains, which the fit allows for: there is backlash"
         )
     found += _torque_warnings(numbers)
     gear = by_key.get(names.GEAR_FRICTION)
     if gear is not None and gear.interval_95[1] < 0.0:
         found.append(
-            f"friction of the gear comes out as {gear.text(gear.value)}, which would help the"
+            f"the gear's friction comes out as {gear.text(gear.value)}, which would help the"
             " motion: the wearer helps, or the torque is filtered"
         )
     return found
@@ -262,8 +262,8 @@ def _torque_warnings(numbers: Sequence[FittedNumber]) -> list[str]:
         if abs(more) > _MORE_TORQUE:
             way = "more" if more > 0.0 else "less"
             found.append(
-                f"the motor shows {say.percent(abs(more))} {way} torque than the stated loads ask"
-                " for, taken into account: weigh the loads, calibrate the torque constant"
+                f"the motor shows {say.percent(abs(more))} {way} torque than the stated loads need,"
+                " which the fit allows for: weigh the loads and calibrate the torque constant"
             )
     zero = by_key.get(names.TORQUE_ZERO)
     if zero is not None:
@@ -271,8 +271,9 @@ def _torque_warnings(numbers: Sequence[FittedNumber]) -> list[str]:
         least = _ZERO_SHARE * span / names.TORQUE_ZERO_SHARE
         if abs(zero.value) > max(least, 2.5 * zero.std):
             found.append(
-                f"the torque is {zero.text(zero.value)} off at all angles, taken into account: the"
-                " sensor's zero, or the wearer helps or resists; log once with the tendons off"
+                f"the torque is {zero.text(zero.value)} off at all angles, which the fit allows"
+                " for: the sensor's zero is off, or the wearer helps or resists; log once with the"
+                " tendons off"
             )
     return found
 
@@ -286,14 +287,14 @@ def _row_warnings(estimate: SuitEstimate, selection: Selection) -> list[str]:
     if slack > _SLACK_SHARE * total:
         found.append(
             f"a tendon is slack in {say.percent(slack / total)} of the rows, which are left out:"
-            " more pretension would use them"
+            " with more pretension they would count"
         )
     if aside.get("without a number", 0) > 0.2 * total:
         missing = say.percent(aside["without a number"] / total)
-        found.append(f"{missing} of the rows lack a number: look for what the logger lost")
+        found.append(f"{missing} of the rows lack a number: check what the logger lost")
     if estimate.strokes < 6:
         found.append(
-            f"{say.counted(estimate.strokes, 'stroke')} alone: intervals assume that others would"
+            f"only {say.counted(estimate.strokes, 'stroke')}: the intervals assume that more would"
             " scatter as usual; log six or more"
         )
     return found
@@ -313,7 +314,7 @@ def fast_note(estimate: SuitEstimate) -> list[str]:
         return []
     note = (
         f"inertia may take up to {say.number(torque, 2)} N m in these motions, and the study states"
-        " none: the logs decide how much of it there is; move more slowly, or state"
+        " none, so the logs decide how much there is; move more slowly, or state"
         ' motion.inertia = "0.07 kg m2"'
     )
     return [note]

@@ -113,7 +113,7 @@ def selected(
         kept = set(np.round(np.linspace(0, len(used) - 1, MOST_STROKES)).astype(int).tolist())
         strokes_kept = [place for rank, place in enumerate(used) if rank in kept]
         notes.append(
-            f"{MOST_STROKES} of {len(used)} strokes are fitted, evenly spread: more would not"
+            f"{MOST_STROKES} of {len(used)} strokes are fitted, evenly spaced: more would not"
             " narrow what the model's own misfit leaves open"
         )
         used = strokes_kept

@@ -260,6 +260,6 @@ def _rank_note(estimate: SuitEstimate) -> str:
     sizes = np.linalg.svd(estimate.whitened, compute_uv=False)
     told = int(np.count_nonzero(sizes > 1.0))
     return (
-        f"of {len(estimate.scores)} uncertain numbers and errors of sensors the logs tell"
-        f" {told} combinations better than what was stated"
+        f"the logs tell {told} combinations of the {len(estimate.scores)} uncertain numbers and"
+        " sensor errors better than the study states them"
     )

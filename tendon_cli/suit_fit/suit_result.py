@@ -108,7 +108,7 @@ class SuitFit(Displayed):
         strokes = say.counted(self.estimate.strokes, "stroke")
         of_these = f"{len(told)} of {say.counted(len(stated), 'number')}"
         verdict = "" if not self.warnings else "; read the warnings first"
-        return f"{logs}, {strokes}: they tell {of_these} asked for{verdict}"
+        return f"{logs}, {strokes}: they tell {of_these} to be fitted{verdict}"
 
     def _misfit_text(self) -> str:
         """Return how well each log is predicted from the others."""
@@ -116,8 +116,8 @@ class SuitFit(Displayed):
             f"{_of_channel(misfit)} ({say.percent(misfit.share)} of its swing)"
             for misfit in self.misfits
         ]
-        others = f"each {self.predicted_from} predicted from the others"
-        return f"{others} to {say.join_words(texts)}"
+        others = f"each {self.predicted_from} is predicted from the others"
+        return f"{others} to within {say.join_words(texts)}"
 
     def _rows_lines(self) -> list[str]:
         """Return how many rows were used, and why others were not."""
@@ -187,7 +187,8 @@ def _named(name: str, items: Sequence[str]) -> list[str]:
         return []
     joined = "; ".join(items)
     if name == "not told":
-        joined = f"{say.join_words(items)}: the logs leave the stated range"
+        ranges = "range" if len(items) == 1 else "ranges"
+        joined = f"{say.join_words(items)}: the logs leave most of the stated {ranges}"
     return _line(name, joined)
 
 

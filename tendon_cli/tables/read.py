@@ -190,7 +190,7 @@ def open_table(path: Path, records: Mapping[str, Any] | None = None) -> TableFil
         with _damage_in(files[0]):
             of_schema = table.facts
         if any(facts[0].get(name) != value for name, value in of_schema.items()):
-            raise _damaged(files[0], "its schema and its footer do not say the same")
+            raise _damaged(files[0], "its schema and its footer disagree")
     except (KeyError, TypeError, AttributeError, ValueError):
         raise InputError(
             "does not say what table it is", where=str(path), hint="`tendon sweep` writes it anew"
@@ -277,7 +277,7 @@ def _check_whole(path: Path, files: Sequence[Path], facts: list[dict[str, Any]])
             where=str(path),
         )
     if indices != list(range(total)):
-        raise InputError("some parts are there twice or have each other's names", where=str(path))
+        raise InputError("some parts are there twice or have swapped names", where=str(path))
 
 
 def _by_number(part: Path) -> tuple[int, str]:

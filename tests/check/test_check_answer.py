@@ -93,7 +93,7 @@ def test_a_window_that_is_lost_is_a_change_at_any_tolerance(gates):
     assert "no longer keeps the limits" in checked.text
     assert "smallest pretension: none" in checked.text
     back = check(gates["suit"], gates["fails"], apart=apart, tolerance=1e9)
-    assert "keeps the limits for as many as the study asks for now" in back.text
+    assert "now keeps the limits for as many as the study demands" in back.text
 
 
 def test_a_run_is_no_baseline_of_an_answer(gates, plain):

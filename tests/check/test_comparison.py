@@ -121,7 +121,7 @@ def test_shares_of_other_persons_are_not_paired(answered):
     assert not compared.record["paired"]
     assert compared.record["gained"] is None
     assert of(compared, "served")["interval"] is not None
-    assert any("they draw other persons" in note for note in compared.record["notes"])
+    assert any("they draw different persons" in note for note in compared.record["notes"])
 
 
 def test_the_same_choice_of_both_can_be_compared(suits):
@@ -212,7 +212,7 @@ def test_only_designs_in_both_runs_are_compared(plain):
     apart = tendon.sweep(STUDY | {"tendon": {"pretension": ["1 N", "2 N"]}})
     nothing = tendon.compare(tendon.open(plain), apart)
     assert nothing.record["margins"] is None
-    assert any("no design is in both" in note for note in nothing.record["notes"])
+    assert any("the runs share no design" in note for note in nothing.record["notes"])
 
 
 # --- What is printed ------------------------------------------------------------------------------
@@ -266,7 +266,7 @@ def test_a_comparison_has_a_short_repr_and_a_picture(suits, plain, limited):
 def test_a_run_against_an_answer_ends_with_3(command, suits, plain):
     done = command("compare", str(plain), str(suits["small"]))
     assert done.exit == 3
-    assert "holds an answer, and cannot be compared with a sweep" in done.err
+    assert "holds an answer, which cannot be compared with a sweep" in done.err
 
 
 def test_what_is_no_result_is_named(suits, tmp_path):
@@ -306,9 +306,9 @@ def test_results_are_told_apart_by_name_or_folder_or_letter(suits):
 def test_the_sample_of_another_seed_or_size_is_another_one(answered):
     study = tendon.open(answered["v1"]).study
     for key, value, reason in (
-        ("people.seed", 2, "other persons"),
+        ("people.seed", 2, "different persons"),
         ("design.verify", 100, "size"),
-        ("sheath.friction", 0.07, "other numbers|other seeds"),
+        ("sheath.friction", 0.07, "different numbers|different seeds"),
     ):
         varied = study.vary(**{key: value})
         found = paired._why_other_sample(study, varied)

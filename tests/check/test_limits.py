@@ -84,7 +84,7 @@ def test_an_answer_holds_where_a_choice_has_a_window(tmp_path):
     tendon.design(tendon.study(study | {"spool": {"ratio": 1.0}}), tmp_path / "bad")
     result = check(tmp_path / "bad")
     assert not result.holds
-    assert "extensor slack against min_elbow_stiffness" in result.text
+    assert "extensor slack conflicts with min_elbow_stiffness" in result.text
 
 
 def test_a_run_without_designs_is_refused(tmp_path):

@@ -1,6 +1,8 @@
 """Starter studies of each question, and a study from standard input."""
 
 import json
+import re
+import shlex
 import tomllib
 from pathlib import Path
 
@@ -13,9 +15,10 @@ from tendon_cli.studies.starter import TEMPLATES, starter
 from tendon_cli.studies.study_file import read_yaml
 from tests.cli.conftest import set_options
 
+ROOT = Path(__file__).parents[2]
 STUDY = b'[load]\nmass = ["0 kg", "5 kg"]\n'
 SMALLER = {
-    "design": ["spring.stiffness=[4000, 6000]"],
+    "design": ["uncertainty.draws=32", "design.verify=500"],
     "people": ["people.count=20"],
     "friction": ["uncertainty.draws=8"],
     "robust": [
@@ -59,6 +62,48 @@ def test_a_template_has_an_answer(tendon, template):
     assert ran.exit in finished
     assert ran.err == ""
     assert ran.json["name"] == "mine"
+
+
+def test_the_tutorial_ends_with_the_starter_of_one_elbow():
+    """Whoever asks for the study of the tutorial gets it, but for the friction of the fit."""
+    page = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
+    shown = re.search(r"^```toml\n(# file: mine.toml\n.*?)^```", page, re.DOTALL | re.MULTILINE)
+    assert shown is not None
+    in_tutorial = tomllib.loads(shown[1])
+    written = tomllib.loads(starter(Path("mine.toml"), "design"))
+    assert in_tutorial["sheath"].pop("friction_from") == "friction.toml"
+    del written["sheath"]["friction"]
+    assert in_tutorial == written
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "suit.toml",
+        "parts.toml",
+        "table_a1.csv",
+        "several_angles.csv",
+        pytest.param("suit_log.csv", marks=pytest.mark.torture),
+        pytest.param("suit/suit.toml", marks=pytest.mark.torture),
+        pytest.param("raw_log.csv", marks=pytest.mark.torture),
+    ],
+)
+def test_what_init_says_next_can_be_typed(tendon, workplace, name):
+    """Each command after "next:" runs as it stands, in a folder that holds nothing else."""
+    written = tendon("init", "--from", name)
+    _, _, said = written.out.strip().partition("next: ")
+    commands = said.split(" && ")
+    for command in commands:
+        program, *words = shlex.split(command)
+        assert program == "tendon"
+        ran = tendon(*words)
+        assert ran.exit == 0, ran.err
+
+
+@pytest.mark.parametrize("name", ["suit", "suit.toml"])
+def test_the_study_of_the_readme_is_the_one_that_its_name_copies(tendon, workplace, configs, name):
+    assert tendon("init", "--from", name).exit == 0
+    assert (workplace / "suit.toml").read_bytes() == (configs / "suit.toml").read_bytes()
 
 
 @pytest.mark.parametrize("command", ["sweep", "design"])

@@ -92,7 +92,7 @@ def test_so_it_is_where_only_promising_choices_have_their_worst(same, cluster, m
     cluster.set(sparing=1)
     record = same(PERSONS, cluster).json
     notes = [" ".join(note.split()) for note in record["notes"]]
-    assert any("only for those that may matter" in note for note in notes)
+    assert any("only those that may be the best" in note for note in notes)
     assert open_table(Path("there/choices.parquet")).read()["max_tension"].null_count > 200
 
 

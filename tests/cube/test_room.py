@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tendon_cli.cube.cube import Cube, cube_of
+from tendon_cli.errors import UsageError
 from tendon_cli.model.limits import LIMITS
 from tests.figures.runs import grid, sweep, table
 
@@ -82,5 +83,5 @@ def test_a_single_state_does_not_say_what_the_whole_motion_leaves(
 ) -> None:
     designs, states = cubes
     assert np.isfinite(designs.room("max_backlash", np.arange(8))).all()
-    with pytest.raises(ValueError, match="alone does not say what max_backlash leaves"):
+    with pytest.raises(UsageError, match=r"which limits\.max_backlash bounds$"):
         states.room("max_backlash", np.arange(3))

@@ -272,7 +272,7 @@ def test_a_fix_that_cannot_be_built_is_not_listed_among_those_that_help(helped):
         if f" to {fixes['spool.ratio']['printed']}" in line
     )
     assert not fixes["spool.ratio"]["can_be_built"]
-    assert "would do, but" in listed
+    assert "would help, but" in listed
     assert " N m" not in listed
     text = " ".join(helped.text.split())
     assert "cannot be built: the flexor's spring has no room" in text

@@ -74,7 +74,7 @@ def test_a_pretension_suits_a_stiffer_spring_with_a_smaller_spool():
     )
     text = " ".join(answer.text.split())
     assert text.startswith(
-        "A pretension of 131.7 N suits all 4 conditions; anything from 122.1 to 173.9 N does,"
+        "A pretension of 131.7 N works for all 4 conditions; anything from 122.1 to 173.9 N works,"
         " ± 5.4 mm (18 %) about the middle."
     )
 
@@ -205,7 +205,7 @@ def test_the_least_change_of_a_requirement_gives_a_window_and_less_gives_none(co
         assert "max_contact_pressure = 99 kPa instead of 52.9 kPa: K 5 kN/m, η 0.6" in text
         assert "loads of at most 4.42 kg instead of 9 kg" in text
         assert (
-            "not enough alone: tissue and cuffs of 100 kN/m per tendon, an upper arm tilted by at"
+            "not enough on their own: tissue and cuffs of 100 kN/m per tendon, an upper arm tilted"
         ) in text
 
 
@@ -330,7 +330,7 @@ NOT_DRAWN = {"uncertainty": {"draws": 0}}
     [
         ({}, []),
         (UNCERTAIN, []),
-        ({**UNCERTAIN, **NOT_DRAWN}, ["have their middle"]),
+        ({**UNCERTAIN, **NOT_DRAWN}, ["take their middle value"]),
         (NOT_DRAWN, []),
         (DRAWN, ["draws nothing"]),
         ({**UNCERTAIN, **DRAWN}, []),
@@ -341,4 +341,4 @@ def test_uncertain_numbers_without_draws_and_draws_without_these_are_noted(conte
     notes = " ".join(
         notes_of(question_of(tendon.study({"spring": {"stiffness": "5 kN/m"}, **content})))
     )
-    assert [text for text in ("have their middle", "draws nothing") if text in notes] == noted
+    assert [text for text in ("take their middle value", "draws nothing") if text in notes] == noted

@@ -91,9 +91,9 @@ def test_the_text_says_which_tensions_to_set_and_how_far_the_arm_drifts(answer):
     text = " ".join(answer.text.split())
     assert "188.9 N in the flexor and 125.6 N in the extensor at the joint" in text
     assert "shortening both tendons by 1 mm adds 4.8 N of pretension" in text
-    assert "you may be 5.3 mm too long or 5.3 mm too short (122.1 to 173.9 N work)" in text
-    drift = "settles at 4.97 deg instead of 0 deg (at most 0.035 N m pushes it)"
-    assert f"10 % above this it {drift}" in text
+    assert "they may be 5.3 mm too long or 5.3 mm too short (122.1 to 173.9 N works)" in text
+    drift = "settles at 4.97 deg instead of 0 deg, pushed by at most 0.035 N m"
+    assert f"10 % above this the elbow {drift}" in text
     assert "snap" not in text
 
 

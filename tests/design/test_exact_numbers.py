@@ -38,13 +38,14 @@ def test_no_draws_are_the_middle():
     exact = answered(sheath={"friction": 0.07})
     for name in ("pretension_from", "pretension_to", "pretension", "served"):
         assert middle.record["best"][name] == exact.record["best"][name]
-    assert "have their middle (sheath.friction)" in " ".join(middle.text.split())
+    assert "take their middle value (sheath.friction)" in " ".join(middle.text.split())
 
 
 def test_a_sweep_takes_the_middle_and_says_so():
     run = tendon.sweep(SUIT | ROUGH)
     assert len(run.designs) == 2
-    assert any("have their middle (sheath.friction)" in text for text in run.record["warnings"])
+    middle = "take their middle value (sheath.friction)"
+    assert any(middle in text for text in run.record["warnings"])
     assert not tendon.sweep(SUIT).record["warnings"]
 
 
@@ -64,7 +65,7 @@ def test_draws_have_a_spread_of_what_is_not_read():
     low, high = spread["set_extensor_tension"]
     # The moment balance ties both tensions: y = x J / R, and nine in ten radii are within 1.64 sd.
     assert high / low == pytest.approx((45 + 2 * 1.645) / (45 - 2 * 1.645), rel=0.02)
-    assert "in nine draws of ten" in " ".join(answer.text.split())
+    assert "in nine of ten draws" in " ".join(answer.text.split())
 
 
 # --- Taken as exact -------------------------------------------------------------------------------

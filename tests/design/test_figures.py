@@ -110,7 +110,7 @@ def test_a_slice_has_every_choice_at_its_place(tmp_path):
         assert plane.low[line, column] == row.pretension_from
         assert plane.columns["served"][line, column] == row.served
         assert (plane.conflicts[line, column] == "") == row.feasible
-    assert set(plane.conflicts.ravel()) == {"", "slack and stability exclude each other"}
+    assert set(plane.conflicts.ravel()) == {"", "slack and stability conflict"}
 
 
 def test_a_caption_has_no_pretension_of_designs_which_an_answer_does_not_use(tmp_path):

@@ -53,8 +53,8 @@ def test_the_window_stays_as_it_is_solved():
                 "window, 122.1 to 173.9 N"
             ),
         ),
-        ("100 N", "it is 22.1 N less than the window, 122.1 to 173.9 N"),
-        ("180 N", "it is 6.07 N more than the window, 122.1 to 173.9 N"),
+        ("100 N", "100 N is 22.1 N below the window, 122.1 to 173.9 N"),
+        ("180 N", "180 N is 6.07 N above the window, 122.1 to 173.9 N"),
     ],
 )
 def test_the_text_has_its_margins_and_the_answer_has_fixes_for_one_that_does_not_do(given, words):

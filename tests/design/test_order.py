@@ -151,7 +151,7 @@ def test_without_a_choice_that_can_be_set_well_enough_the_widest_comes_first():
     widest = answer.choices["tolerance_length"].max()
     assert answer.record["best"]["tolerance_length"] == pytest.approx(widest, rel=1e-5)
     text = " ".join(answer.text.split())
-    assert "None of 12 choices can be set well enough (± 60 mm); it comes nearest" in text
+    assert "None of 12 choices can be set well enough (± 60 mm); this one comes closest" in text
 
 
 def test_a_window_without_an_upper_end_is_enough_and_never_a_share():

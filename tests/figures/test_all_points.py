@@ -62,7 +62,7 @@ def test_every_draw_is_a_point_also_against_the_number_drawn(tmp_path: Path) -> 
     for x in ("draw", "friction"):
         figure = figure_of(run, quantity="margin", x=x)
         assert points_drawn(figure) == 2048
-        assert "evenly spread" not in words(figure)
+        assert "evenly spaced" not in words(figure)
     (axes,) = panels(figure_of(run, quantity="margin", x="friction"))
     friction = np.array(run.read(["friction"])["friction"], dtype=float)
     np.testing.assert_array_equal(lines(axes)[0].get_xdata(), friction[::2])
@@ -75,7 +75,7 @@ def test_a_figure_of_fewer_points_says_of_how_many(
     monkeypatch.setattr(layout, "MARKS", 50)
     (page,) = pages_of(run)
     assert points_drawn(page.figure) == 100
-    assert "The figure shows 50 of 64 values of draw, evenly spread." in page.says
+    assert "Shown: 50 of 64 values of draw, evenly spaced." in page.says
 
 
 def test_numbers_in_order_are_lines(tmp_path: Path) -> None:

@@ -99,7 +99,7 @@ def test_what_is_set_lies_between_the_lines_as_it_is_read(
     assert highest_from <= best["pretension"] <= lowest_to
     assert curves["all_conditions"] == of_all
     text = " ".join(words(figure).split())
-    assert ("Each line is the worst of all conditions" in text) == of_all
+    assert ("Each line is the worst over all conditions" in text) == of_all
     assert ("window: works at every angle for at least 50 %" in text) != of_all
     assert ("The window serves at least 50 % of the conditions" in text) != of_all
     assert ("works at that angle for those served" in text) != of_all

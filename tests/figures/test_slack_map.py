@@ -181,7 +181,7 @@ def test_many_combinations_are_chosen_evenly_and_it_says_so(tmp_path: Path) -> N
     }
     figure = figure_of(designs(tmp_path / "run", content))
     assert len(panels(figure)) == 12
-    fewer = "shows 400 of 401 values of pretension and 1 of 3 values of spool ratio, evenly spread."
+    fewer = "400 of 401 values of pretension and 1 of 3 values of spool ratio, evenly spaced."
     assert fewer in " ".join(words(figure).split())
     assert "At η = 0.8, μ = 0.07, φ = 180 deg." in words(figure)
     titles = [axes.get_title().replace("\n", " ") for axes in panels(figure)]

@@ -272,7 +272,7 @@ class Outcome:
     @property
     def hides(self) -> bool:
         """True if a note puts a number to a zero error that no reading can show."""
-        has_note = any("zero error in a cell" in note for note in self.notes)
+        has_note = any("a zero error of" in note for note in self.notes)
         return has_note and any(self.rig.zero)
 
 

@@ -58,7 +58,7 @@ REFUSED: dict[str, tuple[str | bytes, str, str]] = {
         "comma",
     ),
     "both decimal signs": (GERMAN.replace("0,857", "0.857"), "line 7, column 2", "decimal sign"),
-    "separators of thousands": (
+    "thousands separators": (
         "cell 1;cell 2\n1,236;1,028\n858;1,036\n857;1,036\n",
         "line 2, column 1",
         "thousands",

@@ -137,7 +137,7 @@ def test_friction_that_goes_with_speed_is_warned_of() -> None:
             part["position_mm"] += last["position_mm"]
         parts.append(part)
     fit = fit_of(pd.concat(parts, ignore_index=True), position="position_mm")
-    assert mentions(fit.warnings, "varies as the speed")
+    assert mentions(fit.warnings, "varies with the speed")
     assert not mentions(fit.warnings, "drift")
     assert fit.speed.power == pytest.approx(0.1, abs=0.03)
     assert fit.speed.fastest / fit.speed.slowest == pytest.approx(8.0, rel=0.2)

@@ -1,6 +1,6 @@
 """Fits of every case, counted.
 
-Run `python -m tests.friction.torture [--seeds 200] [--write docs/friction.md]`.
+Run `python -m tests.friction.torture [--seeds 200] [--write docs/friction-background.md]`.
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ def arms_in(study):
 def test_stated_anchors_and_a_file_of_persons_need_a_word_that_says_whose_they_are(tmp_path, name):
     with pytest.raises(StudyError, match=r"arm\.anchors: is needed") as error:
         of_file(tmp_path, {name: STATED[name]})
-    assert f"states arm.{name} and a file" in error.value.message
+    assert f"states arm.{name} and has a file" in error.value.message
     assert 'anchors = "measured": measured on the one person' in error.value.message
     assert 'anchors = "mean man": those of the survey' in error.value.message
     of_file(tmp_path, {"forearm_mass": 1.2, "upper_arm_angle": "5 deg"})
@@ -49,7 +49,7 @@ def test_stated_anchors_and_a_file_of_persons_need_a_word_that_says_whose_they_a
 
 def test_an_anchor_of_a_case_needs_the_word_too(tmp_path):
     cases = [{"name": "short", "arm": {"b1": 0.1}}, {"name": "usual"}]
-    with pytest.raises(StudyError, match=r"states cases\.0\.arm\.b1 and a file"):
+    with pytest.raises(StudyError, match=r"states cases\.0\.arm\.b1 and has a file"):
         of_file(tmp_path, {}, cases=cases)
     of_file(tmp_path, {"anchors": "mean man"}, cases=cases)
     with pytest.raises(StudyError, match=r"cases\.0\.arm\.b1: .*give arm\.b1 in the study, too"):
@@ -87,7 +87,7 @@ def test_measured_is_about_one_person_of_a_file_and_stated_anchors(tmp_path):
     measured = {"b1": 0.11, "anchors": "measured"}
     with pytest.raises(StudyError, match="is about one person, but the file has 2"):
         of_file(tmp_path, measured, TWO)
-    with pytest.raises(StudyError, match="but a survey draws the persons"):
+    with pytest.raises(StudyError, match="but a survey draws its persons"):
         study_from({"arm": measured, "people": {"count": 1}})
     with pytest.raises(StudyError, match="but this study states none"):
         of_file(tmp_path, {"anchors": "measured"})

@@ -8,7 +8,7 @@ STUDY = '[tendon]\npretension = ["90 N", "130 N"]\n[spool]\nratio = [1.0, 0.6]\n
 @pytest.mark.parametrize("command", ["sweep", "design"])
 def test_a_page_of_earlier_results_is_named(tendon, workplace, command):
     (workplace / "study.toml").write_text(STUDY, encoding="utf-8")
-    message = "report.html is of earlier results; `tendon report run` writes a new one"
+    message = "report.html shows earlier results; `tendon report run` writes a new one"
     words = (command, "study.toml", "--out", "run")
     assert tendon(*words, "--no-figures").exit == 0
     page = workplace / "run/report.html"

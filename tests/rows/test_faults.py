@@ -100,7 +100,7 @@ def test_the_command_line_is_a_place_too(folder):
     ("table", "problem"),
     [
         ({"name": "load_mass", "rows": [{"name": "A", "spool.ratio": 0.6}]}, "is a column"),
-        ({"name": "two words", "rows": [{"name": "A", "spool.ratio": 0.6}]}, "no name of a table"),
+        ({"name": "two words", "rows": [{"name": "A", "spool.ratio": 0.6}]}, "not a name for a"),
         ({"rows": [{"name": "A", "spool.ratio": 0.6}]}, "is missing"),
         ({"name": "a"}, "has no rows"),
         ({"name": "a", "rows": []}, "at least one row"),

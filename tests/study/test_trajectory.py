@@ -153,8 +153,8 @@ def test_a_design_keeps_its_limits_at_every_sample(file):
 
 def test_a_state_page_names_inertia(file):
     text = tendon.state(file(rows(TIME, SWING), inertia="0.5 kg m2")).text
-    assert "joint, task and inertia" in text
-    assert "the first sample that counts, of the trajectory's 400" in text
+    assert "the joint, the task and inertia" in text
+    assert "the first counted sample of the trajectory's 400" in text
     assert "0.34 s, flexion" in text
     assert "Over the motion from 0.34 to 3.65 s" in text
 

@@ -96,7 +96,7 @@ def test_the_command_writes_and_design_reads(tendon, logs, workplace):
     study.write_text(DESIGN)
     shown = tendon("state", "study.toml")
     assert shown.exit == 0
-    assert "Fitted to logs" in shown.out
+    assert "Fitted to the suit's logs" in shown.out
     (workplace / "mine.toml").write_text("mine")
     refused = tendon(*fit, "--out", "mine.toml")
     assert refused.exit == 2

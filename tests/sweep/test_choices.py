@@ -88,6 +88,6 @@ def test_the_summary_names_the_conditions_that_the_study_has():
         "load": {"mass": ["0 kg", "5 kg"]},
         "cases": [{"name": "a"}, {"name": "b", "arm": {"b1": "160 mm"}}],
     }
-    assert "choice feasible at every case and load at once\n" in tendon.sweep(study).text
+    assert "choice feasible for every case and load at once\n" in tendon.sweep(study).text
     study = {"arm": {"upper_arm_angle": ["0 deg", "9 deg"]}}
     assert "choice feasible at every upper arm angle\n" in tendon.sweep(study).text

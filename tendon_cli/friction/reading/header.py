@@ -214,7 +214,7 @@ def find_cells(
         return None
     if len(cells) > 2:
         shown = ", ".join(column.shown for column in cells[:8])
-        problem = f"several columns may be the load cells: {shown}"
+        problem = f"several columns could be the load cells: {shown}"
         raise InputError(problem, where=place, hint="name the two with --cell-1 and --cell-2")
     return firsts[0], seconds[0]
 
@@ -262,7 +262,7 @@ def check_units(
     if first_unit is None or second_unit is None:
         bare = first if first_unit is None else second
         known_unit = first_unit or second_unit
-        problem = f'the unit of {bare.shown} is missing, the other cell has "{known_unit}"'
+        problem = f'the unit of {bare.shown} is missing, but the other cell has "{known_unit}"'
         raise InputError(problem, where=place(bare), hint="give both cells a unit, or neither")
     factor_one = force_factor(first_unit)
     factor_two = force_factor(second_unit)

@@ -145,7 +145,7 @@ def _table_of(frame: Any, names: tuple[str, str] | None) -> Table:
     except (TypeError, ValueError, LookupError) as error:
         problem = (
             f"{type(frame).__name__} is not a path, a DataFrame"
-            " or a mapping of arrays of one length"
+            " or a mapping of arrays of equal length"
         )
         raise UsageError(problem, where="fit_friction") from error
     if not 0 < len(given) <= MOST_ROWS:

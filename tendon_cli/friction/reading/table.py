@@ -138,7 +138,7 @@ class Table:
         good = pc.or_(missing, is_number)
         for row in np.flatnonzero(~good.to_numpy(zero_copy_only=False)).tolist():
             problem = f'"{shorten(text[row].as_py())}" is not a number'
-            hint = "write numbers without a unit and without separators of thousands"
+            hint = "write numbers without units and without thousands separators"
             faults.append(InputError(problem, where=self.place(column, row), hint=hint))
         try:
             self._check_signs(pc.if_else(is_number, text, ""), column)
@@ -222,7 +222,7 @@ def content_of(path: Path, most: int, hint: str | None = None) -> bytes:
         return read_file(path, most)
     except (OSError, ValueError) as error:
         if getattr(error, "errno", 0) == errno.EFBIG:
-            hint = "cut the log to the strokes of one rig"
+            hint = "cut the log down to the strokes of one rig"
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(f"cannot be read: {reason}", where=name_of(path), hint=hint) from None
 
@@ -306,7 +306,8 @@ def read_columns(path: Path, find: HeaderSearch, refusal: HeaderRefusal) -> Tabl
         raise InputError("there are no readings below the header", where=where)
     if len(numbers) > MOST_ROWS:
         where = f"{source}, line {numbers[MOST_ROWS] + 1}"
-        raise InputError(f"more than {MOST_ROWS:,} readings", where=where, hint="thin the log")
+        hint = "keep fewer rows, such as every tenth"
+        raise InputError(f"more than {MOST_ROWS:,} readings", where=where, hint=hint)
     is_read = [column for column in columns if column.role or column in cells]
     needed = 1 + max(column.index for column in (*cells, *is_read))
     return Table(

@@ -139,7 +139,7 @@ async function drawFront() {
 // marks none.
 function brush(rows) {
   view.brushed = rows;
-  let text = "Nothing is marked.";
+  let text = "No choice is marked.";
   if (rows !== null) {
     const onMap = rows.filter(isOnMap).length;
     text = `${rows.length} choices are marked, ${onMap} of them on the map's grid.`;

@@ -348,7 +348,7 @@ async function showDesign(cell) {
   const drawn = valueTraces(byId("states").data);
   const hasStates = drawn.some((trace) => trace.y.some(Number.isFinite));
   const reason = page.design ? "it has no pretension" : "it has no equilibrium";
-  byId("design-says").textContent = hasStates ? place : `${place}: no states, since ${reason}`;
+  byId("design-says").textContent = hasStates ? place : `${place}: no states, because ${reason}`;
   drawAngle();
 }
 

@@ -137,7 +137,7 @@ function columnNamed(name) {
   const column = columns.find((one) => one.name === name || one.key === name);
   if (!column) {
     const names = columns.map((one) => one.name).join(", ");
-    throw new Error(`no column is called "${name}"; columns of this page: ${names}`);
+    throw new Error(`there is no column "${name}"; columns of this page: ${names}`);
   }
   return column;
 }
@@ -182,7 +182,7 @@ function wantedNumber(column, text) {
   const unit = Object.hasOwn(page.units, symbol) ? page.units[symbol] : null;
   if (!unit || unit[0] !== column.dimension) {
     const example = column.unit ? `, such as ${column.unit}` : "";
-    throw new Error(`"${symbol}" is no unit of ${column.name}${example}`);
+    throw new Error(`"${symbol}" is not a unit of ${column.name}${example}`);
   }
   const number = (Number(match[1]) * unit[1]) / column.factor; // unit: dimension, factor to SI
   if (column.isResult) {

@@ -80,7 +80,7 @@ class People(Part):
         None, description="packed content of that file, as records keep it"
     )
     sex: Literal["male", "female", "both"] = field_default(
-        "both", description="sex of the persons drawn, or of those whose sex the file does not say"
+        "both", description="sex of the persons drawn, or of those for whom the file states none"
     )
     women: Annotated[StudyNumber | None, SingleField("women", 0.0, 1.0)] = field_default(
         None, description='share of women if sex is "both"; default that of the survey, 0.327'

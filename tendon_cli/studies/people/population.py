@@ -22,6 +22,7 @@ from tendon_cli.studies.magnitude import Slip
 from tendon_cli.studies.people.persons_csv import read_persons
 from tendon_cli.studies.people.survey import LEAST, SEXES, Survey, scattered
 from tendon_cli.studies.values import OF_THE_STUDY, Stream, random_numbers
+from tendon_cli.units import counted
 
 MOST_BODIES = 10**6
 """Largest number of bodies that are drawn to complete the persons of a file."""
@@ -123,8 +124,9 @@ def draw(
         names += [f"{word} {row + 1}" for row in range(persons)]
         sexes += [kind] * persons
     note = (
-        "bodies are drawn as normal and correlated; real ones have longer tails, of weight above "
-        f"all; no dimension is drawn below the mean less {LEAST:g} standard deviations"
+        "bodies are drawn from a correlated normal distribution; real ones have longer tails, "
+        f"above all in weight; no dimension is drawn over {LEAST:g} standard deviations below its "
+        "mean"
     )
     return Population(
         names=tuple(names),
@@ -247,9 +249,10 @@ def _completed(
 def _notes(values: Array, sexes: Sexes, women: float | None, completions: int | None) -> list[str]:
     """Return a note on the dimensions that the file lacks, and where they come from, if any."""
     missing = np.isnan(values).sum(axis=0)
-    lacking = [
-        f"{name} of {count}" for name, count in zip(DIMENSIONS, missing, strict=True) if count
-    ]
+    lacking = []
+    for count in sorted({int(count) for count in missing if count}, reverse=True):
+        names = [name for name, lost in zip(DIMENSIONS, missing, strict=True) if lost == count]
+        lacking.append(f"{', '.join(names)} of {counted(count, 'person')}")
     if not lacking:
         return []
     kind = "their sex"
@@ -257,15 +260,15 @@ def _notes(values: Array, sexes: Sexes, women: float | None, completions: int | 
         kind = {"both": "men and women mixed", "male": "men", "female": "women"}[sexes]
         if sexes == "both" and women is not None:
             kind += f", {women:.0%} women,"
-    note = f"not in the file: {', '.join(lacking)}; "
+    note = f"missing from the file: {', and '.join(lacking)}; "
     if completions:
         note += (
-            f"{completions} bodies of each person are drawn from {kind} in the survey with the "
-            f"dimensions given, no dimension below the mean less {LEAST:g} standard deviations"
+            f"{completions} bodies of each person are drawn from {kind} in the survey, given the "
+            f"known dimensions, no dimension over {LEAST:g} standard deviations below its mean"
         )
     else:
         note += (
-            f"taken as expected of {kind} in the survey with the dimensions given, without the "
-            "scatter of real bodies (people.completions draws it)"
+            f"each is the survey's expected value for {kind}, given the known dimensions, without "
+            "the scatter of real bodies (people.completions draws it)"
         )
     return [note]
