@@ -399,7 +399,7 @@ class Search:
         if len(apart):
             search = self if len(apart) == self.count else self.select(apart)
             for part in search.portions(1, _SAMPLES):
-                tight = search.tightest(samples[apart, part].T)
+                tight: tuple[Any, ...] = search.tightest(samples[apart, part].T)
                 for of_all, values in zip(found, tight, strict=True):
                     of_all[apart, part] = values.T
         return Tightest(*(values.ravel() for values in found))

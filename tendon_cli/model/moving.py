@@ -323,7 +323,7 @@ class MotionTotals:
         """Root of the mean square of the motor torque, N m."""
         weights = self.moving.trajectory.weights
         squares = self._samples(np.square(self.moving.state.motor_torque))
-        return np.sqrt(squares @ weights / weights.sum())
+        return np.asarray(np.sqrt(squares @ weights / weights.sum()))
 
     @property
     def turning_fraction(self) -> Array:
@@ -342,17 +342,17 @@ class MotionTotals:
     @property
     def _passing(self) -> Flags:
         """True where slack passes from one side to the other, (..., K)."""
-        return self._samples(self.moving.passing)
+        return np.asarray(self._samples(self.moving.passing))
 
     @property
     def _turning(self) -> Flags:
         """True where the tendons turn, (..., K)."""
-        return self._samples(self.moving.sliding.turning)
+        return np.asarray(self._samples(self.moving.sliding.turning))
 
     @property
     def _power(self) -> Array:
         """Power of the motor, (..., K), W."""
-        return self._samples(self.moving.power)
+        return np.asarray(self._samples(self.moving.power))
 
     @property
     def _known_power(self) -> Array:
