@@ -27,6 +27,7 @@ from tendon_cli.answers.verified_record import verified_record
 from tendon_cli.model.kinematics import Spline
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.space.axis import LIMIT, NamedAxis, evenly_spaced
+from tendon_cli.space.space import ANCHORS
 from tendon_cli.tables.schema import finite_or_none
 from tendon_cli.windows.order import Order, last_stage
 from tendon_cli.windows.points import Points
@@ -141,9 +142,10 @@ def _fix(
     """Return the record of the least change of one parameter that gives a choice a window."""
     low, high = PARAMETERS[key]
     ends = []
-    if low < before:
+    is_used = _is_used(solver.question, key)
+    if is_used and low < before:
         ends.append(low)
-    if before < high:
+    if is_used and before < high:
         ends.append(high)
     found: list[tuple[Change, PrintedChange]] = []
     for end in ends:
@@ -199,6 +201,13 @@ def _fix(
     if nearest is not None:
         record["nearest"] = nearest
     return record
+
+
+def _is_used(question: Question, key: str) -> bool:
+    """Return False for an anchor if travels are measured: no state depends on it."""
+    section, _, name = key.partition(".")
+    is_anchor = section == "arm" and name in ANCHORS
+    return not (is_anchor and question.study.joint.excursion is not None)
 
 
 def _nearest_part(question: Question, key: str, value: float) -> PartRecord | None:

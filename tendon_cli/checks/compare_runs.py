@@ -29,7 +29,13 @@ from tendon_cli.cube.cube import Cube, cube_of
 from tendon_cli.engine.results import Run
 from tendon_cli.errors import UsageError
 from tendon_cli.model.kinematics import Array
-from tendon_cli.quantities import OF_DESIGNS, QUANTITIES, unit_of_reading
+from tendon_cli.quantities import (
+    OF_CYCLES,
+    OF_DESIGNS,
+    OF_TRAJECTORIES,
+    QUANTITIES,
+    unit_of_reading,
+)
 from tendon_cli.tables.read import TableInMemory
 from tendon_cli.tables.schema import finite_or_none
 
@@ -37,7 +43,15 @@ _MOST_NAMES = 5
 """Most designs that are named."""
 _ROUNDING = 1e-9
 """Share of the largest margin by which margins may differ by rounding."""
-_BETTER = {"margin": 1, "required_pretension": -1, "efficiency": 1}
+_BETTER = {
+    "margin": 1,
+    "required_pretension": -1,
+    "motor_work_in": -1,
+    "friction_loss": -1,
+    "efficiency": 1,
+    "spool_travel": -1,
+    "rms_motor_torque": -1,
+}
 """Columns whose names do not say it: 1 if more is better, -1 if less is."""
 _NEUTRAL = ("peak_elbow_torque",)
 """Columns that follow from the task, not from the suit."""
@@ -148,7 +162,8 @@ def _quantities(cubes: Sequence[Cube], pairs: Sequence[TablePair | None]) -> lis
 
     Where none are shared it is over all designs.
     """
-    names = [name for name in OF_DESIGNS if better_of(name) and name in cubes[0].columns]
+    columns = (*OF_DESIGNS, *OF_CYCLES, *OF_TRAJECTORIES)
+    names = [name for name in columns if better_of(name) and name in cubes[0].columns]
     quantities = [_feasible(cubes, pairs)]
     for name in ("margin", *(name for name in names if name != "margin")):
         values = [_worst(name, columns) for columns in _both(name, cubes, pairs)]

@@ -257,6 +257,13 @@ def plot(
                 overwrite=overwrite,
             )
         ]
+    elif (source / DESIGN.record).exists() and not any(
+        (table, quantity, x, colour, panels, where, unit)
+    ):
+        from tendon_cli.figures.answer_figures import draw_again
+
+        choices, record = _choices_and_record(source)
+        drawn = draw_again(source, choices, record, out, form=format_, overwrite=overwrite)
     else:
         from tendon_cli.figures.draw import plot as draw
         from tendon_cli.figures.draw import table_of

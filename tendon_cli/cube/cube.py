@@ -180,7 +180,7 @@ class Cube:
         A condition on a number that a named axis sets selects among its names.
 
         Raises:
-            UsageError: A condition leaves nothing of its axis.
+            UsageError: A condition leaves no rows.
         """
         chosen = {axis.column: np.arange(axis.length, dtype=np.int64) for axis in self.axes}
         for condition in asked:
@@ -195,7 +195,7 @@ class Cube:
             if not len(left):
                 hint = f"values: {', '.join(self._listed(values, positions))}"
                 raise UsageError(
-                    f'"{shorten(condition.text)}" leaves nothing of the axis',
+                    f'"{shorten(condition.text)}" leaves no rows',
                     where="--where",
                     hint=hint,
                 )

@@ -132,8 +132,8 @@ def table_of_study(
         hint = "run `tendon sweep`"
         if any((path / name).exists() for name in record_names() if name != SWEEP.record):
             hint = (
-                f"its figures stand in it; `tendon plot {path} --between` draws its window over"
-                f" the angle, `tendon report {path}` writes a page with all"
+                f"`tendon plot {path}` draws its figures, with --between its window over the angle;"
+                f" `tendon report {path}` writes a page with all"
             )
         raise InputError(
             "holds neither designs.parquet nor states.parquet", where=str(path), hint=hint

@@ -34,7 +34,7 @@ from tendon_cli.figures.choice_maps import (
     settable_label,
     star,
 )
-from tendon_cli.figures.frame import Page, grid_shape
+from tendon_cli.figures.frame import Page, grid_shape, save_pages
 from tendon_cli.figures.layout import has_many_rows, is_of_rows
 from tendon_cli.figures.row_figures import draw_rows
 from tendon_cli.figures.served import draw_population
@@ -111,8 +111,57 @@ def draw_answer(
             faults.append(f"the figure {name} cannot be drawn: {type(error).__name__}: {error}")
     answer = as_answer(record)
     if answer["population"] is not None:
-        files += draw_population(folder, answer, out)
+        pages = draw_population(folder, answer)
+        files += [page.save(out / f"{name}.png").name for name, page in pages.items()]
     return files, faults, None
+
+
+def draw_again(
+    folder: Path,
+    choices: Cube,
+    record: Mapping[str, Any],
+    out: Path | None,
+    *,
+    form: str = "png",
+    overwrite: bool = False,
+) -> list[Path]:
+    """Draw the figures that stand beside the tables of an answer once more.
+
+    Args:
+        folder: Folder of the answer.
+        choices: Choices of the answer.
+        record: Record of the answer.
+        out: Folder of the figures, by default the working directory, where they are named after the
+            study; or the file, if there is a single figure.
+        form: Format of the files.
+        overwrite: True to replace files that tendon did not write.
+
+    Returns:
+        The files.
+
+    Raises:
+        UsageError: There is nothing to draw, or tendon did not write a file.
+        OutputError: A file cannot be written.
+    """
+    pages: dict[str, Page] = {}
+    for name in FIGURES:
+        page = None if name == "between" else answer_figure(name, choices, record)
+        if page is not None:
+            pages[name] = page
+    answer = as_answer(record)
+    if answer["population"] is not None:
+        pages |= draw_population(folder, answer)
+    if not pages:
+        hint = f"`tendon report {folder}` writes a page with what it says"
+        raise UsageError("the answer has no figure to draw", where=str(folder), hint=hint)
+    if out is None or out.is_dir():
+        files = [(out or Path()) / f"{record['name']}-{name}.{form}" for name in pages]
+    elif len(pages) == 1:
+        files = [out]
+    else:
+        problem = f"{out.name} is one file, and the answer has {len(pages)} figures"
+        raise UsageError(problem, where="--out", hint="name a folder that exists")
+    return save_pages(list(zip(pages.values(), files, strict=True)), overwrite=overwrite)
 
 
 def answer_figure(name: str, cube: Cube, record: Mapping[str, Any]) -> Page | None:
@@ -156,12 +205,12 @@ def draw_windows(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page
     """Draw the window against each axis, all else as in the choice named first.
 
     Returns:
-        The page; None if no axis of numbers has more than one value.
+        The page; None if no axis of numbers has more than one value, or no window a known end.
     """
     along = [axis for axis in long_axes(cube) if not axis.is_text][:_MOST_PANELS]
-    if not along:
-        return None
     parts = [Slice.of(cube, [axis], chosen) for axis in along]
+    if not any(np.isfinite([part.low, part.high]).any() for part in parts):
+        return None
     meaning = f"window: pretensions that work for {served_words(record)}"
     key: list[Any] = [Patch(facecolor=_WINDOW, label=meaning)]
     if any((part.low > part.high).any() for part in parts):

@@ -28,6 +28,7 @@ from tendon_cli.figures.style import OKABE_ITO, Colour, load_colours, sequence
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.filters import Condition, Truth
+from tendon_cli.units import shorten
 
 Floats = npt.NDArray[np.float64]
 
@@ -130,6 +131,8 @@ def curve_data(
     )
     is_known = np.isfinite(values)
     if not is_known.any():
+        for condition in masks:
+            _check_leaves_rows(cube, condition, read[condition.column], spec)
         _raise_empty(plan, conditions)
     # Of shape (quantities, marks, panels, colours, dashes, x).
     marks = np.array([_marks(cube, read, name) for name in plan.quantities])
@@ -353,6 +356,25 @@ def _merge_equal_panels(data: CurveData) -> CurveData:
 def _all_equal(values: npt.NDArray[np.generic], first: npt.NDArray[np.generic]) -> bool:
     """Return True if all panels of an array are equal to the first."""
     return np.array_equal(values, np.broadcast_to(first, values.shape), equal_nan=True)
+
+
+def _check_leaves_rows(
+    cube: Cube, condition: Condition, values: ColumnArray, spec: FigureSpec
+) -> None:
+    """Raise UsageError if no value of a column meets a condition, with the values that it has."""
+    if condition.holds(values).any():
+        return
+    name = condition.column
+    if np.issubdtype(values.dtype, np.number):
+        known = values[~np.isnan(values)]
+        shown = cube.shown(name, spec.units)
+        both = (known.min(), known.max()) if known.size else ()
+        ends = [shown.text(value).replace("−", "-") for value in both]
+        hint = f"values: {' to '.join(dict.fromkeys(ends)) or 'none'}"
+    else:
+        hint = f"values: {', '.join(str(value) for value in np.unique(values) if value != '')}"
+    problem = f'"{shorten(condition.text)}" leaves no rows'
+    raise UsageError(problem, where="--where", hint=hint)
 
 
 def _raise_empty(plan: CurvePlan, conditions: Sequence[Condition]) -> None:

@@ -54,22 +54,20 @@ _USUAL = ("weight", "forearm_circumference")
 """Dimensions of the body that are drawn if those not served differ in none."""
 
 
-def draw_population(folder: Path, record: AnswerRecord, out: Path) -> list[str]:
-    """Draw the persons or draws of the answer in a folder into another folder.
+def draw_population(folder: Path, record: AnswerRecord) -> dict[str, Page]:
+    """Draw the persons or draws of the answer in a folder.
 
     Returns:
-        The names of the files.
+        The figures by name.
 
     Raises:
         InputError: The table is damaged or missing.
-        OutputError: A file cannot be written.
     """
     kind = "persons" if "person" in population_of(record)["counts"] else "draws"
     table = open_table(folder / f"{kind}.parquet", by_name(record)).read()
     rows = {name: as_numpy(table.column(name)) for name in table.column_names}
     with house_style():
-        pages = {"for_whom": for_whom(record, rows), "how_sure": how_sure(record)}
-    return [page.save(out / f"{name}.png").name for name, page in pages.items()]
+        return {"for_whom": for_whom(record, rows), "how_sure": how_sure(record)}
 
 
 def _nan_if_null(value: float | None) -> float:

@@ -14,7 +14,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -223,38 +223,38 @@ class Search:
         )
 
     def _counts(self, moving: Moving) -> tuple[Flags, Flags]:
-        """Return where candidates count, (N, 2, samples): those that may hold, and that do."""
+        """Return where candidates count, (..., 2, samples): those that may hold, and that do."""
         counted = self.trajectory.counted
         sliding = moving.sliding.within(counted)
-        flexion, turning, passing = (
-            values.reshape(self.count, 1, -1)
-            for values in (sliding.flexion, sliding.turning, sliding.passing)
-        )
-        holds = np.concatenate([flexion, ~flexion], axis=1)
-        return holds | turning, holds & ~passing
+        holds = np.concatenate([sliding.flexion, ~sliding.flexion], axis=-2)
+        return holds | sliding.turning, holds & ~sliding.passing
 
     def tightest(self, pretension: Array) -> Tightest:
-        """Return the tightest ends of the states that count at pretensions, (N,), N."""
-        moving = self.moving.at_pretension(pretension[:, np.newaxis, np.newaxis])
-        return self._tightest(self._counts(moving))
+        """Return the tightest ends of the states that count at pretensions, (..., N) each, N."""
+        return self._tightest(self._counts(self._at(pretension)))
+
+    def _at(self, pretension: Array) -> Moving:
+        """Return the designs at pretensions, (..., N), N."""
+        return self.moving.at_pretension(pretension[..., np.newaxis, np.newaxis])
 
     def _tightest(self, counts: tuple[Flags, Flags]) -> Tightest:
         """Return the tightest ends of the candidates that count, for either kind of limit."""
         values = []
         for sign, end, code in ((1.0, "low", "low_by"), (-1.0, "high", "high_by")):
-            largest = np.full(self.count, -np.inf)
-            state = np.full(self.count, -1)
-            by = np.full(self.count, NOTHING, dtype=np.int8)
+            largest: Any = -np.inf
+            state: Any = -1
+            by: Any = np.int8(NOTHING)
             for ends, which in zip(self._ends, counts, strict=True):
                 asked = np.where(which, sign * getattr(ends, end), -np.inf)
-                flat = asked.reshape(self.count, -1)
-                place = flat.argmax(axis=1)[:, np.newaxis]
-                top = np.take_along_axis(flat, place, axis=1)[:, 0]
-                codes = getattr(ends, code).reshape(self.count, -1)
+                designs = asked.shape[:-2]
+                flat = asked.reshape(*designs, -1)
+                codes = np.broadcast_to(getattr(ends, code), asked.shape).reshape(flat.shape)
+                place = flat.argmax(axis=-1)[..., np.newaxis]
+                top = np.take_along_axis(flat, place, axis=-1)[..., 0]
                 is_tighter = top > largest
                 largest = np.where(is_tighter, top, largest)
-                state = np.where(is_tighter, self._number(place[:, 0]), state)
-                by = np.where(is_tighter, np.take_along_axis(codes, place, axis=1)[:, 0], by)
+                state = np.where(is_tighter, self._number(place[..., 0]), state)
+                by = np.where(is_tighter, np.take_along_axis(codes, place, axis=-1)[..., 0], by)
             values += [sign * largest, state, by]
         return Tightest(*values)
 
@@ -392,18 +392,23 @@ class Search:
 
     def _at_samples(self, samples: Array) -> Tightest:
         """Return the tightest ends at samples, (N, samples) N, of each design in turn."""
-        rows = np.repeat(np.arange(self.count), samples.shape[1])
-        parts = [
-            self.select(rows[part]).tightest(samples.ravel()[part])
-            for part in self._portions(len(rows))
-        ]
-        return Tightest(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+        first = self.tightest(samples[:, 0])
+        found: list[Any] = [np.repeat(values[:, np.newaxis], _SAMPLES, axis=1) for values in first]
+        # Where limits conflict at every pretension, all samples are one.
+        apart = np.flatnonzero(samples[:, -1] > samples[:, 0])
+        if len(apart):
+            search = self if len(apart) == self.count else self.select(apart)
+            for part in search.portions(1, _SAMPLES):
+                tight: tuple[Any, ...] = search.tightest(samples[apart, part].T)
+                for of_all, values in zip(found, tight, strict=True):
+                    of_all[apart, part] = values.T
+        return Tightest(*(values.ravel() for values in found))
 
-    def _portions(self, count: int) -> Iterator[slice]:
-        """Yield slices of `count` designs that are worked out together."""
-        step = max(1, _STATES_AT_ONCE // len(self.trajectory.time))
-        for start in range(0, count, step):
-            yield slice(start, min(start + step, count))
+    def portions(self, first: int, last: int) -> Iterator[slice]:
+        """Yield slices of samples of pretension at which all designs are worked out together."""
+        step = max(1, _STATES_AT_ONCE // (self.count * len(self.trajectory.time)))
+        for start in range(first, last, step):
+            yield slice(start, min(start + step, last))
 
     # --- Limits on the whole motion ---------------------------------------------------------------
 
@@ -434,16 +439,10 @@ class Search:
         """Cut windows to the widest interval within the limits on the whole motion, in place."""
         last = np.where(np.isfinite(window.high), window.high, self._beyond(np.arange(self.count)))
         samples = _spread(window.low, last)  # (N, samples), N
-        rows = np.repeat(np.arange(self.count), _SAMPLES)
-        excess = np.concatenate(
-            [
-                self.select(rows[part]).excess(samples.ravel()[part])
-                for part in self._portions(len(rows))
-            ],
-            axis=1,
-        )  # (limits, N * samples)
+        parts = [self.excess(samples[:, part].T) for part in self.portions(0, _SAMPLES)]
+        excess = np.concatenate(parts, axis=1)  # (limits, samples, N)
         codes = np.array([LIMIT_NAMES.index(limit.name) for limit in self.bounds.of_motion])
-        broken = (excess > 0.0).reshape(len(codes), self.count, _SAMPLES)
+        broken = (excess > 0.0).transpose(0, 2, 1)
         start, stop = _widest(np.asarray(~broken.any(axis=0)))
         has_kept = start >= 0
         closed = np.flatnonzero(~has_kept)
@@ -463,17 +462,24 @@ class Search:
             getattr(window, f"{name}_state")[cut] = -1
 
     def excess(self, pretension: Array) -> Array:
-        """Return the excess over limits on the whole motion, (limits, N), at pretensions, (N,)."""
-        moving = self.moving.at_pretension(pretension[:, np.newaxis, np.newaxis])
-        columns = motion_columns(moving)
+        """Return the excess over limits on the whole motion at pretensions, N.
+
+        Args:
+            pretension: Pretensions, (..., N), N.
+
+        Returns:
+            The excess as a share of each limit, (limits, ..., N).
+        """
+        limits = self.bounds.of_motion
+        columns = motion_columns(self._at(pretension), {limit.column for limit in limits})
         found = []
-        for limit in self.bounds.of_motion:
+        for limit in limits:
             bound = np.asarray(self.bounds[limit.name])
             of_designs = bound.reshape(-1) if bound.ndim else bound
             beyond = limit.beyond(np.asarray(columns[limit.column]), of_designs)
             share = beyond / np.maximum(np.abs(of_designs), _TINY)
             found.append(np.where(np.isnan(share), -np.inf, share))
-        return np.broadcast_to(np.array(found), (len(found), self.count))
+        return np.broadcast_to(np.array(found), (len(found), *pretension.shape))
 
     def root(self, inside: Array, outside: Array) -> tuple[Array, Rows]:
         """Return the last pretensions that keep the limits on the whole motion, (N,), N.
@@ -510,14 +516,13 @@ class Search:
 
     def states_of_most_power(self, pretension: Array) -> Rows:
         """Return the states in which the motor gives most at pretensions, (N,), N."""
-        moving = self.moving.at_pretension(pretension[:, np.newaxis, np.newaxis])
+        moving = self._at(pretension)
         counted = self.trajectory.counted
-        sliding = moving.sliding
         shape = (self.count, 1, len(self.trajectory.time))
-        power = np.broadcast_to(moving.motor_rates.power, shape)
-        known = np.where(sliding.passing | np.isnan(power), -np.inf, power)[:, 0, counted]
+        power = np.broadcast_to(moving.power, shape)
+        known = np.where(moving.passing | np.isnan(power), -np.inf, power)[:, 0, counted]
         sample = counted.start + known.argmax(axis=1)
-        flexes = sliding.flexion.reshape(self.count, -1)[np.arange(self.count), sample]
+        flexes = moving.flexion.reshape(self.count, -1)[np.arange(self.count), sample]
         return np.asarray(np.where(flexes, 0, shape[-1]) + sample)
 
 

@@ -142,6 +142,11 @@ def tendon_rates(state: State) -> TendonRates:
     )
 
 
+def motor_power(state: State, rates: TendonRates) -> Array:
+    """Return the power of the motor in states, τ_m dα/dθ in N m; in W along a trajectory."""
+    return np.asarray(state.motor_torque * rates.wound / state.design.flexor_radius)
+
+
 def motor_rates(state: State, rates: TendonRates | None = None) -> MotorRates:
     """Return the rates of motor, springs and friction in states.
 
@@ -152,7 +157,6 @@ def motor_rates(state: State, rates: TendonRates | None = None) -> MotorRates:
     rates = tendon_rates(state) if rates is None else rates
     design = state.design
     turning = rates.turning
-    wound = rates.wound
     x = state.balance.flexor
     y = state.balance.extensor
     resting_flexor = state.flexor if state.resting is None else state.resting[0]
@@ -166,7 +170,7 @@ def motor_rates(state: State, rates: TendonRates | None = None) -> MotorRates:
     return MotorRates(
         spool_angle=state.spool_angle + resting_stretch / design.flexor_radius,
         spool_speed=rates.winding / design.flexor_radius,
-        power=np.asarray(state.motor_torque * wound / design.flexor_radius),
+        power=motor_power(state, rates),
         stored=0.5
         * (state.flexor.energy_compliance * x * x + state.extensor.energy_compliance * y * y),
         storage_rate=flexor_storing + extensor_storing,

@@ -9,6 +9,7 @@ count nowhere. Arrays of states are (designs..., directions, samples); SI units,
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
@@ -18,7 +19,7 @@ import numpy as np
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design, map_arrays, shape_of
 from tendon_cli.model.kinematics import Array, Flags, Real, Rows
-from tendon_cli.model.motor import MotorRates, TendonRates, motor_rates, tendon_rates
+from tendon_cli.model.motor import MotorRates, TendonRates, motor_power, motor_rates, tendon_rates
 from tendon_cli.model.reversal import SideReversal, side_reversal
 from tendon_cli.model.sliding import (
     BOTH_DIRECTIONS,
@@ -31,7 +32,7 @@ from tendon_cli.model.sliding import (
     spool_turns,
 )
 from tendon_cli.model.trajectory import Trajectory
-from tendon_cli.quantities import SIDES
+from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES, SIDES
 
 _MOST_TURNING = 0.95
 """Largest share of samples at which the tendons turn for which friction's loss is given: a rig of
@@ -167,6 +168,16 @@ class Moving:
         count = self.shape[-1]
         return at_samples(self.state, counted, count), at_samples(self.turned, counted, count)
 
+    @cached_property
+    def power(self) -> Array:
+        """Power of the motor in the states that hold, (..., 1, K), W."""
+        return motor_power(self._held, self.rates)
+
+    @cached_property
+    def passing(self) -> Flags:
+        """True where slack passes from one side to the other, (..., 1, K)."""
+        return np.asarray(self._of_states(slack_passes(self._flat(self._held.status))))
+
     def slack_count(self) -> Array:
         """Return the number of samples that count at which a tendon is, or may be, slack, (...)."""
         is_slack = self._flat(self._held.balance.is_slack | self.turned.balance.is_slack)
@@ -177,18 +188,16 @@ class Moving:
     def sliding(self) -> Sliding:
         """Way in which the tendons slide."""
         flexion, turns = self._sliding
-        held = self._held
         before = np.where(turns.to_flexion, 1, 0)  # direction before each turn
         start = self._pick(self._spool_angle, turns.design, before, turns.sample)
         spool_angle = self._flat(_choose(self._spool_angle, self.flexion))
-        passing = slack_passes(self._flat(held.status))
         goes_back = against(self._ends_of_tendons(), flexion)
-        turning = passing | goes_back | in_play(spool_angle, flexion, turns, start)
+        turning = self._flat(self.passing) | goes_back | in_play(spool_angle, flexion, turns, start)
         turning |= not_past(spool_angle, flexion, turns, goes_back, self._largest_play)
         return Sliding(
             flexion=self.flexion,
             turning=self._of_states(turning),
-            passing=self._of_states(passing),
+            passing=self.passing,
             other_torque=_choose(self.candidates.motor_torque, ~self.flexion),
             turn_loss=self._of_states(self._turn_loss(before)),
         )
@@ -236,69 +245,144 @@ def at_samples(at: State, samples: slice, count: int) -> State:
     return selected
 
 
-def motion_columns(moving: Moving) -> dict[str, Array]:
-    """Return the columns of designs along a trajectory.
+@dataclass(frozen=True, eq=False)
+class MotionTotals:
+    """Columns of designs along a trajectory, each worked out when it is asked for.
 
     Integrals over time are sums over its samples; friction's loss has that of the turns, too, and
     is NaN if the tendons turn all the time. Differences are NaN, because there is no other
-    direction at the same angle to compare with.
-
-    Returns:
-        Values by column over the designs' axes; units as in `quantities.OF_CYCLES` and
-        `quantities.OF_TRAJECTORIES`.
+    direction at the same angle to compare with. Values are over the designs' axes, with units as in
+    `quantities.OF_CYCLES` and `quantities.OF_TRAJECTORIES`.
     """
-    counted = moving.trajectory.counted
-    weights = moving.trajectory.weights
-    sliding = moving.sliding
-    rates = moving.motor_rates
-    shape = moving.shape
 
-    def samples(values: Any) -> Any:
-        """Return values of all samples, (..., K)."""
+    moving: Moving
+
+    @property
+    def peak_motor_speed(self) -> Array:
+        """Largest speed of the motor, rad/s."""
+        speed = self._samples(self.moving.motor_rates.spool_speed)
+        return self._largest(np.where(self._passing, np.nan, np.abs(speed)))
+
+    @property
+    def peak_motor_power(self) -> Array:
+        """Largest power that the motor gives, W."""
+        return np.maximum(self._largest(self._known_power), 0.0)
+
+    @property
+    def peak_braking_power(self) -> Array:
+        """Largest power that the motor takes, W."""
+        return np.maximum(self._largest(-self._known_power), 0.0)
+
+    @cached_property
+    def motor_work_in(self) -> Array:
+        """Work that the motor gives, J."""
+        return self._total(np.maximum(self._power, 0.0))
+
+    @property
+    def braking_work(self) -> Array:
+        """Work that the motor takes, J."""
+        return self._total(np.maximum(-self._power, 0.0))
+
+    @cached_property
+    def friction_loss(self) -> Array:
+        """Work that friction takes, J."""
+        counted = self.moving.trajectory.counted
+        friction = self._samples(self.moving.motor_rates.friction)
+        # Where an end of a tendon goes back while it turns, friction acts the other way.
+        taken = np.where(self._turning, np.abs(friction), friction)
+        turn_loss = self._samples(self.moving.sliding.turn_loss)
+        of_turns = turn_loss[..., counted].sum(axis=-1)
+        slides_somewhere = self.turning_fraction <= _MOST_TURNING
+        return np.where(slides_somewhere, self._total(taken) + of_turns, np.nan)
+
+    @property
+    def efficiency(self) -> Array:
+        """1 less the loss over the work that the motor gives."""
+        work = self.motor_work_in
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(np.where(work > 0.0, 1.0 - self.friction_loss / work, np.nan))
+
+    @property
+    def spool_travel(self) -> Array:
+        """Rotation of the spool between its ends, rad."""
+        spool_angle = self._samples(self.moving.motor_rates.spool_angle)
+        return self._largest(spool_angle) + self._largest(-spool_angle)
+
+    @property
+    def max_backlash(self) -> Array:
+        """Largest difference of the spool angle between the directions: unknown, NaN."""
+        return np.full(self.moving.shape[:-1], np.nan)
+
+    @property
+    def max_torque_band(self) -> Array:
+        """Largest difference of the motor torque between the directions: unknown, NaN."""
+        return np.full(self.moving.shape[:-1], np.nan)
+
+    @property
+    def rms_motor_torque(self) -> Array:
+        """Root of the mean square of the motor torque, N m."""
+        weights = self.moving.trajectory.weights
+        squares = self._samples(np.square(self.moving.state.motor_torque))
+        return np.asarray(np.sqrt(squares @ weights / weights.sum()))
+
+    @property
+    def turning_fraction(self) -> Array:
+        """Share of the samples at which the tendons turn."""
+        counted = self.moving.trajectory.counted
+        return np.asarray(self._turning[..., counted].mean(axis=-1))
+
+    @property
+    def opposite_fraction(self) -> Array:
+        """Share of the samples at which the spool turns against the joint."""
+        trajectory = self.moving.trajectory
+        differs = self._samples(self.moving.flexion) != trajectory.is_flexing
+        is_opposite = differs & (trajectory.speed != 0.0)
+        return np.asarray(is_opposite[..., trajectory.counted].mean(axis=-1))
+
+    @property
+    def _passing(self) -> Flags:
+        """True where slack passes from one side to the other, (..., K)."""
+        return np.asarray(self._samples(self.moving.passing))
+
+    @property
+    def _turning(self) -> Flags:
+        """True where the tendons turn, (..., K)."""
+        return np.asarray(self._samples(self.moving.sliding.turning))
+
+    @property
+    def _power(self) -> Array:
+        """Power of the motor, (..., K), W."""
+        return np.asarray(self._samples(self.moving.power))
+
+    @property
+    def _known_power(self) -> Array:
+        """Power of the motor, (..., K), W; NaN where slack passes from one side to the other."""
+        return np.where(self._passing, np.nan, self._power)
+
+    def _samples(self, values: Any) -> Any:
+        """Return values of states in one direction at all samples, (..., K)."""
+        shape = self.moving.shape
         of_states = np.broadcast_to(values, (*shape[:-1], 1, shape[-1]))
         return of_states[..., 0, :]
 
-    def total(values: Array) -> Array:
-        """Return the integral over time."""
-        known = np.where(passing, 0.0, values)
-        return np.asarray(known @ weights)
+    def _total(self, values: Array) -> Array:
+        """Return the integral of values, (..., K), over time."""
+        known = np.where(self._passing, 0.0, values)
+        return np.asarray(known @ self.moving.trajectory.weights)
 
-    def largest(values: Array) -> Array:
-        """Return the largest value of those that count, (..., K); NaN if none is known."""
+    def _largest(self, values: Array) -> Array:
+        """Return the largest of values, (..., K), that count; NaN if none is known."""
+        counted = self.moving.trajectory.counted
         return np.asarray(np.fmax.reduce(values[..., counted], axis=-1))
 
-    passing = samples(sliding.passing)
-    speed = np.where(passing, np.nan, samples(rates.spool_speed))
-    power = np.where(passing, np.nan, samples(rates.power))
-    work = total(np.maximum(samples(rates.power), 0.0))
-    turning = samples(sliding.turning)
-    of_turns = samples(sliding.turn_loss)[..., counted].sum(axis=-1)
-    # Where an end of a tendon goes back while it turns, friction acts the other way.
-    taken = np.where(turning, np.abs(samples(rates.friction)), samples(rates.friction))
-    slides_somewhere = turning[..., counted].mean(axis=-1) <= _MOST_TURNING
-    loss = np.where(slides_somewhere, total(taken) + of_turns, np.nan)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        efficiency = np.asarray(np.where(work > 0.0, 1.0 - loss / work, np.nan))
-    mean_square_torque = samples(np.square(moving.state.motor_torque)) @ weights / weights.sum()
-    spool_angle = samples(rates.spool_angle)
-    is_moving = moving.trajectory.speed != 0.0
-    opposite = (samples(sliding.flexion) != moving.trajectory.is_flexing) & is_moving
-    unknown = np.full(shape[:-1], np.nan)
-    return {
-        "peak_motor_speed": largest(np.abs(speed)),
-        "peak_motor_power": np.maximum(largest(power), 0.0),
-        "peak_braking_power": np.maximum(largest(-power), 0.0),
-        "motor_work_in": work,
-        "friction_loss": loss,
-        "efficiency": efficiency,
-        "spool_travel": largest(spool_angle) + largest(-spool_angle),
-        "max_backlash": unknown,
-        "max_torque_band": unknown,
-        "rms_motor_torque": np.sqrt(mean_square_torque),
-        "braking_work": total(np.maximum(-samples(rates.power), 0.0)),
-        "turning_fraction": turning[..., counted].mean(axis=-1),
-        "opposite_fraction": opposite[..., counted].mean(axis=-1),
-    }
+
+_MOTION_COLUMNS = (*OF_CYCLES, *OF_TRAJECTORIES)
+
+
+def motion_columns(moving: Moving, names: Iterable[str] = _MOTION_COLUMNS) -> dict[str, Array]:
+    """Return columns of designs along a trajectory by name, by default all (`MotionTotals`)."""
+    totals = MotionTotals(moving)
+    return {name: getattr(totals, name) for name in names}
 
 
 def motion_demand(moving: Moving) -> tuple[float, float]:
@@ -306,9 +390,9 @@ def motion_demand(moving: Moving) -> tuple[float, float]:
 
     They are NaN if no sample that counts has a value.
     """
-    columns = motion_columns(moving)
-    speed = np.fmax.reduce(columns["peak_motor_speed"], axis=None)
-    return float(speed), float(np.fmax.reduce(columns["peak_motor_power"], axis=None))
+    totals = MotionTotals(moving)
+    speed = np.fmax.reduce(totals.peak_motor_speed, axis=None)
+    return float(speed), float(np.fmax.reduce(totals.peak_motor_power, axis=None))
 
 
 def _from_unstretched_flexor(at: State) -> Array:

@@ -337,3 +337,24 @@ def test_the_sample_of_another_seed_or_size_is_another_one(answered):
         assert found is not None
         assert any(word in found for word in reason.split("|"))
     assert paired._why_other_sample(study, study.vary(**{"spool.ratio": 0.9})) is None
+
+
+def test_runs_along_a_motion_in_time_are_compared_by_what_the_motor_does(tmp_path):
+    time = np.arange(0.0, 4.0, 0.02)
+    angle = 45.0 - 30.0 * np.cos(2.0 * np.pi * 0.5 * time)
+    rows = "\n".join(f"{at:.2f},{value:.5f}" for at, value in zip(time, angle, strict=True))
+    (tmp_path / "motion.csv").write_text(f"time (s),angle (deg)\n{rows}\n")
+    motion = {"trajectory": str(tmp_path / "motion.csv"), "cutoff": "4 Hz"}
+    runs = [
+        tendon.sweep({"motion": motion, "spring": {"stiffness": stiffness}})
+        for stiffness in ("3 kN/m", "6 kN/m")
+    ]
+    compared = tendon.compare(*runs)
+    less_is_better = ("peak_motor_speed", "peak_motor_power", "motor_work_in", "rms_motor_torque")
+    for name in (*less_is_better, "efficiency"):
+        found = of(compared, name)
+        values = [float(run.designs[name].iloc[0]) for run in runs]
+        assert [found["a"], found["b"]] == pytest.approx(values)
+        gains = values[1] > values[0] if name == "efficiency" else values[1] < values[0]
+        assert found["verdict"] == ("better" if gains else "worse")
+    assert "largest motor power" in compared.text

@@ -1,7 +1,9 @@
 """`tendon plot`, as it is called: which table it takes, what it writes, and what it refuses."""
 
+import json
 import math
 
+import matplotlib.image
 import pytest
 
 import tendon_cli as tendon_library
@@ -52,6 +54,31 @@ def test_a_run_folder_gives_its_states_unless_told_otherwise(tendon, run_folder,
 )
 def test_what_is_asked_for_is_drawn(tendon, run_folder, words, drawn):
     assert figures(tendon("plot", *words.split(), "--json")) == [drawn]
+
+
+ANSWER = """
+[spring]
+stiffness = ["2 kN/m", "5 kN/m"]
+[spool]
+ratio = [0.6, 0.8]
+[motion]
+elbow_angle = { from = "0 deg", to = "90 deg", num = 4 }
+"""
+
+
+def test_an_answer_gives_the_figures_that_design_drew(tendon, workplace):
+    (workplace / "suit.toml").write_text(ANSWER)
+    assert tendon("design", "suit.toml", "--out", "answer").exit == 0
+    first = json.loads((workplace / "answer" / "design.json").read_text())["figures"]
+    assert len(first) > 1
+    drawn = figures(tendon("plot", "answer", "--json"))
+    assert drawn == [f"suit-{name}" for name in first]
+    for name in first:
+        again = matplotlib.image.imread(workplace / f"suit-{name}")
+        assert (again == matplotlib.image.imread(workplace / "answer" / name)).all()
+    refused = tendon("plot", "answer", "--out", "one.png")
+    assert (refused.exit, f"{len(first)} figures" in refused.err) == (2, True)
+    assert not (workplace / "one.png").exists()
 
 
 SIDES = """

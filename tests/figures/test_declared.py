@@ -103,7 +103,7 @@ BILATERAL = {"model": {"slack": "bilateral"}}
     ("more", "spec", "key", "says"),
     [
         ({}, figure(quantity="margin"), "quantity", "not written"),
-        ({}, figure(where="load_mass = 4 kg"), "where", "leaves nothing of the axis"),
+        ({}, figure(where="load_mass = 4 kg"), "where", "leaves no rows"),
         (BILATERAL, figure(quantity="flexor_slack"), "quantity", "null in every row"),
         ({"load": {}}, figure(quantity="max_tension"), "x", "no axis with several"),
         ({"spool": {"ratio": [0.7, 1.0]}}, figure(quantity="efficiency"), "quantity", "no column"),

@@ -214,6 +214,19 @@ def test_only_nulls(tmp_path: Path) -> None:
             figures_of(table(folder, name))
 
 
+def test_a_filter_that_leaves_no_rows_is_refused_with_the_values_there_are(tmp_path: Path) -> None:
+    files = states(tmp_path / "run", {"tendon": {"pretension": "120 N"}})
+    torques = files.read(["motor_torque"])["motor_torque"].to_numpy()
+    ends = f"values: {torques.min():.4g} N m to {torques.max():.4g} N m"
+    for where, hint in {
+        "motor_torque > 900 N m": ends,
+        "status = flexor slack": "values: taut",
+    }.items():
+        with pytest.raises(UsageError, match=f'"{where}" leaves no rows') as refused:
+            figure_of(files, quantity=("motor_torque",), where=(where,))
+        assert refused.value.hint == hint
+
+
 def test_some_nulls_are_hatched(tmp_path: Path) -> None:
     files = states(tmp_path / "run", {"motion": {"elbow_angle": grid("90 deg", "170 deg", 17)}})
     figure = figure_of(files, quantity=("motor_torque",))
