@@ -25,8 +25,14 @@ PAGE = re.compile(_MADE_BY + r'<a href="(\S+?)">', re.DOTALL)
 FILE = re.compile(r"^```\w+\n# file: (\S+)\n(.*?)^```", re.DOTALL | re.MULTILINE)
 
 
-def make_figures(page: Path) -> list[Path]:
-    """Make all figures of a page, and the pages of HTML that it links to.
+Files = tuple[tuple[str, str], ...]
+"""Names of files with their contents."""
+Images = list[tuple[str, Path]]
+"""Files that a command leaves, each with the image or page that it becomes."""
+
+
+def make_figures(*pages: Path) -> list[Path]:
+    """Make all figures of pages, several at a time; a command that figures share is run once.
 
     Returns:
         Their files.
@@ -34,20 +40,31 @@ def make_figures(page: Path) -> list[Path]:
     Raises:
         CalledProcessError: A command failed.
     """
-    text = page.read_text(encoding="utf-8")
-    made = []
-    pages = [(command, result, f"pages/{link}") for command, result, link in PAGE.findall(text)]
-    for command, result, image in [*RECIPE.findall(text), *pages]:
-        with tempfile.TemporaryDirectory() as folder:
-            for name, content in FILE.findall(text):
-                Path(folder, name).write_text(content, encoding="utf-8")
-            Path(folder, "configs").symlink_to(DOCS.parent / "configs")
-            _run(command, folder)
-            target = page.parent / image
-            target.parent.mkdir(exist_ok=True)
-            shutil.copy(Path(folder, result), target)
-        made.append(target)
-    return made
+    wanted: dict[tuple[str, Files], Images] = {}
+    for page in pages:
+        text = page.read_text(encoding="utf-8")
+        files = tuple(FILE.findall(text))
+        linked = [(command, made, f"pages/{link}") for command, made, link in PAGE.findall(text)]
+        for command, result, image in [*RECIPE.findall(text), *linked]:
+            reads_page = any(name in command for name, _ in files)
+            run = command, files if reads_page else ()
+            wanted.setdefault(run, []).append((result, page.parent / image))
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        list(pool.map(_make, wanted.keys(), wanted.values()))
+    return [image for images in wanted.values() for _, image in images]
+
+
+def _make(run: tuple[str, Files], images: Images) -> None:
+    """Run a command in a folder with some files, and copy what it leaves."""
+    command, files = run
+    with tempfile.TemporaryDirectory() as folder:
+        for name, content in files:
+            Path(folder, name).write_text(content, encoding="utf-8")
+        Path(folder, "configs").symlink_to(DOCS.parent / "configs")
+        _run(command, folder)
+        for result, image in images:
+            image.parent.mkdir(exist_ok=True)
+            shutil.copy(Path(folder, result), image)
 
 
 def _run(command: str, folder: str) -> None:
@@ -69,6 +86,4 @@ def _run(command: str, folder: str) -> None:
 
 if __name__ == "__main__":
     pages = [Path(name) for name in sys.argv[1:]] or sorted(DOCS.glob("*.md"))
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for figures in pool.map(make_figures, pages):
-            sys.stdout.write("".join(f"{figure}\n" for figure in figures))
+    sys.stdout.write("".join(f"{figure}\n" for figure in make_figures(*pages)))

@@ -116,6 +116,14 @@ def test_the_suit_of_the_readme_is_that_of_the_demo():
     assert "configs/suit.toml" in (ROOT / "Makefile").read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize("first", ["README.md", "index.md"])
+def test_the_way_to_a_set_suit_is_short(first):
+    """Whoever begins with the README or the index sets a suit after 4,000 words at most."""
+    pages = {"README.md": README, **PAGES}
+    way = [pages[page] for page in (first, "install.md", "tutorial.md", "bench.md")]
+    assert sum(len(page.split()) for page in way) <= 4000
+
+
 @pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", *PAGES])
 def test_every_link_leads_somewhere(page):
     file = ROOT / page if (ROOT / page).exists() else ROOT / "docs" / page
