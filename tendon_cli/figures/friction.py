@@ -92,7 +92,7 @@ def _draw_panels(figure: Figure, fit: Any) -> Axes:
     by_rate.sharey(by_force)
     unit = f" (1/{fit.unit})" if fit.unit else ""
     _draw_check(by_force, fit, "zero", "Zero error of a cell?", f"1 / force at load{unit}")
-    _draw_check(by_rate, fit, "delay", "A late cell?", "d ln F/dt, per unit of time")
+    _draw_check(by_rate, fit, "delay", "A late cell?", "d ln F/dt (per unit of time)")
     by_force.set_ylabel("residual, other\neffects taken off")
     by_rate.tick_params(labelleft=False)
     _draw_loop(figure.add_subplot(grid[3, 0]), fit)

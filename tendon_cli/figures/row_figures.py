@@ -72,8 +72,17 @@ def _draw_by_name(
     has_window = low <= high
     limits = _kinds([*read["from_by"], *read["to_by"]], cube)
     key = [
-        Line2D([], [], color=_BAR, linewidth=6, label="window of pretension"),
-        Line2D([], [], color=_GAP, linewidth=6, label="no window: the lower limit is above"),
+        Line2D(
+            [], [], color=_BAR, linewidth=6, solid_capstyle="butt", label="window of pretension"
+        ),
+        Line2D(
+            [],
+            [],
+            color=_GAP,
+            linewidth=6,
+            solid_capstyle="butt",
+            label="no window: the lower limit is above",
+        ),
         *_key_of(limits),
     ]
     if chosen["feasible"]:

@@ -132,8 +132,13 @@ def head(title: str, subtitle: str, links: Mapping[str, str]) -> str:
     anchors = " ".join(
         f'<a href="#{name}-section">{escape(text)}</a>' for name, text in links.items()
     )
-    text = f'<h1>{escape(title)}</h1><p class="says">{escape(subtitle)}</p><nav>{anchors}</nav>'
+    text = f'<h1>{escape(title)}</h1><p class="says">{_escaped(subtitle)}</p><nav>{anchors}</nav>'
     return f'<header>{text}</header>\n<p id="fault" role="alert"></p>\n'
+
+
+def _escaped(text: str) -> str:
+    """Return a text as HTML; no line ends between a number and its unit."""
+    return escape(say.unbroken(text))
 
 
 def blocks(contents: Iterable[Block]) -> str:
@@ -142,7 +147,7 @@ def blocks(contents: Iterable[Block]) -> str:
     for kind, group in itertools.groupby(contents, key=lambda block: next(iter(block))):
         bodies = [block[kind] for block in group]
         if kind == "item":
-            items = "".join(f"<li>{escape(text)}</li>" for text in bodies)
+            items = "".join(f"<li>{_escaped(text)}</li>" for text in bodies)
             parts.append(f"<ul>{items}</ul>")
         else:
             parts += [_HTML_OF_BLOCK[kind](body) for body in bodies]
@@ -151,7 +156,7 @@ def blocks(contents: Iterable[Block]) -> str:
 
 def notes(texts: Sequence[str], kind: str = "note") -> str:
     """Return a paragraph for each text, set as a note or as a warning."""
-    return "".join(f'<p class="{kind}">{escape(text)}</p>' for text in texts)
+    return "".join(f'<p class="{kind}">{_escaped(text)}</p>' for text in texts)
 
 
 def plot(name: str, label: str) -> str:
@@ -171,14 +176,14 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
         top = f"<thead><tr>{cells}</tr></thead>"
     body = ""
     for row in rows:
-        cells = "".join(f'<td class="left">{escape(str(cell))}</td>' for cell in row)
+        cells = "".join(f'<td class="left">{_escaped(str(cell))}</td>' for cell in row)
         body += f"<tr>{cells}</tr>"
     return f'<div class="scroll" tabindex="0"><table>{top}<tbody>{body}</tbody></table></div>'
 
 
 _HTML_OF_BLOCK: dict[str, Callable[[Any], str]] = {
     "heading": lambda text: f"<h3>{escape(text)}</h3>",
-    "sentence": lambda text: f"<p>{escape(text)}</p>",
+    "sentence": lambda text: f"<p>{_escaped(text)}</p>",
     "note": lambda text: notes([f"Note: {text}"]),
     "table": lambda rows: table(rows[0], rows[1:]),
 }

@@ -46,6 +46,7 @@ from tendon_cli.say.words import (
     side_of,
     spaced,
     tolerance_that_is_enough,
+    unbroken,
     window_text,
     wrap,
 )
@@ -103,6 +104,7 @@ __all__ = [
     "spaced",
     "table",
     "tolerance_that_is_enough",
+    "unbroken",
     "window_text",
     "wrap",
 ]

@@ -329,6 +329,11 @@ def setting_words(read: str) -> tuple[str, str]:
     return read, ""
 
 
+def unbroken(text: str) -> str:
+    """Return a text in which no line may end within a quantity."""
+    return _UNIT.sub(_JOINED, text)
+
+
 def wrap(text: str, indent: str = "", width: int = WIDTH, later: str | None = None) -> list[str]:
     """Wrap a sentence to lines; no line ends within a quantity.
 
@@ -339,7 +344,7 @@ def wrap(text: str, indent: str = "", width: int = WIDTH, later: str | None = No
         later: Beginning of the other lines; None for two spaces more than the first has.
     """
     lines = textwrap.wrap(
-        _UNIT.sub(_JOINED, text),
+        unbroken(text),
         width,
         initial_indent=indent,
         subsequent_indent=indent + "  " if later is None else later,

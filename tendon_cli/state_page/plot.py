@@ -38,6 +38,8 @@ from tendon_cli.state_page.motion_plot import (
 
 Array = npt.NDArray[np.float64]
 
+_PAPER: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8}
+"""Background of a text in a panel."""
 _POINTS = 721
 """Points of each curve."""
 _LIMITS = ("peak_motor_torque", "peak_motor_speed", "peak_motor_power")
@@ -289,7 +291,7 @@ def _draw_loop(axes: Axes, strokes: Mapping[str, Stroke]) -> None:
     for end in (0, -1):
         place = (np.degrees(first.spool_angle[end]), first.motor_torque[end])
         text = f"θ = {np.degrees(first.elbow_angle[end]):.3g}°"
-        axes.annotate(text, place, ha="center", size=6.5)
+        axes.annotate(text, place, ha="center", size=6.5, bbox=_PAPER)
     axes.margins(0.12)
     axes.set(title="Hysteresis", xlabel="spool angle α (deg)")
 
