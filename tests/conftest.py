@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from tendon_cli import cli, startup
 from tendon_cli.answers import sensitivity
@@ -35,6 +36,10 @@ if threading.current_thread() is threading.main_thread():
         if signal.getsignal(number) is signal.SIG_IGN:
             signal.signal(number, signal.SIG_DFL)
 
+
+# An example may take long on a busy machine.
+settings.register_profile("tendon", deadline=None)
+settings.load_profile("tendon")
 
 # As every command does: it takes a third of the time from what works with large arrays.
 startup.keep_freed_memory()

@@ -659,7 +659,7 @@ def check_random_windows(seed, count):
 
 
 def test_random_windows_are_proved_and_those_of_a_search():
-    check_random_windows(8, 15)
+    check_random_windows(8, 10)
 
 
 @pytest.mark.torture

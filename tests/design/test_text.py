@@ -66,11 +66,10 @@ KINDS = {
 
 
 @pytest.fixture(scope="module", params=KINDS)
-def record(request, tmp_path_factory):
+def record(request, answer_of_kind):
     """Return the record of an answer as it is read from its file."""
-    folder = tmp_path_factory.mktemp("answers") / "answer"
-    tendon.design(tendon.study(KINDS[request.param]), folder)
-    return json.loads((folder / "design.json").read_text(encoding="utf-8"))
+    _, file = answer_of_kind(request.param)
+    return json.loads(file.read_text(encoding="utf-8"))
 
 
 # --- Words follow from the record -----------------------------------------------------------------
