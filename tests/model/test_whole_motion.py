@@ -1,4 +1,4 @@
-"""Between three angles a limit is asked at the top of the parabola through its values."""
+"""Tops of parabolas through the values at three angles."""
 
 import numpy as np
 import pytest
