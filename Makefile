@@ -51,7 +51,7 @@ $(DOCS): $(READY)
 
 docs: $(DOCS)  ## make the figures of the documentation and build it, to be read in docs/_build/index.html
 	$(BIN)/python docs/figures.py
-	$(BIN)/python -m sphinx -q -W --keep-going -b html docs docs/_build
+	OMP_NUM_THREADS=1 $(BIN)/python -m sphinx -q -W --keep-going -j auto -b html docs docs/_build
 	@! grep -nE '(–|—)(arm|reversal|set|json|[a-z]+-[a-z]+)\b|[“”‘]' docs/_build/*.html docs/_build/notebooks/*.html || { echo "typographic signs in what is to be typed"; exit 1; }
 	@! grep -lE '(<script|<link|<img)[^>]*(src|href)="(https?:)?//' docs/_build/*.html docs/_build/notebooks/*.html || { echo "these pages need the network"; exit 1; }
 

@@ -21,7 +21,9 @@ release = __version__
 version = __version__
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
-exclude_patterns = ["_build", "jupyter_execute"]
+exclude_patterns = ["_build", "jupyter_execute", "pages"]
+# Pages of HTML that figures.py makes, such as the report of the demo.
+html_extra_path = ["pages"] if Path(__file__).with_name("pages").is_dir() else []
 # Each notebook is run with the pages, and a cell that fails ends the build.
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True

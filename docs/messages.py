@@ -82,7 +82,7 @@ def _messages_in(scope: ast.AST, of_class: str = "") -> Iterator[tuple[str, str,
         name = of_class if is_own else ast.unparse(node.func)
         if name not in KINDS:
             continue
-        known = _assigned_texts(scope, node.lineno)
+        known = _assigned_texts(scope, node)
         place_of_hint = _PLACE_OF_HINT.get(name)
         hints = [keyword.value for keyword in node.keywords if keyword.arg == "hint"]
         if place_of_hint is not None and len(node.args) > place_of_hint:
@@ -96,18 +96,25 @@ def _messages_in(scope: ast.AST, of_class: str = "") -> Iterator[tuple[str, str,
                     yield message, hint, KINDS[name]
 
 
-def _assigned_texts(function: ast.AST, last_line: int) -> dict[str, list[str]]:
-    """Return the texts that variables of a function hold last up to a line, by name."""
-    assigned = [
+def _assigned_texts(scope: ast.AST, call: ast.Call) -> dict[str, list[str]]:
+    """Return the texts that variables may hold at a call, by name.
+
+    What is assigned in a deeper block than that of the call may not happen: its text is one more.
+    Any other assignment replaces what the variable held before.
+    """
+    statements = [
         node
-        for node in ast.walk(function)
-        if isinstance(node, ast.Assign) and node.lineno <= last_line
+        for node in ast.walk(scope)
+        if isinstance(node, ast.stmt) and node.lineno <= call.lineno
     ]
-    texts = {}
-    for node in sorted(assigned, key=lambda node: node.lineno):
-        target = node.targets[0]
-        if isinstance(target, ast.Name):
-            texts[target.id] = _texts(node.value, {})
+    around = [node for node in statements if (node.end_lineno or 0) >= call.lineno]
+    depth = max((node.col_offset for node in around), default=0)
+    texts: dict[str, list[str]] = {}
+    for node in sorted(statements, key=lambda node: node.lineno):
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+            name = node.targets[0].id
+            before = texts.get(name, []) if node.col_offset > depth else []
+            texts[name] = before + _texts(node.value, {})
     return texts
 
 

@@ -15,8 +15,8 @@ from tendon_cli.figures.frame import framed
 from tendon_cli.figures.style import FAINT, OKABE_ITO, house_style
 
 SUITS = ("K 5 kN/m, η 0.6", "K 8 kN/m, η 0.5")
-TITLE = "What each effect makes of the window"
-NOTE = "Pretensions that suit an empty hand and 10 kg at every angle, each effect by itself."
+TITLE = "What each effect does to the window"
+NOTE = "Pretensions that work for an empty hand and 10 kg at every angle, one effect at a time."
 _WINDOW = re.compile(r"([\d.]+) to ([\d.]+) N|none")
 _DASHED = (0, (3, 2))
 _OFFSETS = (-0.19, 0.19)
@@ -55,7 +55,7 @@ def draw(table: str, path: Path) -> Path:
                     float(end), color=colour, linestyle=_DASHED, linewidth=0.6, zorder=0.5
                 )
         panel.set_yticks(range(len(effects)), effects)
-        panel.set(xlabel="pretension F₀ (N)", xlim=(0.0, 440.0), ylim=(len(effects) - 0.5, -0.5))
+        panel.set(xlabel="pretension F₀ (N)", xlim=(0.0, 460.0), ylim=(len(effects) - 0.5, -0.5))
     return page.save(path)
 
 

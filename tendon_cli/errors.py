@@ -106,11 +106,10 @@ class StudyError(TendonError):
         )
         if any(fault.is_implausible for fault in faults):
             hint = "allow_implausible = true at the top of the study accepts implausible numbers"
-        message = f"the study has {count}:\n{lines}"
         if len(faults) == 1 and faults[0].is_of_whole_file:
-            message = faults[0].problem
-            hint = faults[0].hint or hint
-        super().__init__(message, where=where, hint=hint)
+            super().__init__(faults[0].problem, where=where, hint=faults[0].hint or hint)
+            return
+        super().__init__(f"the study has {count}:\n{lines}", where=where, hint=hint)
 
 
 class SizeError(TendonError):

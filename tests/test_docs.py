@@ -33,6 +33,12 @@ def script(name):
 
 FIGURES = script("figures")
 REFERENCE = script("reference")
+MADE = {
+    page: [image for _, _, image in FIGURES.RECIPE.findall(text)]
+    for page, text in {**PAGES, "README.md": README}.items()
+}
+"""Images that each page makes."""
+ALL_MADE = {image.removeprefix("docs/") for images in MADE.values() for image in images}
 COMMANDS = typer.main.get_command(cli.app).commands
 
 
@@ -110,11 +116,19 @@ def test_the_suit_of_the_readme_is_that_of_the_demo():
     assert "configs/suit.toml" in (ROOT / "Makefile").read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize("first", ["README.md", "index.md"])
+def test_the_way_to_a_set_suit_is_short(first):
+    """Whoever begins with the README or the index sets a suit after 4,000 words at most."""
+    pages = {"README.md": README, **PAGES}
+    way = [pages[page] for page in (first, "install.md", "tutorial.md", "bench.md")]
+    assert sum(len(page.split()) for page in way) <= 4000
+
+
 @pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", *PAGES])
 def test_every_link_leads_somewhere(page):
     file = ROOT / page if (ROOT / page).exists() else ROOT / "docs" / page
     for target in re.findall(r"\]\(([^)#:]+)\)", file.read_text()):
-        is_made = any(image == target for _, _, image in FIGURES.RECIPE.findall(file.read_text()))
+        is_made = target in MADE.get(page, ()) or (page == "gallery.md" and target in ALL_MADE)
         assert is_made or (file.parent / target).exists(), target
 
 
@@ -133,10 +147,19 @@ def test_every_table_of_reference_has_its_place():
 
 @pytest.mark.parametrize("page", ["README.md", *PAGES])
 def test_every_image_is_made_by_what_stands_above_it(page):
+    """The gallery shows pictures of other pages, too."""
     text = README if page == "README.md" else PAGES[page]
-    assert [image for _, _, image in FIGURES.RECIPE.findall(text)] == re.findall(
-        r"!\[[^\]]*\]\((\S+?)\)", text
-    )
+    shown = re.findall(r"!\[[^\]]*\]\((\S+?)\)", text)
+    if page == "gallery.md":
+        assert set(MADE[page]) <= set(shown) <= ALL_MADE
+    else:
+        assert MADE[page] == shown
+
+
+def test_every_page_of_html_that_a_page_links_to_is_made():
+    for text in PAGES.values():
+        made = [link for _, _, link in FIGURES.PAGE.findall(text)]
+        assert made == re.findall(r'<a href="(\S+?)">', text)
 
 
 def test_no_image_is_kept_but_that_of_the_readme():

@@ -142,8 +142,8 @@ def test_a_traceback_names_the_file(workplace):
     (workplace / "suit.toml").write_text('tendon.pretension = "110 m"\n')
     (workplace / "note.txt").write_text("nothing")
     for call, place in (
-        (lambda: tendon.sweep("suit.toml"), "suit.toml: no such file"),
-        (lambda: tendon.load_study("none.toml"), "none.toml: "),
+        (lambda: tendon.sweep("suit.toml"), "suit.toml: the study has 1 fault:"),
+        (lambda: tendon.load_study("none.toml"), "none.toml: no such file"),
         (lambda: tendon.open("note.txt"), "note.txt: is a file"),
         (lambda: tendon.sweep({"tendon": {"pretension": "110 m"}}), "the study has 1 fault:"),
     ):

@@ -7,7 +7,7 @@ dimensions of a body as one group, make a window uncertain.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -29,8 +29,11 @@ from tendon_cli.space.axis import (
     PRETENSION,
     WORDS,
     Axis,
+    Numbers,
     limit_of,
     of_side,
+    scale_of,
+    split_side,
 )
 from tendon_cli.space.space import Space
 from tendon_cli.studies.study import keys
@@ -47,11 +50,13 @@ _SAME_ANGLE = 1e-9
 """Distance within which two angles are the same, rad."""
 _FACTORS = (0.99, 1.01)
 """Factors by which a number is changed to see if the same limit still binds."""
+_CHANGED_AT_ONCE = 2**19
+"""Windows, choices times conditions, that are solved together."""
 _NEAR = 3
 """Distance up to which states count as the same: the binding angle moves with most numbers."""
 
-Slope = Callable[[Design, Bounds], float]
-"""Function from designs and bounds with a complex number to the derivative of an end by it, N."""
+Slope = Callable[[Design, Bounds], Array]
+"""Function from designs and bounds with a complex number to the derivatives of an end by it, N."""
 
 
 def sensitivities(solver: Solver, choice: Solutions) -> list[SensitivityRecord]:
@@ -64,7 +69,8 @@ def sensitivities(solver: Solver, choice: Solutions) -> list[SensitivityRecord]:
     """
     records = [*_of_end(solver, choice, "from"), *_of_end(solver, choice, "to")]
     known = [record for record in records if np.isfinite(record["slope"])]
-    return sorted(known, key=lambda record: -abs(record["per_percent"]))
+    # Numbers that act alike, such as the length of a tendon and its modulus, keep their order.
+    return sorted(known, key=lambda record: -float(f"{abs(record['per_percent']):.9g}"))
 
 
 def _of_end(solver: Solver, choice: Solutions, end: End) -> Iterator[SensitivityRecord]:
@@ -105,21 +111,43 @@ def _of_end(solver: Solver, choice: Solutions, end: End) -> Iterator[Sensitivity
 
     values = _numbers_under(alone, points)
     steady = _steady(solver, points, values, end, (code, state))
+    derivatives = dict.fromkeys(values, math.nan)
+    if not of_motion and values:
+        stepped_one_each = _stepped_one_each(alone.condition_numbers, values)
+        along = slope(alone.designs(points, stepped_one_each), bounds)
+        derivatives = dict(zip(values, np.broadcast_to(along, len(values)).tolist(), strict=True))
     for key, value in values.items():
-        stepped = {**alone.condition_numbers, key: np.array([value + _STEP * 1j])}
-        changed = alone.designs(points, stepped)
-        yield record(key, value, slope(changed, bounds), steady=steady[key])
+        if not math.isfinite(derivatives[key]):
+            stepped = {**alone.condition_numbers, key: np.array([value + _STEP * 1j])}
+            derivatives[key] = slope(alone.designs(points, stepped), bounds).item()
+        yield record(key, value, derivatives[key], steady=steady[key])
     if name not in bounds:
         return
     needs = [need.key for need in LIMITS[name].needs]
     if "motion.speed" in needs and question.study.trajectory is None:
         speed = float(bounds.speed)
         stepped_bounds = bounds.changed("speed", np.asarray(speed + _STEP * 1j))
-        yield record("motion.speed", speed, slope(design, stepped_bounds))
+        yield record("motion.speed", speed, slope(design, stepped_bounds).item())
     key = f"{LIMIT}{name}"
     limit = np.asarray(bounds.of(design)[name]).item()
     stepped = {**alone.condition_numbers, key: np.array([limit + _STEP * 1j])}
-    yield record(key, limit, slope(alone.designs(points, stepped), bounds))
+    yield record(key, limit, slope(alone.designs(points, stepped), bounds).item())
+
+
+def _stepped_one_each(given: Numbers, values: Mapping[str, float]) -> dict[str, Array]:
+    """Return numbers of one condition as often as there are values, each with one value stepped.
+
+    Args:
+        given: Numbers of the condition, (1,).
+        values: Numbers to step, by key.
+    """
+    count = len(values)
+    stepped: dict[str, Array] = {key: np.repeat(number, count) for key, number in given.items()}
+    for place, (key, value) in enumerate(values.items()):
+        column = stepped.get(key, np.full(count, np.nan)).astype(np.complex128)
+        column[place] = value + _STEP * 1j
+        stepped[key] = column  # type: ignore[assignment]
+    return stepped
 
 
 def _slope_of_state_end(alone: Question, choice: Solutions, end: End) -> Slope:
@@ -135,13 +163,13 @@ def _slope_of_state_end(alone: Question, choice: Solutions, end: End) -> Slope:
     contact = alone.designs(choice.points).arm.first_contact
     begins = bool(np.isclose(contact, angle, rtol=0.0, atol=_SAME_ANGLE).all())
 
-    def slope(changed: Design, bounds: Bounds) -> float:
+    def slope(changed: Design, bounds: Bounds) -> Array:
         moved = elbow_angle
         if begins and LIMIT_NAMES[code] == CONTACT_PRESSURE:
             moved = elbow_angle + 1j * np.asarray(changed.arm.contact_from).imag
         kept = limit_end(code, changed, moved, flexion, bounds, upper=end == "to")
         read = kept if code == LIMIT_PRETENSION else reading_at(changed, kept)
-        return float(read.imag.item()) / _STEP
+        return np.asarray(read.imag / _STEP).ravel()
 
     return slope
 
@@ -165,11 +193,11 @@ def _slope_of_motor_end(alone: Question, choice: Solutions, end: End, design: De
     def excess_of(changed: Design, bounds: Bounds, at_pretension: complex) -> complex:
         return motion_excess(name, changed, alone.angles, flexion, bounds, at_pretension, state)
 
-    def slope(changed: Design, bounds: Bounds) -> float:
+    def slope(changed: Design, bounds: Bounds) -> Array:
         by_number = excess_of(changed, bounds, pretension).imag
         by_pretension = excess_of(design, alone.bounds, pretension + _STEP * 1j).imag
         # A motor that does no work has no efficiency, and its excess no slope.
-        return -by_number / by_pretension if by_pretension else math.nan
+        return np.array(-by_number / by_pretension if by_pretension else math.nan)
 
     return slope
 
@@ -196,7 +224,7 @@ def _steady(
     """Return True by key for numbers that may be 1 % off while the same limit binds.
 
     A number is changed in every condition. Numbers that no condition sets are changed as numbers of
-    choices, and all these choices are solved at once.
+    choices, others by a factor that the choice sets, and all choices of a kind are solved at once.
 
     Args:
         solver: Solver of the question.
@@ -205,35 +233,54 @@ def _steady(
         end: "from" or "to".
         binding: Code of the limit that binds, and the state.
     """
-    question = solver.question
-    of_conditions = {
-        key: given for key, given in question.condition_numbers.items() if key in values
-    }
-    of_choices = [key for key in values if key not in of_conditions]
-    count = len(_FACTORS) * len(of_choices)
-    changed = {key: np.full(count, value[0]) for key, value in points.numbers.items()}
-    for place, key in enumerate(of_choices):
-        column = changed.setdefault(key, np.full(count, np.nan))
-        column[2 * place : 2 * place + 2] = values[key] * np.array(_FACTORS)
+    given = solver.question.condition_numbers
+    of_choices = []
+    of_conditions = []
+    one_by_one = []
+    for key in values:
+        if key not in given:
+            of_choices.append(key)
+        elif split_side(key)[1] is None and scale_of(key) not in {**given, **points.numbers}:
+            of_conditions.append(key)
+        else:  # a number of one side has no factor, and others have theirs already
+            one_by_one.append(key)
+
+    def binds(changes: dict[str, Array], unchanged: float) -> Flags:
+        """Return True by change in which the same limit binds, if one number each is changed."""
+        count = len(_FACTORS) * len(changes)
+        numbers = {key: np.full(count, value[0]) for key, value in points.numbers.items()}
+        for place, (key, pair) in enumerate(changes.items()):
+            column = numbers.setdefault(key, np.full(count, unchanged))
+            column[len(_FACTORS) * place : len(_FACTORS) * (place + 1)] = pair
+        return _binds(solver, Points.of(numbers, count), end, binding)
+
+    factors = np.array(_FACTORS)
     is_same = []
     if of_choices:
-        is_same.append(_binds(solver, Points.of(changed, count), end, binding))
-    for key, given in of_conditions.items():
-        known = np.where(np.isnan(given), values[key], given)
+        is_same.append(binds({key: values[key] * factors for key in of_choices}, np.nan))
+    if of_conditions:
+        is_same.append(binds({scale_of(key): factors for key in of_conditions}, 1.0))
+    for key in one_by_one:
+        known = np.where(np.isnan(given[key]), values[key], given[key])
         for factor in _FACTORS:
-            scaled = solver.for_question(question.with_numbers({key: known * factor}))
+            scaled = solver.for_question(solver.question.with_numbers({key: known * factor}))
             is_same.append(_binds(scaled, points, end, binding))
-    steady = np.all(np.concatenate(is_same).reshape(-1, 2), axis=1).tolist()
-    return dict(zip([*of_choices, *of_conditions], steady, strict=True))
+    steady = np.all(np.concatenate(is_same).reshape(-1, len(_FACTORS)), axis=1).tolist()
+    return dict(zip([*of_choices, *of_conditions, *one_by_one], steady, strict=True))
 
 
 def _binds(solver: Solver, points: Points, end: End, expected: tuple[int, int]) -> Flags:
     """Return True for choices in which a limit binds in a state, or near it."""
     code, state = expected
-    ends = solver.all_limits(solver.ends_at_samples(points), points)
-    solved, _ = solve_windows(solver, points, ends)
-    binding = solved.binding(end)
-    return np.asarray((binding.by == code) & (np.abs(binding.state - state) <= _NEAR))
+    is_same = []
+    at_once = max(1, _CHANGED_AT_ONCE // len(solver.question.conditions))
+    for rows in solver.cut(len(points), at_once):
+        changed = points.select(rows)
+        ends = solver.all_limits(solver.ends_at_samples(changed), changed)
+        solved, _ = solve_windows(solver, changed, ends)
+        binding = solved.binding(end)
+        is_same.append((binding.by == code) & (np.abs(binding.state - state) <= _NEAR))
+    return np.concatenate(is_same)
 
 
 # --- Sobol indices --------------------------------------------------------------------------------

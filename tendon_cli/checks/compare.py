@@ -150,7 +150,8 @@ def check_studies(
         if not _is_within(key, varied):
             lines.append(line)
     if lines:
-        hint = f"--except {lines[0].partition(' ')[0]} compares them anyway"
+        beyond = dict.fromkeys(f"--except {line.partition(' ')[0]}" for line in lines[:4])
+        hint = f"{' '.join(beyond)} compares them anyway"
         raise UsageError(
             f"the baseline belongs to another study: {'; '.join(lines[:4])}", hint=hint
         )

@@ -25,6 +25,8 @@ _MOST_ANGLES = 5
 """Largest number of elbow angles at which the arm is drawn."""
 _DIMENSIONS_ANGLE = math.radians(70.0)
 """Dimensions are drawn at the elbow angle nearest to this one, rad."""
+_STRAIGHT = math.cos(math.radians(20.0))
+"""Cosine of the angle between both limbs up to which an arm counts as straight."""
 _MOTION = "#eceff2"
 _NO_BALANCE = "#b00020"
 _MEANING = (
@@ -190,7 +192,10 @@ def _draw_dimensions(axes: Axes, shape: ArmShape) -> None:
         "$d_{com}$": sizes.forearm_com,
         "$d_{load}$": sizes.load_distance,
     }
-    for level, (name, length) in enumerate(lengths.items()):
+    # On a straight arm the lengths of both limbs would stand in one line.
+    is_straight = float(shape.up @ -shape.along) > _STRAIGHT
+    levels = len(lengths) + is_straight
+    for level, (name, length) in enumerate(lengths.items(), start=int(is_straight)):
         text = f"{name} = {number(length)} mm"
         _draw_dimension(axes, length * shape.along, text, (first + level * step) * under)
     outward = (2.0 * shape.along - under) / 5**0.5
@@ -198,7 +203,7 @@ def _draw_dimensions(axes: Axes, shape: ArmShape) -> None:
     _name_point(axes, points["q"], f"q   a₂ = {number(float(joint.a2))} mm", outward)
     _name_point(axes, points["s"], "s", back)
     _name_point(axes, points["p"], "p", under)
-    _draw_radius(axes, radius, back + under)
+    _draw_radius(axes, radius, shape.front if is_straight else back + under)
     straight = 0.42 * float(joint.b2)
     thin: dict[str, Any] = {"color": FAINT, "linewidth": 0.6, "linestyle": "dashed"}
     _line(axes, _ZERO, -1.25 * straight * shape.up, **thin)
@@ -210,7 +215,7 @@ def _draw_dimensions(axes: Axes, shape: ArmShape) -> None:
         b1 = float(joint.b1)
         _line(axes, _ZERO, np.array([0.0, 0.7 * joint.b1]), **thin)
         _draw_angle(axes, "ψ", 0.6 * b1, 0.68 * b1, 90.0, sizes.upper_arm_angle)
-    _set_limits(axes, shape, margin=first + 3.2 * step)
+    _set_limits(axes, shape, margin=first + (levels + 0.2) * step)
     axes.set_title(title)
 
 
@@ -227,6 +232,8 @@ def _draw_radius(axes: Axes, radius: float, corner: Points) -> None:
         ha="right" if tip[0] < 0.0 else "left",
         va="top",
         size=6.5,
+        bbox=_PAPER,
+        zorder=7,
     )
 
 

@@ -65,13 +65,16 @@ with _shipped_settings():
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.cbook import is_math_text
     from matplotlib.colors import LinearSegmentedColormap, ListedColormap, TwoSlopeNorm
     from matplotlib.figure import Figure
+    from matplotlib.font_manager import FontProperties
     from matplotlib.layout_engine import ConstrainedLayoutEngine
     from matplotlib.lines import Line2D
     from matplotlib.patches import Arc, Circle, FancyArrowPatch, Patch
     from matplotlib.patheffects import Normal, TickedStroke, withStroke
     from matplotlib.text import Text
+    from matplotlib.textpath import text_to_path
 
 __all__ = [
     "Arc",
@@ -82,6 +85,7 @@ __all__ = [
     "FancyArrowPatch",
     "Figure",
     "FigureCanvasAgg",
+    "FontProperties",
     "Line2D",
     "LinearSegmentedColormap",
     "ListedColormap",
@@ -90,7 +94,9 @@ __all__ = [
     "Text",
     "TickedStroke",
     "TwoSlopeNorm",
+    "is_math_text",
     "mpl",
+    "text_to_path",
     "ticker",
     "withStroke",
 ]

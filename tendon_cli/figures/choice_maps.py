@@ -24,9 +24,9 @@ from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import reading_unit
 from tendon_cli.figures.backend import Axes, Line2D, ListedColormap, Patch, mpl
-from tendon_cli.figures.frame import Page, framed, source_of
+from tendon_cli.figures.frame import Page, framed, source_of, turn_names
 from tendon_cli.figures.scales import Scale, axis_scale, off_default
-from tendon_cli.figures.style import INK, PAGE_WIDTH, SEQUENTIAL, wrapped
+from tendon_cli.figures.style import INK, MM, PAGE_WIDTH, SEQUENTIAL, wrapped
 from tendon_cli.space.axis import Axis
 
 _PALE = ("#f6d9c5", "#e9e2f3", "#dcebe4", "#f7ecc8", "#e5e5e5", "#dbe7f3")
@@ -480,6 +480,7 @@ def _begin_map(
     x, y = part.scales
     x.apply(panel, "x", cells=True)
     y.apply(panel, "y", cells=True)
+    turn_names(panel.xaxis, _PANEL_WIDTH / 72.0 / MM)
     panel.set(xlabel=x.label, ylabel=y.label)
     if chosen["feasible"]:
         x_axis, y_axis = part.axes

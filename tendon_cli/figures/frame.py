@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -29,10 +30,15 @@ from tendon_cli.figures.backend import (
     Text,
     ticker,
 )
-from tendon_cli.figures.style import MM, PAGE_WIDTH, format_of, preview, render
+from tendon_cli.figures.style import MM, PAGE_WIDTH, format_of, preview, render, text_width
 from tendon_cli.files import check_output, result_path, write_output
 from tendon_cli.studies.study import Study
 
+_TITLE: dict[str, Any] = {"size": 9.0, "weight": "bold"}
+_NOTE_SIZE = 6.5
+"""Size of the notes, pt."""
+_FEWEST_CHARACTERS = 8
+"""Fewest characters of a line."""
 _TITLE_LINE = 4.0
 """Height of a line of the title, mm."""
 _NOTE_LINE = 3.3
@@ -170,11 +176,15 @@ def framed(
         subtitle: Second title, which may hold formulas and line breaks.
         study: Name and hash of the study for the file's metadata.
     """
-    heads = plain(title, width=int(width / _TITLE_CHARACTER)).splitlines()
-    heads += subtitle.splitlines()
+    room = width - 2.0 * _PAD
+    characters = int(width / _TITLE_CHARACTER)
+    heads = _fit_lines(lambda count: plain(title, width=count).splitlines(), characters, room)
+    for line in subtitle.splitlines():
+        heads += _fit_lines(partial(_wrap, line), max(characters, len(line)), room)
     lines: list[str] = []
     for note in notes:
-        lines += _wrap_note(note, int(width / _NOTE_CHARACTER))
+        characters = int(width / _NOTE_CHARACTER)
+        lines += _fit_lines(partial(_wrap_note, note), characters, room, size=_NOTE_SIZE)
     texts, columns, key_height = _key_shape([str(entry.get_label()) for entry in key], width)
     head = len(heads) * _TITLE_LINE + _PAD if heads else 0.0
     notes_height = len(lines) * _NOTE_LINE + _PAD
@@ -186,11 +196,11 @@ def framed(
     figure = Figure(figsize=(width * MM, height * MM), layout=layout)
     left = _PAD / width
     top = 1.0 - 0.8 * _PAD / height
-    title_style: dict[str, Any] = {"size": 9.0, "weight": "bold", "va": "top", "gid": "title"}
+    title_style: dict[str, Any] = {**_TITLE, "va": "top", "gid": "title"}
     figure.text(left, top, "\n".join(heads), **title_style)
     bottom = 0.7 * _PAD / height
-    note_style: dict[str, Any] = {"color": "#4d4d4d", "size": 6.5, "va": "bottom", "gid": "notes"}
-    figure.text(left, bottom, "\n".join(lines), **note_style)
+    note_style: dict[str, Any] = {"color": "#4d4d4d", "va": "bottom", "gid": "notes"}
+    figure.text(left, bottom, "\n".join(lines), size=_NOTE_SIZE, **note_style)
     if key:
         anchor = (0.0, notes_height / height, 1.0, key_height / height)
         figure.legend(
@@ -205,6 +215,32 @@ def framed(
         )
     says = without_formulas(" ".join(text for text in (subtitle, *notes) if text))
     return Page(figure, title, says, study, width, height, head, foot)
+
+
+def _fit_lines(
+    wrap: Callable[[int], list[str]], characters: int, room: float, **style: Any
+) -> list[str]:
+    """Break a text into lines, each with fewer characters until the widest line fits.
+
+    Args:
+        wrap: Function that breaks the text into lines of at most so many characters.
+        characters: Characters of a line to begin with.
+        room: Width that a line may have, mm.
+        **style: Size and weight of the text, by default those of the title.
+    """
+    lines = wrap(characters)
+    while characters > _FEWEST_CHARACTERS:
+        widest = max((text_width(line, **(style or _TITLE)) for line in lines), default=0.0)
+        if widest <= room:
+            break
+        characters = max(_FEWEST_CHARACTERS, min(characters - 1, int(characters * room / widest)))
+        lines = wrap(characters)
+    return lines
+
+
+def _wrap(text: str, width: int) -> list[str]:
+    """Break a text that may hold formulas into lines of so many characters."""
+    return textwrap.wrap(text, width, break_long_words=False) or [""]
 
 
 def _wrap_note(note: str, width: int) -> list[str]:
@@ -269,6 +305,8 @@ _TICK_GAP = 0.7
 """Least space between the labels of neighbouring ticks, mm."""
 _TICK_LINE = 2.5
 """Height of a line of the label of a tick, mm."""
+_TURNED_SIZE = 6.5
+"""Size of names that stand upright, pt."""
 _ROUNDS = 2
 """Largest number of times that panels are placed; a second time if their ticks then need more
 room."""
@@ -326,10 +364,13 @@ def settle(page: Page, grid: Any, bar: Axes | None = None, *, must_fit: bool = T
     for _ in range(_ROUNDS):
         before = _longest_ticks(grid)
         width, height = _place(page, grid, bar, must_fit=must_fit)
-        for axes in grid.flat:
-            if axes.get_visible():
-                separate_ticks(axes.xaxis, width)
-                separate_ticks(axes.yaxis, height)
+        shown = [axes for axes in grid.flat if axes.get_visible()]
+        turned = [turn_names(axes.xaxis, width) for axes in shown]
+        if any(turned):
+            width, height = _place(page, grid, bar, must_fit=must_fit)
+        for axes in shown:
+            separate_ticks(axes.xaxis, width)
+            separate_ticks(axes.yaxis, height)
         if not (_longest_ticks(grid) > before).any():
             break
 
@@ -351,15 +392,19 @@ def _place(page: Page, grid: Any, bar: Axes | None, *, must_fit: bool) -> tuple[
     Returns:
         Width and height of each panel, mm.
     """
-    # Reach of the labels to the left, below, to the right and above, (rows, columns, 4), mm.
+    # Reach of the labels to the left, below, to the right and above, and of those of x alone to
+    # the left, (rows, columns, 5), mm.
     reach = np.array([[_reach(page, axes) for axes in row] for row in grid])
     left = reach[..., 0].max(axis=0)
     below = reach[..., 1].max(axis=1)
     above = reach[..., 3].max(axis=1)
     right = max(_EDGE, reach[:, -1, 2].max() + 0.3)
+    # The labels of the ticks on x reach beyond both ends of a panel, towards its neighbours.
+    between = reach[:, :-1, 2].max(axis=0) + reach[:, 1:, 4].max(axis=0) + _TICK_GAP
+    gaps = np.maximum(_GAP, between - left[1:])
     at_bar = 0.0 if bar is None else _BAR_GAP + _BAR + _reach(page, bar)[2]
     rows, columns = grid.shape
-    width = (page.width - _EDGE - left.sum() - _GAP * (columns - 1) - right - at_bar) / columns
+    width = (page.width - _EDGE - left.sum() - gaps.sum() - right - at_bar) / columns
     height = (page.inner - below.sum() - above.sum() - _GAP * (rows - 1)) / rows
     if must_fit and min(width, height) < _SMALLEST:
         hint = "choose a larger size, or fewer panels and quantities"
@@ -369,7 +414,7 @@ def _place(page: Page, grid: Any, bar: Axes | None, *, must_fit: bool) -> tuple[
     top = page.height - page.head
     scale = np.array([page.width, page.height, page.width, page.height])
     for row, column in np.ndindex(rows, columns):
-        x = _EDGE + left[: column + 1].sum() + column * (width + _GAP)
+        x = _EDGE + left[: column + 1].sum() + column * width + gaps[:column].sum()
         y = top - above[: row + 1].sum() - below[:row].sum() - row * _GAP - (row + 1) * height
         grid[row, column].set_position(np.array([x, y, width, height]) / scale)
     if bar is not None:
@@ -377,6 +422,30 @@ def _place(page: Page, grid: Any, bar: Axes | None, *, must_fit: bool) -> tuple[
         y = page.foot + below[-1]
         bar.set_position(np.array([x, y, _BAR, top - above[0] - y]) / scale)
     return width, height
+
+
+def turn_names(axis: Any, length: float) -> bool:
+    """Turn the names along an x axis upright if they have no room side by side.
+
+    Args:
+        axis: The x axis of a panel.
+        length: Its length, mm.
+
+    Returns:
+        True if they were turned.
+    """
+    if not isinstance(axis.get_major_formatter(), ticker.FixedFormatter):
+        return False
+    if not _labels_touch(axis, _ticks_in_view(axis), _tick_texts(axis), length):
+        return False
+    was_turned = _is_turned(axis)
+    axis.set_tick_params(labelsize=_TURNED_SIZE, labelrotation=90)
+    return not was_turned
+
+
+def _is_turned(axis: Any) -> bool:
+    """Return True if the labels of the ticks of an axis stand upright."""
+    return bool(axis.get_tick_params(which="major").get("rotation", 0.0) == 90.0)
 
 
 def separate_ticks(axis: Any, length: float) -> None:
@@ -419,8 +488,7 @@ def _labels_touch(axis: Any, places: Any, texts: Sequence[str], length: float) -
     transform = axis.get_transform()
     low, high = transform.transform(np.asarray(axis.get_view_interval(), dtype=np.float64))
     at = (transform.transform(places) - low) / (high - low) * length
-    is_turned = axis.get_tick_params(which="major").get("rotation", 0.0) == 90.0
-    is_across = axis.axis_name == "x" and not is_turned
+    is_across = axis.axis_name == "x" and not _is_turned(axis)
     extent = _tick_width if is_across else _tick_height
     sizes = np.array([extent(text) for text in texts])
     needed = (sizes[:-1] + sizes[1:]) / 2.0
@@ -450,14 +518,14 @@ def _labels_box(axis: Any, side: str) -> Any:
     return axis.get_tightbbox() if has_labels or axis.get_label_text() else None
 
 
-def _reach(page: Page, axes: Axes) -> tuple[float, float, float, float]:
+def _reach(page: Page, axes: Axes) -> tuple[float, float, float, float, float]:
     """Return the reach of a panel's labels beyond it to the left, below, right and above, mm.
 
     The title is above the panel. To its right reach the labels of the x axis, or for a colour bar
-    those of the y axis.
+    those of the y axis. The last number is the reach of the labels of the x axis to the left.
     """
     if not axes.get_visible():
-        return 0.0, 0.0, 0.0, _EDGE
+        return 0.0, 0.0, 0.0, _EDGE, 0.0
     panel = axes.bbox
     x_labels = _labels_box(axes.xaxis, "labelbottom")
     y_labels = _labels_box(axes.yaxis, "labelleft")
@@ -472,4 +540,6 @@ def _reach(page: Page, axes: Axes) -> tuple[float, float, float, float]:
     title = axes.get_title()
     above = _PANEL_PAD + _PANEL_LINE * (title.count("\n") + 1) if title else _EDGE
     to_mm = 1.0 / page.figure.dpi / MM
-    return max(0.0, left * to_mm), max(0.0, below * to_mm), max(0.0, right * to_mm), above
+    of_x = panel.x0 - x_labels.x0 if x_labels else 0.0
+    left, below, right, of_x = (max(0.0, pixels * to_mm) for pixels in (left, below, right, of_x))
+    return left, below, right, above, of_x

@@ -90,7 +90,7 @@ def _draw_panels(figure: Figure, fit: Any) -> Axes:
     by_force = figure.add_subplot(grid[2, 0])
     by_rate = figure.add_subplot(grid[2, 1])
     by_rate.sharey(by_force)
-    unit = f" / {fit.unit}$^{{-1}}$" if fit.unit else ""
+    unit = f" (1/{fit.unit})" if fit.unit else ""
     _draw_check(by_force, fit, "zero", "Zero error of a cell?", f"1 / force at load{unit}")
     _draw_check(by_rate, fit, "delay", "A late cell?", "d ln F/dt, per unit of time")
     by_force.set_ylabel("residual, other\neffects taken off")
@@ -199,7 +199,7 @@ def _draw_loop(axes: Axes, fit: Any) -> None:
     If the file has no position, it is drawn over the force at the load.
     """
     rows = fit.rows.to_records(index=False)
-    unit = f", {fit.unit}" if fit.unit else ""
+    unit = f" ({fit.unit})" if fit.unit else ""
     has_position = "position" in fit.rows
     across = rows.position if has_position else rows.load
     known = np.flatnonzero(np.isfinite(rows.log_ratio) & np.isfinite(across))
@@ -228,7 +228,7 @@ def _draw_budget(axes: Axes, fit: Any) -> None:
         axes.text(0.0, row + 0.42, text, fontsize=6.5, va="center")
     axes.set_ylim(-0.6, max(len(parts), 3) - 0.1)
     axes.set_yticks([])
-    label = "part of the standard error, % of the number"
+    label = "part of the standard error (% of the number)"
     _set_title(axes, "What the standard error is made of", label)
 
 
@@ -262,7 +262,7 @@ def _draw_settled(upper: Axes, lower: Axes, fit: Any) -> None:
         lower.plot(signed[part], rows.residual[part], marker, **style)
     aside = ~rows.used & np.isfinite(rows.log_ratio)
     upper.plot(signed[aside], rows.log_ratio[aside], "x", color=_ASIDE, markersize=5)
-    lower.set_xlabel("bend angle, deg   (+ pulled toward the motor, − toward the load)")
+    lower.set_xlabel("bend angle (deg), + pulled toward the motor, − toward the load")
 
 
 def _draw_log(upper: Axes, lower: Axes, fit: Any) -> None:

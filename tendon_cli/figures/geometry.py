@@ -156,10 +156,18 @@ def _draw_view(
         rasterized=len(inner) > 2000,
     )
     end_style: dict[str, Any] = {"markersize": 4.5, "color": "white", "markeredgecolor": INK}
-    for point, marker, text in ((route[0], "o", "first"), (route[-1], "s", "last")):
+    first_is_above = route[0][up] >= route[-1][up]
+    for point, marker, text, is_above in (
+        (route[0], "o", "first", first_is_above),
+        (route[-1], "s", "last", not first_is_above),
+    ):
         end = (point[across], point[up])
         axes.plot(*end, marker=marker, zorder=3, **end_style)
-        axes.annotate(text, end, xytext=(4, 4), textcoords="offset points", size=6.5)
+        beside: dict[str, Any] = {"textcoords": "offset points", "size": 6.5}
+        if is_above:
+            axes.annotate(text, end, xytext=(4, 4), va="bottom", **beside)
+        else:
+            axes.annotate(text, end, xytext=(4, -4), va="top", **beside)
     axes.set(xlabel=f"{'xyz'[across]} (mm)", ylabel=f"{'xyz'[up]} (mm)", aspect="equal")
     low = route.min(axis=0)
     high = route.max(axis=0)

@@ -13,12 +13,13 @@ from tendon_cli.answer_record import AnswerRecord, ChoiceRecord, value_of
 from tendon_cli.cube.choice_grid import conflicts_of, pretension_name, value_text
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
-from tendon_cli.cube.labels import plain, reading_unit
+from tendon_cli.cube.labels import reading_unit
 from tendon_cli.figures.backend import Axes, Line2D
 from tendon_cli.figures.choice_maps import answer_page, long_axes, set_text, star
 from tendon_cli.figures.frame import Page, grid_shape
 from tendon_cli.figures.layout import MOST_NAMES, MOST_NUMBERS, is_of_rows, numbers_that_vary
-from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, broken
+from tendon_cli.figures.scales import short_names
+from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, broken, text_width
 from tendon_cli.model.kinematics import Rows
 from tendon_cli.space.axis import Axis, evenly_spaced
 
@@ -80,7 +81,13 @@ def _draw_by_name(
     notes = ["Each bar is one choice; a mark at its end has the colour of the limit that ends it."]
     if np.isnan(low).any():
         notes.append("A cross marks a choice for which no pretension works, whatever the limits.")
-    page = answer_page(cube, record, "the window of each choice", 95.0, key, notes)
+    names = [_name_of(cube, axes, int(row)) for row in rows]
+    texts = short_names(names, _LONGEST_TURNED)
+    longest = max(text_width(text, _NAME_SIZE) for text in texts)
+    is_crowded = len(names) > _MOST_UPRIGHT or max(map(len, names)) > _LONGEST_UPRIGHT
+    # The panel keeps its height, however long the names below it are.
+    height = _HEIGHT + (max(0.0, longest - _USUAL_NAME) if is_crowded else 0.0)
+    page = answer_page(cube, record, "the window of each choice", height, key, notes)
     panel = page.figure.subplots()
     places = np.arange(len(rows), dtype=np.float64)
     for is_drawn, colour in ((has_window, _BAR), (~has_window & ~np.isnan(low), _GAP)):
@@ -91,19 +98,25 @@ def _draw_by_name(
             panel.plot(places[is_drawn], ends[is_drawn], color=colour, **_POINT)
     unknown = np.isnan(low)
     panel.plot(places[unknown], 0.0 * places[unknown], color=FAINT, marker="x", linestyle="")
-    names = [_name_of(cube, axes, int(row)) for row in rows]
     if chosen["feasible"] and not chosen["refined"]:
         place = names.index(_join(value_of(chosen, axis.column) for axis in axes))
         best: dict[str, Any] = {"marker": "*", "color": INK, "markersize": 9, "zorder": 5}
         panel.plot([place], [chosen["pretension"] or np.nan], **best)
-    is_crowded = len(names) > _MOST_UPRIGHT or max(map(len, names)) > _LONGEST_UPRIGHT
-    panel.set_xticks(places, [plain(name) for name in names], rotation=90 if is_crowded else 0)
-    panel.tick_params(axis="x", labelsize=7 if is_crowded else 8)
+    panel.set_xticks(places, texts, rotation=90 if is_crowded else 0)
+    panel.tick_params(axis="x", labelsize=_NAME_SIZE if is_crowded else 8)
     label = f"{pretension_name(cube.document)} ({reading_unit(cube.document)})"
     panel.set(xlim=(-0.6, len(rows) - 0.4), ylim=(0.0, top), ylabel=label)
     return page
 
 
+_HEIGHT = 95.0
+"""Height of the panel with usual names below it, mm."""
+_NAME_SIZE = 7.0
+"""Size of names that stand upright, pt."""
+_LONGEST_TURNED = 60
+"""Most characters of the name of a choice."""
+_USUAL_NAME = 25.0
+"""Length of usual names, mm."""
 _BAR = "#b4d4ea"
 _GAP = "#f6d9c5"
 _MOST_UPRIGHT = 10

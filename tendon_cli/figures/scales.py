@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -96,8 +97,9 @@ class Scale:
             every = 1 if are_many else math.ceil(len(self.names) / _MOST_NAMES)
             width = 16 if which == "y" or are_many else 13
             lines = 1 if are_many else 2
-            texts = [plain(name, width=width, lines=lines) for name in self.names]
-            axis.set_ticks(self.places[::every], texts[::every])
+            texts = short_names(self.names, width, lines)
+            axis.set_major_locator(ticker.FixedLocator(list(self.places[::every])))
+            axis.set_major_formatter(ticker.FixedFormatter(texts[::every]))
             if are_many:
                 turned = {"labelrotation": 90} if which == "x" else {}
                 axis.set_tick_params(labelsize=_SMALL, **turned)
@@ -144,6 +146,28 @@ def axis_scale(
 def _scale_of_names(label: str, names: Sequence[str], order: npt.NDArray[np.intp]) -> Scale:
     """Return a scale on which names have the places 0, 1, 2, ..."""
     return Scale(label, np.arange(len(names), dtype=np.float64), order, names=tuple(names))
+
+
+def short_names(names: Sequence[str], width: int, lines: int = 1) -> list[str]:
+    """Return names cut to so many characters in each of a few lines, ready to be drawn.
+
+    Names that would look alike without their ends, such as "spring 2024 lot 1", are cut in the
+    middle.
+    """
+    texts = [plain(name, width=width, lines=lines) for name in names]
+    alike = {text for text, count in Counter(texts).items() if count > 1}
+    return [
+        _cut_in_middle(name, width, lines) if text in alike else text
+        for name, text in zip(names, texts, strict=True)
+    ]
+
+
+def _cut_in_middle(name: str, width: int, lines: int) -> str:
+    """Return the beginning and the end of a name, in one line or two."""
+    if lines > 1:
+        return f"{plain(name[: width - 2])} …\n{plain(name[-width:])}"
+    head = width // 2
+    return f"{plain(name[: head - 1])}…{plain(name[head - width :])}"
 
 
 def plain_numbers() -> Any:

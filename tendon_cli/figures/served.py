@@ -42,6 +42,8 @@ _LEFT_OUT = OKABE_ITO[1]
 _INDICES = {"total": ("with all others", OKABE_ITO[5]), "first": ("alone", OKABE_ITO[0])}
 """Sobol indices: text in the key, and colour."""
 _LIMIT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": (0, (3, 2))}
+_PAPER: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8}
+"""Background of a text in a panel."""
 _MOST_LINES = 4000
 _MOST_REASONS = 4
 _FEWEST_BODIES = 3
@@ -270,7 +272,7 @@ def _draw_windows(
             ha="left",
             va="bottom",
             zorder=5,
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8},
+            bbox=_PAPER,
         )
     axes.set_xlim(0.0, 100.0)
     axes.set_ylim(0.0, max(axes.get_ylim()[1], 1.05 * float(begin.max(initial=0.0))))
@@ -331,11 +333,13 @@ def _draw_probability(axes: Axes, record: AnswerRecord) -> None:
     beside: dict[str, Any] = {"textcoords": "offset points"}
     axes.annotate(
         f"enough: {enough:g} %",
-        (0.99, enough),
+        (0.5, enough),
         xycoords=("axes fraction", "data"),
-        xytext=(0, 2),
+        xytext=(0, -3),
         color=FAINT,
-        ha="right",
+        ha="center",
+        va="top",
+        bbox=_PAPER,
         **beside,
     )
     if np.isfinite(chosen):

@@ -19,7 +19,16 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.backend import Figure, FigureCanvasAgg, LinearSegmentedColormap, Patch, mpl
+from tendon_cli.figures.backend import (
+    Figure,
+    FigureCanvasAgg,
+    FontProperties,
+    LinearSegmentedColormap,
+    Patch,
+    is_math_text,
+    mpl,
+    text_to_path,
+)
 from tendon_cli.studies.figures import WIDTHS
 
 MM = 1.0 / 25.4
@@ -251,6 +260,29 @@ def format_of(path: Path, where: str) -> str:
             f'"{path.name}" does not end like a figure file', where=where, hint=".png, .svg or .pdf"
         )
     return kind
+
+
+def text_width(text: str, size: float, weight: str = "normal") -> float:
+    """Return the width of the widest line of a text as it is drawn, mm.
+
+    Args:
+        text: The text, which may hold formulas.
+        size: Size of its letters, pt.
+        weight: "normal" or "bold".
+    """
+    font = FontProperties(family=_STYLE["font.family"], size=size, weight=weight)
+    widths = [_line_width(line, font) for line in text.split("\n")]
+    return max(widths) / 72.0 / MM
+
+
+def _line_width(line: str, font: FontProperties) -> float:
+    """Return the width of a line of text, pt."""
+    is_formula = bool(is_math_text(line))
+    words = line if is_formula else line.replace(r"\$", "$")
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")
+        width, _, _ = text_to_path.get_text_width_height_descent(words, font, is_formula)
+    return float(width)
 
 
 def unknown_hatch() -> dict[str, Any]:

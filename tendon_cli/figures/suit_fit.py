@@ -81,7 +81,7 @@ def _draw_channels(figure: Figure, fit: Any, channels: Any) -> None:
         _draw_channel(loops, left, fit, row, channel)
         loops.tick_params(labelbottom=False)
         left.tick_params(labelbottom=row == len(channels) - 1)
-    left.set_xlabel("angle of the joint, as its sensor shows it, deg")
+    left.set_xlabel("angle of the joint, as its sensor shows it (deg)")
 
 
 def _draw_channel(loops: Axes, left: Axes, fit: Any, row: int, channel: str) -> None:
@@ -111,8 +111,8 @@ def _draw_channel(loops: Axes, left: Axes, fit: Any, row: int, channel: str) -> 
         order = np.argsort(angle[of_stroke])
         loops.plot(angle[of_stroke][order], model[order], color=_LINE, linewidth=0.7, zorder=1)
     name = channel.replace("_", " ")
-    loops.set_ylabel(f"{name}, {unit}")
-    left.set_ylabel(f"left over, {unit}")
+    loops.set_ylabel(f"{name} ({unit})")
+    left.set_ylabel(f"left over ({unit})")
     left.axhline(0.0, color=_LINE, linewidth=0.8, zorder=1)
     largest = 1.15 * float(np.max(np.abs(residual)))
     left.set_ylim(-largest, largest)

@@ -19,7 +19,7 @@ from tendon_cli.cube.labels import plain, reading_unit
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import Axes, Line2D, Patch
 from tendon_cli.figures.choice_maps import answer_page, star
-from tendon_cli.figures.frame import Page
+from tendon_cli.figures.frame import Page, turn_names
 from tendon_cli.figures.scales import Scale, axis_scale
 from tendon_cli.figures.style import (
     FAINT,
@@ -28,6 +28,7 @@ from tendon_cli.figures.style import (
     PAGE_WIDTH,
     hatch_key,
     house_style,
+    text_width,
     unknown_hatch,
 )
 from tendon_cli.space.axis import Axis
@@ -40,6 +41,8 @@ _PANEL = 62.0
 """Height of the panel of windows, mm."""
 _LOWER_PANEL = 42.0
 """Height of the panel of tensions, mm."""
+_SIDES = 15.0
+"""Width of the labels beside the panels, mm."""
 _ROOM = 1.15
 """Height of a panel over its largest value, as a factor."""
 _MOST_NAMES = 12
@@ -185,7 +188,7 @@ def trade_off_page(
     )
     ratios = {"height_ratios": [_PANEL, _LOWER_PANEL]}
     upper, lower = page.figure.subplots(2, 1, sharex=True, gridspec_kw=ratios)
-    _draw_windows(upper, along, colours)
+    _draw_windows(upper, along, colours, width - _SIDES)
     unit = reading_unit(cube.document)
     upper.set_ylabel(f"{pretension_name(cube.document)} ({unit})")
     shown = cube.shown("max_tension")
@@ -196,6 +199,7 @@ def trade_off_page(
         _mark_best((upper, lower), along, colours, best)
     lower.set_ylim(0.0, _ROOM * float(np.nanmax(tension)))  # from 0: a millinewton is no step
     along.scale.apply(lower, "x", cells=True)
+    turn_names(lower.xaxis, width - _SIDES)
     lower.set_xlabel(axis.column if along.scale.names else along.scale.label)
     return page
 
@@ -249,8 +253,24 @@ def _point(colour: str) -> dict[str, Any]:
     return {"color": colour, "marker": "o", "linestyle": "", "markersize": 4.0}
 
 
-def _draw_windows(panel: Axes, along: _Along, colours: Mapping[str, str]) -> None:
-    """Draw the window of each value as a bar, and the pretension to set as a point in it."""
+def _have_room(along: _Along, width: float) -> bool:
+    """Return True if the names of rows fit side by side above a panel of a width in mm."""
+    if not along.names:
+        return False
+    first, last = along.scale.limits(cells=True)
+    per_unit = width / (last - first)
+    at = per_unit * along.scale.places  # mm
+    halves = np.array([0.5 * text_width(name, _NAME_SIZE) for name in along.names])
+    is_apart = np.diff(at) > halves[:-1] + halves[1:] + 1.0
+    is_inside = (at - per_unit * first > halves) & (per_unit * last - at > halves)
+    return bool(is_apart.all() and is_inside.all())
+
+
+def _draw_windows(panel: Axes, along: _Along, colours: Mapping[str, str], width: float) -> None:
+    """Draw the window of each value as a bar, and the pretension to set as a point in it.
+
+    Names of rows stand above the bars if they have room in the width of the panel, mm.
+    """
     low = along.values("pretension_from")
     high = along.values("pretension_to")
     pretension = along.values("pretension")
@@ -274,16 +294,17 @@ def _draw_windows(panel: Axes, along: _Along, colours: Mapping[str, str]) -> Non
         gid="windows",
     )
     panel.set_ylim(0.0, top)
-    for place, name in zip(places, along.names, strict=False):
-        panel.annotate(
-            name,
-            (place, 1.0),
-            (0.0, 2.0),
-            xycoords=("data", "axes fraction"),
-            textcoords="offset points",
-            ha="center",
-            size=_NAME_SIZE,
-        )
+    if _have_room(along, width):
+        for place, name in zip(places, along.names, strict=False):
+            panel.annotate(
+                name,
+                (place, 1.0),
+                (0.0, 2.0),
+                xycoords=("data", "axes fraction"),
+                textcoords="offset points",
+                ha="center",
+                size=_NAME_SIZE,
+            )
     _draw_points(panel, along, pretension, colours)
 
 

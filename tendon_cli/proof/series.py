@@ -91,10 +91,21 @@ def _subtract_terms(a: Term, b: Term) -> Term:
 
 def _highest_term(a: Sequence[Term], b: Sequence[Term]) -> Term:
     """Return the highest term of the product of two series of equally many terms."""
+    return _product_term(a, b, len(a) - 1)
+
+
+def _product_term(a: Sequence[Term], b: Sequence[Term], power: int) -> Term:
+    """Return the term of one power of the product of two series."""
     total: Term = None
-    for left, right in zip(a, reversed(b), strict=True):
-        if left and right:
-            total = _add_terms(total, _multiply(left, right))
+    for place in range(power + 1):
+        left = a[place]
+        if left is None:
+            continue
+        right = b[power - place]
+        if right is None:
+            continue
+        product = _multiply(left, right)
+        total = product if total is None else _add(total, product)
     return total
 
 
@@ -201,16 +212,21 @@ class Series(np.lib.mixins.NDArrayOperatorsMixin):
 
         There is one derivative more than there are terms.
         """
-        change = Series([None, *self.terms[1:]])
+        change: list[Term] = [None, *self.terms[1:]]
+        count = min(len(change), ORDER + 1)
 
         def expand(derivatives: Sequence[Interval]) -> Series:
-            power = Series.of(1.0)
-            total = Series.of(0.0)
+            power: list[Term] = [(1.0, 0.0), *[None] * ORDER]
+            total: list[Term] = [_zero(), *[None] * ORDER]
             for derivative, factor in zip(derivatives, _INVERSE_FACTORIALS, strict=False):
-                coefficient = Series([_multiply(derivative, factor), *[None] * ORDER])
-                total = total + power * coefficient
-                power = power * change
-            return total
+                coefficient = _multiply(derivative, factor)
+                total = [
+                    _add_terms(known, term and _multiply(term, coefficient))
+                    for known, term in zip(total, power, strict=True)
+                ]
+                power = [_product_term(power, change, place) for place in range(count)]
+                total = total[:count]
+            return Series(total)
 
         composed = expand(derivatives)
         slope = expand(derivatives[1:]) if self.partials else Series.of(0.0)
@@ -235,8 +251,8 @@ class Series(np.lib.mixins.NDArrayOperatorsMixin):
         """Return the product."""
         a = self.terms
         b = other.terms
-        orders = range(1, min(len(a), len(b)) + 1)
-        product = Series([_highest_term(a[:order], b[:order]) for order in orders])
+        powers = range(min(len(a), len(b)))
+        product = Series([_product_term(a, b, power) for power in powers])
         for changing, factor in ((self, other), (other, self)):
             if changing.partials:
                 partials = {

@@ -258,12 +258,15 @@ class Space:
         """
         value = _DEFAULTS.get(key, np.nan)
         sets: list[tuple[int, Array]] = []
-        candidates = [key] if side is None else [key, of_side(key, side)]
+        along_axes = self._axis_numbers
+        candidates = (key,) if side is None else (key, of_side(key, side))
         for candidate in candidates:
             if candidate in self.single:
                 value = self.single[candidate]
                 sets = []
-            for place, values in self._axis_numbers.get(candidate, ()):
+            if candidate not in along_axes:
+                continue
+            for place, values in along_axes[candidate]:
                 is_silent = np.isnan(values)
                 given = values
                 if not is_silent.any():  # overrules all that came before
@@ -276,7 +279,7 @@ class Space:
                     value = given[0].item()
                 else:
                     sets.append((place, given))
-        scales = self._axis_numbers.get(scale_of(key), ())
+        scales = along_axes.get(scale_of(key), ())
         return Varying(value, tuple(sets), tuple(scales))
 
     @cached_property

@@ -56,7 +56,7 @@ class Proposal:
         """The proposal in words."""
         now = say.number(self.doubt_now, 2)
         then = say.number(self.doubt, 2)
-        return f"{self.name}: gives the ends of the window to ±{then} N instead of ±{now} N"
+        return f"{self.name} would give the ends of the window to ±{then} N instead of ±{now} N"
 
 
 def window_ends(model: SuitModel, scores: Floats, loads: Floats) -> Floats:

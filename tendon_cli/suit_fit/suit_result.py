@@ -108,7 +108,7 @@ class SuitFit(Displayed):
         strokes = say.counted(self.estimate.strokes, "stroke")
         of_these = f"{len(told)} of {say.counted(len(stated), 'number')}"
         verdict = "" if not self.warnings else "; read the warnings first"
-        return f"{logs}, {strokes}: they tell {of_these} to be fitted{verdict}"
+        return f"{logs}, {strokes}: they determine {of_these} to be fitted{verdict}"
 
     def _misfit_text(self) -> str:
         """Return how well each log is predicted from the others."""

@@ -76,6 +76,28 @@ def test_the_other_way_round_everything_changes_its_sign(answered, suits, plain,
         assert there["gained"] == back["lost"]
 
 
+MORE_IS_BETTER = {
+    "tolerance_length": True,
+    "max_tension": False,
+    "max_spring_extension": False,
+    "peak_motor_torque": False,
+    "min_elbow_stiffness": True,
+    "contact_width": False,
+}
+"""Whether more of a quantity of an answer is better, by what it does to suit and wearer."""
+
+
+def test_less_load_and_more_room_are_better(suits):
+    record = tendon.compare(suits["small"], suits["large"]).record
+    found = {quantity["name"]: quantity for quantity in record["quantities"]}
+    assert set(MORE_IS_BETTER) <= set(found)
+    for name, is_more_better in MORE_IS_BETTER.items():
+        before, now = (abs(found[name][side]) for side in ("a", "b"))
+        assert before != now
+        is_better = (now > before) == is_more_better
+        assert found[name]["verdict"] == ("better" if is_better else "worse"), name
+
+
 def test_every_number_of_an_answer_stands_in_its_record(suits, monkeypatch):
     def solve_again(*_):
         raise AssertionError("a window is solved again")

@@ -45,7 +45,7 @@ REFUSED = [
     ("plot --arm persons.toml --case smal", 2, "usage", 'did you mean "small"?'),
     ("state persons.toml --case Tall", 2, "usage", 'did you mean "tall"?'),
     ("completion bahs", 2, None, 'did you mean "bash"?'),
-    ("completion tcsh", 2, None, "bash, zsh and fish"),
+    ("completion tcsh", 2, None, "bash, zsh or fish"),
     ("init new.toml --template desing", 2, None, 'did you mean "design"?'),
     ("init new.yaml --template sensitivity", 2, None, "templates: sweep, design"),
     ("init --from univrsal", 2, None, "universal"),

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.torture.tools import quick_and_torture
+
 from .conftest import PARTS, STUDY, SWEEP, leftovers, recorded, wait_for
 
 pytest.importorskip("distributed", reason="distributed is not installed")
@@ -118,7 +120,10 @@ def test_a_full_disk_on_a_worker_is_exit_5_and_ends_the_run(tendon, study, clust
     assert leftovers() == []
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(
+    ("number", "code"),
+    quick_and_torture([(signal.SIGINT, 130)], [(signal.SIGTERM, 143)]),
+)
 def test_a_signal_ends_the_run_soon_and_cleanly(
     tendon, outside_sweep, cluster, local, hashes_in, number, code
 ):

@@ -79,17 +79,24 @@ STUDIES = {
 }
 
 
-@pytest.mark.parametrize("name", STUDIES)
-@pytest.mark.parametrize("table", ["designs", "states", "choices", "conditions"])
-def test_the_values_that_a_filter_may_mean_are_those_of_the_table(tmp_path, name, table):
-    study = STUDIES[name] | {
+@pytest.fixture(scope="module", params=STUDIES)
+def results(request, tmp_path_factory):
+    """Return the run and the answer of a study."""
+    content = STUDIES[request.param] | {
         "spring": {"stiffness": {"from": "3 kN/m", "to": "5 kN/m", "num": 4}},
         "load": {"mass": ["0 kg", "5 kg"]},
         "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
     }
+    folder = tmp_path_factory.mktemp("filtered")
+    study = tendon.study(content)
+    return tendon.sweep(study, folder / "run"), tendon.design(study, folder / "answer")
+
+
+@pytest.mark.parametrize("table", ["designs", "states", "choices", "conditions"])
+def test_the_values_that_a_filter_may_mean_are_those_of_the_table(results, table):
+    run, answer = results
     is_answer = table in ("choices", "conditions")
-    compute = tendon.design if is_answer else tendon.sweep
-    kept = compute(tendon.study(study), tmp_path / "run").kept(table)
+    kept = (answer if is_answer else run).kept(table)
     axis_values = axis_values_of(kept)
     columns = kept.read().to_pandas()
     if is_answer and table == "choices":

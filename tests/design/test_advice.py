@@ -128,7 +128,14 @@ def test_what_is_needed_is_enough_once_the_study_states_it():
     }
     kept = answered(SUIT, stated)
     assert kept.best["advice"] is None
-    assert kept.text.count(": kept, ") == 4
+    text = " ".join(kept.text.split())
+    for words in (
+        "wide enough, presses",
+        "strong enough, breaks",
+        "wide enough, 28",
+        " fits with ",
+    ):
+        assert words in text, words
     assert "But" not in kept.text
     longer = answered(SUIT, stated, {"spring": {"free_length": needed["spring"]["room"] + 1e-3}})
     assert longer.record["parts_needed"]["fails"] == ["spring"]

@@ -261,7 +261,7 @@ def test_the_best_rows_are_those_of_the_table_and_the_text_names_an_end_of_a_ran
     of_grid = answer.choices[~answer.choices["refined"]]
     assert record["feasible"] == int(of_grid["feasible"].sum())
     assert record["choices"] == 24
-    assert "η is at its lower end, η 0.55: widen the range" in answer.text
+    assert "η is at the lower end of its range, η 0.55: widen" in " ".join(answer.text.split())
 
 
 # --- Sensitivities --------------------------------------------------------------------------------

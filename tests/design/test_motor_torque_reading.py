@@ -118,13 +118,13 @@ def test_a_torque_that_falls_as_both_tendons_tighten_is_refused():
     low = arm.pretension(0.0, "motor torque")
     high = arm.pretension(1.0, "motor torque")
     assert high < low
-    with pytest.raises(StudyError, match="does not tell the pretension in 2 of 4 designs"):
+    with pytest.raises(StudyError, match="does not determine the pretension in 2 of 4 designs"):
         study_from(equal)
 
 
 def test_a_draw_in_which_the_torque_falls_is_refused():
     rough = SUIT | TORQUE | {"sheath": {"friction": "0.07 +/- 0.1"}}
-    with pytest.raises(StudyError, match=r"does not tell the pretension in [0-9]+ of 512 designs"):
+    with pytest.raises(StudyError, match=r"does not determine the pretension in [0-9]+ of 512 "):
         tendon.design(rough)
     assert len(tendon.sweep(rough | {"tendon": {"pretension": "1.5 N m"}}).designs) == 2
 

@@ -17,11 +17,12 @@ QUESTION = {
 }
 
 
-@pytest.fixture(params=[20, 6], ids=["one part", "several"])
-def answer(request, tmp_path, monkeypatch):
-    """Return an answer with a front and refined choices, in one part or several, and a last one."""
-    monkeypatch.setattr(choices_module, "CHOICES_PER_PART", request.param)
-    return tendon.design(QUESTION, tmp_path / "answer")
+@pytest.fixture(scope="module", params=[20, 6], ids=["one part", "several"])
+def answer(request, tmp_path_factory):
+    """Yield an answer with a front and refined choices, in one part or several, and a last one."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(choices_module, "CHOICES_PER_PART", request.param)
+        yield tendon.design(QUESTION, tmp_path_factory.mktemp("named") / "answer")
 
 
 def frames(answer):

@@ -6,6 +6,7 @@ import pytest
 import tendon_cli as tendon
 from tendon_cli.errors import StudyError
 from tendon_cli.studies.accuracy import Accuracy
+from tests.torture.tools import quick_and_torture
 
 from .studies import NO_UPPER_END
 
@@ -24,9 +25,20 @@ def choices_of(content, **setting):
     return tendon.design({**content, "setting": setting}, jobs=1).choices
 
 
-@pytest.mark.parametrize("content", [SUIT, PEOPLE, OPEN], ids=["loads", "people", "open"])
-@pytest.mark.parametrize("read", GAUGES)
-def test_the_reserve_is_the_accuracy_but_never_beyond_the_middle(content, read):
+CONTENTS = {"loads": SUIT, "people": PEOPLE, "open": OPEN}
+FEW = [
+    *(("loads", read) for read in GAUGES),
+    ("people", "pretension"),
+    ("people", "flexor at motor"),
+    ("open", "flexor at joint"),
+    ("open", "extensor at joint"),
+]
+REST = [(name, read) for name in CONTENTS for read in GAUGES if (name, read) not in FEW]
+
+
+@pytest.mark.parametrize(("name", "read"), quick_and_torture(FEW, REST))
+def test_the_reserve_is_the_accuracy_but_never_beyond_the_middle(name, read):
+    content = CONTENTS[name]
     choices = choices_of(content, read=read, accuracy="4 N")
     low = choices["pretension_from"]
     assert choices["pretension_to"].isna().any() == (content is OPEN)

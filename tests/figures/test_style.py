@@ -29,6 +29,7 @@ for drawn, kind in ((page.figure, "png"), (page.figure, "pdf"), (arm.figure, "sv
 """
 
 SETTINGS = b"axes.facecolor: red\nfont.size: 40\nsvg.hashsalt: x\nbackend: nonsense\n"
+LANGUAGE = {"LANG": "de_DE.UTF-8", "LC_ALL": "tr_TR.UTF-8"}
 NOWHERE = {"MPLCONFIGDIR": "/proc/nowhere", "MATPLOTLIBRC": "/nowhere", "HOME": "/proc"}
 
 
@@ -79,7 +80,8 @@ def usual_hashes(table_path: Path, tmp_path_factory: pytest.TempPathFactory) -> 
 @pytest.mark.parametrize(
     ("environment", "settings"),
     [
-        pytest.param({"LANG": "de_DE.UTF-8", "LC_ALL": "tr_TR.UTF-8"}, SETTINGS, id="settings"),
+        pytest.param(LANGUAGE | NOWHERE, SETTINGS, id="settings and no place"),
+        pytest.param(LANGUAGE, SETTINGS, id="settings", marks=pytest.mark.torture),
         pytest.param(
             {"SOURCE_DATE_EPOCH": "12345", "TZ": "Asia/Tokyo"},
             b"\x00 : {",
@@ -92,7 +94,7 @@ def usual_hashes(table_path: Path, tmp_path_factory: pytest.TempPathFactory) -> 
             id="backend",
             marks=pytest.mark.torture,
         ),
-        pytest.param(NOWHERE, b"", id="no place"),
+        pytest.param(NOWHERE, b"", id="no place", marks=pytest.mark.torture),
     ],
 )
 def test_bytes_do_not_depend_on_the_surroundings(

@@ -133,8 +133,8 @@ def table(counts: dict[str, Count]) -> str:
     overall = 100.0 * silent_share(list(counts.values()), hidden=True)
     summary = (
         f"In %, {seeds} seeds a case. Silently wrong of all: {detectable:.2f} %, and"
-        f" {overall:.1f} % with those of a constant force and an offset, which nothing in the"
-        " readings can tell and a note puts a number to."
+        f" {overall:.1f} % with those of a constant force and an offset, which no"
+        " reading can show and a note quantifies."
         f" Warnings on clean logs: {100.0 * np.mean(alarms or [False]):.1f} %."
     )
     rows = [row_of(name, count) for name, count in counts.items()]

@@ -11,6 +11,7 @@ from tendon_cli.answers import choices as choices_module
 from tendon_cli.answers.text_order import why_first
 from tendon_cli.windows import candidates as candidates_module
 from tendon_cli.windows.worst import WORST
+from tests.torture.tools import quick_and_torture
 
 SUITS = {
     "arm": {"contact_width": 0.04},
@@ -75,7 +76,12 @@ def assert_same_decision(partial, full):
 
 
 @pytest.mark.parametrize(
-    ("goals", "springs"), [*((goals, {}) for goals in GOALS), (GOALS[1], BETWEEN)], ids=str
+    ("goals", "springs"),
+    quick_and_torture(
+        [(GOALS[0], {}), (GOALS[2], {}), (GOALS[1], BETWEEN)],
+        [(GOALS[1], {}), (GOALS[3], {})],
+    ),
+    ids=str,
 )
 def test_the_answer_is_the_one_of_working_out_all(answered, goals, springs):
     content = {**SUITS, **springs}
@@ -93,8 +99,14 @@ def test_the_answer_is_the_one_of_working_out_all(answered, goals, springs):
     pd.testing.assert_frame_equal(partial.choices[others], full.choices[others], check_exact=True)
 
 
-@pytest.mark.parametrize("stated", ADVISED)
-@pytest.mark.parametrize("goals", GOALS[:2], ids=str)
+@pytest.mark.parametrize(
+    ("stated", "goals"),
+    quick_and_torture(
+        [(stated, GOALS[place % 2]) for place, stated in enumerate(ADVISED)],
+        [(stated, GOALS[1 - place % 2]) for place, stated in enumerate(ADVISED)],
+    ),
+    ids=str,
+)
 def test_the_decision_is_the_one_of_working_out_all_with_advice(answered, stated, goals):
     content = {**SUITS, "people": {"count": 8}}
     for table, numbers in ADVISED[stated].items():

@@ -2,7 +2,14 @@
 
 import pytest
 
-STUDY = '[tendon]\npretension = ["90 N", "130 N"]\n[spool]\nratio = [1.0, 0.6]\n'
+STUDY = """
+[tendon]
+pretension = ["90 N", "130 N"]
+[spool]
+ratio = [0.6, 0.5]
+[motion]
+elbow_angle = { from = "0 deg", to = "90 deg", num = 7 }
+"""
 
 
 @pytest.mark.parametrize("command", ["sweep", "design"])
@@ -19,7 +26,7 @@ def test_a_page_of_earlier_results_is_named(tendon, workplace, command):
     assert tendon(*words, "--no-figures", "--overwrite").exit == 0
     assert tendon("report", "run").exit == 0
     assert "report.html" not in tendon(*words).err  # figures are drawn, the results are the same
-    assert "report.html" not in tendon(*words, "--overwrite").err
+    assert "report.html" not in tendon(*words, "--no-figures", "--overwrite").err
     assert message in tendon(*with_friction).err
     assert "report.html" not in tendon(*with_friction, "--quiet").err
     assert tendon("report", "run").exit == 0

@@ -23,7 +23,7 @@ OF_BAD = [
     ("line 3, spool.ratio", '"abc"'),
     ("line 4, spool.ratio", '"=1+2"'),
     ("line 1", '"arm.b1": has no unit', 'write "arm.b1 (mm)"'),
-    ("line 1", '"kg" is no unit of length'),
+    ("line 1", '"kg" is not a unit of length'),
     ("line 1", '"load_mass (kg)"', 'did you mean "load.mass (kg)"'),
 ]
 

@@ -145,7 +145,7 @@ HEADER = "angle (deg),flexor (mm),extensor (mm)\n0,0,0\n"
         (HEADER + "50,1,1\n40,2,2\n120,3,3\n", "angles that go back and forth", 4),
         (HEADER + "50,1,1\n50,2,2\n120,3,3\n", "the same angle twice", 4),
         (HEADER + "50,nan,1\n120,3,3\n", 'flexor is "nan", expected a number', 3),
-        (HEADER + "30,1,1\n60,2,2\n", "elbow_angle asks for 108.862 deg", None),
+        (HEADER + "30,1,1\n60,2,2\n", "elbow_angle needs 108.862 deg", None),
         (HEADER + "60,-9,9\n120,-20,20\n", "the flexor falls throughout", None),
     ],
 )

@@ -92,7 +92,8 @@ def test_a_missing_file_is_named_with_what_lies_beside_it(tmp_path):
     (tmp_path / "fig07.toml").write_text("")
     with pytest.raises(StudyError, match="no such file") as caught:
         load_study(tmp_path / "fig08.toml")
-    assert "fig07.toml" in str(caught.value)
+    assert caught.value.hint is not None
+    assert "fig07.toml" in caught.value.hint
     assert "fig08.toml" in caught.value.where
     with pytest.raises(StudyError, match="no such file"):
         load_study(tmp_path / "nowhere" / "study.toml")

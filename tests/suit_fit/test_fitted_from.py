@@ -1,5 +1,7 @@
 """A study that takes the numbers of a fitted suit, and draws them as the fit knows them."""
 
+import tomllib
+
 import numpy as np
 import pytest
 
@@ -44,6 +46,20 @@ def test_draws_have_the_covariance_of_the_fit(fit, study, draw):
     for key in keys:
         assert np.mean(draws[key]) == pytest.approx(fit.numbers[key].value, rel=0.03)
         assert np.std(draws[key]) == pytest.approx(fit.numbers[key].std, rel=0.1)
+
+
+def test_the_file_has_the_variances_and_covariances_of_its_numbers(fit):
+    content = tomllib.loads(suit_fragment(fit))
+    keys = content["covariance"]["keys"]
+    deviations = np.array([fit.numbers[key].std for key in keys])
+    matrix = np.array(content["covariance"]["matrix"])
+    np.testing.assert_allclose(np.sqrt(np.diag(matrix)), deviations, rtol=1e-9)
+    places = [fit.estimate.model.places[key] for key in keys]
+    scores = fit.estimate.covariance[np.ix_(places, places)]
+    spread = np.sqrt(np.diag(scores))
+    np.testing.assert_allclose(
+        matrix / np.outer(deviations, deviations), scores / np.outer(spread, spread), atol=1e-9
+    )
 
 
 def test_the_record_of_a_study_draws_the_same(study):

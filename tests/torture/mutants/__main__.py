@@ -5,6 +5,10 @@ commands of `probe`: if an answer, a file or the data of a figure has changed, t
 run and those that import it, and if they pass all quick tests.
 Survivors of these are what the tests miss: the exit code is 1 if there are more than 3 in 100, and
 with `--no-rest`, which runs the tests of the room only, more than 20 in 100.
+What tests did not finish in their time is neither noticed nor a survivor, and is named apart.
+
+With `--kept FOLDER` what the package itself gives and what became of each mutant are kept there:
+the same command goes on where it was stopped.
 """
 
 from __future__ import annotations
@@ -16,6 +20,7 @@ import random
 import re
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -23,7 +28,7 @@ import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from .change import Mutant, mutant, mutants
@@ -34,19 +39,22 @@ LEFT_OUT = ("version.py", "__main__.py")
 ROOMS = {
     "model": ("model", "kernel", "sweep"),
     "kernel": ("kernel", "sweep"),
-    "studies": ("study", "people"),
+    "studies": ("study", "rows", "people"),
     "space": ("sweep", "people"),
     "engine": ("sweep", "tables", "cluster"),
     "tables": ("tables", "sweep"),
     "cube": ("cube", "figures", "report"),
-    "windows": ("design", "people"),
+    "windows": ("design", "limits", "people"),
     "proof": ("proof", "design"),
-    "answers": ("design", "people"),
+    "answers": ("design", "limits", "rows", "people"),
     "answer_record.py": ("design",),
     "checks": ("check",),
     "reports": ("report",),
     "state_page": ("cli/test_state_numbers.py", "cli/test_motor_page.py", "people"),
     "say": ("test_say.py", "design"),
+    "exports": ("exports",),
+    "suit_fit": ("suit_fit",),
+    "paper": ("paper",),
     "face.py": ("test_face.py", "test_in_a_notebook.py"),
     "display.py": ("test_in_a_notebook.py", "test_face.py"),
     "registry.py": ("test_registry.py",),
@@ -67,7 +75,9 @@ MEMORY = 6 << 30
 
 PROBE_SECONDS = 900
 TEST_SECONDS = 1800
-"""Time after which a process counts as failed, s."""
+"""Processor time after which a process counts as failed, s."""
+CLOCK = 10
+"""Longest wait for a process, in units of its processor time."""
 
 
 @dataclass(frozen=True)
@@ -77,22 +87,26 @@ class Truth:
     is_compiled: bool
     folder: Path
     """Answers and files, as `probe` keeps them."""
-    lines: list[dict[str, list[int]]]
-    """Lines that each command runs, by file of the package."""
+    lines: dict[int, dict[str, list[int]]]
+    """Lines that each command runs, by its number and by file of the package."""
+    seconds: dict[int, float]
+    """Processor time of each command by its number, s."""
+    most: int
+    """Number of commands that are compared at most."""
 
     def reaching(self, made: Mutant, file: str) -> list[int]:
-        """Return the numbers of the commands that run a line of the mutant's statement.
+        """Return the numbers of the cheapest commands that run a line of the mutant's statement.
 
         A module is imported by the first command that needs it, but what stands outside functions
         concerns all.
         """
         found = []
-        for number, lines in enumerate(self.lines):
+        for number, lines in self.lines.items():
             if any(line in made.lines for line in lines.get(file, ())):
                 found.append(number)
         if found and not made.is_in_function:
-            return list(range(len(self.lines)))
-        return found
+            found = list(self.lines)
+        return sorted(sorted(found, key=self.seconds.__getitem__)[: self.most])
 
 
 @dataclass(frozen=True)
@@ -102,7 +116,7 @@ class Trial:
     number: int
     line: str
     verdict: str
-    """Begins with `nothing` if users get the same, with `noticed`, or is `SURVIVES`."""
+    """Begins with `nothing` if users get the same, with `noticed`, `SURVIVES` or `unfinished`."""
 
     @property
     def text(self) -> str:
@@ -116,20 +130,38 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=1, help="mutants that are tried at once")
     parser.add_argument("--plain", action="store_true", help="probe without compiled code, too")
-    parser.add_argument("--room", help="only this room or file of the package")
+    parser.add_argument(
+        "--room", help="only these rooms or files of the package, such as exports,model/moving.py"
+    )
+    parser.add_argument("--commands", help="probe only these commands, by number, such as 0,27-40")
+    parser.add_argument(
+        "--most", type=int, default=1000, help="compare only so many of a mutant's commands"
+    )
+    parser.add_argument(
+        "--test-seconds",
+        type=int,
+        default=TEST_SECONDS,
+        help="processor time after which a mutant's tests count as unfinished, s",
+    )
+    parser.add_argument("--kept", type=Path, help="folder that keeps what is found")
     parser.add_argument("--only", help="only these mutants, by number, such as 3,17")
     parser.add_argument(
         "--no-rest", action="store_true", help="run only the tests of the mutant's room"
     )
     options = parser.parse_args()
-    with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
-        trials = try_all(Path(folder), options)
+    if options.kept:
+        options.kept.mkdir(parents=True, exist_ok=True)
+        trials = try_all(options.kept.resolve(), options)
+    else:
+        with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
+            trials = try_all(Path(folder), options)
     changed = [trial for trial in trials if not trial.verdict.startswith("nothing")]
     survivors = [trial for trial in changed if trial.verdict == "SURVIVES"]
+    unfinished = [trial for trial in changed if trial.verdict == "unfinished"]
     print_lines(
         f"{len(changed)} of {len(trials)} change an answer, a file or a figure;"
-        f" {len(survivors)} of these survive",
-        *(trial.text for trial in survivors),
+        f" {len(survivors)} of these survive, tests of {len(unfinished)} did not finish",
+        *(trial.text for trial in (*survivors, *unfinished)),
     )
     allowed = ALLOWED_BY_ROOM if options.no_rest else ALLOWED
     return int(len(survivors) > allowed * len(changed))
@@ -139,31 +171,38 @@ def try_all(folder: Path, options: argparse.Namespace) -> list[Trial]:
     """Return what became of each mutant, in the order in which they ended."""
     copies = [copied(folder / str(job) / "tree") for job in range(options.jobs)]
     kinds = (True, False) if options.plain else (True,)
-    truths = [truth_of(copies[0], compiled=compiled) for compiled in kinds]
+    truths = [truth_of(copies[0], options, compiled=compiled) for compiled in kinds]
     package = copies[0] / "tendon_cli"
     originals = {file: file.read_text(encoding="utf-8") for file in sorted(package.rglob("*.py"))}
     names = {str(file.relative_to(package)): text for file, text in originals.items()}
     queue = sample(names, truths, options)
     guard = threading.Lock()
-    trials: list[Trial] = []
+    log = folder / "trials.jsonl"
+    known = log.read_text(encoding="utf-8").splitlines() if log.exists() else []
+    trials = [Trial(**json.loads(line)) for line in known]
+    tried = {trial.number for trial in trials}
 
     def changed() -> int:
         return sum(not trial.verdict.startswith("nothing") for trial in trials)
 
     def next_drawn() -> tuple[int, str, Mutant] | None:
         with guard:
-            return next(queue, None) if changed() < options.count else None
+            if changed() >= options.count:
+                return None
+            return next((drawn for drawn in queue if drawn[0] not in tried), None)
 
     def work(copy: Path) -> None:
         while (drawn := next_drawn()) is not None:
             number, name, made = drawn
             file = copy / "tendon_cli" / name
             file.write_text(made.source, encoding="utf-8")
-            verdict = verdict_on(copy, name, made, truths, rest=not options.no_rest)
+            verdict = verdict_on(copy, name, made, truths, options)
             file.write_text(names[name], encoding="utf-8")
             line = f"tendon_cli/{name}:{made.line}: {made.before!r} -> {made.after!r}"
             trial = Trial(number, line, verdict)
             trials.append(trial)
+            with log.open("a", encoding="utf-8") as kept:
+                kept.write(json.dumps(asdict(trial)) + "\n")
             print_lines(f"{changed():3} {trial.text}")
 
     with ThreadPoolExecutor(options.jobs) as pool:
@@ -172,19 +211,42 @@ def try_all(folder: Path, options: argparse.Namespace) -> list[Trial]:
     return trials
 
 
-def truth_of(copy: Path, *, compiled: bool) -> Truth:
+def truth_of(copy: Path, options: argparse.Namespace, *, compiled: bool) -> Truth:
     """Return what the package itself gives, or leave if that differs from run to run."""
     folder = copy.parent / ("compiled" if compiled else "plain")
-    if probed(copy, str(folder), compiled=compiled) is None:
-        raise SystemExit("the package itself cannot be probed")
-    difference = probed(copy, str(folder), "--compare", "--trace", compiled=compiled)
-    if difference is None or difference.strip():
-        raise SystemExit(f"the package itself differs from run to run: {difference}")
+    words = [str(folder)]
+    if options.commands:
+        words += ["--commands", ",".join(map(str, numbers_in(options.commands)))]
+    if not (folder / "lines.json").exists():
+        folder.mkdir(exist_ok=True)
+        if probed(copy, *words, compiled=compiled) is None:
+            raise SystemExit("the package itself cannot be probed")
+        difference = probed(copy, *words, "--compare", "--trace", compiled=compiled)
+        if difference is None or difference.strip():
+            raise SystemExit(f"the package itself differs from run to run: {difference}")
     lines = json.loads((folder / "lines.json").read_text(encoding="utf-8"))
-    return Truth(compiled, folder, lines)
+    seconds = json.loads((folder / "seconds.json").read_text(encoding="utf-8"))
+    return Truth(
+        compiled,
+        folder,
+        {int(number): files for number, files in lines.items()},
+        {int(number): value for number, value in seconds.items()},
+        options.most,
+    )
 
 
-def verdict_on(copy: Path, name: str, made: Mutant, truths: list[Truth], *, rest: bool) -> str:
+def numbers_in(text: str) -> list[int]:
+    """Return the numbers of a list such as 0,27-40."""
+    numbers: list[int] = []
+    for part in text.split(","):
+        first, _, last = part.partition("-")
+        numbers += range(int(first), int(last or first) + 1)
+    return numbers
+
+
+def verdict_on(
+    copy: Path, name: str, made: Mutant, truths: list[Truth], options: argparse.Namespace
+) -> str:
     """Return what becomes of the mutant that stands in a copy."""
     for truth in truths:
         if numbers := truth.reaching(made, name):
@@ -196,21 +258,27 @@ def verdict_on(copy: Path, name: str, made: Mutant, truths: list[Truth], *, rest
         return "nothing changes"
     changed = "it cannot be probed" if difference is None else difference.strip()
     start = time.monotonic()
-    is_noticed = is_caught(copy, name, rest=rest)
+    is_noticed = is_caught(copy, name, options)
     seconds = time.monotonic() - start
     print_lines(f"      {name}:{made.line} changes {changed[:80]} ({seconds:.0f} s of tests)")
+    if is_noticed is None:
+        return "unfinished"
     return "noticed" if is_noticed else "SURVIVES"
 
 
-def is_caught(copy: Path, name: str, *, rest: bool) -> bool:
-    """Return True if a test that imports a file, one of its room or, with `rest`, any fails."""
+def is_caught(copy: Path, name: str, options: argparse.Namespace) -> bool | None:
+    """Return True if a test that imports a file, one of its room or, with the rest, any fails.
+
+    Return None if the tests did not finish and none has failed before.
+    """
     room = Path(name).parts[0]
     of_room = [f"tests/{test}" for test in ROOMS.get(room, (room,))]
     if not any((copy / test).exists() for test in of_room):
         of_room = ["tests/cli"]
-    if not passes(copy, *importing(copy, name), *of_room):
-        return True
-    return rest and not passes(copy, "tests")
+    has_passed = passes(copy, options.test_seconds, *importing(copy, name), *of_room)
+    if has_passed and not options.no_rest:
+        has_passed = passes(copy, options.test_seconds, "tests")
+    return None if has_passed is None else not has_passed
 
 
 def importing(copy: Path, name: str) -> list[str]:
@@ -239,6 +307,8 @@ def copied(copy: Path) -> Path:
             (copy / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(ROOT / name, copy / name)
     # Compiled once; a mutant is compiled anew, for its file is younger.
+    if (copy / "tendon_cli/__pycache__").exists():
+        return copy
     words = ["-m", "pytest", "-q", "--collect-only", "-p", "no:cacheprovider", "tests"]
     printed_by(copy, words, copy, TEST_SECONDS, {"PYTHONDONTWRITEBYTECODE": ""})
     printed_by(copy, ["-m", "compileall", "-q", "tendon_cli"], copy, TEST_SECONDS, {})
@@ -257,10 +327,12 @@ def sample(
     """
     rng = random.Random(options.seed)  # noqa: S311 - nothing is guarded
     wanted = {int(number) for number in options.only.split(",")} if options.only else None
+    rooms = options.room.split(",") if options.room else None
     places = []
     for name, source in sources.items():
         room = Path(name).parts[0]
-        if room not in LEFT_OUT and options.room in (None, room):
+        is_wanted = rooms is None or room in rooms or name in rooms
+        if room not in LEFT_OUT and is_wanted:
             places += [(name, place) for place in mutants(source)]
     rng.shuffle(places)
     number = 0
@@ -285,41 +357,59 @@ def probed(copy: Path, *words: str, compiled: bool) -> str | None:
         return printed_by(copy, [str(copy / PROBE), *words], place, PROBE_SECONDS, environment)
 
 
-def passes(copy: Path, *tests: str) -> bool:
-    """Return True if the tests pass, in their order; those that do not exist are left out."""
+def passes(copy: Path, seconds: int, *tests: str) -> bool | None:
+    """Return True if the tests pass, in their order; None if they do not finish.
+
+    Tests that do not exist are left out.
+    """
     existing = [test for test in dict.fromkeys(tests) if (copy / test).exists()]
     words = ["-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", "not torture", *existing]
     words += ["--ignore", "tests/test_bench.py"]
-    return printed_by(copy, words, copy, TEST_SECONDS, {}) is not None
+    ended = ended_by(copy, words, copy, seconds, {})
+    if ended is None or ended.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
+        return None
+    return ended.returncode == 0
 
 
 def printed_by(
     copy: Path, words: list[str], place: Path | str, seconds: int, more: dict[str, str]
 ) -> str | None:
-    """Return the output of Python with the package of the copy; None if it fails.
+    """Return the output of Python with the package of the copy; None if it fails."""
+    ended = ended_by(copy, words, place, seconds, more)
+    return ended.stdout if ended is not None and ended.returncode == 0 else None
+
+
+def ended_by(
+    copy: Path, words: list[str], place: Path | str, seconds: int, more: dict[str, str]
+) -> subprocess.CompletedProcess[str] | None:
+    """Return the ended process of Python with the package of the copy; None if it hangs.
 
     Args:
         copy: Copy of the source tree.
         words: Arguments of Python.
         place: Folder in which it runs.
-        seconds: Time after which it counts as failed, s.
+        seconds: Processor time after which it is ended, s.
         more: Further environment variables.
     """
     environment = os.environ | {"PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"} | more
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
+
     try:
-        ended = subprocess.run(
+        return subprocess.run(
             [sys.executable, *words],
             cwd=place,
             env=environment,
             check=False,
             capture_output=True,
             text=True,
-            timeout=seconds,
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY)),
+            timeout=CLOCK * seconds,
+            preexec_fn=limit,
         )
     except subprocess.TimeoutExpired:
         return None
-    return ended.stdout if ended.returncode == 0 else None
 
 
 def print_lines(*lines: str) -> None:

@@ -20,6 +20,7 @@ import shlex
 import shutil
 import sys
 import threading
+import time
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -46,6 +47,17 @@ for n in range(24):
 REACH = "time (s),angle (deg)\n"
 for n in range(81):
     REACH += f"{n / 40:.3f},{50 - 30 * np.cos(np.pi * n / 40):.4f}\n"
+
+LIFT = "time (s),angle (deg),torque (N m)\n"
+for n in range(61):
+    turn = np.pi * n / 15
+    LIFT += f"{n / 20:.3f},{45 - 25 * np.cos(turn):.4f},{2 * np.sin(2 * turn):.4f}\n"
+
+LOG = "".join(
+    (Path(__file__).parents[3] / "configs/suit/suit_log.csv")
+    .read_text(encoding="utf-8")
+    .splitlines(keepends=True)[::6]
+)
 
 TORQUE = "angle (deg),torque (N m)\n"
 TRAVEL = "angle (rad),flexor (mm),extensor (mm)\n"
@@ -159,6 +171,115 @@ name = "tensions"
 quantity = ["flexor_tension_distal", "extensor_tension_distal"]
 where = ["friction = 0.12"]
 """,
+    "lift.csv": LIFT,
+    "moving.toml": """
+name = "moving"
+[spring]
+stiffness = ["3 kN/m", "6 kN/m"]
+[spool]
+ratio = 0.6
+[load]
+mass = ["0 kg", "4 kg"]
+[motion]
+trajectory = "lift.csv"
+inertia = "0.08 kg m2"
+cutoff = "4 Hz"
+[limits]
+max_tension = "420 N"
+peak_motor_power = "40 W"
+peak_motor_torque = "14 N m"
+""",
+    "springs.csv": "name,spring.stiffness (kN/m),limits.max_spring_extension (mm),"
+    "price (EUR),maker\n"
+    "S2,2,150,9,Alder\nS4,4,90,14,Birch\nS6,6,60,17,Alder\n",
+    "parts.toml": """
+name = "parts"
+[[table]]
+name = "spring"
+file = "springs.csv"
+[[table]]
+name = "motor"
+rows = [
+  { name = "M8", "spool.flexor_radius" = "28 mm", "limits.peak_motor_torque" = "8 N m" },
+  { name = "M9", "spool.flexor_radius" = "30 mm", "limits.peak_motor_torque" = "9 N m" },
+]
+[spool]
+ratio = 0.6
+[load]
+mass = ["0 kg", "5 kg"]
+[motion]
+elbow_angle = { from = "0 deg", to = "90 deg", num = 10 }
+[design]
+minimise = ["price"]
+maximise = ["tolerance_length"]
+""",
+    "sampled.toml": """
+name = "sampled"
+[[table]]
+name = "sample"
+sample = "sobol"
+count = 8
+between = { "spring.stiffness" = "2 kN/m to 8 kN/m", "sheath.friction" = "0.07 +/- 0.02" }
+[motion]
+elbow_angle = { from = "0 deg", to = "90 deg", num = 5 }
+""",
+    "limited.toml": """
+name = "limited"
+[spring]
+stiffness = ["4 kN/m", "6 kN/m"]
+[spool]
+ratio = 0.6
+[load]
+mass = ["0 kg", "5 kg"]
+[anchor]
+stiffness = "30 kN/m"
+[motion]
+elbow_angle = { from = "0 deg", to = "90 deg", num = 7 }
+[limits]
+peak_motor_torque = ["6 N m", "7 N m", "9 N m"]
+min_flexor_tension = "5 N"
+""",
+    "first.toml": """
+name = "first"
+[spring]
+stiffness = "4 kN/m"
+[spool]
+ratio = 0.6
+[load]
+mass = ["0 kg", "5 kg"]
+[sheath]
+friction = "0.07 +/- 0.01"
+[motion]
+elbow_angle = { from = "0 deg", to = "90 deg", num = 5 }
+[people]
+count = 6
+seed = 1
+[uncertainty]
+draws = 4
+[design]
+verify = 60
+serve = 0.8
+""",
+    "second.toml": """
+extends = "first.toml"
+[spool]
+ratio = 0.64
+[limits]
+max_tension = "310 N"
+""",
+    "log.csv": LOG,
+    "fitted.toml": """
+name = "fitted"
+fitted_from = "fit.toml"
+[arm]
+elbow_radius = "45 mm"
+[spool]
+ratio = 0.5522
+[load]
+mass = ["0 kg", "2 kg"]
+[motion]
+elbow_angle = { from = "10 deg", to = "80 deg", num = 6 }
+""",
     "boxed.toml": """
 name = "boxed"
 [spring]
@@ -262,6 +383,31 @@ check quick --worst 3 --markdown
 check quick --baseline quick2 --except spring.stiffness --except name --json
 paper --out paper --json
 schema
+design moving.toml --why --out moving
+plot moving --between --out moving.svg
+export moving moving.csv --to controller
+design parts.toml --why --out parts
+state parts.toml --row spring=S4 --row motor=M9
+export parts parts.csv --units study
+design limited.toml --why --out limited
+plot limited -x limits.peak_motor_torque --out trade_off.svg
+export limited arm.xml --to mujoco --frictionloss
+export limited torques.csv --to controller
+export limited numbers.csv --to parameters --choice 1
+design first.toml --no-figures --out first
+design second.toml --why --no-figures --out second
+compare first second
+compare first second --json
+compare first second --markdown
+compare limited parts --html answers.html
+check second --baseline first --except spool.ratio --except limits.max_tension --except name
+check limited --baseline limited --markdown
+compare quick quick2
+compare quick quick2 --json --html runs.html
+sweep sampled.toml --no-figures --out sampled
+fit-suit configs/suit/suit.toml log.csv --out fit.toml --plot fit.svg
+fit-suit configs/suit/suit.toml log.csv --json
+design fitted.toml --no-figures --out fitted
 """.strip().splitlines(),
 ]
 TIMES = re.compile(
@@ -401,20 +547,26 @@ def rounded(values: Any) -> list[Any]:
 # --- Comparing ------------------------------------------------------------------------------------
 
 
-def keep_truth(truth: Path) -> None:
-    """Keep all answers, and the files that each command leaves, in a folder."""
+def keep_truth(truth: Path, wanted: set[int]) -> None:
+    """Keep the answers of commands, the files that each leaves, and its time, in a folder."""
     known: dict[Path, tuple[int, int]] = {}
     answers: dict[str, str] = {}
+    seconds: dict[int, float] = {}
     new_files(known)
     for number in range(len(COMMANDS)):
+        if number not in wanted:
+            continue
         before = dict(known)
+        started = time.process_time()
         answers |= dict(answers_of(number, known))
+        seconds[number] = time.process_time() - started
         for file, state in known.items():
             if before.get(file) != state:
                 target = truth / str(number) / file
                 target.parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy2(file, target)
     (truth / "answers.json").write_text(json.dumps(answers))
+    (truth / "seconds.json").write_text(json.dumps(seconds))
 
 
 def first_difference(truth: Path, wanted: set[int], lines: dict[str, set[int]]) -> str:
@@ -428,7 +580,7 @@ def first_difference(truth: Path, wanted: set[int], lines: dict[str, set[int]]) 
     answers = json.loads((truth / "answers.json").read_text())
     known: dict[Path, tuple[int, int]] = {}
     new_files(known)
-    by_command = []
+    by_command: dict[int, dict[str, list[int]]] = {}
     for number in range(len(COMMANDS)):
         if number not in wanted:
             if (truth / str(number)).exists():
@@ -442,9 +594,9 @@ def first_difference(truth: Path, wanted: set[int], lines: dict[str, set[int]]) 
             expected.discard(name)
         if expected:
             return min(expected)
-        by_command.append({file: sorted(numbers) for file, numbers in lines.items()})
+        by_command[number] = {file: sorted(numbers) for file, numbers in lines.items()}
         lines.clear()
-    if by_command and any(by_command):
+    if any(by_command.values()):
         (truth / "lines.json").write_text(json.dumps(by_command))
     return ""
 
@@ -487,16 +639,16 @@ def main() -> None:
     parser.add_argument("truth", type=Path, help="folder of what users get")
     parser.add_argument("--compare", action="store_true", help="print the first difference")
     parser.add_argument("--trace", action="store_true", help="keep the lines that are run, too")
-    parser.add_argument("--commands", help="numbers of the commands to compare, by commas")
+    parser.add_argument("--commands", help="numbers of the commands to run, by commas")
     options = parser.parse_args()
     for name, text in FILES.items():
         Path(name).write_text(text)
-    if not options.compare:
-        keep_truth(options.truth)
-        return
     wanted = set(range(len(COMMANDS)))
     if options.commands:
         wanted = {int(number) for number in options.commands.split(",")}
+    if not options.compare:
+        keep_truth(options.truth, wanted)
+        return
     tracing = traced() if options.trace else contextlib.nullcontext({})
     with tracing as lines:
         print(first_difference(options.truth, wanted, lines), file=sys.__stdout__)

@@ -1,0 +1,126 @@
+"""Intervals, combinations, notes, text and figure of a fit say the same as its estimate."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tendon_cli.suit_fit.misfit import kernels_of
+from tendon_cli.suit_fit.parameters import usual_inertia
+from tendon_cli.suit_fit.patterns import fast_note
+
+NORMAL = 1.96
+"""Half the width of a 95 % interval of a normal number, in standard deviations."""
+LOAD_DISTANCE = 0.32  # m
+STEP = 1e-4
+"""Step of a score for slopes."""
+FORMULAS = {
+    "friction over the bend μφ": lambda first, second: first * second,
+    "moment of the forearm m_f d_com": lambda first, second: first * second,
+    "spring and tissue in series": lambda first, second: 1.0 / (1.0 / first + 1.0 / second),
+}
+
+
+@pytest.mark.parametrize("key", ["sheath.friction", "tendon.length"])
+def test_the_interval_of_a_number_that_is_nearly_normal_ends_at_1_96_deviations(fit, key):
+    number = fit.numbers[key]
+    low, high = number.interval_95
+    assert low == pytest.approx(number.value - NORMAL * number.std, abs=0.1 * number.std)
+    assert high == pytest.approx(number.value + NORMAL * number.std, abs=0.1 * number.std)
+
+
+def test_every_interval_is_about_four_deviations_wide_and_holds_its_value(fit):
+    for number in fit.numbers.values():
+        low, high = number.interval_95
+        assert low < number.value < high
+        assert 3.0 < (high - low) / number.std < 5.0
+
+
+def test_a_combination_has_the_deviation_of_its_slopes_and_covariance(fit):
+    estimate = fit.estimate
+    step = STEP * np.eye(len(estimate.scores))
+    above = estimate.model.values(estimate.scores + step)
+    below = estimate.model.values(estimate.scores - step)
+    at = estimate.model.values(estimate.scores[np.newaxis])
+    formed = [one for one in fit.combinations if one.value is not None]
+    assert formed
+    for one in formed:
+        formula = FORMULAS[one.name]
+        higher, lower, value = (
+            formula(*(values[key].ravel() for key in one.keys)) for values in (above, below, at)
+        )
+        assert one.value == pytest.approx(value.item())
+        slope = (higher - lower) / (2.0 * STEP)
+        wanted = np.sqrt(slope @ estimate.covariance @ slope)
+        assert one.std == pytest.approx(wanted, rel=0.02)
+
+
+def test_a_combination_says_its_value_and_its_deviation_as_a_share(fit):
+    for one in fit.combinations:
+        if one.value is None:
+            assert one.text == one.name
+            continue
+        value, share = re.search(r"([\d.]+)[^±]*± ([\d.]+) %$", one.text).groups()
+        assert float(value) == pytest.approx(one.value, rel=5e-3)
+        assert float(share) == pytest.approx(100.0 * one.std / one.value, rel=5e-3)
+
+
+def test_every_head_of_the_text_stands_once_if_there_is_something_to_say(fit):
+    heads = [line[:11].strip() for line in fit.text.splitlines()[1:]]
+    assert heads.count("next") == bool(fit.proposals)
+    assert heads.count("holds?") == heads.count("rows") == 1
+    together = [line for line in fit.text.splitlines() if line.strip().startswith("together")]
+    said = [line.split("together", 1)[1].strip() for line in together]
+    assert said == [one.text for one in fit.combinations[: len(said)]]
+
+
+def test_the_note_on_inertia_says_the_torque_of_forearm_and_load(fit):
+    estimate = fit.estimate
+    assert fast_note(estimate) == []  # cycles of 8 s
+    faster = 20.0 * estimate.parts.acceleration
+    parts = replace(estimate.parts, acceleration=faster)
+    (note,) = fast_note(replace(estimate, parts=parts))
+    inertia = usual_inertia(estimate.model.study) + parts.load * LOAD_DISTANCE**2
+    torque = np.quantile(np.abs(inertia * faster), 0.95)
+    said = float(re.search(r"up to ([\d.]+) N m", note).group(1))
+    assert said == pytest.approx(torque, rel=0.05)
+
+
+def test_terms_of_the_misfit_are_correlations_of_what_their_names_say(fit):
+    parts = fit.estimate.parts
+    white, stroke, kind, common = kernels_of(parts)
+    away = np.abs(parts.angle[:, np.newaxis] - parts.angle) / np.ptp(parts.angle)
+    # A bell over a quarter of the range of the angle on top of half the variance.
+    half = 0.5 + 0.5 * np.exp(-np.square(away / 0.25) / 2.0)
+    np.testing.assert_allclose(common, half)
+    same_stroke = np.equal.outer(parts.stroke, parts.stroke)
+    same_kind = np.equal.outer(parts.flexion, parts.flexion)
+    same_kind &= np.equal.outer(parts.load, parts.load)
+    np.testing.assert_allclose(stroke, np.where(same_stroke, half, 0.0))
+    np.testing.assert_allclose(kind, np.where(same_kind, half, 0.0))
+    # The mean of n rows scatters by 1/√n of a row's scatter.
+    np.testing.assert_allclose(np.diag(white) * parts.count, np.median(parts.count))
+    assert np.count_nonzero(white) == len(white)
+
+
+def test_the_figure_shows_each_residual_in_the_unit_of_its_panel(fit):
+    panels = fit.plot().axes
+    channels = fit.record["channels"]
+    assert len(panels) == 2 * len(channels)
+    for loops, left, name in zip(panels[::2], panels[1::2], channels, strict=True):
+        points = [line for line in left.lines if line.get_linestyle() == "None"]
+        shown = np.concatenate([line.get_ydata() for line in points])
+        factor = 180.0 / np.pi if name.endswith("angle") else 1.0
+        rms = np.sqrt(np.mean(np.square(shown)))
+        assert rms == pytest.approx(factor * channels[name]["rms"], rel=1e-6)
+        # A point lies by its residual above the line of its stroke.
+        measured = [line for line in loops.lines if line.get_linestyle() == "None"]
+        fitted = set()
+        for line in loops.lines:
+            if line.get_linestyle() != "None":
+                fitted |= {(round(x, 6), round(y, 6)) for x, y in line.get_xydata()}
+        for above, beside in zip(measured, points, strict=True):
+            model = np.array(above.get_ydata()) - beside.get_ydata()
+            at = zip(np.round(above.get_xdata(), 6), np.round(model, 6), strict=True)
+            assert set(at) <= fitted
