@@ -292,8 +292,8 @@ class RowReader:
             values = cells.plain_values(column)
         else:
             values = self._values(header, column, cells)
-        self._refuse_out_of_bounds(header, mark, column, values, cells)
-        self._note_slips(header, mark, column, values, cells)
+        self._refuse_out_of_bounds(header, column, values, cells)
+        self._note_slips(header, column, values, cells)
         dimensions = cells.readings
         if len(dimensions) > 1:
             self._refuse_header(header, "mixes tensions and torques, expected one of both", None)
@@ -325,14 +325,10 @@ class RowReader:
         return values
 
     def _refuse_out_of_bounds(
-        self,
-        header: _ColumnHeader,
-        mark: SingleField,
-        column: Sequence[Any],
-        values: Array,
-        cells: _ColumnCells,
+        self, header: _ColumnHeader, column: Sequence[Any], values: Array, cells: _ColumnCells
     ) -> None:
         """Collect faults of values that are not possible, and make these NaN."""
+        mark = cells.mark
         is_word = np.isinf(values)
         is_wrong = ~is_word & ~np.isnan(values) & ~((mark.low <= values) & (values <= mark.high))
         wrong = []
@@ -347,14 +343,10 @@ class RowReader:
         self._list(wrong, header.text)
 
     def _note_slips(
-        self,
-        header: _ColumnHeader,
-        mark: SingleField,
-        column: Sequence[Any],
-        values: Array,
-        cells: _ColumnCells,
+        self, header: _ColumnHeader, column: Sequence[Any], values: Array, cells: _ColumnCells
     ) -> None:
         """Collect the values of a column that are far from any arm."""
+        mark = cells.mark
         low, high = mark.plausible
         is_far = np.isfinite(values) & (values != 0.0) & ~((low <= values) & (values <= high))
         for row in np.flatnonzero(is_far).tolist():

@@ -1,6 +1,6 @@
 """The package installs with and without a C compiler.
 
-It is installed from a copy of the source tree into an environment of its own.
+It is installed into an environment of its own from an sdist, which is made of a copy of the tree.
 """
 
 import os
@@ -24,6 +24,15 @@ mass = ["0 kg", "3 kg", "10 kg"]
 [motion]
 elbow_angle = { from = "-30 deg", to = "170 deg", num = 21 }
 """
+SOURCES = (
+    "pyproject.toml",
+    "setup.py",
+    "MANIFEST.in",
+    "README.md",
+    "LICENSE",
+    "CHANGELOG.md",
+    "CITATION.cff",
+)
 SWEEP = ("sweep", "study.toml", "--out", "run", "--no-figures", "--allow-no-equilibrium")
 
 
@@ -43,9 +52,14 @@ def installed(folder, compiler):
     packages = Path(sysconfig.get_path("platlib", "venv", places))
     left_out = shutil.ignore_patterns("*.so", "*.pyd", "__pycache__")
     shutil.copytree(ROOT / "tendon_cli", folder / "source/tendon_cli", ignore=left_out)
-    for name in ("pyproject.toml", "setup.py", "README.md", "LICENSE"):
+    shutil.copytree(ROOT / "configs", folder / "source/configs")
+    for name in SOURCES:
         shutil.copy(ROOT / name, folder / "source")
-    words = ("--python", programs / "python", "install", "--no-deps", folder / "source")
+    code = "from setuptools import build_meta; print(build_meta.build_sdist('.'))"
+    made = called(sys.executable, "-c", code, cwd=folder / "source")
+    assert made.returncode == 0, made.stderr
+    sdist = folder / "source" / made.stdout.splitlines()[-1]
+    words = ("--python", programs / "python", "install", "--no-deps", sdist)
     pip = called(sys.executable, "-m", "pip", *words, env=os.environ | {"CC": compiler})
     if "No matching distribution found for setuptools" in pip.stderr:
         pytest.skip("setuptools cannot be installed here")
@@ -70,5 +84,6 @@ def test_it_installs_whatever_the_compiler_and_writes_the_same_bytes(
     place = study_in(tmp_path / "place", STUDY)
     ran = called(programs / "tendon", *SWEEP, cwd=place)
     assert ran.returncode == 0, ran.stderr
+    assert ("NumPy did it all" in ran.stdout) == (name == "false")
     assert hashes_in(place / "run") == hashes_in(workplace / "run")
     assert len(hashes_in(place / "run")) == 2
