@@ -84,7 +84,7 @@ MORE_IS_BETTER = {
     "min_elbow_stiffness": True,
     "contact_width": False,
 }
-"""Whether more of a quantity of an answer is better, by what it does to suit and wearer."""
+"""True if more of a quantity of an answer is better for suit and wearer."""
 
 
 def test_less_load_and_more_room_are_better(suits):
