@@ -44,7 +44,7 @@ COMMANDS = typer.main.get_command(cli.app).commands
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_is_in_the_readme(command):
-    assert f"`tendon {command}" in README
+    assert f"`tendon {command}" in README or f"$ tendon {command} " in README
 
 
 def test_the_page_for_contributors_names_modules_and_functions_that_there_are():
