@@ -63,7 +63,7 @@ class ComparedColumn(NamedTuple):
 COLUMNS = (
     ComparedColumn("pretension_from", "window from", 0),
     ComparedColumn("pretension_to", "window to", 0),
-    ComparedColumn("tolerance_length", "setting may be off by", 1),
+    ComparedColumn("tolerance_length", "half of the window", 1),
     ComparedColumn("pretension", "pretension to set", 0),
     ComparedColumn("set_flexor_tension", "to set in the flexor", 0),
     ComparedColumn("set_extensor_tension", "to set in the extensor", 0),
