@@ -75,29 +75,29 @@ def _left_before(question: QuestionRecord, decided: DecisionRecord) -> str:
         return " with a window"
     if not decided["is_settable"]:
         return " that can be set equally well"
-    return f" that can be set well enough (± {say.tolerance_that_is_enough(question)})"
+    return f" whose window is at least {say.tolerance_that_is_enough(question, 2.0)} wide"
 
 
 def _why_settable(record: AnswerResults, decided: DecisionRecord) -> str:
-    """Say that a choice can be set best, or alone well enough."""
+    """Say that the window of a choice is the widest, or alone wide enough to set."""
     question = record["question"]
     best = record["best"]
-    needed = say.tolerance_that_is_enough(question)
+    wide = f"a window at least {say.tolerance_that_is_enough(question, 2.0)} wide"
     if decided["is_settable"]:
         if decided["left"] > 1:
             return (
-                f"{decided['left']:,} of {_of_choices(decided)} can be set well enough (± {needed})"
-                f" and tie{_and_breaks(decided)}."
+                f"{decided['left']:,} of {_of_choices(decided)} have {wide} and"
+                f" tie{_and_breaks(decided)}."
             )
-        return f"Only this one of {_of_choices(decided)} can be set well enough (± {needed})."
+        return f"Only this one of {_of_choices(decided)} has {wide}."
     none = f"None of {_of_choices(decided)}"
     if decided["choices"] == 2:
         none = "Neither choice"
-    words = f"{none} can be set well enough (± {needed})"
+    words = f"{none} has {wide}"
     if best is None or best["tolerance_length"] is None:
         return f"{words}."
-    length = say.quantity("tolerance_length", best["tolerance_length"], 2)
-    return f"{words}; this one comes closest (± {length})."
+    length = say.quantity("tolerance_length", 2.0 * best["tolerance_length"], 2)
+    return f"{words}; this one's is the widest ({length})."
 
 
 def _superlative_of(record: AnswerResults, column: str) -> str:

@@ -150,13 +150,14 @@ def number_within(value: float, low: float, high: float, digits: int = 4) -> str
     return repr(value)
 
 
-def tolerance_that_is_enough(question: Mapping[str, Any]) -> str:
+def tolerance_that_is_enough(question: Mapping[str, Any], times: float = 1.0) -> str:
     """Write the tolerance of setting that is enough: "6 mm", or "15 N" if it is read as a tension.
 
     Args:
         question: Record of a question, with its accuracy and how many times this is enough.
+        times: 2 for the width of a window of which the tolerance is half.
     """
-    needed = question["needed"]
+    needed = times * question["needed"]
     length, tension = (question["accuracy"][kind] for kind in ("length", "tension"))
     if tension is not None:
         return f"{number(needed * tension, 3)} {question['unit']}"

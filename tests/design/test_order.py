@@ -157,9 +157,7 @@ def test_enough_tolerance_is_enough_and_then_the_tension_decides():
     )
     assert decided["rule"] == "max_tension"
     assert decided["choices"] == len(enough) < answer.record["feasible"]
-    sentence = (
-        f"the least tension of the {len(enough)} choices that can be set well enough (± 6 mm)"
-    )
+    sentence = f"the least tension of the {len(enough)} choices whose window is at least 12 mm wide"
     assert sentence in " ".join(answer.text.split())
 
 
@@ -169,7 +167,7 @@ def test_without_a_choice_that_can_be_set_well_enough_the_widest_comes_first():
     widest = answer.choices["tolerance_length"].max()
     assert answer.record["best"]["tolerance_length"] == pytest.approx(widest, rel=1e-5)
     text = " ".join(answer.text.split())
-    assert "None of 12 choices can be set well enough (± 60 mm); this one comes closest" in text
+    assert "None of 12 choices has a window at least 120 mm wide; this one's is the widest" in text
 
 
 def test_a_window_without_an_upper_end_is_enough_and_never_a_share():
