@@ -108,7 +108,7 @@ def test_a_zero_error_that_matters_is_warned_of_where_the_directions_differ(down
         load = np.where(is_down, light.load_cell[:, seed], heavy.load_cell[:, seed])
         fit = fit_friction(readings(motor, load), rig.bend_angle)
         messages = fit.warnings if differs else fit.notes
-        assert mentions(messages, "1 N of zero error")
+        assert mentions(messages, "a zero error of 1 N")
         assert bool(fit.warnings) == differs
 
 
