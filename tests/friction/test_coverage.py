@@ -108,7 +108,11 @@ def test_a_zero_error_that_matters_is_warned_of_where_the_directions_differ(down
         load = np.where(is_down, light.load_cell[:, seed], heavy.load_cell[:, seed])
         fit = fit_friction(readings(motor, load), rig.bend_angle)
         messages = fit.warnings if differs else fit.notes
-        assert mentions(messages, "1 N of zero error")
+        assert mentions(messages, "a zero error of 1 N")
+        if differs:
+            text = next(text for text in messages if "a zero error of 1 N" in text)
+            moved = text.partition("would move ")[2].partition(" by ")[2].partition(" %")[0]
+            assert float(moved) == pytest.approx(4.0, abs=0.5)
         assert bool(fit.warnings) == differs
 
 

@@ -153,6 +153,15 @@ def test_formulas_and_scripts_that_are_carried_are_text(folder):
     assert list(tendon.sweep(study).designs.part_supplier) == cells
 
 
+@pytest.mark.parametrize(
+    ("header", "is_noted"), [("price (EUR)", True), ("spring.stiffness (kN/m)", False)]
+)
+def test_rows_are_said_to_set_nothing_where_they_set_nothing(header, is_noted):
+    rows = [{"name": "A", header: 3}, {"name": "B", header: 4}]
+    text = tendon.study({"table": [{"name": "spring", "rows": rows}]}).text
+    assert ("its rows set no number of the study" in text) == is_noted
+
+
 def test_a_file_of_a_german_spreadsheet_is_read(folder):
     (folder / "springs.csv").write_bytes(
         "name;spring.stiffness (kN/m);Preis (EUR);Lieferant\r\nS1;1,5;9,5;Müller\r\n".encode(

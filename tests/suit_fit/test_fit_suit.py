@@ -87,6 +87,17 @@ def test_the_zero_of_the_spool_does_not_matter(fit, logs):
         assert number.value == pytest.approx(fit.numbers[key].value, abs=0.02 * number.std)
 
 
+def test_a_torque_that_is_late_is_found_to_be_so_late(fit, logs):
+    def late(log):
+        return np.interp(log["time (s)"] - 0.1, log["time (s)"], log[TORQUE])
+
+    delayed = tendon.fit_suit(STUDY, changed(logs, **{TORQUE: late}))
+    more = delayed.sensors["torque delay"].value - fit.sensors["torque delay"].value
+    assert more == pytest.approx(0.1, rel=0.1)
+    low, high = delayed.numbers["sheath.friction"].interval_95
+    assert low <= TRUTH["sheath.friction"] <= high
+
+
 def test_units_and_the_order_of_logs_do_not_matter(fit, logs):
     in_degrees = [
         log.rename(columns={ANGLE: "Ellbogenwinkel (Grad)", TORQUE: "Motormoment (Nm)"})
