@@ -17,6 +17,7 @@ from tendon_cli.terminal import print_note, print_result
 
 if TYPE_CHECKING:
     from tendon_cli.cube.cube import Cube
+    from tendon_cli.tables.read import AnyTable
 
 
 def _tolerance(text: str | float) -> float:
@@ -371,6 +372,7 @@ def show(
 
     options.refuse_both("--json", as_json, "--csv", as_csv)
     rows = rows_in(source, table, where or (), options.split_names(columns), sort)
+    _print_notes(rows.table)
     shown, total = rows.head(head, sort)
     if as_csv:
         text = io.BytesIO()
@@ -382,6 +384,12 @@ def show(
         print_result({"rows": total, "units": units, "data": data})
     else:
         print_result(rows_text(rows, shown, total, shutil.get_terminal_size().columns))
+
+
+def _print_notes(table: "AnyTable") -> None:
+    """Print the notes on the file of a table, such as on columns that are not read."""
+    for note in table.notes:
+        print_note(f"note: {note}")
 
 
 def _as_json(row: dict[str, object]) -> dict[str, object]:
@@ -486,6 +494,7 @@ def export(
 
     form = CsvForm(locale, units)
     rows = rows_in(source, table, where or (), options.split_names(columns))
+    _print_notes(rows.table)
     with contextlib.suppress(OSError):
         if file.samefile(source):
             raise UsageError(
