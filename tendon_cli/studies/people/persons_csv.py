@@ -123,8 +123,8 @@ def read_persons(content: bytes, where: str) -> PersonRows:
 def _headers(sheet: Sheet) -> tuple[dict[str, _Header], list[str]]:
     """Return the columns that are read by name, and a note on those that are not."""
     headers: dict[str, _Header] = {}
-    found = [name_and_unit(text, DIMENSIONS) for text in sheet.header]
-    given = {name for name, _ in filter(None, found)}
+    dimensions = [name_and_unit(text, DIMENSIONS) for text in sheet.header]
+    given = {name for name, _ in filter(None, dimensions)}
     given.update(text.casefold() for text in sheet.header if text.casefold() in _OTHERS)
     for place, text in enumerate(sheet.header):
         known = name_and_unit(text, DIMENSIONS)
