@@ -145,13 +145,13 @@ def check_studies(
         raise UsageError(f'a study has no key "{shorten(unknown[0])}"', where="--except", hint=hint)
     varied = {*may_differ, *apart}
     lines = []
-    for line in differences(theirs.document(), ours.document()):
-        key = line.partition(" ")[0]
+    beyond = []
+    for key, line in differences(theirs.document(), ours.document(), ours.sources).items():
         if not _is_within(key, varied):
             lines.append(line)
+            beyond.append(f"--except {key}")
     if lines:
-        beyond = dict.fromkeys(f"--except {line.partition(' ')[0]}" for line in lines[:4])
-        hint = f"{' '.join(beyond)} compares them anyway"
+        hint = f"{' '.join(beyond[:4])} compares them anyway"
         raise UsageError(
             f"the baseline belongs to another study: {'; '.join(lines[:4])}", hint=hint
         )

@@ -79,6 +79,29 @@ def rows_by_table(texts: list[str] | None) -> dict[str, str]:
     return rows
 
 
+def number_parser(name: str, least: int) -> Callable[[str | int], int]:
+    """Return a function that reads the whole number of an option, or raises UsageError.
+
+    Args:
+        name: Name of the option.
+        least: Smallest number that is possible.
+    """
+
+    def read_number(text: str | int) -> int:
+        try:
+            number = int(text)
+        except ValueError:
+            number = least - 1
+        if number < least:
+            from tendon_cli.units import shorten
+
+            problem = f'"{shorten(str(text))}" is not possible, expected a whole number, '
+            raise UsageError(f"{problem}{least} or more", where=name)
+        return number
+
+    return read_number
+
+
 def refuse_both(first: str, has_first: bool, second: str, has_second: bool) -> None:
     """Raise UsageError if two options that exclude each other are both given."""
     if has_first and has_second:
@@ -135,7 +158,10 @@ OutFolderOption = Annotated[
     ),
 ]
 JobsOption = Annotated[
-    int | None, option("N", "compute N parts at once; default: one per core", min=1)
+    int | None,
+    option(
+        "N", "compute N parts at once; default: one per core", parser=number_parser("--jobs", 1)
+    ),
 ]
 DryRunOption = Annotated[
     bool, typer.Option("--dry-run", help="show the size and cost, write nothing")

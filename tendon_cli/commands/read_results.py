@@ -17,6 +17,22 @@ from tendon_cli.terminal import print_note, print_result
 
 if TYPE_CHECKING:
     from tendon_cli.cube.cube import Cube
+    from tendon_cli.tables.read import AnyTable
+
+
+def _tolerance(text: str | float) -> float:
+    """Return the number of --tolerance; raise UsageError unless it is 0 or more."""
+    try:
+        share = float(text)
+    except ValueError:
+        share = math.nan
+    if not 0.0 <= share < math.inf:
+        from tendon_cli.units import shorten
+
+        problem = f'"{shorten(str(text))}" is not possible, expected a share of a column\'s scale, '
+        raise UsageError(f"{problem}0 or more", where="--tolerance", hint="such as 1e-9")
+    return share
+
 
 BaselineOption = Annotated[
     Path | None, options.output_option("report only what changed since this run", "RUN")
@@ -24,7 +40,9 @@ BaselineOption = Annotated[
 ToleranceOption = Annotated[
     float | None,
     options.option(
-        "SHARE", "largest difference allowed, as a share of a column's scale; default 1e-9"
+        "SHARE",
+        "largest difference allowed, as a share of a column's scale; default 1e-9",
+        parser=_tolerance,
     ),
 ]
 ExceptOption = Annotated[
@@ -37,7 +55,12 @@ ExceptOption = Annotated[
     ),
 ]
 WorstOption = Annotated[
-    int, typer.Option(metavar="N", min=1, help="number of designs to list, the worst first")
+    int,
+    options.option(
+        "N",
+        "number of designs to list, the worst first",
+        parser=options.number_parser("--worst", 1),
+    ),
 ]
 MarkdownOption = Annotated[
     bool, typer.Option("--markdown", help="print Markdown, for the summary of a CI job")
@@ -69,10 +92,6 @@ def check(
     from tendon_cli.checks.check_text import annotation, as_markdown
     from tendon_cli.checks.compare import TOLERANCE
 
-    if tolerance is not None and not 0.0 <= tolerance < float("inf"):
-        raise UsageError(
-            "--tolerance is a share of a column's scale, 0 or more", hint="such as 1e-9"
-        )
     options.refuse_both("--json", as_json, "--markdown", markdown)
     if baseline is None and (apart or tolerance is not None):
         given = "--except" if tolerance is None else "--tolerance"
@@ -98,7 +117,10 @@ ResultsArgument = Annotated[
 ComparedChoiceOption = Annotated[
     int | None,
     options.option(
-        "ROW", "compare this choice of A with the same choice of the others", "--choice", min=0
+        "ROW",
+        "compare this choice of A with the same choice of the others",
+        "--choice",
+        parser=options.number_parser("--choice", 0),
     ),
 ]
 HtmlOption = Annotated[
@@ -321,7 +343,10 @@ SortOption = Annotated[
         "COLUMN", "sort by this column; -COLUMN: the largest first", completer=completion.columns
     ),
 ]
-HeadOption = Annotated[int, typer.Option(min=0, metavar="N", help="number of rows to show")]
+HeadOption = Annotated[
+    int,
+    options.option("N", "number of rows to show", parser=options.number_parser("--head", 0)),
+]
 CsvOption = Annotated[
     bool, typer.Option("--csv", help="print CSV in SI units, named in the header")
 ]
@@ -347,6 +372,7 @@ def show(
 
     options.refuse_both("--json", as_json, "--csv", as_csv)
     rows = rows_in(source, table, where or (), options.split_names(columns), sort)
+    _print_notes(rows.table)
     shown, total = rows.head(head, sort)
     if as_csv:
         text = io.BytesIO()
@@ -358,6 +384,12 @@ def show(
         print_result({"rows": total, "units": units, "data": data})
     else:
         print_result(rows_text(rows, shown, total, shutil.get_terminal_size().columns))
+
+
+def _print_notes(table: "AnyTable") -> None:
+    """Print the notes on the file of a table, such as on columns that are not read."""
+    for note in table.notes:
+        print_note(f"note: {note}")
 
 
 def _as_json(row: dict[str, object]) -> dict[str, object]:
@@ -385,7 +417,10 @@ ToOption = Annotated[
 ExportedChoiceOption = Annotated[
     int | None,
     options.option(
-        "ROW", "with --to: this choice instead of the one named first", "--choice", min=0
+        "ROW",
+        "with --to: this choice instead of the one named first",
+        "--choice",
+        parser=options.number_parser("--choice", 0),
     ),
 ]
 FrictionlossOption = Annotated[
@@ -459,6 +494,7 @@ def export(
 
     form = CsvForm(locale, units)
     rows = rows_in(source, table, where or (), options.split_names(columns))
+    _print_notes(rows.table)
     with contextlib.suppress(OSError):
         if file.samefile(source):
             raise UsageError(

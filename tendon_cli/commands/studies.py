@@ -81,7 +81,11 @@ PersonOption = Annotated[
 ]
 DrawOption = Annotated[
     int | None,
-    options.option("N", "number of a draw of the uncertain numbers; default: nominal numbers"),
+    options.option(
+        "N",
+        "number of a draw of the uncertain numbers; default: nominal numbers",
+        parser=options.number_parser("--draw", 1),
+    ),
 ]
 ReversalOption = Annotated[
     bool, typer.Option("--reversal", help="add what happens if the motion reverses there")

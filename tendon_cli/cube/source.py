@@ -285,4 +285,4 @@ def _people_in(path: Path) -> TableInMemory:
             array = pa.array(listed.weighting, from_pandas=True)
         fields.append(field)
         arrays.append(array)
-    return TableInMemory(pa.table(arrays, schema=pa.schema(fields)))
+    return TableInMemory(pa.table(arrays, schema=pa.schema(fields)), tuple(listed.ignored))

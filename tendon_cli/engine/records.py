@@ -13,8 +13,11 @@ from typing import Any, NamedTuple
 from tendon_cli.errors import FolderError
 from tendon_cli.files import read_file, write_whole
 from tendon_cli.registry import TaskKind, kind_of, kinds, table_kinds
+from tendon_cli.studies.people.people_section import FILE_OF_CONTENT
 from tendon_cli.studies.study import Study
+from tendon_cli.studies.value_words import value_words
 from tendon_cli.tables.digest import file_sha256
+from tendon_cli.units import shorten
 from tendon_cli.version import RESULTS_VERSION, reader_of
 
 FIGURE_FILE = re.compile(r"[\w-][\w.-]*\.(png|svg|pdf)")
@@ -184,22 +187,43 @@ def difference(recorded: Mapping[str, Any], verb: str, study: Study) -> str | No
         return f"`tendon {other}` wrote it, not `tendon {verb}`"
     if recorded.get("study_hash") == study.hash:
         return None
-    lines = differences(recorded.get("study") or {}, study.document())
+    lines = [*differences(recorded.get("study") or {}, study.document(), study.sources).values()]
     return "; ".join(lines[:4]) or "the order of the axes"
 
 
-def differences(theirs: Any, ours: Any, key: str = "") -> list[str]:
-    """List the keys in which two resolved studies differ, each with both values.
+def differences(
+    theirs: Mapping[str, Any], ours: Mapping[str, Any], sources: Mapping[str, Mapping[str, Any]]
+) -> dict[str, str]:
+    """Say how two resolved studies differ, in a sentence part for each key.
 
     Args:
-        theirs: The recorded study, or a value in it.
-        ours: The other study or value.
-        key: Key of the values; empty for whole studies.
+        theirs: The recorded study.
+        ours: The other study.
+        sources: Files that gave numbers of the other study, by the key that names each.
     """
-    return [
-        f"{found.key} was {value_in_short(found.theirs)}, now {value_in_short(found.ours)}"
-        for found in differing_keys(theirs, ours, key)
-    ]
+    words = {}
+    for found in differing_keys(theirs, ours):
+        values = (found.theirs, found.ours)
+        file = _file_of(found.key, sources)
+        if file is not None and None not in values:
+            words[found.key] = f"{found.key} differs, the content of {file}"
+            continue
+        was, now = (value_words(found.key, value) for value in values)
+        words[found.key] = f"{found.key} was {was}, now {now}"
+        if was == now:
+            words[found.key] = f"{found.key} differs"
+    return words
+
+
+def _file_of(key: str, sources: Mapping[str, Mapping[str, Any]]) -> str | None:
+    """Return the name of the file that gave a value of a study; None if none did."""
+    if key in FILE_OF_CONTENT:
+        source = sources.get(FILE_OF_CONTENT[key], {})
+        return shorten(str(source.get("file", "its file")))
+    for named, source in sources.items():
+        if f"{key}.".startswith(f"{named}.") and "file" in source:
+            return shorten(str(source["file"]))
+    return None
 
 
 class DifferingKey(NamedTuple):
@@ -220,13 +244,3 @@ def differing_keys(theirs: Any, ours: Any, key: str = "") -> Iterator[DifferingK
             yield from differing_keys(theirs.get(name), ours.get(name), inner)
     elif theirs != ours:
         yield DifferingKey(key, theirs, ours)
-
-
-def value_in_short(value: Any) -> str:
-    """Return a value of a study for a message, without the content of files."""
-    if value is None:
-        return "not stated"
-    if isinstance(value, dict):
-        return f"{{{', '.join(value)}}}"
-    text = json.dumps(value, ensure_ascii=False)
-    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -56,6 +56,8 @@ _ADVICE = (
     " with two or more loads"
 )
 
+_NAMING = '[fit.columns] in the study names other headers, such as elbow_angle = "Enc1 (deg)"'
+
 
 @dataclass(frozen=True, eq=False)
 class SuitLog:
@@ -255,7 +257,7 @@ def _refuse_blind(table: Table, columns: Mapping[str, Heading | None]) -> None:
     if columns[SPOOL_ANGLE] is None and measured:
         reasons.append("it has no spool angle")
     problem = f"cannot tell: {'; '.join(reasons)}"
-    raise InputError(problem, where=table.source, hint=_ADVICE)
+    raise InputError(problem, where=table.source, hint=f"{_ADVICE}; {_NAMING}")
 
 
 def _wished(table: Table) -> list[str]:

@@ -31,6 +31,8 @@ class AnyTable(ABC):
 
     files: tuple[Path, ...] = ()
     """Files that a message names if something is wrong."""
+    notes: tuple[str, ...] = ()
+    """Notes on the file that it was read from."""
 
     @property
     @abstractmethod
@@ -74,6 +76,8 @@ class TableInMemory(AnyTable):
     """A table in memory, read like one on the disk."""
 
     whole: pa.Table
+    notes: tuple[str, ...] = ()
+    """Notes on the file that it was read from."""
 
     @property
     def schema(self) -> pa.Schema:

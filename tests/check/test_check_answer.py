@@ -80,7 +80,7 @@ def test_the_gate_closes_where_a_number_moved_by_more_than_the_tolerance(gates):
 
 
 def test_another_study_needs_its_key_to_be_named(gates):
-    with pytest.raises(UsageError, match=r"spring\.stiffness was 5000\.0, now 5100\.0"):
+    with pytest.raises(UsageError, match=r"spring\.stiffness was 5 kN/m, now 5\.1 kN/m"):
         check(gates["stiffer"], gates["suit"])
     with pytest.raises(UsageError, match="no key"):
         check(gates["stiffer"], gates["suit"], apart=["spring.stifness"])
@@ -121,3 +121,18 @@ def test_an_annotation_is_one_line_in_the_form_that_github_reads():
     assert "\n" not in line
     assert "\r" not in line
     assert "3 %25 of%0D%0A  b" in line
+
+
+def test_a_file_of_people_that_changed_is_named_without_its_content(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    people = tmp_path / "people.csv"
+    for name, stature in (("before", 168), ("now", 181)):
+        people.write_text(f"name,stature (cm)\nAda,{stature}\n")
+        tendon.sweep({"people": {"file": "people.csv"}}, name)
+    with pytest.raises(UsageError) as refused:
+        check("now", "before")
+    assert refused.value.message.endswith("people.content differs, the content of people.csv")
+    with pytest.raises(tendon.TendonError, match=r"content differs, the content of people\.csv$"):
+        tendon.sweep({"people": {"file": "people.csv"}}, "before")
+    compared = tendon.compare("before", "now")
+    assert [found["key"] for found in compared.record["differences"]] == ["people.file"]

@@ -84,7 +84,7 @@ MORE_IS_BETTER = {
     "min_elbow_stiffness": True,
     "contact_width": False,
 }
-"""True if more of a quantity of an answer is better for suit and wearer."""
+"""True for a quantity of an answer of which more is better, by what it does to suit and wearer."""
 
 
 def test_less_load_and_more_room_are_better(suits):
@@ -358,3 +358,5 @@ def test_runs_along_a_motion_in_time_are_compared_by_what_the_motor_does(tmp_pat
         gains = values[1] > values[0] if name == "efficiency" else values[1] < values[0]
         assert found["verdict"] == ("better" if gains else "worse")
     assert "largest motor power" in compared.text
+    assert "largest motor work  " in compared.text
+    assert "motor work in" not in compared.text

@@ -224,3 +224,15 @@ def test_ten_million_rows_are_exported_in_constant_memory(tendon, workplace):
     assert int(ran.stderr.split()[-1]) < 300e6
     with Path("large.csv").open("rb") as file:
         assert sum(1 for _ in file) == 55000 * 182 + 1
+
+
+def test_columns_of_a_file_of_people_that_are_not_read_are_named(tendon, tmp_path):
+    people = tmp_path / "people.csv"
+    people.write_text("name,stature (cm),hair\nAda,168,red\nBob,181,fair\n")
+    for words in (("show", people), ("show", people, "--json"), ("export", people, "out.csv")):
+        ran = tendon(*map(str, words))
+        assert ran.exit == 0
+        assert "columns not read: hair" in ran.err
+        assert "hair" not in ran.out
+    people.write_text("name,stature (cm)\nAda,168\n")
+    assert tendon("show", str(people)).err == ""

@@ -154,6 +154,30 @@ def test_german_headers_are_refused_with_what_they_would_be(header, meant):
     assert "wrist_circumference" in error.value.hint
 
 
+@pytest.mark.parametrize(
+    ("header", "meant"),
+    [
+        ("height (cm)", '"stature (cm)"'),
+        ("heigth (cm)", '"stature (cm)"'),
+        ("Body Height [m]", '"stature (m)"'),
+        ("height_cm", '"stature (cm)"'),
+        ("mass (kg)", '"weight (kg)"'),
+        ("body_weight_kg", '"weight (kg)"'),
+        ("weigth (kg)", '"weight (kg)"'),
+        ("gender", '"sex"'),
+    ],
+)
+def test_headers_by_other_english_words_are_refused_with_what_they_would_be(header, meant):
+    with pytest.raises(InputError, match=re.escape(header)) as error:
+        read(f"name,wrist_circumference (cm),{header}\nAda,16,62")
+    assert f"write {meant}" in error.value.hint
+
+
+def test_another_word_for_a_column_that_is_there_is_a_column_that_is_not_read():
+    people = read("stature (cm),weight (kg),height (in)\n180,80,71")
+    assert any(note.endswith("columns not read: height (in)") for note in people.notes)
+
+
 def test_weighting_counts_as_given_and_one_person_is_enough():
     assert read("weight (kg),weighting\n70,1\n80,0\n90,2.5").weighting.tolist() == [1.0, 0.0, 2.5]
     assert "1 person" in read("weight (kg)\n70").notes[0]

@@ -220,6 +220,7 @@ def test_a_commanded_torque_without_a_joint_angle_cannot_tell(tmp_path):
     log.write_text(f"{head}\n{columns}\n{rows}\n")
     with pytest.raises(tendon.InputError) as caught:
         tendon.fit_suit(STUDY, log)
+    assert "[fit.columns]" in caught.value.hint
     for reason in ("cannot tell", "no joint angle", "nominal", "commanded"):
         assert reason in str(caught.value)
 

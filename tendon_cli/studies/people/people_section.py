@@ -29,6 +29,13 @@ MAX_BYTES = 500_000_000
 """Largest size of a file of people, bytes."""
 
 
+FILE_OF_CONTENT = {
+    "people.content": "people.file",
+    "people.statistics_content": "people.statistics",
+}
+"""Keys that name a file, by the keys that hold its packed content in a resolved study."""
+
+
 def packed(content: bytes) -> str:
     """Return a file's content as text that a study can hold."""
     return base64.b85encode(zlib.compress(content, 6)).decode("ascii")

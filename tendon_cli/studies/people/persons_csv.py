@@ -30,6 +30,15 @@ _SEX_WORDS = {
 _MISSING = ("", "na", "n/a", "nan", "null", "-")
 _OTHERS = ("name", "sex", "weighting")
 _KNOWN = (*DIMENSIONS, *_OTHERS)
+_ENGLISH = {
+    **dict.fromkeys(("height", "body_height", "standing_height"), "stature"),
+    **dict.fromkeys(("mass", "body_mass", "body_weight", "bodyweight", "bodymass"), "weight"),
+    "gender": "sex",
+    **dict.fromkeys(("upper_arm_length", "upperarm_length"), "acromion_radiale_length"),
+    **dict.fromkeys(("forearm_length", "lower_arm_length"), "radiale_stylion_length"),
+    **dict.fromkeys(("upper_arm_circumference", "biceps"), "biceps_circumference"),
+}
+"""Names of columns by other English headers. Such a header is refused with a hint, too."""
 _GERMAN = {
     **dict.fromkeys(("gewicht", "korpergewicht", "masse", "korpermasse"), "weight"),
     **dict.fromkeys(("grosse", "korpergrosse", "korperhohe"), "stature"),
@@ -114,13 +123,16 @@ def read_persons(content: bytes, where: str) -> PersonRows:
 def _headers(sheet: Sheet) -> tuple[dict[str, _Header], list[str]]:
     """Return the columns that are read by name, and a note on those that are not."""
     headers: dict[str, _Header] = {}
+    dimensions = [name_and_unit(text, DIMENSIONS) for text in sheet.header]
+    given = {name for name, _ in filter(None, dimensions)}
+    given.update(text.casefold() for text in sheet.header if text.casefold() in _OTHERS)
     for place, text in enumerate(sheet.header):
         known = name_and_unit(text, DIMENSIONS)
         if text.casefold() in _OTHERS:
             known = text.casefold(), ""
         with sheet.collected():
             if known is None:
-                _refuse_near_misses(text, sheet.where)
+                _refuse_near_misses(text, given, sheet.where)
                 continue
             name, unit = known
             if name in headers:
@@ -138,14 +150,25 @@ def _headers(sheet: Sheet) -> tuple[dict[str, _Header], list[str]]:
     return headers, sheet.ignored({header.place for header in headers.values()})
 
 
-def _refuse_near_misses(text: str, where: str) -> None:
-    """Raise InputError for a header that is nearly known, or is known in German."""
+def _refuse_near_misses(text: str, given: set[str], where: str) -> None:
+    """Raise InputError for a header that is nearly known, or known by another word.
+
+    Args:
+        text: The header.
+        given: Dimensions that other columns give; another word for one of them is no mistake.
+        where: Name of the file in errors.
+    """
     plain = unicodedata.normalize("NFKD", text.casefold().replace("ß", "ss"))
     without_marks = "".join(sign for sign in plain if not unicodedata.combining(sign))
     words = re.sub(r"[^a-z0-9]+", "_", without_marks).split("_")
     german = _GERMAN.get(re.sub("(?<=[aou])e", "", words[0]))  # ae, oe, ue stand for one with dots
     name = text.partition("(")[0].partition("[")[0].strip().casefold()
-    meant = german or "".join(difflib.get_close_matches(name, _KNOWN, n=1, cutoff=0.8))
+    english = _ENGLISH.get(_without_unit(words))
+    if english in given:
+        return
+    others = {other: known for other, known in _ENGLISH.items() if known not in given}
+    near = "".join(difflib.get_close_matches(name, (*_KNOWN, *others), n=1, cutoff=0.8))
+    meant = english or german or others.get(near, near)
     if not meant:
         return
     expected = meant
@@ -155,6 +178,17 @@ def _refuse_near_misses(text: str, where: str) -> None:
         expected = f"{meant} ({unit})"
     hint = f'write "{expected}"; known headers: {", ".join(_KNOWN)}'
     raise InputError(f'the header "{shorten(text)}" is not known', where=where, hint=hint)
+
+
+def _without_unit(words: list[str]) -> str:
+    """Return the words of a header without the unit at its end: "height" of "height_cm"."""
+    units = {
+        unit.casefold() for name in DIMENSIONS for unit in known_units(QUANTITIES[name].dimension)
+    }
+    last = len(words)
+    while last > 1 and (not words[last - 1] or words[last - 1] in units):
+        last -= 1
+    return "_".join(words[:last])
 
 
 def _dimension(sheet: Sheet, place: int, name: str, unit: str) -> tuple[Array, tuple[Slip, ...]]:
