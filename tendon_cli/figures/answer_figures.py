@@ -170,7 +170,7 @@ def answer_figure(name: str, cube: Cube, record: Mapping[str, Any]) -> Page | No
     chosen = named_first(answer)
     if chosen is None:
         return None
-    with house_style():
+    with house_style(say.joint_name(record)):
         page = FIGURES[name](cube, answer, chosen)
     return None if page is None else page.of_joint(record)
 

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tendon_cli import say
 from tendon_cli.cube.cube import Cube, cube_of, cube_to_come
 from tendon_cli.cube.source import table_of_study
 from tendon_cli.errors import Fault, InputError, OutputError, StudyError, TendonError, UsageError
@@ -96,7 +97,7 @@ def _pages(cube: Cube, spec: FigureSpec, finish: Finish | None = None) -> list[P
     """Draw the pages of a figure. Raise UsageError if it does not fit the table."""
     from tendon_cli.figures.style import house_style
 
-    with house_style():
+    with house_style(say.joint_name(cube.document)):
         plan, conditions = _plan(cube, spec)
         pages = _draw_pages(cube, spec, plan, conditions)
         if finish is not None:

@@ -30,7 +30,7 @@ from tendon_cli.figures.backend import (
     Text,
     ticker,
 )
-from tendon_cli.figures.style import MM, PAGE_WIDTH, format_of, preview, render, text_width
+from tendon_cli.figures.style import MM, PAGE_WIDTH, format_of, named, preview, render, text_width
 from tendon_cli.files import check_output, result_path, write_output
 from tendon_cli.studies.study import Study
 
@@ -93,8 +93,8 @@ class Page:
         if word != "elbow":
             for text in self.figure.findobj(Text):
                 if text.get_gid() != "title":
-                    text.set_text(say.name_joint(text.get_text(), word))
-        return replace(self, says=say.name_joint(self.says, word))
+                    text.set_text(named(text.get_text(), word))
+        return replace(self, says=named(self.says, word))
 
     def save(self, path: Path, *, overwrite: bool = False) -> Path:
         """Write the file whole or not at all, in the format of its ending.
@@ -176,6 +176,9 @@ def framed(
         subtitle: Second title, which may hold formulas and line breaks.
         study: Name and hash of the study for the file's metadata.
     """
+    subtitle = named(subtitle)
+    notes = [named(note) for note in notes]
+    labels = [named(str(entry.get_label())) for entry in key]
     room = width - 2.0 * _PAD
     characters = int(width / _TITLE_CHARACTER)
     heads = _fit_lines(lambda count: plain(title, width=count).splitlines(), characters, room)
@@ -185,7 +188,7 @@ def framed(
     for note in notes:
         characters = int(width / _NOTE_CHARACTER)
         lines += _fit_lines(partial(_wrap_note, note), characters, room, size=_NOTE_SIZE)
-    texts, columns, key_height = _key_shape([str(entry.get_label()) for entry in key], width)
+    texts, columns, key_height = _key_shape(labels, width)
     head = len(heads) * _TITLE_LINE + _PAD if heads else 0.0
     notes_height = len(lines) * _NOTE_LINE + _PAD
     foot = key_height + notes_height

@@ -160,7 +160,7 @@ def maps_on_one_scale(
         if choice is None:
             pages.append(None)
             continue
-        with house_style():
+        with house_style(say.joint_name(answer)):
             page = draw_tolerance(cube, answer, choice, longest)
         pages.append(None if page is None else page.of_joint(answer))
     return pages

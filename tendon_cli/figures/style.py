@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import contextlib
 import io
+import re
 import struct
 import warnings
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
+from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -18,6 +20,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli import say
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import (
     Figure,
@@ -140,12 +143,30 @@ _TICKS = {
 _STYLE |= {f"{axis}tick.{name}": size for axis in "xy" for name, size in _TICKS.items()}
 
 
+_JOINT: ContextVar[str] = ContextVar("_JOINT", default="elbow")
+"""Name of the joint of the study that is being drawn."""
+
+
 @contextlib.contextmanager
-def house_style() -> Iterator[None]:
+def house_style(joint: str = "elbow") -> Iterator[None]:
     """Set matplotlib as it ships, with the style of this project on top.
 
     The settings from before come back afterwards.
+
+    Args:
+        joint: Name of the study's joint, for texts that are broken into lines.
     """
+    before = _JOINT.set(joint)
+    try:
+        with _settings_in_force():
+            yield
+    finally:
+        _JOINT.reset(before)
+
+
+@contextlib.contextmanager
+def _settings_in_force() -> Iterator[None]:
+    """Set the settings of this style within."""
     with warnings.catch_warnings(), mpl.rc_context():
         # A title may hold characters that the font lacks. They are drawn as boxes, which needs no
         # warning.
@@ -285,6 +306,21 @@ def _line_width(line: str, font: FontProperties) -> float:
     return float(width)
 
 
+def named(text: str, joint: str | None = None) -> str:
+    """Put the name of the study's joint into a text about the elbow.
+
+    Where the name stands already, it stays, as in "left elbow".
+
+    Args:
+        text: The text.
+        joint: The name; None for that of `house_style`.
+    """
+    word = joint or _JOINT.get()
+    pieces = re.split(rf"(?<!\w)({re.escape(word)})(?!\w)", text, flags=re.IGNORECASE)
+    pieces[::2] = [say.name_joint(piece, word) for piece in pieces[::2]]
+    return "".join(pieces)
+
+
 def unknown_hatch() -> dict[str, Any]:
     """Return the style of an area in which there is no value."""
     return {"facecolor": "#efefef", "hatch": "////", "edgecolor": FAINT, "linewidth": 0.0}
@@ -317,9 +353,15 @@ def load_colours(masses: npt.ArrayLike) -> list[Colour]:
 
 
 def wrapped(text: str, width: int) -> str:
-    """Break a title at its commas to about `width` characters; it may hold formulas."""
+    """Break a title at its commas to about `width` characters; it may hold formulas.
+
+    A piece that is far longer is broken between its words.
+    """
     lines: list[str] = []
-    for piece in text.split(", "):
+    for piece in named(text).split(", "):
+        if _drawn_length(piece) > 1.3 * width:
+            lines.append(broken(piece, width))
+            continue
         if lines and len(lines[-1]) + len(piece) + 2 <= width:
             lines[-1] = f"{lines[-1]}, {piece}"
         else:
@@ -333,6 +375,7 @@ def broken(label: str, width: int) -> str:
     It has as few lines as fit, at most four, about equally long. A label of one or two words is not
     broken.
     """
+    label = named(label)
     words = label.split(" ")
     if _drawn_length(label) <= width or len(words) < 3:
         return label

@@ -109,7 +109,7 @@ def draw_trade_off(
     answer = as_answer(record)
     column = column_named(x)
     trade_off = _find(choices, answer, column)
-    with house_style():
+    with house_style(say.joint_name(record)):
         page = trade_off_page(choices, answer, trade_off, column, width, height)
     name = f"{record['name']}-{column.removeprefix('limit_')}.{form}"
     return page.of_joint(record).save(out or Path(name), overwrite=overwrite)

@@ -23,7 +23,7 @@ from tendon_cli.figures.draw import pages_of, table_of
 from tendon_cli.figures.frame import framed
 from tendon_cli.figures.geometry import route_page
 from tendon_cli.figures.scales import short_names
-from tendon_cli.figures.style import house_style, text_width
+from tendon_cli.figures.style import house_style, named, text_width
 from tendon_cli.figures.trade_off import draw_trade_off
 from tendon_cli.studies.figures import WIDTHS, figure_spec
 from tendon_cli.tables.read import open_table
@@ -47,7 +47,7 @@ TIME = np.round(np.arange(0.0, 4.0, 0.02), 9)  # s
 GAIT = {
     "trajectory": {
         "time": TIME.tolist(),
-        "angle": [f"{50.0 - 30.0 * np.cos(np.pi * time)!r} deg" for time in TIME],
+        "angle": [f"{float(50.0 - 30.0 * np.cos(np.pi * time))!r} deg" for time in TIME],
     }
 }
 FIGURE = "tendon_cli.figures."
@@ -199,6 +199,18 @@ def a_motion_in_time(folder: Path) -> None:
     """Draw results over the time of a gait."""
     study = {"load": {"mass": ["0 kg", "2 kg"]}, "motion": GAIT, "spool": {"ratio": 0.6}}
     swept(study, folder, {"quantity": ["motor_torque", "flexor_tension_distal"]}, {"quantity": []})
+
+
+@picture(MAPS, CURVES)
+def a_joint_with_a_long_name(folder: Path) -> None:
+    """Draw the usual figures of a joint whose name is long, at the width of a column and a page."""
+    study = {**GRID, "joint": {"name": "metacarpophalangeal joint"}}
+    swept(
+        study,
+        folder,
+        {"quantity": ["elbow_torque", "extensor_tension_distal"]},
+        {"quantity": "margin", "x": "spring.stiffness"},
+    )
 
 
 # --- Answers --------------------------------------------------------------------------------------
@@ -535,6 +547,17 @@ def test_faults_are_found() -> None:
 
 
 # --- The rules by which texts fit -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("joint", ["ankle", "left elbow", "elbow joint", "e"])
+def test_a_joint_is_named_once(joint: str) -> None:
+    text = "Elbow angle: an elbow at the elbow"
+    with house_style(joint):
+        once = named(text)
+        assert named(once) == once
+    assert once.casefold().count(f"the {joint}") == 1
+    assert once.startswith(f"{joint[0].upper()}{joint[1:]} angle")
+    assert named(text) == text
 
 
 def test_names_that_begin_alike_keep_their_ends() -> None:
