@@ -396,15 +396,13 @@ def _trade_offs(
         for certificate in certificates.values()
     }
     feasible = choices.select(choices.feasible)
-    order = candidates.first_order(question)
     axes = {axis.key: axis for axis in question.choices.axes}
     for key, of_values in candidates.by_limits(question, feasible).items():
         best: list[ChoiceRecord | None] = []
         for rows in of_values:
             record = None
             if len(rows):
-                with_value = feasible.select(rows)
-                first = with_value.select([order.best(with_value)])
+                first = candidates.named_first(question, feasible.select(rows))
                 (record,) = named.records(proved.get(first.row.item(), first))
             best.append(record)
         values = [value_at(axes[key], place) for place in range(len(axes[key]))]

@@ -180,10 +180,19 @@ def _draw_line(axes: Axes, data: CurveData, cell: Cell, colour: int, dash: int) 
         if marked.any():
             points = _stretches(x, y, marked) if data.is_line else (x[marked], y[marked])
             axes.plot(*points, **_limit_style(data, limit), gid=name)
-    if data.has_kinks and data.is_line and data.x:
+    if _may_have_kinks(data):
         # A kink is drawn half way between the last taut state and the first slack one.
         change = any_slack[:-1] != any_slack[1:]
         axes.plot(_middle(x)[change], _middle(y)[change], **_KINK, gid="kink")
+
+
+def _may_have_kinks(data: CurveData) -> bool:
+    """Return True if points are so near each other that a mark between two tells where slack is.
+
+    Where each of few points has a marker, nothing is known of the stretch between two of them.
+    """
+    points = data.x_values.shape[-1]
+    return data.has_kinks and data.is_line and data.x is not None and points > _FEW_POINTS
 
 
 def _mark_motion(axes: Axes, data: CurveData, x: Scale, cell: Cell) -> None:
@@ -294,7 +303,7 @@ def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
         band: dict[str, Any] = {"color": INK, "alpha": 0.25, "linewidth": _BAND}
         key.append(Line2D([], [], label="a tendon is slack", **band))
     has_changes = bool((any_slack[..., 1:] != any_slack[..., :-1]).any())
-    if data.is_line and data.has_kinks and data.x and has_changes:
+    if _may_have_kinks(data) and has_changes:
         key.append(Line2D([], [], **_KINK, label="one goes slack"))
     if data.is_line and unstable.any():
         key.append(Line2D([], [], **_UNSTABLE, label="unstable elbow"))

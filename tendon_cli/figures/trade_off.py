@@ -171,9 +171,13 @@ def trade_off_page(
         key.append(hatch_key("no choice has a window"))
     key += [Line2D([], [], label=text, **_point(colour)) for text, colour in colours.items()]
     best = record["best"]
-    if best is not None:
+    place_of_best = _place_of(along, best)
+    if place_of_best is not None:
         key.append(star(label="choice named first"))
-    notes = ["Window and tension are those of the choice that would be named first at each value."]
+    grid = " of the grid" if any(other.is_range for other in cube.axes) else ""
+    notes = [
+        f"Window and tension are those of the choice{grid} that would be named first at each value."
+    ]
     if len(set(filter(None, along.others))) > _MOST_COLOURS:
         notes.append("The choices differ in more than colours can show.")
     page = answer_page(
@@ -195,8 +199,8 @@ def trade_off_page(
     tension = shown.scaled(along.values("max_tension"))
     _draw_points(lower, along, tension, colours)
     lower.set_ylabel(shown.label)
-    if best is not None:
-        _mark_best((upper, lower), along, colours, best)
+    if place_of_best is not None:
+        _mark_best((upper, lower), along, colours, place_of_best)
     lower.set_ylim(0.0, _ROOM * float(np.nanmax(tension)))  # from 0: a millinewton is no step
     along.scale.apply(lower, "x", cells=True)
     turn_names(lower.xaxis, width - _SIDES)
@@ -318,14 +322,19 @@ def _draw_points(panel: Axes, along: _Along, values: Floats, colours: Mapping[st
         panel.plot(along.scale.places, of_colour, zorder=3, **_point(colour))
 
 
-def _mark_best(
-    panels: Sequence[Axes], along: _Along, colours: Mapping[str, str], best: ChoiceRecord
-) -> None:
-    """Mark the choice that the answer names first in the panels of pretension and tension."""
+def _place_of(along: _Along, best: ChoiceRecord | None) -> int | None:
+    """Return the place of the choice that the answer names first; None if it is not drawn.
+
+    That choice may lie between the points of the grid, or not be the first at its own value.
+    """
+    if best is None:
+        return None
     of_places = [None if choice is None else choice["choice"] for choice in along.choices]
-    if best["choice"] not in of_places:
-        return  # a choice between the points of the grid
-    at = of_places.index(best["choice"])
+    return of_places.index(best["choice"]) if best["choice"] in of_places else None
+
+
+def _mark_best(panels: Sequence[Axes], along: _Along, colours: Mapping[str, str], at: int) -> None:
+    """Mark the choice at a place, named first in the answer, in both panels."""
     colour = colours.get(along.others[at], INK)
     style: dict[str, Any] = {"color": colour, "markeredgecolor": INK, "markersize": 10}
     for panel in panels:

@@ -119,12 +119,27 @@ def first_order(question: Question) -> Order:
     return next(iter(orders_of(question).values()))
 
 
+def named_first(question: Question, choices: Solutions) -> Solutions:
+    """Return the choice of the grid that an answer with only these choices would name first.
+
+    With several goals it is the best compromise on the front of these choices.
+
+    Args:
+        question: The question.
+        choices: Choices with a window; at least one.
+    """
+    if len(question.goals) > 1:
+        return compromise(question, front_of(question, choices))
+    return choices.select([first_order(question).best(choices)])
+
+
 def relevant(solutions: Solutions, question: Question) -> Rows:
     """Return the places of choices that an answer may name, ascending.
 
     They are those that may be the best by each order, or tie with it; the front; the one that
     serves most; for each conflict the one that is nearest to a window; and those that may be the
-    best with each value of a limit on which the choices differ.
+    best with each value of a limit on which the choices differ, with several goals by the front of
+    the choices with that value.
     """
     places = [_places_of(solutions, nearest(question, solutions))]
     if solutions.feasible.any():
@@ -136,8 +151,10 @@ def relevant(solutions: Solutions, question: Question) -> Rows:
         order = first_order(question)
         for of_values in by_limits(question, selected).values():
             for rows in filter(len, of_values):
-                may_be_first = order.may_be_first(selected.select(rows))
-                places.append(feasible[rows[may_be_first]])
+                with_value = selected.select(rows)
+                places.append(feasible[rows[order.may_be_first(with_value)]])
+                if len(question.goals) > 1:
+                    places.append(_places_of(solutions, front_of(question, with_value)))
     for rows in conflicts_of(solutions).values():
         places.append(_places_of(solutions, nearest(question, solutions.select(rows))))
     return np.unique(np.concatenate(places))
@@ -266,7 +283,7 @@ def summarise(choices: Solutions, question: Question) -> Note:
 
 
 def front_of(question: Question, solutions: Solutions) -> Solutions:
-    """Select the choices that no other beats in every goal, in the order of the first goal.
+    """Select the choices that no other beats, in the order of the first goal.
 
     They are the best by the rules that come before all goals. Of choices that are equal in every
     goal, the one that breaks the tie is selected.

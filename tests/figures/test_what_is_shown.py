@@ -152,6 +152,18 @@ def test_kinks_stand_where_a_tendon_goes_slack_on_either_side_s_lines(run: Table
         np.testing.assert_allclose(kink.get_xdata(), (degrees[before] + degrees[before + 1]) / 2.0)
 
 
+def test_no_kink_is_drawn_between_few_points_that_are_far_apart(run: TableFiles) -> None:
+    """Between two of a few loads nothing is known, so no mark says where a tendon goes slack."""
+    rows = select(run.read().to_pandas(), pretension=200.0, direction="flexion")
+    last = rows[rows.elbow_angle == rows.elbow_angle.max()]
+    assert (last.status == "taut").nunique() == 2
+    where = ["pretension = 200 N", "direction = flexion", "elbow_angle = 90 deg"]
+    figure = figure_of(run, quantity="extensor_tension_distal", x="load_mass", where=where)
+    (axes,) = panels(figure)
+    assert not lines(axes, "kink")
+    assert "goes slack" not in words(figure)
+
+
 def test_bilateral_lines_have_no_kink_and_are_shaded_below_zero_others_the_other_way_round(
     tmp_path: Path,
 ) -> None:

@@ -18,6 +18,10 @@ STUDY = {
     "load": {"mass": ["0 kg", "10 kg"]},
     "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 5}},
 }
+WITH_GOALS = {
+    **STUDY,
+    "design": {"minimise": ["max_tension"], "maximise": ["tolerance_length"]},
+}
 ROWS = [
     {"name": "M10", "limits.peak_motor_torque": "10 N m"},
     {"name": "M12", "limits.peak_motor_torque": "12 N m"},
@@ -39,6 +43,12 @@ def answer(folder):
 
 
 @pytest.fixture(scope="module")
+def answer_with_goals():
+    """Return the answer to the same question with two goals, which a stiff spring parts."""
+    return tendon.design({**WITH_GOALS, "limits": {"peak_motor_torque": MOTORS}})
+
+
+@pytest.fixture(scope="module")
 def trade_off(answer):
     """Return its trade-off."""
     (record,) = answer.record["trade_offs"]
@@ -54,6 +64,31 @@ def test_the_best_with_a_limit_is_the_one_that_the_study_with_it_names_first(tra
         named = alone.record["best"]
         for name in ("spring_stiffness", "pretension_from", "pretension_to", "pretension"):
             assert best[name] == pytest.approx(named[name], rel=1e-9)
+
+
+def test_with_several_goals_the_best_with_a_limit_is_the_compromise_of_the_study_with_it(
+    answer_with_goals,
+):
+    (record,) = answer_with_goals.record["trade_offs"]
+    named = set()
+    for limit, best in zip(MOTORS[1:], record["best"][1:], strict=True):
+        alone = tendon.design({**WITH_GOALS, "limits": {"peak_motor_torque": limit}})
+        for name in ("spring_stiffness", "pretension_from", "pretension_to", "pretension"):
+            assert best[name] == pytest.approx(alone.record["best"][name], rel=1e-9)
+        named.add(best["spring_stiffness"])
+    assert named & {5e3}  # neither the best by one goal nor that by the other
+
+
+def test_the_legend_has_a_star_only_if_it_is_drawn(answer, trade_off):
+    cube = choices_of(answer.kept("choices"), answer.study)
+    between = {**answer.record["best"], "choice": answer.record["choices"]}
+    for best, is_drawn in ((answer.record["best"], True), (between, False)):
+        record = {**answer.record, "best": best}
+        page = trade_off_page(cube, record, trade_off, trade_off["column"])
+        stars = [line for axes in page.figure.axes for line in axes.lines]
+        assert any(line.get_marker() == "*" for line in stars) == is_drawn
+        labels = [text.get_text() for key in page.figure.legends for text in key.get_texts()]
+        assert ("choice named first" in labels) == is_drawn
 
 
 def test_no_best_window_is_narrower_with_a_looser_limit(trade_off):
