@@ -38,6 +38,9 @@ PathSmoothingOption = Annotated[
 FirstCellOption = Annotated[str | None, options.option("COLUMN", "column of the first load cell")]
 SecondCellOption = Annotated[str | None, options.option("COLUMN", "column of the second load cell")]
 MotorCellOption = Annotated[str | None, options.option("1|2", "which cell is at the motor's end")]
+DirectionOption = Annotated[
+    str | None, options.option("COLUMN", "column that says pull, release and rest")
+]
 PositionOption = Annotated[
     str | None,
     options.option("COLUMN", "column of the motor's position, travel, speed or encoder counts"),
@@ -74,6 +77,7 @@ def fit_friction(
     cell_1: FirstCellOption = None,
     cell_2: SecondCellOption = None,
     motor: MotorCellOption = None,
+    direction: DirectionOption = None,
     position: PositionOption = None,
     zero_motor: ZeroMotorOption = None,
     zero_load: ZeroLoadOption = None,
@@ -94,6 +98,7 @@ def fit_friction(
         cell_1=cell_1,
         cell_2=cell_2,
         motor=motor,
+        direction=direction,
         position=position,
         zero_motor=zero_motor,
         zero_load=zero_load,
