@@ -111,7 +111,7 @@ def fit_friction(
         )
         rows = _rows(readings, prepared, result, angles)
         fit = _assembled(readings, prepared, result, error, bend, rows)
-        remarks = Remarks(fit, prepared.log, result, readings.time_unit, any(are_stated))
+        remarks = Remarks(fit, prepared.log, result, readings.time_unit, zeros, any(are_stated))
         return replace(
             fit,
             checks=tuple(remarks.checks),
