@@ -10,7 +10,7 @@ import typer
 import tendon_cli as tendon
 from tendon_cli.commands import options
 from tendon_cli.errors import UsageError
-from tendon_cli.terminal import print_result
+from tendon_cli.terminal import print_note, print_result
 
 ReadingsArgument = Annotated[
     list[Path],
@@ -38,6 +38,9 @@ PathSmoothingOption = Annotated[
 FirstCellOption = Annotated[str | None, options.option("COLUMN", "column of the first load cell")]
 SecondCellOption = Annotated[str | None, options.option("COLUMN", "column of the second load cell")]
 MotorCellOption = Annotated[str | None, options.option("1|2", "which cell is at the motor's end")]
+DirectionOption = Annotated[
+    str | None, options.option("COLUMN", "column that says pull, release and rest")
+]
 PositionOption = Annotated[
     str | None,
     options.option("COLUMN", "column of the motor's position, travel, speed or encoder counts"),
@@ -74,6 +77,7 @@ def fit_friction(
     cell_1: FirstCellOption = None,
     cell_2: SecondCellOption = None,
     motor: MotorCellOption = None,
+    direction: DirectionOption = None,
     position: PositionOption = None,
     zero_motor: ZeroMotorOption = None,
     zero_load: ZeroLoadOption = None,
@@ -94,22 +98,27 @@ def fit_friction(
         cell_1=cell_1,
         cell_2=cell_2,
         motor=motor,
+        direction=direction,
         position=position,
         zero_motor=zero_motor,
         zero_load=zero_load,
         cell_uncertainty=cell_uncertainty,
     )
+    from tendon_cli.friction.fit_report import what_is_written, write_fragment, write_strokes
+
+    # What stands there is read before it is replaced.
+    said = [what_is_written(file, fit) for file in (plot, out, strokes) if file is not None]
     if plot is not None:
         from tendon_cli.figures.friction import draw
 
         draw(fit, plot, overwrite=overwrite)
-    from tendon_cli import friction
-
     if out is not None:
-        friction.write_fragment(fit, out, overwrite=overwrite)
+        write_fragment(fit, out, overwrite=overwrite)
     if strokes is not None:
-        friction.write_strokes(fit, strokes, overwrite=overwrite)
+        write_strokes(fit, strokes, overwrite=overwrite)
     print_result(fit.record if as_json else fit.text)
+    for line in said:
+        print_note(line)
 
 
 def _check_outputs(

@@ -33,6 +33,17 @@ _STROKE_POINTS = 60
 """Largest number of points of the fitted line of a stroke."""
 _LEVEL = 0.02
 """Values along x that vary by a smaller share than this are drawn close together."""
+_TESTS = {
+    "offset_motor": "zero of the motor's cell",
+    "offset_load": "zero of the load's cell",
+    "gain": "gain of the cells",
+    "delay": "a late cell",
+    "force_dependence": "dependence on the force",
+    "drift": "drift",
+}
+"""Checks of a fit, and what each of them tests."""
+_NEVER_TESTED = "the bend angle"
+"""What no reading shows."""
 _DIRECTIONS = ((1, _PULLED, "o", "toward motor"), (-1, _DRAGGED, "s", "toward load"))
 """Sign, colour, marker and name of each direction of slip."""
 
@@ -136,12 +147,21 @@ def _key(fit: Any) -> list[Line2D]:
 
 
 def _verdict(fit: Any) -> list[str]:
-    """Return sentences that say what may be wrong with the readings, or that nothing is."""
+    """Return sentences that say what may be wrong with the readings, or what was not tested."""
     sentences = [f"Warning: {text}" for text in fit.warnings]
     if not sentences:
-        sentences.append("Nothing in the readings makes this number wrong.")
-    sentences += [f"Note: {text}" for text in fit.notes if "zero error" in text]
+        untested = [name for check, name in _TESTS.items() if check in _open_checks(fit)]
+        sentences.append(f"No fault found; not tested: {', '.join([*untested, _NEVER_TESTED])}.")
+    sentences += [
+        f"Note: {text}" for text in fit.notes if "zero error" in text or "without load" in text
+    ]
     return sentences
+
+
+def _open_checks(fit: Any) -> set[str]:
+    """Return the names of the checks that these readings cannot make."""
+    tested = {check.name for check in fit.checks if check.found is not None}
+    return _TESTS.keys() - tested
 
 
 def _draw_check(axes: Axes, fit: Any, effect: str, name: str, label: str) -> None:

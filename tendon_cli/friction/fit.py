@@ -45,6 +45,7 @@ def fit_friction(
     cell_1: str | None = None,
     cell_2: str | None = None,
     motor: str | None = None,
+    direction: str | None = None,
     position: str | None = None,
     zero_motor: str | float | None = None,
     zero_load: str | float | None = None,
@@ -63,6 +64,7 @@ def fit_friction(
         cell_1: Header of the column of the first cell, if it is not one that is known.
         cell_2: Header of the column of the second cell.
         motor: "1" or "2", the cell at the motor; inferred if it is not given.
+        direction: Header of the column that says when the motor pulls, releases and rests.
         position: Name of the column of the motor's position or speed.
         zero_motor: Reading of the motor's cell without load.
         zero_load: Reading of the load's cell without load.
@@ -81,10 +83,11 @@ def fit_friction(
         raise UsageError(f'"{motor}" is not a load cell', where="--motor", hint='"1" or "2"')
     bend = bend_angle_of(bend_angle, None if route is None else path_of(route), path_smoothing)
     sources: list[Any] = list(path) if isinstance(path, list | tuple) else [path]
+    names = {"cell_1": cell_1, "cell_2": cell_2, "direction": direction, "position": position}
     parts = []
     for source in sources:
         file = path_of(source) if isinstance(source, str | PathLike) else source
-        parts.append(read_readings(file, cell_1=cell_1, cell_2=cell_2, position=position))
+        parts.append(read_readings(file, **names))
     readings = concatenate(parts)
     zeros = (
         force_of(zero_motor, "--zero-motor", readings.unit),
@@ -108,7 +111,7 @@ def fit_friction(
         )
         rows = _rows(readings, prepared, result, angles)
         fit = _assembled(readings, prepared, result, error, bend, rows)
-        remarks = Remarks(fit, prepared.log, result, readings.time_unit, any(are_stated))
+        remarks = Remarks(fit, prepared.log, result, readings.time_unit, zeros, any(are_stated))
         return replace(
             fit,
             checks=tuple(remarks.checks),

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
+import tomllib
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.files import begins_with, write_output
+from tendon_cli.files import begins_with, read_file, write_output
 from tendon_cli.friction.fit_result import Fit
+from tendon_cli.units import shorten
 from tendon_cli.version import __version__
 
 _STROKES_MARK = "# strokes of a log, by tendon fit-friction"
@@ -27,6 +31,29 @@ _OF_ONE_SHEATH = (
     '#     bend_angle = "..."      # not known here: give that of this sheath'
     " when μφ was measured\n"
 )
+_MOST_BYTES = 100_000
+"""Largest size of a fragment that is read to say where it came from."""
+
+
+def what_is_written(path: Path, fit: Fit) -> str:
+    """Return a line that says that a file is written or replaced; call it before it is written.
+
+    A fragment that came from other readings is named with them: it is a different coefficient.
+    """
+    if not os.path.lexists(path):
+        return f"{path} written"
+    source = _source_of(path)
+    if source is None or source == fit.source:
+        return f"{path} replaced"
+    return f"{path} replaced; before, it held the coefficient of {shorten(source)}"
+
+
+def _source_of(path: Path) -> str | None:
+    """Return the name of the readings that a fragment came from; None if it does not say."""
+    source = None
+    with contextlib.suppress(OSError, ValueError, LookupError, TypeError):
+        source = tomllib.loads(read_file(path, _MOST_BYTES).decode())["friction"]["source"]
+    return source if isinstance(source, str) else None
 
 
 def write_fragment(fit: Fit, path: Path, *, overwrite: bool = False) -> None:

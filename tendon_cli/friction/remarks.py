@@ -14,7 +14,7 @@ from tendon_cli.friction.fit_result import Check, Fit
 from tendon_cli.friction.models import REFUTED
 from tendon_cli.friction.reading.header import force_factor
 from tendon_cli.friction.strokes import disagreement
-from tendon_cli.friction.usable_rows import NOT_POSITIVE, SATURATED, SPIKE, Log
+from tendon_cli.friction.usable_rows import AT_REST, NOT_POSITIVE, SATURATED, SPIKE, Log
 from tendon_cli.units import counted
 
 _SHOWN = 0.5
@@ -47,8 +47,11 @@ _FAR_FORCES = 0.05
 on both alike."""
 _DRIFT_STROKES = 6
 """Least number of strokes that show a drift."""
-_BY_CHANCE = 0.003
-"""Probability below which a drift is shown: chance makes one in three of a thousand logs."""
+_BY_CHANCE = 0.02
+"""Probability below which a drift is shown; two drifts are tried, of μ and of the gain, so
+chance makes at most four in a hundred logs."""
+_BARE = 0.2
+"""Share of the usual force below which both cells are without load while the motor rests."""
 _CLIMBS = 0.02
 """Climb over a stroke, as a share of the way from limit to limit, from which rows have not
 settled."""
@@ -65,6 +68,7 @@ class Remarks:
         log: Log,
         result: FrictionEstimate,
         time_unit: str | None,
+        zeros: tuple[float, float],
         zero_given: bool,
     ) -> None:
         self.fit = fit
@@ -73,6 +77,7 @@ class Remarks:
         self.points = result.points
         self.friction = result.friction
         self.time_unit = time_unit
+        self.zeros = zeros
         self.zero_given = zero_given
         self.mu = "μφ" if fit.bend_angle is None else "μ"
         self.checks: list[Check] = []
@@ -81,7 +86,8 @@ class Remarks:
         self._check_effects()
         self._check_which_cell()
         self._check_drift()
-        self._check_zeros()
+        if not self._check_without_load():
+            self._check_zeros()
         self._check_gains()
         self._check_rows()
         self._check_number()
@@ -194,17 +200,75 @@ class Remarks:
                 f"{self.mu} varies with the speed to the power {speed.power:.2g}: the number is a"
                 " mean over the speeds in the file; measure at the speed that you use"
             )
-        elif drifts[0]:
-            self._warn_of_drift(self.mu, float(values[0]))
+            drifts[0] = False
+        changes = {self.mu: values[0]} if drifts[0] else {}
         if points.both_ways and drifts[2]:
-            self._warn_of_drift("the gain of the cells", float(values[2]))
+            changes["the ratio of the cells at the same force"] = values[2]
+        if changes:
+            said = [f"{name} changes by {100.0 * value:+.1f} %" for name, value in changes.items()]
+            self.warnings.append(
+                f"drift: {' and '.join(said)} over the file, so {self.mu} is a mean; a cell's zero"
+                " or gain drifts, or the tendon warms up or runs in: read the cells without load"
+                " before and after, warm up the cells, run the tendon in, and measure again"
+            )
 
-    def _warn_of_drift(self, name: str, change: float) -> None:
-        """Warn that μ or the gain changes along the file; `change` is a share."""
-        self.warnings.append(
-            f"drift: {name} changes by {100.0 * change:+.1f} % over the file, so {self.mu} is a"
-            " mean; warm up the cells, run the tendon in, and measure again"
-        )
+    def _check_without_load(self) -> bool:
+        """Say what the cells read at rest without load, before and after the strokes.
+
+        Returns:
+            True if there are such readings.
+        """
+        rows = self.fit.rows
+        used = rows[rows["used"]]
+        cells = [rows[end].to_numpy() for end in ("motor", "load")]
+        usual = [float(used[end].median()) for end in ("motor", "load")]
+        is_bare = (rows["code"] == AT_REST).to_numpy()
+        for cell, force in zip(cells, usual, strict=True):
+            is_bare = is_bare & (np.abs(cell) < _BARE * force)
+        strokes = np.flatnonzero(rows["run"] >= 0)
+        place = np.arange(len(rows))
+        ends = {"start": is_bare & (place < strokes[0]), "end": is_bare & (place > strokes[-1])}
+        ends = {name: rest for name, rest in ends.items() if rest.any()}
+        for number, end in enumerate(("motor", "load")):
+            left = {name: float(np.median(cells[number][rest])) for name, rest in ends.items()}
+            if left:
+                self._remark_without_load(number, end, left)
+        return bool(ends)
+
+    def _remark_without_load(self, number: int, end: str, left: dict[str, float]) -> None:
+        """Remark on one cell without load.
+
+        Args:
+            number: 0 for the motor's cell, 1 for the load's.
+            end: "motor" or "load".
+            left: Reading at the start and at the end of the file, a stated zero taken off.
+        """
+        mean = float(np.mean(list(left.values())))
+        slope = self.result.average.models[0].zero[number] / self.friction
+        moved = abs(slope * mean)
+        span = float(np.ptp(list(left.values())))
+        for place, check in enumerate(self.checks):
+            if check.name == OFFSETS[number] and check.found is None:
+                is_off = moved > _NOTED
+                known = replace(check, value=mean, standard_error=span / 2.0, found=is_off)
+                self.checks[place] = replace(known, effect_on_friction=0.0)
+        if max(moved, abs(slope) * span) <= _NOTED:
+            return
+        unit = f" {self.fit.unit}" if self.fit.unit else ""
+        zero = self.zeros[number]
+        read = [f"{zero + force:.3g}{unit} at the {name}" for name, force in left.items()]
+        text = f"without load the {end}'s cell reads {' and '.join(read)}"
+        if moved > _NOTED:
+            text += (
+                f", which moves {self.mu} by {100.0 * moved:.1f} % unless it is taken off:"
+                f' --zero-{end} "{zero + mean:.3g}{unit}"'
+            )
+        else:
+            text += (
+                ": its zero drifts, and one zero for the whole file takes off no more than the mean"
+            )
+        is_fitted = OFFSETS[number] in self.result.average.best.effects
+        (self.warnings if moved > _MATTERS and not is_fitted else self.notes).append(text)
 
     def _check_zeros(self) -> None:
         """Say how far a zero error would move μ, if the readings do not show it."""
@@ -278,8 +342,13 @@ class Remarks:
 
     def _check_rows(self) -> None:
         """Warn of many rows set aside for one fault, and of rows that have not settled."""
+        codes = self.fit.rows["code"].to_numpy()
+        strokes = np.flatnonzero(self.fit.rows["run"] >= 0)
+        moving = codes[strokes[0] : strokes[-1] + 1]
+        moving = moving[moving != AT_REST]
         for code, (most, text) in _MOST.items():
-            share = float(np.mean(self.fit.rows["code"] == code))
+            # Before and after the strokes a tendon may be slack.
+            share = float(np.mean((moving if code == NOT_POSITIVE else codes) == code))
             if share > most:
                 self.warnings.append(f"{100.0 * share:.0f} % of the rows {text}")
         share = float(np.mean(self.result.used))

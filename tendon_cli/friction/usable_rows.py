@@ -210,10 +210,13 @@ def unusable(
         for cell, step in zip(cells, steps, strict=True):
             codes[_spikes(cell, step)] = SPIKE
             codes[_saturated(cell, step)] = SATURATED
-    codes[(cells[0] < _UNLOADED * usual[0]) & (cells[1] < _UNLOADED * usual[1])] = UNLOADED
+    # A motor that rests needs no load: its readings are those of the cells without load.
+    moves = codes != AT_REST
+    is_bare = (cells[0] < _UNLOADED * usual[0]) & (cells[1] < _UNLOADED * usual[1])
+    codes[moves & is_bare] = UNLOADED
     for cell, force in zip(cells, usual, strict=True):
         rounding = max(1e-9 * force, _NOTHING)  # a force below rounding is none
-        codes[cell <= rounding] = NOT_POSITIVE
+        codes[moves & (cell <= rounding)] = NOT_POSITIVE
     codes[~(np.isfinite(cells[0]) & np.isfinite(cells[1]))] = NO_READING
     return codes
 

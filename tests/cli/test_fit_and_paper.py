@@ -56,6 +56,25 @@ def test_a_fit_writes_over_its_own_files_and_nobody_elses(tendon, readings, work
     assert not (workplace / "same.svg").exists()
 
 
+def test_a_fit_says_which_files_it_wrote_and_what_it_replaced(tendon, readings, workplace):
+    (workplace / "one.csv").write_bytes(readings.read_bytes())
+    (workplace / "two.csv").write_bytes(readings.read_bytes())
+    outputs = ("--out", "mu.toml", "--plot", "mu.svg", "--strokes", "strokes.csv")
+    first = tendon("fit-friction", "one.csv", *outputs)
+    assert first.err.splitlines() == ["mu.svg written", "mu.toml written", "strokes.csv written"]
+    again = tendon("fit-friction", "one.csv", *outputs)
+    assert again.err.splitlines() == [
+        "mu.svg replaced",
+        "mu.toml replaced",
+        "strokes.csv replaced",
+    ]
+    other = tendon("fit-friction", "two.csv", "--out", "mu.toml", "--json")
+    before = "before, it held the coefficient of one.csv"
+    assert other.err.splitlines() == [f"mu.toml replaced; {before}"]
+    assert other.json["source"] == "two.csv"
+    assert tendon("fit-friction", "two.csv").err == ""
+
+
 def test_the_paper_is_reproduced_into_a_folder_and_a_finding_that_fails_is_exit_4(
     tendon, workplace, monkeypatch
 ):

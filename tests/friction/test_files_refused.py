@@ -229,6 +229,29 @@ def test_a_note_names_the_columns_that_are_not_read(csv_file) -> None:
     assert not any("not read" in note for note in alone)
 
 
+def test_a_column_of_directions_by_option(csv_file) -> None:
+    words = ("up", "up", "up", "down", "down", "down")
+    directed = csv_file(added("winch", *words), "winch.csv")
+    told_note = '; if "winch" says the direction, name it direction or give --direction'
+    case_off = TABLE.replace("case,", "trial,")
+    bare = csv_file(changed(added("winch", *words), ("case,", "trial,")), "bare.csv")
+    note = next(
+        note for note in fit_friction(bare, bend_angle="144 deg").notes if "not read" in note
+    )
+    assert note == f"bare.csv: columns not read: trial, winch{told_note}"
+    fit = fit_friction(bare, bend_angle="144 deg", direction="winch")
+    assert fit.friction == fit_friction(directed, bend_angle="144 deg").friction
+    assert not any(told_note in text for text in fit.notes)
+    # A column that is read, one that is often empty, and numbers say no direction.
+    for content in (added("winch", *words), case_off, added("Comment", *["", "", "dry"] * 2)):
+        notes = fit_friction(csv_file(content), bend_angle="144 deg").notes
+        assert not any("--direction" in text for text in notes)
+    with pytest.raises(UsageError) as caught:
+        fit_friction(bare, bend_angle="144 deg", direction="winch_2")
+    assert caught.value.where == "--direction"
+    assert '"winch"' in caught.value.hint
+
+
 def test_column_names_by_option(csv_file) -> None:
     path = csv_file(called("α", "rate"))
     fit = fit_friction(path, bend_angle="144 deg", cell_1="α", cell_2="rate")

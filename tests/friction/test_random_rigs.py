@@ -6,9 +6,11 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.figures.friction import fit_page
 from tendon_cli.friction.budget import ZEROS
 
 from .random_rigs import (
@@ -125,6 +127,71 @@ def test_a_stated_zero_leaves_its_own_uncertainty_and_no_other() -> None:
         assert assumed.uncertainty.contribution_of(ZEROS[0]) == expected
     given = tendon.fit_friction(log, rig.bend, zero_motor="0 N")
     assert given.uncertainty.contribution_of(ZEROS[0]) == 0.0
+
+
+def rested(seed: int, *, ends: tuple[float, float], weight: float = 20.0) -> pd.DataFrame:
+    """Return a log with four seconds at rest without load at both ends.
+
+    The zero of the motor's cell goes from the first of `ends` to the second, N.
+    """
+    rig = RandomRig(seed, strokes=12, weight=weight, columns=("time", "direction"))
+    bare = pd.DataFrame({"motor (N)": 0.0, "load (N)": 0.0, "direction": ["rest"] * 200})
+    log = pd.concat([bare, readings_of(rig), bare], ignore_index=True)
+    log["time (s)"] = np.arange(len(log)) / rig.rate
+    log["motor (N)"] += np.linspace(*ends, len(log))
+    return log
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_rests_without_load_show_a_zero_that_drifts(seed: int) -> None:
+    log = rested(seed, ends=(0.5, 1.4))
+    fit = tendon.fit_friction(log, 2.5)
+    warning = next(text for text in fit.warnings if "without load the motor's cell" in text)
+    assert "reads 0.541 N at the start and 1.36 N at the end" in warning
+    assert warning.endswith('--zero-motor "0.95 N"')
+    assert any(text.startswith("drift: ") and "zero" in text for text in fit.warnings)
+    assert not any("would not show it" in text for text in fit.notes)
+    corrected = tendon.fit_friction(log, 2.5, zero_motor="0.95 N")
+    assert abs(corrected.friction / 0.1 - 1.0) < 0.01 < abs(fit.friction / 0.1 - 1.0)
+    assert not any("--zero-motor" in text for text in corrected.warnings)
+
+
+def test_rests_without_load_are_no_slack_tendon_and_a_zero_that_is_right_is_not_spoken_of() -> None:
+    for zero in ("0 N", "1.6 N"):  # the second leaves every rest below zero
+        fit = tendon.fit_friction(rested(1, ends=(0.0, 0.0)), 2.5, zero_motor=zero)
+        assert not any("slack" in text for text in fit.warnings)
+        is_spoken_of = any("without load the motor's cell" in text for text in fit.warnings)
+        assert is_spoken_of is (zero != "0 N")
+    slack = rested(1, ends=(0.0, 0.0))
+    strokes = np.flatnonzero(slack["direction"] != "rest")
+    slack.loc[strokes[::4], ["motor (N)", "load (N)"]] = 0.0
+    assert any("slack" in text for text in tendon.fit_friction(slack, 2.5).warnings)
+
+
+def test_the_figure_of_a_fit_without_a_fault_says_what_was_not_tested() -> None:
+    fit = tendon.fit_friction(readings_of(RandomRig(1)), 2.5)
+    assert not fit.warnings
+    verdict = fit_page(fit).says
+    untested = "zero of the motor's cell, zero of the load's cell, a late cell"
+    assert f"No fault found; not tested: {untested}" in verdict
+    assert "the bend angle." in verdict
+    rests = tendon.fit_friction(rested(1, ends=(0.0, 0.0)), 2.5)
+    assert "zero of the" not in fit_page(rests).says
+
+
+@pytest.mark.torture
+def test_drift_is_rarely_found_in_random_logs_without_any() -> None:
+    tested = 0
+    found = 0
+    for seed in range(300):
+        rig = replace(drawn_rig(seed), drift=0.0)
+        try:
+            fit = tendon.fit_friction(readings_of(rig), rig.bend)
+        except tendon.TendonError:
+            continue
+        tested += any(check.name == "drift" and check.found is not None for check in fit.checks)
+        found += any(text.startswith("drift: ") for text in fit.warnings)
+    assert found <= 0.05 * tested
 
 
 def counted(seeds: range) -> tuple[float, float]:

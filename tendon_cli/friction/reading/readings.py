@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -111,6 +112,7 @@ def read_readings(
     *,
     cell_1: str | None = None,
     cell_2: str | None = None,
+    direction: str | None = None,
     position: str | None = None,
 ) -> Readings:
     """Read the columns of two load cells, and the other columns that a fit uses.
@@ -120,6 +122,7 @@ def read_readings(
             whose names serve as headers.
         cell_1: Header of the column of the first cell, if it is not one that is known.
         cell_2: Header of the column of the second cell.
+        direction: Header of the column of the motor's direction, if it is not one that is known.
         position: Header of the column of the motor's position or speed.
 
     Raises:
@@ -134,7 +137,7 @@ def read_readings(
         )
     names = (cell_1, cell_2) if cell_1 is not None and cell_2 is not None else None
     table = read_table(source, names) if isinstance(source, Path) else _table_of(source, names)
-    return _assembled(table, position)
+    return _assembled(table, direction, position)
 
 
 def _table_of(frame: Any, names: tuple[str, str] | None) -> Table:
@@ -173,7 +176,7 @@ def _table_of(frame: Any, names: tuple[str, str] | None) -> Table:
     )
 
 
-def _assembled(table: Table, position: str | None) -> Readings:
+def _assembled(table: Table, direction: str | None, position: str | None) -> Readings:
     """Read the needed columns of a table, with both cells in one unit."""
     first, second = table.cells
     factors = check_units(first, second, table.place)
@@ -182,12 +185,10 @@ def _assembled(table: Table, position: str | None) -> Readings:
         "cell_1": table.numbers(first) * factors[0],
         "cell_2": table.numbers(second) * factors[1],
     }
-    moved = None if position is None else named_column(table.columns, position)
+    moved = _stated_column(table, position, "--position")
     if moved:
         rows["position"] = table.numbers(moved)
-    elif position is not None:
-        hint = f"the columns are {', '.join(column.shown for column in table.columns[:12])}"
-        raise UsageError(f'there is no column "{shorten(position)}"', where="--position", hint=hint)
+    directed = _stated_column(table, direction, "--direction")
     readers: dict[str, Callable[[Table, Heading], Any]] = {
         "time": _times,
         "bend_angle": _radians,
@@ -195,12 +196,18 @@ def _assembled(table: Table, position: str | None) -> Readings:
         "direction": Table.names,
         "stroke": Table.names,
     }
-    columns = {role: table.find(role) for role in readers}
+    columns = {
+        role: directed if directed and role == "direction" else table.find(role) for role in readers
+    }
     for role, column in columns.items():
         if column:
             rows[role] = readers[role](table, column)
     table.raise_faults()
     time = columns["time"]
+    read = [first, second, moved, *columns.values()]
+    notes = table.unread(read)
+    if notes and not moved and not columns["direction"]:
+        notes[0] += _direction_hint(table, read)
     return Readings(
         rows=pd.DataFrame(rows, copy=False),
         source=table.source,
@@ -212,8 +219,36 @@ def _assembled(table: Table, position: str | None) -> Readings:
         time_unit=time.unit if time else None,
         motor=_motor_by_headers(first, second),
         files=(table.source,),
-        notes=tuple(table.unread([first, second, moved, *columns.values()])),
+        notes=tuple(notes),
     )
+
+
+def _stated_column(table: Table, name: str | None, option: str) -> Heading | None:
+    """Return the column that an option names, None without a name; refuse one that is not there."""
+    column = None if name is None else named_column(table.columns, name)
+    if name is not None and column is None:
+        hint = f"the columns are {', '.join(column.shown for column in table.columns[:12])}"
+        raise UsageError(f'there is no column "{shorten(name)}"', where=option, hint=hint)
+    return column
+
+
+def _direction_hint(table: Table, read: list[Heading | None]) -> str:
+    """Return what to do if a column that is not read may say the direction; "" if none may.
+
+    Such a column has two or three different words, and one of them in every row.
+    """
+    known = {column.index for column in read if column}
+    for column in table.columns:
+        if column.index in known or not column.header:
+            continue
+        data = table.data[column.index]
+        values = pd.unique(data) if isinstance(data, np.ndarray) else data.unique().to_pylist()
+        if len(values) not in {2, 3}:
+            continue
+        words = {str(value).strip() for value in values}
+        if len(words) > 1 and all(re.search(r"[^\W\d_]{2}", word) for word in words):
+            return f"; if {column.shown} says the direction, name it direction or give --direction"
+    return ""
 
 
 def _motor_by_headers(first: Heading, second: Heading) -> str | None:
