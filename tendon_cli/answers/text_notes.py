@@ -39,7 +39,8 @@ def question_notes(
         if PRETENSION in [split_side(key)[0] for key in table.keys]:
             whose = "study's cases" if table.is_of_cases else f"table {table.key}"
             yield (
-                f"the pretensions of the {whose} are not used: the answer is one pretension for all"
+                f"the pretensions of the {whose} are not used: the answer computes what to set;"
+                " `tendon sweep` judges suits at the pretensions stated"
             )
     if sampled_intervals:
         names = ", ".join(sampled_intervals)

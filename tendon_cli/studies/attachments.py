@@ -109,9 +109,6 @@ class Attachments:
         table = reader.read(section.role)
         is_of_file = section.file is not None
         self.faults += [replace(fault, is_of_file=is_of_file) for fault in reader.faults]
-        key = f"table.{at}.{'file' if is_of_file else 'rows'}"
-        if reader.notes:
-            self.sources.setdefault(key, {})["warnings"] = reader.notes
         return table
 
     def _cells(self, section: TableSection, at: int) -> RowCells | None:

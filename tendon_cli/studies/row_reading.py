@@ -5,9 +5,10 @@ Every fault is collected, with the row and the column in which it stands.
 
 from __future__ import annotations
 
+import difflib
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cache
@@ -37,6 +38,10 @@ _LONGEST_NAME = 200
 """Most characters of the name of a row."""
 _NEAR = 0.75
 """Similarity from which a header is taken for a slip of a key of the study."""
+_NEAR_OF_UNIT = 0.4
+"""Similarity from which a header is taken for a key with the same unit."""
+_SPELLED_OUT = {"mu": "μ", "eta": "η"}
+"""Symbols of keys that a header may spell out."""
 _HEADER = re.compile(r"^(.*?)\s*(?:[(\[](.*)[)\]])?\s*$", re.DOTALL)
 _NUMBER = re.compile(r"[+-]?([0-9]{1,40}\.?[0-9]{0,40}|\.[0-9]{1,40})([eE][+-]?[0-9]{1,3})?")
 _NUMBERS = re.compile(rf"{_NUMBER.pattern}(?:\n{_NUMBER.pattern})*")
@@ -127,14 +132,13 @@ class RowReader:
     """Faults found so far."""
     slips: list[Slip] = field(default_factory=list)
     """Values that are far from any arm."""
-    notes: list[str] = field(default_factory=list)
-    """Sentences on headers that may have been meant as keys."""
 
     def read(self, role: StatedRole | None) -> RowTable:
         """Return the table; of a faulty one what could be read."""
         numbers: dict[str, Array] = {}
         readings: dict[str, str] = {}
         carried: dict[str, CarriedColumn] = {}
+        unused: list[_ColumnHeader] = []
         names: tuple[str, ...] | None = None
         for header, column in self._named_columns():
             if header.name == NAME:
@@ -146,13 +150,14 @@ class RowReader:
                 readings |= {header.name: reading} if reading else {}
             elif self._may_be_carried(header):
                 carried[header.column] = self._carried(header, column)
+                unused.append(header)
         if not numbers and not self.faults:
-            self._note_nothing_set(carried)
+            self._refuse_nothing_set(unused)
         if names is None:
             names = tuple(map(str, range(1, len(self.cells) + 1)))
             if self.needs_names:
                 found = shorten(", ".join(self.cells.header), 200)
-                problem = f"no column {NAME}, the headers read: {found}"
+                problem = f'no column "{NAME}", the headers read: {found}'
                 hint = f"a column {NAME} that tells the rows apart"
                 self.faults.append(Fault(self.cells.header_place, problem, hint))
         return RowTable(
@@ -220,15 +225,18 @@ class RowReader:
             return False
         return True
 
-    def _note_nothing_set(self, names: Iterable[str]) -> None:
-        """Note that the rows set no number of the study, with keys that columns may have meant."""
+    def _refuse_nothing_set(self, headers: Sequence[_ColumnHeader]) -> None:
+        """Refuse rows that set no number of the study; name keys that headers may have meant."""
         meant = []
-        for name in names:
-            key = _key_like(name)
+        for header in headers:
+            key = _key_like(header)
             if key is not None:
-                meant.append(f'{key} for "{name}"')
-        near = f"; did you mean {' or '.join(meant)}?" if meant else ""
-        self.notes.append(f"{self.cells.where}: its rows set no number of the study{near}")
+                meant.append(f'"{key}" for "{shorten(header.text)}"')
+        hint = "headers such as spring.stiffness (kN/m)"
+        if meant:
+            hint = f"did you mean {', '.join(meant)}?"
+        problem = "no column is a key of the study, so all rows would be the same suit"
+        self.faults.append(Fault(self.cells.header_place, problem, hint))
 
     # --- Columns ---------------------------------------------------------------------------------
 
@@ -536,10 +544,26 @@ def _is_empty(cell: Any) -> bool:
     return cell is None or (isinstance(cell, float) and math.isnan(cell))
 
 
-def _key_like(name: str) -> str | None:
-    """Return the key of a study whose last part is a header, such as "stiffness"; None if none."""
-    plain = name.lower().replace(" ", "_")
-    return next((key for key in row_keys() if key.rpartition(".")[2] == plain), None)
+def _key_like(header: _ColumnHeader) -> str | None:
+    """Return the key of a study that a header may mean; None if none is like it.
+
+    It ends in the header, such as "stiffness", or has it as its symbol, such as "mu", or is nearest
+    to it among keys of the same unit.
+    """
+    plain = header.column.lower()
+    symbol = _SPELLED_OUT.get(plain, header.name)
+    like = [key for key in row_keys() if key.rpartition(".")[2] == plain]
+    like += [key for key in row_keys() if key in keys() and keys()[key].quantity.symbol == symbol]
+    if like:
+        return like[0]
+    unit = UNITS.get(header.unit) if header.unit else None
+    among = [key for key in row_keys() if key in keys() and "." in key]
+    cutoff = _NEAR
+    if unit is not None:
+        among = [key for key in among if keys()[key].number.quantity.dimension == unit.dimension]
+        cutoff = _NEAR_OF_UNIT
+    near = difflib.get_close_matches(plain.replace("_", "."), among, n=1, cutoff=cutoff)
+    return near[0] if near else None
 
 
 def texts_with_points(texts: list[str], separator: str) -> list[str]:

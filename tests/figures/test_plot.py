@@ -159,7 +159,7 @@ def test_several_quantities_and_panels_give_pages(run: Path) -> None:
         ({"size": "huge"}, "column"),
         ({"size": "3 mm"}, "40 mm"),
         ({"format": "gif"}, None),
-        ({"where": ("motor_torque > 1 kN m",)}, "wider"),
+        ({"where": ("motor_torque > 1 kN m",)}, "values: "),
         ({"quantity": (*STATE_PAIRS, "spool_angle")}, None),
     ],
 )

@@ -103,4 +103,4 @@ def test_the_page_of_a_draw_says_which_draw_it_is_and_which_numbers_that_has():
     for number in (0, 5):
         with pytest.raises(UsageError, match=f"there is no draw {number}") as error:
             state_page(study, draw=number)
-        assert error.value.hint == "1 to 4"
+        assert error.value.hint == "expected 1 to 4"

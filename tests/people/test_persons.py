@@ -96,7 +96,7 @@ def test_one_person_is_this_person_with_and_without_draws():
     assert "this person's 32 draws" in with_draws
     assert "1 person" not in with_draws
     alone = text_for_one(SUIT)
-    assert "N suits this person; anything from" in alone
+    assert "N works for this person; anything from" in alone
     assert "N works for this person" in alone
     for_whom = alone.split("For whom")[1].split("Sizes")[0].split("Note")[0]
     assert "%" not in for_whom

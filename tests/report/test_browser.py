@@ -192,7 +192,7 @@ def test_what_passes_the_filter_is_marked_by_the_keyboard(opened, answer_page):
         assert marked.count() == passed
         assert page.locator("#list tbody tr").count() > passed
         page.locator("#mark").press("Enter")
-        assert "Nothing is marked" in page.locator("#brush-says").inner_text()
+        assert "No choice is marked" in page.locator("#brush-says").inner_text()
 
 
 def test_a_box_drawn_on_the_front_marks_choices_on_the_map(opened, answer_page):

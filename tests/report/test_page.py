@@ -275,7 +275,7 @@ def test_an_answer_that_serves_nobody_has_a_page(tmp_path):
     answer = tendon.design(tendon.study(study), tmp_path / "answer")
     assert not answer.feasible
     text = write_report(tmp_path / "answer").read_text(encoding="utf-8")
-    assert "No pretension suits" in text
+    assert "No pretension works" in text
     assert 'id="design-section"' not in text
 
 

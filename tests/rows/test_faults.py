@@ -104,7 +104,7 @@ def test_the_command_line_is_a_place_too(folder):
         ({"rows": [{"name": "A", "spool.ratio": 0.6}]}, "is missing"),
         ({"name": "a"}, "has no rows"),
         ({"name": "a", "rows": []}, "at least one row"),
-        ({"name": "a", "rows": [{"spool.ratio": 0.6}]}, "no column name"),
+        ({"name": "a", "rows": [{"spool.ratio": 0.6}]}, 'no column "name"'),
         ({"name": "a", "file": "none.csv"}, "there is no file"),
         ({"name": "a", "rows": [{"name": "A", "motion.speed": "9 deg/s"}]}, "same for all rows"),
         ({"name": "spring", "rows": [{"name": "A", "stiffness": 3}]}, "spring_stiffness"),
@@ -171,3 +171,17 @@ def test_a_file_of_a_german_spreadsheet_is_read(folder):
     table = tendon.study({"table": [of_file()]}).row_tables[0]
     assert table.numbers["spring.stiffness"].tolist() == [1500.0]
     assert [column.text(0) for column in table.carried] == ["9.5 EUR", "Müller"]
+
+
+def test_a_table_without_a_key_is_refused_with_the_nearest_keys(folder):
+    (folder / "suits.csv").write_text("name,Spring rate (N/mm),mu,built by\nHeron,4.5,0.09,Ada\n")
+    with pytest.raises(InputError, match=r"suits\.csv, line 1: no column is a key") as caught:
+        tendon.study({"table": [of_file("suits.csv")]})
+    text = caught.value.hint or ""
+    assert '"spring.stiffness" for "Spring rate (N/mm)", "sheath.friction" for "mu"?' in text
+    assert "built by" not in text
+
+
+def test_a_table_with_one_key_carries_its_other_columns(folder):
+    (folder / "suits.csv").write_text("name,spool.ratio,built by\nHeron,0.6,Ada\n")
+    assert tendon.study({"table": [of_file("suits.csv")]}).axes

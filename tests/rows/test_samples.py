@@ -79,7 +79,7 @@ def test_a_sample_is_the_table_of_its_rows():
         ({"count": None}, "count"),
         ({"between": None}, "between"),
         ({"between": {"spring.stifness": "1 to 2"}}, "spring.stiffness"),
-        ({"between": {"spring.stiffness": "3 kN/m"}}, "no range"),
+        ({"between": {"spring.stiffness": "3 kN/m"}}, "neither a range nor a distribution"),
         ({"sample": "sobl"}, "sobol"),
         ({"rows": [{"name": "a"}]}, "leave one out"),
     ],

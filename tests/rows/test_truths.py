@@ -164,7 +164,7 @@ def test_words_of_the_model_may_be_columns():
 def test_a_table_is_a_condition_if_it_sets_nothing_but_conditions():
     arms = {"name": "arm_of", "rows": {"name": ["a"], "arm.b1": [0.12], "load.mass": [3.0]}}
     mixed = {"name": "kit", "rows": {"name": ["a"], "arm.b1": [0.12], "spool.ratio": [0.6]}}
-    priced = {"name": "extra", "rows": {"name": ["a"], "price": [3]}}
+    priced = {"name": "kit", "rows": {"name": ["a"], "spool.ratio": [0.6], "price": [3]}}
 
     def conditions(*tables, **more):
         return tendon.study({"table": [*tables], **more}).conditions
