@@ -43,7 +43,7 @@ _TESTS = {
 }
 """Checks of a fit, and what each of them tests."""
 _NEVER_TESTED = "the bend angle"
-"""What no reading shows."""
+"""Name of what no reading shows."""
 _DIRECTIONS = ((1, _PULLED, "o", "toward motor"), (-1, _DRAGGED, "s", "toward load"))
 """Sign, colour, marker and name of each direction of slip."""
 

@@ -33,7 +33,7 @@ def test_a_written_population_is_read_back():
     again = read(written(people))
     np.testing.assert_allclose(again.values, people.values, rtol=1e-15)
     assert again.names[:2] == ("person 1", "person 2")
-    assert not any("expected of" in note for note in again.notes)
+    assert not any("expected value" in note for note in again.notes)
 
 
 IN_POUNDS_AND_INCHES = """\
@@ -68,9 +68,9 @@ def test_missing_dimensions_are_those_of_a_regression_over_many_drawn_bodies():
     people = read("weight (kg),stature (cm)\n55,160\n80,172", sex="female")
     expected = np.array([[1, 55, 1.60], [1, 80, 1.72]]) @ coefficients
     np.testing.assert_allclose(people.values, expected, rtol=1e-3)
-    note = next(note for note in people.notes if "expected of women" in note)
-    assert "biceps_circumference of 2" in note
-    assert "weight of" not in note
+    note = next(note for note in people.notes if "expected value for women" in note)
+    assert "biceps_circumference" in note
+    assert " weight" not in note
 
 
 def test_single_cells_may_be_missing_and_a_column_may_say_the_sex():

@@ -106,8 +106,8 @@ def test_for_very_many_persons_fixes_are_worked_out_for_some_and_a_note_says_so(
     monkeypatch.setattr(remedies, "_MOST_OF_ONE", states_of_20)
     answer = tendon.design(study)
     note = (
-        "what would help is worked out for 20 of the 100 persons: "
-        "those that bind, and others at random"
+        "what would help is computed for 20 of the 100 persons: "
+        "those that bind, and others picked at random"
     )
     assert note in answer.record["notes"]
     assert any(fix["after"] is not None for fix in answer.fixes)

@@ -106,7 +106,7 @@ def test_a_study_of_real_persons_carries_them_along(tmp_path):
     assert people.weighting.tolist() == [1.0, 3.0]
     source = study.sources["people.file"]
     assert source["persons"] == 2
-    assert any("expected of men and women" in warning for warning in source["warnings"])
+    assert any("expected value for men and women" in warning for warning in source["warnings"])
 
 
 def test_statistics_of_ones_own_complete_the_persons_of_a_file(tmp_path):
