@@ -116,6 +116,7 @@ def _draw_panels(figure: Figure, fit: Any) -> Axes:
         _draw_log(upper, lower, fit)
     else:
         _draw_settled(upper, lower, fit)
+    _leave_out(upper, fit)
     upper.set_ylabel("ln (force at motor / force at load)")
     lower.set_ylabel("residual")
     lower.axhline(0.0, color=_LINE, linewidth=1.0, zorder=1)
@@ -123,6 +124,17 @@ def _draw_panels(figure: Figure, fit: Any) -> Axes:
     largest = 1.15 * float(np.nanmax(np.abs(fit.rows.residual), initial=1e-9))
     lower.set_ylim(-largest, largest)
     return upper
+
+
+def _leave_out(axes: Axes, fit: Any) -> None:
+    """Keep the rows that are in no stroke, such as those without load, from widening the axis."""
+    ratios = fit.rows["log_ratio"]
+    of_strokes = ratios[fit.rows["run"] >= 0]
+    low = float(of_strokes.min())
+    high = float(of_strokes.max())
+    margin = max(0.1 * (high - low), 1e-9)
+    if ratios.min() < low - margin or ratios.max() > high + margin:
+        axes.set_ylim(low - margin, high + margin)
 
 
 def _key(fit: Any) -> list[Line2D]:

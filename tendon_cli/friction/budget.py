@@ -26,6 +26,8 @@ USUAL_ZERO = 0.02
 is stated and the readings cannot show it: data sheets give a zero balance of 1 % of the rated
 force, and a cell is mostly loaded by half of that."""
 SCATTER = "scatter of the strokes"
+SCATTER_WITHIN = "scatter of the readings within the strokes"
+"""Name of the scatter where strokes are too few to show their own: it counts readings."""
 RESOLUTION = "resolution of the cells"
 EFFECTS = "effects that the readings leave open"
 DELAY_TAKEN_OUT = "delay, corrected for"
@@ -146,7 +148,8 @@ def uncertainty_of(
     if rounding > scatter:
         add(RESOLUTION, "B", rounding)
     else:
-        add(SCATTER, "A", scatter, free=float(max(average.best.free, 1)))
+        name = SCATTER if points.strokes > 1 + points.both_ways else SCATTER_WITHIN
+        add(name, "A", scatter, free=float(max(average.best.free, 1)))
     add(EFFECTS, "A", average.spread)
     add(DELAY_TAKEN_OUT, "A", result.delay_error)
     if points.strokes < FEW:

@@ -179,6 +179,17 @@ def test_the_figure_of_a_fit_without_a_fault_says_what_was_not_tested() -> None:
     assert "zero of the" not in fit_page(rests).says
 
 
+def test_rows_without_load_do_not_widen_the_axis_of_the_figure() -> None:
+    log = rested(1, ends=(0.5, 1.4))
+    log.loc[log["direction"] == "rest", "load (N)"] = 0.01
+    fit = tendon.fit_friction(log, 2.5)
+    assert fit.rows["log_ratio"].max() > 2.0
+    upper = fit_page(fit).figure.axes[0]
+    strokes = fit.rows["log_ratio"][fit.rows["run"] >= 0]
+    assert upper.get_ylim()[0] < strokes.min()
+    assert strokes.max() < upper.get_ylim()[1] < 1.3 * strokes.max()
+
+
 @pytest.mark.torture
 def test_drift_is_rarely_found_in_random_logs_without_any() -> None:
     tested = 0
