@@ -208,7 +208,7 @@ class ChoiceRecord(TypedDict):
     served_verified: VerifiedRecord | None
     """Judgement of a fresh sample; null without one, and for choices that are not named."""
     on_front: bool
-    """True if no other choice is as good in every goal and better in one."""
+    """True if no other choice is as good in all goals and better in one."""
 
 
 def value_of(row: Mapping[str, Any], column: str) -> Any:

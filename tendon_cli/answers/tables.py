@@ -103,7 +103,7 @@ def choice_columns(question: Question) -> tuple[Column, ...]:
             "it has a window; if the pretension is given, that serves enough",
         ),
         Column(
-            "on_front", "truth", "1", "no other choice is as good in every goal and better in one"
+            "on_front", "truth", "1", "no other choice is as good in all goals and better in one"
         ),
         *_of_quantities(*VERIFIED, read=read),
     )

@@ -300,7 +300,7 @@ def _alternatives(record: AnswerResults, best: ChoiceRecord) -> Iterator[say.Blo
     goals = record["question"]["ranked_by"]
     if front:
         counted = say.counted(len(front), "choice")
-        head = f"Pareto front ({counted}; no other choice is better in every goal)"
+        head = f"Pareto front ({counted}; none is as good in all goals and better in one)"
         rows = [("", row) for row in front[:: max(1, len(front) // _MOST_ALTERNATIVES)]]
     else:
         head = "Best by"

@@ -414,7 +414,7 @@ def draw_front(cube: Cube, record: AnswerRecord, _chosen: ChoiceRecord) -> Page 
             color=OKABE_ITO[1],
             marker="o",
             linestyle="" if rows else "-",
-            label="Pareto front: no other choice is better in every goal",
+            label="Pareto front: none is as good in all goals and better in one",
         ),
         star(label=f"best compromise: {set_text(cube, best)}"),
     ]

@@ -19,6 +19,12 @@ PAPER = {"load": {"mass": ["0 kg", "3 kg", "5 kg", "10 kg"]}}
 SPRINGS = {"spring": {"stiffness": {"from": "1 kN/m", "to": "6 kN/m", "num": 6}}}
 SPOOLS = {"spool": {"ratio": {"from": 0.55, "to": 1.0, "num": 4}}}
 
+MOTORS = [
+    {"name": "weak", "limits.peak_motor_torque": "9 N m", "price (EUR)": 80},
+    {"name": "middle", "limits.peak_motor_torque": "12 N m", "price (EUR)": 105},
+    {"name": "strong", "limits.peak_motor_torque": "16 N m", "price (EUR)": 130},
+]
+
 
 def scored(rows, goals):
     """Return the scores of rows of an answer, (rows, goals)."""
@@ -229,6 +235,25 @@ def test_no_finer_grid_dominates_the_front(tmp_path):
         is_as_good = (rivals >= row).all(axis=1)
         is_better = (rivals > row + margin).any(axis=1)
         assert not (is_as_good & is_better).any()
+
+
+def test_the_front_is_what_no_choice_matches_in_all_goals_and_beats_in_one():
+    goals = {"design": {"minimise": ["price"], "maximise": ["tolerance_length"]}}
+    table = {"table": [{"name": "motor", "rows": MOTORS}]}
+    answer = tendon.design({**PAPER, **SPRINGS, **SPOOLS, **table, **goals})
+    choices = answer.choices[answer.choices["feasible"]]
+    best_first = choices.sort_values("advice", key=lambda advice: advice != "", kind="stable")
+    rivals = best_first[best_first["advice"] == best_first["advice"].iloc[0]]
+    scores = np.column_stack([-rivals["price"], rivals["tolerance_length"]])
+    as_good = (scores[:, np.newaxis] >= scores).all(axis=2)
+    better = (scores[:, np.newaxis] > scores).any(axis=2)
+    beaten = (as_good & better).any(axis=0)
+    expected = {tuple(score) for score in scores[~beaten]}
+    on_front = rivals["on_front"].to_numpy(dtype=bool)
+    assert {tuple(score) for score in scores[on_front]} == expected
+    # Some choices off the front are no worse than any other in all goals: the ends of a tie.
+    worse_in_all = (scores[:, np.newaxis] > scores).all(axis=2).any(axis=0)
+    assert (beaten & ~worse_in_all).any()
 
 
 def test_parts_jobs_and_the_order_of_axes_do_not_matter(monkeypatch):
