@@ -216,11 +216,7 @@ def test_friction_outside_of_the_bend_shows_at_several_bends(csv_file, outside: 
     assert fit.friction == pytest.approx(0.1, rel=0.02)
     check = next(check for check in fit.checks if check.name == "entry")
     assert check.found == (outside > 0.0)
-<<<<<<< HEAD
     assert mentions(fit.warnings, "friction outside the bend") == (outside > 0.0)
-=======
-    assert mentions(fit.warnings, "outside the bend") == (outside > 0.0)
->>>>>>> friction1
     if outside:
         assert abs(check.value - outside) < 3.0 * check.standard_error < 0.01
 
