@@ -154,12 +154,16 @@ def test_formulas_and_scripts_that_are_carried_are_text(folder):
 
 
 @pytest.mark.parametrize(
-    ("header", "is_noted"), [("price (EUR)", True), ("spring.stiffness (kN/m)", False)]
+    ("header", "sets"), [("price (EUR)", False), ("spring.stiffness (kN/m)", True)]
 )
-def test_rows_are_said_to_set_nothing_where_they_set_nothing(header, is_noted):
+def test_rows_that_set_nothing_are_refused(header, sets):
     rows = [{"name": "A", header: 3}, {"name": "B", header: 4}]
-    text = tendon.study({"table": [{"name": "spring", "rows": rows}]}).text
-    assert ("its rows set no number of the study" in text) == is_noted
+    content = {"table": [{"name": "spring", "rows": rows}]}
+    if sets:
+        assert tendon.study(content).row_tables[0].numbers
+    else:
+        with pytest.raises(StudyError, match="no column is a key of the study"):
+            tendon.study(content)
 
 
 def test_a_file_of_a_german_spreadsheet_is_read(folder):
