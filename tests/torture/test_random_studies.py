@@ -25,7 +25,9 @@ NOT_STATED = {
 """Keys of records, of a file of statistics, which is large, and of fits to logs."""
 
 
-@pytest.mark.parametrize(("first", "cases"), quick_and_torture([(3000, 6)], [(10_000, 1_000)]))
+@pytest.mark.parametrize(
+    ("first", "cases"), quick_and_torture([(3004, 6)], [(3000, 4), (10_000, 1_000)])
+)
 def test_valid_studies_by_chance_are_answered_and_what_is_said_of_them_is_true(
     tmp_path, first, cases
 ):
