@@ -11,6 +11,7 @@ from tendon_cli.answers.text_short import MOST_LINES, WIDTH, short_text
 from tendon_cli.errors import TendonError
 from tendon_cli.say import Clause, Section, fit
 from tests.torture.hostile.valid import FILES, Maker
+from tests.torture.tools import quick_and_torture
 
 from .test_text import COARSE, KINDS, ONE_SUIT, SUITS
 
@@ -79,7 +80,7 @@ def test_a_short_answer_fits(record):
     assert_fits(short_text(record))
 
 
-@pytest.mark.parametrize("seed", [1, 3, 8])
+@pytest.mark.parametrize("seed", quick_and_torture([3, 9, 13], [1, 8]))
 def test_a_short_answer_of_any_study_fits(seed, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for name, text in FILES.items():

@@ -7,12 +7,22 @@ import pytest
 import tendon_cli as tendon
 from tendon_cli.reports.report import write_report
 from tests.report.conftest import MOTION, TITLE, until
+from tests.torture.tools import quick_and_torture
 
+PAGES = ("page_file", "answer_page")
 SIZES = [(390, "light"), (390, "dark"), (1280, "light"), (1280, "dark")]
+ALL = [(file, *size) for file in PAGES for size in SIZES]
+PAIRS = [
+    ("page_file", 390, "light"),
+    ("page_file", 1280, "dark"),
+    ("answer_page", 390, "dark"),
+    ("answer_page", 1280, "light"),
+]
+"""Every two of page, width and colour together; `make torture` has all three."""
+REST = [case for case in ALL if case not in PAIRS]
 
 
-@pytest.mark.parametrize("file", ["page_file", "answer_page"])
-@pytest.mark.parametrize(("width", "scheme"), SIZES)
+@pytest.mark.parametrize(("file", "width", "scheme"), quick_and_torture(PAIRS, REST))
 def test_it_opens_without_a_word_at_any_width_and_colour(opened, request, file, width, scheme):
     with opened(request.getfixturevalue(file), width, scheme) as page:
         if file == "page_file":
