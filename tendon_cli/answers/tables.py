@@ -154,11 +154,18 @@ def choice_rows(question: Question, choices: Solutions, refined: Flags) -> Colum
         "pretension": choices.pretension,
         **{name: getattr(choices.worst, name) for name in WORST},
         "advice": choices.advice,
-        **settings(study_arm(question, at_pretension), choices.pretension, len(choices)),
+        **settings(study_arm(question, at_pretension), _to_set(question, choices), len(choices)),
         "tolerance_length": _finite(choices.tolerance_length),
         "between_samples": choices.between_samples,
         "feasible": choices.feasible,
     }
+
+
+def _to_set(question: Question, choices: Solutions) -> Array:
+    """Return the pretensions to set, N; NaN for a choice without a window, unless it is given."""
+    if question.placement.given is not None:
+        return choices.pretension
+    return np.where(choices.has_window, choices.pretension, np.nan)
 
 
 def _of_end(question: Question, choices: Solutions, end: End) -> ColumnArrays:
