@@ -27,7 +27,7 @@ _KEPT = {
     "can_be_set": "can be set",
     "advised": "keep the advice",
 }
-"""What choices have in common that a rule before all goals leaves."""
+"""Words for the choices that a rule before all goals leaves, by the rule."""
 
 
 # --- Why it is named first ------------------------------------------------------------------------
