@@ -24,6 +24,8 @@ from tendon_cli.windows.worst import WORST, Worst
 
 End = Literal["from", "to"]
 """Lower or upper end of a window, as in the names of columns."""
+ENDS: tuple[End, ...] = ("from", "to")
+"""Both ends."""
 
 NEEDED = 3.0
 """Tolerance that is enough, as a multiple of the accuracy with which a suit can be set."""
