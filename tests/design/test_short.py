@@ -175,7 +175,9 @@ def test_only_what_is_feasible_and_can_be_built_is_to_be_set(record):
         assert "Would help" in text
         return
     can_be_built = "spring" not in record["parts_needed"]["fails"]
-    assert text.startswith("Set ") == (best["feasible"] and can_be_built)
+    can_be_set = record["decided"]["can_be_set"]
+    assert text.startswith("Set ") == (best["feasible"] and can_be_built and can_be_set)
+    assert ("cannot be set" in text.partition("Why")[0]) == (not can_be_set)
     if record["parts_needed"]["fails"]:
         assert "but" in text.partition("Why")[0]
 
