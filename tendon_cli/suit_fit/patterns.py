@@ -169,7 +169,10 @@ def _loads_text(estimate: SuitEstimate) -> str:
     """Return the loads as something to check, with the one that stands for a missing column."""
     if not np.isnan(estimate.parts.load).any():
         return "loads"
-    return f"the load (no column: {say.number(estimate.model.load_of_study, 3)} kg throughout)"
+    taken = f"{say.number(estimate.model.load_of_study, 3)} kg"
+    if estimate.model.study.numbers[names.LOAD].uncertain is not None:
+        taken = "one load"
+    return f"the load (no column: {taken} throughout)"
 
 
 def smooth_misfit(estimate: SuitEstimate, channel: str) -> float:

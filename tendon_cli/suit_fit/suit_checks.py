@@ -93,6 +93,8 @@ def note_on_load(study: Study, log: SuitLog) -> list[str]:
         )
         raise InputError(problem, where=log.source, hint=hint)
     value = say.quantity(mass, float(loads.array[0]))
+    if loads.uncertain is not None:
+        value = "one load, which is fitted"
     text = (
         f"{log.source}: no column of the load, so all of it was taken with {value}, the study's"
         ' load.mass; if that is wrong, add a column "load_mass (kg)"'

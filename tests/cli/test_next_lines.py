@@ -62,7 +62,7 @@ def test_what_fit_suit_wrote_and_what_comes_next_is_said(tendon, workplace):
     assert ran.exit == 0
     assert "fit.toml written" in ran.err
     ended = typed(tendon, next_line(ran.err))
-    assert "load.mass                  3  0 kg to 4 kg" in ended.out
+    assert "load.mass 3" in ended.out
     again = tendon("fit-suit", study, log, "--out", "fit.toml")
     assert "fit.toml replaced\n" in again.err
     (folder / "other.csv").write_bytes((workplace / log).read_bytes())

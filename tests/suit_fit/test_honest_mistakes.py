@@ -52,6 +52,9 @@ def test_the_load_that_a_log_is_taken_with_is_said(logs):
     assert any("taken with 0 kg, the study's load.mass" in note for note in fit.notes)
     fit = tendon.fit_suit(STUDY, logs[:1])
     assert not any("load.mass" in note for note in fit.notes)
+    unknown = STUDY | {"load": {"mass": "0 kg to 4 kg"}}
+    fit = tendon.fit_suit(unknown, changed(logs[:1], **{LOAD: None}))
+    assert any("taken with one load, which is fitted" in note for note in fit.notes)
 
 
 # --- Time -----------------------------------------------------------------------------------------
