@@ -106,6 +106,11 @@ class Solutions(ByChoice):
         return np.asarray(np.bitwise_and(self.advice, NO_ROOM) == 0)
 
     @property
+    def can_be_set(self) -> Flags:
+        """True where the window is so wide that an error of setting stays within it."""
+        return np.asarray(self.settable * NEEDED >= 1.0 - ROUNDING)
+
+    @property
     def has_window(self) -> Flags:
         """True where some pretension serves enough."""
         return np.asarray(self.pretension_from <= self.pretension_to)
