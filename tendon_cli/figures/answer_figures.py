@@ -225,7 +225,7 @@ def draw_windows(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page
     page = answer_page(cube, record, "the window of pretension", rows * 68.0, key, [note])
     grid = page.figure.subplots(rows, columns, squeeze=False)
     for panel, axis, part in zip(grid.flat, along, parts, strict=False):
-        _draw_window(panel, part)
+        _draw_window(panel, part, chosen["pretension"] if chosen["feasible"] else None)
         panel.set_ylabel(f"{pretension_name(cube.document)} ({reading_unit(cube.document)})")
         if chosen["feasible"]:
             place = place_of(cube, axis, value_of(chosen, axis.column), part.scales[0])
@@ -240,13 +240,17 @@ def draw_windows(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page
     return page
 
 
-def _draw_window(panel: Axes, part: Slice) -> None:
-    """Draw both ends of the window over one axis, and shade what lies between them."""
+def _draw_window(panel: Axes, part: Slice, pretension: float | None) -> None:
+    """Draw both ends of the window over one axis, and shade what lies between them.
+
+    The panel has room for the pretension (N) of the choice that is starred, if there is one.
+    """
     (x,) = part.scales
     low = part.low
     is_open = np.isinf(part.high)
     high = np.where(is_open, np.nan, part.high)
-    top = 1.2 * float(np.nanmax([low, high], initial=0.0)) or 1.0
+    known = [*low, *high, 0.0 if pretension is None else pretension]
+    top = 1.2 * float(np.nanmax(known, initial=0.0)) or 1.0
     roof = np.where(is_open, top, high)
     fill: dict[str, Any] = {"interpolate": True, "step": None}
     window = (roof >= low).tolist()

@@ -22,9 +22,10 @@ from tendon_cli.cube.choice_grid import (
 )
 from tendon_cli.cube.columns import ColumnArray
 from tendon_cli.cube.cube import Cube
-from tendon_cli.cube.labels import reading_unit
+from tendon_cli.cube.labels import reading, reading_unit
 from tendon_cli.figures.backend import Axes, Line2D, ListedColormap, Patch, mpl
 from tendon_cli.figures.frame import Page, framed, source_of, turn_names
+from tendon_cli.figures.layout import is_of_rows
 from tendon_cli.figures.scales import Scale, axis_scale, off_default
 from tendon_cli.figures.style import INK, MM, PAGE_WIDTH, SEQUENTIAL, wrapped
 from tendon_cli.space.axis import Axis
@@ -173,7 +174,12 @@ def answer_page(
     told = [*(axis.column for axis in cube.axes), "pretension"]
     given = off_default(cube.study, told, {})
     if given:
-        lines.append(f"With {', '.join(given)}; all else as by default.")
+        tables = [say.spaced(axis.key) for axis in cube.axes if is_of_rows(axis)]
+        rest = "all else by default"
+        if tables:
+            word = "table" if len(tables) == 1 else "tables"
+            rest = f"all else from the {word} {say.join_words(tables)}, or by default"
+        lines.append(f"With {', '.join(given)}; {rest}.")
     return framed(
         f"{study_title}: {title}",
         panels,
@@ -202,7 +208,11 @@ def _bench_text(record: AnswerRecord) -> list[str]:
         return []
     flexor, extensor, *motor = (say.quantity(name, value_of(best, name), 4) for name in names)
     joint = f"{flexor} in the flexor and {extensor} in the extensor at the joint"
-    lines = [f"The best is set to {joint}, {' and '.join(motor)} at the motor."]
+    meaning = ""
+    pretension = best["pretension"]
+    if pretension is not None and record["question"]["read"] == "pretension":
+        meaning = f" (F₀ = {say.quantity('pretension', pretension, 4)})"
+    lines = [f"The best is set to {joint}, {' and '.join(motor)} at the motor{meaning}."]
     setting = record["setting"]
     if setting is not None and setting["too_long"] is not None:
         longer = say.length_to_spare(setting["too_long"])
@@ -219,11 +229,14 @@ def star(**more: Any) -> Line2D:
 
 
 def set_text(cube: Cube, choice: ChoiceRecord) -> str:
-    """Describe a choice by its values, and say to what it is set."""
+    """Describe a choice by its values, and give its pretension or what is read instead."""
     if choice["pretension"] is None:
         return choice_text(cube, choice)
-    pretension = say.number(choice["pretension"])
-    return f"{choice_text(cube, choice)}: set to {pretension} {reading_unit(cube.document)}"
+    value = f"{say.number(choice['pretension'])} {reading_unit(cube.document)}"
+    words = reading(cube.document)
+    if words == "pretension":
+        return f"{choice_text(cube, choice)}: F₀ = {value}"
+    return f"{choice_text(cube, choice)}: {value} of {words}"
 
 
 def is_settable(record: AnswerRecord, length: ColumnArray, half: ColumnArray) -> ColumnArray:

@@ -202,10 +202,16 @@ def _read_columns(
         *(condition.column for condition in masks),
         plan.x_column,
         *cube.defining,
+        *_numbers_of_names(cube),
         *cube.columns_of_bound(STIFFNESS),
         *(axis.column for axis in cube.axes if axis.is_text),
     ]
     return cube.gather(plan.rows(cube), [name for name in names if name in cube.columns])
+
+
+def _numbers_of_names(cube: Cube) -> list[str]:
+    """Return the columns of numbers that rows of tables and cases set."""
+    return [name for name, (_, axis) in cube.columns_of_names.items() if not axis.is_text]
 
 
 def _marks_of_motion(plan: CurvePlan) -> list[str]:

@@ -43,6 +43,24 @@ _UNSTABLE: dict[str, Any] = {
     "linestyle": (0, (0.6, 0.9)),
     "marker": "none",
 }
+_SLACK_POINT: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": "o",
+    "markersize": 8.0,
+    "markeredgewidth": 0.0,
+    "alpha": 0.3,
+    "clip_on": False,
+}
+"""Pale disc behind a point whose tendon is slack."""
+_UNSTABLE_POINT: dict[str, Any] = {
+    "clip_on": False,
+    "linestyle": "none",
+    "marker": "x",
+    "markersize": 6.0,
+    "markeredgewidth": 1.1,
+    "color": INK,
+}
+"""Cross on a point at which the elbow is unstable."""
 _KINK: dict[str, Any] = {
     "linestyle": "none",
     "marker": "|",
@@ -56,6 +74,8 @@ _CROWD = 200
 """From this number on points that no line joins have smaller markers."""
 _MOST_CELLS = 12
 """Largest number of panels on a page of several quantities."""
+_MOST_IN_ROW = 4
+"""Largest number of panels side by side that each have several quantities."""
 _MOST_UNLIKE = 5.0
 """Panels whose values differ by more than this factor do not share an axis."""
 _SLACK_AREA = "#fbeae0"
@@ -75,6 +95,13 @@ def draw_curves(data: CurveData, width: float, height: float | None) -> list[Pag
     """
     quantities, panels = data.values.shape[:2]
     cells = list(np.ndindex(quantities, panels))
+    if _has_columns(data) and len(cells) > _MOST_CELLS:
+        pages = []
+        for start in range(0, panels, _MOST_IN_ROW):
+            seen = range(start, min(panels, start + _MOST_IN_ROW))
+            of_page = [(quantity, panel) for quantity in range(quantities) for panel in seen]
+            pages.append(_page(data, of_page, len(seen), "", width, height))
+        return pages
     if quantities > 1 and panels > 1 and len(cells) > _MOST_CELLS:
         pages = []
         for panel, name in enumerate(data.panels):
@@ -88,6 +115,13 @@ def draw_curves(data: CurveData, width: float, height: float | None) -> list[Pag
     else:
         columns = 2
     return [_page(data, cells, columns, "", width, height)]
+
+
+def _has_columns(data: CurveData) -> bool:
+    """Return True if panels stand side by side, with few quantities below each other."""
+    quantities, panels = data.values.shape[:2]
+    is_few = bool(1 < quantities <= _MOST_CELLS // _MOST_IN_ROW)
+    return is_few and bool(panels > 1)
 
 
 def _page(
@@ -166,19 +200,24 @@ def _draw_line(axes: Axes, data: CurveData, cell: Cell, colour: int, dash: int) 
     any_slack = data.any_slack[place][order]
     unstable = data.unstable[place][order]
     style = _line_style(data, colour, dash, len(x))
-    if slack.any() and data.is_line:
+    has_bands = _has_bands(data)
+    if slack.any() and has_bands:
         band: dict[str, Any] = {"alpha": 0.25, "linewidth": _BAND, "solid_capstyle": "butt"}
         axes.plot(*_stretches(x, y, slack), color=style["color"], gid="slack", **band)
+    elif slack.any():
+        axes.plot(x[slack], y[slack], **_SLACK_POINT, color=style["color"], gid="slack")
     names = (data.colours[colour][0], data.dashes[dash] if data.dashes else "")
     label = ", ".join(name for name in names if name)
     is_crowd = not data.is_line and len(x) >= _CROWD
     axes.plot(x, y, **style, gid="curve", label=label or "_line", rasterized=is_crowd)
-    if unstable.any() and data.is_line:
+    if unstable.any() and has_bands:
         axes.plot(*_stretches(x, y, unstable), **_UNSTABLE, gid="unstable")
+    elif unstable.any():
+        axes.plot(x[unstable], y[unstable], **_UNSTABLE_POINT, gid="unstable")
     for limit, name in enumerate(data.limits):
         marked = data.broken[limit, *place[1:]][order]
         if marked.any():
-            points = _stretches(x, y, marked) if data.is_line else (x[marked], y[marked])
+            points = _stretches(x, y, marked) if has_bands else (x[marked], y[marked])
             axes.plot(*points, **_limit_style(data, limit), gid=name)
     if _may_have_kinks(data):
         # A kink is drawn half way between the last taut state and the first slack one.
@@ -186,13 +225,20 @@ def _draw_line(axes: Axes, data: CurveData, cell: Cell, colour: int, dash: int) 
         axes.plot(_middle(x)[change], _middle(y)[change], **_KINK, gid="kink")
 
 
-def _may_have_kinks(data: CurveData) -> bool:
-    """Return True if points are so near each other that a mark between two tells where slack is.
+def _has_bands(data: CurveData) -> bool:
+    """Return True if points are so near each other that bands between them tell where slack is.
 
-    Where each of few points has a marker, nothing is known of the stretch between two of them.
+    Where each of few points has a marker, nothing is known of the stretch between two of them, so
+    that only the points are marked.
     """
-    points = data.x_values.shape[-1]
-    return data.has_kinks and data.is_line and data.x is not None and points > _FEW_POINTS
+    points = int(data.x_values.shape[-1])
+    return data.is_line and points > _FEW_POINTS
+
+
+def _may_have_kinks(data: CurveData) -> bool:
+    """Return True if a mark between a taut state and the next slack one is near the change."""
+    has_axis = data.x is not None
+    return data.has_kinks and has_axis and _has_bands(data)
 
 
 def _mark_motion(axes: Axes, data: CurveData, x: Scale, cell: Cell) -> None:
@@ -271,8 +317,8 @@ def _limit_style(data: CurveData, limit: int) -> dict[str, Any]:
     On a line the marks of several limits take turns; on points they are rings around each other.
     """
     colour = LIMIT_COLOURS[1 + limit % (len(LIMIT_COLOURS) - 1)]
-    if not data.is_line:
-        size = 5.5 + 2.0 * limit
+    if not _has_bands(data):
+        size = 7.5 + 2.0 * limit
         ring: dict[str, Any] = {"marker": "o", "markersize": size, "markerfacecolor": "none"}
         return {"color": colour, "linestyle": "none", "markeredgewidth": 0.8, **ring}
     gap = 1.6 * len(data.limits) - 0.6
@@ -299,17 +345,19 @@ def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
     slack = np.array([data.slack[cell] for cell in cells])
     any_slack = np.array([data.any_slack[cell] for cell in cells])
     unstable = np.array([data.unstable[cell] for cell in cells])
-    if data.is_line and slack.any():
+    if slack.any():
         band: dict[str, Any] = {"color": INK, "alpha": 0.25, "linewidth": _BAND}
-        key.append(Line2D([], [], label="a tendon is slack", **band))
+        style = band if _has_bands(data) else {**_SLACK_POINT, "color": INK}
+        key.append(Line2D([], [], label="a tendon is slack", **style))
     has_changes = bool((any_slack[..., 1:] != any_slack[..., :-1]).any())
     if _may_have_kinks(data) and has_changes:
         key.append(Line2D([], [], **_KINK, label="one goes slack"))
-    if data.is_line and unstable.any():
-        key.append(Line2D([], [], **_UNSTABLE, label="unstable elbow"))
+    if unstable.any():
+        style = _UNSTABLE if _has_bands(data) else _UNSTABLE_POINT
+        key.append(Line2D([], [], **style, label="unstable elbow"))
     for limit, text in enumerate(data.limits):
         style = _limit_style(data, limit)
-        if data.is_line:
+        if _has_bands(data):
             style["linestyle"] = (0, (1.0, 0.6))
         key.append(Line2D([], [], **style, label=f"breaks {text}"))
     # True where some line of a panel has a value, of shape (cells, x).
@@ -335,7 +383,8 @@ def _title(data: CurveData, cell: Cell) -> str:
     """Return the title of a panel: its quantity and its value, if these differ on the page."""
     quantities, panels = data.values.shape[:2]
     quantity, panel = cell
-    is_page_per_panel = quantities > 1 and quantities * panels > _MOST_CELLS
+    is_crowded = quantities > 1 and quantities * panels > _MOST_CELLS
+    is_page_per_panel = is_crowded and not _has_columns(data)
     texts = []
     if quantities > 1:
         texts.append(data.quantities[quantity].titled)

@@ -20,10 +20,12 @@ from tendon_cli.figures.layout import (
     CurvePlan,
     MapPlan,
     has_many_rows,
+    is_table_of_loads,
     long_axes,
     numbers_of_many_rows,
     plan_curves,
     plan_maps,
+    plan_table,
 )
 from tendon_cli.registry import by_name
 from tendon_cli.studies.figures import FigureSpec, read_size
@@ -260,8 +262,11 @@ def _plan(cube: Cube, spec: FigureSpec) -> tuple[MapPlan | CurvePlan, list[Condi
         cube.axis(condition.column) or condition.column in cube.columns_of_names
         for condition in conditions
     )
-    if cube.kind == "designs" and is_plain and on_axes and len(long_axes(cube, chosen)) > 1:
-        return plan_maps(cube, chosen), conditions
+    if cube.kind == "designs" and is_plain and on_axes:
+        if len(long_axes(cube, chosen)) > 1:
+            return plan_maps(cube, chosen), conditions
+        if is_table_of_loads(cube, chosen):
+            return plan_table(cube, chosen), conditions
     return plan_curves(cube, chosen, spec), conditions
 
 

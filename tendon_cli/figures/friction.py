@@ -247,7 +247,20 @@ def _draw_loop(axes: Axes, fit: Any) -> None:
     label = "position of the motor, as in the file" if has_position else f"force at load{unit}"
     _set_title(axes, title, label)
     axes.set_ylabel(f"force at motor{unit}")
-    _widen(axes, across[known], 2.0)
+    of_strokes = known[rows.run[known] >= 0] if fit.is_log else known
+    if len(of_strokes) < len(known):
+        # The rows without load would squeeze the strokes into a corner.
+        _zoom(axes, across[of_strokes], rows.motor[of_strokes])
+    _widen(axes, across[of_strokes], 2.0)
+
+
+def _zoom(axes: Axes, across: Any, up: Any) -> None:
+    """Limit a panel to some of its points."""
+    for values, set_limits in ((across, axes.set_xlim), (up, axes.set_ylim)):
+        low = float(values.min())
+        high = float(values.max())
+        room = max(0.08 * (high - low), _LEVEL * abs(high), 1e-9)
+        set_limits(low - room, high + room)
 
 
 def _draw_budget(axes: Axes, fit: Any) -> None:

@@ -52,8 +52,12 @@ STATE_PAIRS = (
 """Columns of `states` that are drawn if nothing else is asked for, two in a row."""
 
 
+STATES_OF_ROWS = ("flexor_tension_distal", "extensor_tension_distal", "motor_torque")
+"""Columns of `states` that are drawn of each row of a table, below each other."""
 MOST_NAMES = 40
 """Largest number of rows that stand by name along an axis; more are points over their numbers."""
+MOST_LOADS = 12
+"""Largest number of loads that stand side by side by their values."""
 MOST_NUMBERS = 6
 """Largest number of numbers over which rows are drawn as points."""
 
@@ -162,22 +166,38 @@ def plan_curves(cube: Cube, chosen: Mapping[str, Rows], spec: FigureSpec) -> Cur
         colour = colour or _usual_colour(free, panels)
     directions = [axis for axis in free if axis.column == DIRECTION]
     dash = next((axis for axis in directions if axis not in (colour, panels)), None)
-    if panels is None and len(quantities) == 1:
-        panels = next((axis for axis in free if axis not in (colour, dash)), None)
+    if panels is None:
+        others = [axis for axis in free if axis not in (colour, dash)]
+        rows = next((axis for axis in others if _are_few_rows(axis, chosen)), None)
+        if rows is not None:
+            panels = rows
+            quantities = _quantities(cube, spec, is_by_row=True)
+        elif len(quantities) == 1 and others:
+            panels = others[0]
     parts = [axis for axis in (x, colour, dash, panels) if axis is not None]
     if len(set(parts)) < len(parts):
         raise UsageError(
             "one axis cannot have two roles", hint="x, colour and panels name different axes"
         )
-    most_panels = MOST_PANELS if len(quantities) == 1 and spec.panels else MOST_PANELS_UNASKED
+    most_panels = MOST_PANELS_UNASKED
+    if (len(quantities) == 1 and spec.panels) or (panels and _are_few_rows(panels, chosen)):
+        most_panels = MOST_PANELS
     most_points = MARKS if x.is_text else POINTS
     most = {x: most_points, colour: MOST_COLOURS, dash: 2, panels: most_panels}
     positions, notes = _thin_out(cube, chosen, most)
     return CurvePlan(quantities, x_column, x, colour, dash, panels, positions, notes)
 
 
-def _quantities(cube: Cube, spec: FigureSpec) -> tuple[str, ...]:
-    """Return the columns to draw: those asked for, or the usual ones of the table."""
+def _are_few_rows(axis: Axis, chosen: Mapping[str, Rows]) -> bool:
+    """Return True for an axis of rows of a table that are all drawn, a panel each."""
+    return is_of_rows(axis) and len(chosen[axis.column]) <= MOST_PANELS
+
+
+def _quantities(cube: Cube, spec: FigureSpec, *, is_by_row: bool = False) -> tuple[str, ...]:
+    """Return the columns to draw: those asked for, or the usual ones of the table.
+
+    There are fewer usual ones if each row of a table has its own panels.
+    """
     if spec.quantity:
         names = [cube.table_columns.find_numbers(name, "--quantity") for name in spec.quantity]
         return tuple(dict.fromkeys(names))
@@ -190,7 +210,8 @@ def _quantities(cube: Cube, spec: FigureSpec) -> tuple[str, ...]:
             where="--quantity",
             hint="[output] states names those it keeps",
         )
-    pairs = tuple(name for name in STATE_PAIRS if name in results)
+    usual = STATES_OF_ROWS if is_by_row else STATE_PAIRS
+    pairs = tuple(name for name in usual if name in results)
     return pairs or tuple(results[:MOST_QUANTITIES])
 
 
@@ -272,7 +293,10 @@ def _thin_out(
 
 @dataclass(frozen=True)
 class MapPlan:
-    """Layout of slack maps: axes and positions of all panels."""
+    """Layout of slack maps: axes and positions of all panels.
+
+    If `is_table`, the load is along x and rows by name are along y, in cells of one size.
+    """
 
     x: Axis
     y: Axis
@@ -281,6 +305,7 @@ class MapPlan:
     positions: Mapping[str, Rows]
     """Positions drawn of each axis, by its column."""
     notes: tuple[str, ...]
+    is_table: bool = False
 
     def rows(self, cube: Cube) -> Rows:
         """Return the rows of all panels (panels, y, x).
@@ -301,6 +326,23 @@ def long_axes(cube: Cube, chosen: Mapping[str, Rows]) -> list[Axis]:
 def _is_limit(axis: Axis) -> bool:
     """Return True for an axis of a limit, along which no state and so no margin changes."""
     return limit_of(axis.key) is not None
+
+
+def is_table_of_loads(cube: Cube, chosen: Mapping[str, Rows]) -> bool:
+    """Return True if rows of a table, few enough to stand by name, differ under several loads."""
+    load = cube.axis(LOAD)
+    if load is None or not 1 < len(chosen[LOAD]) <= MOST_LOADS:
+        return False
+    axes = long_axes(cube, chosen)
+    return len(axes) == 1 and is_of_rows(axes[0]) and len(chosen[axes[0].column]) <= MOST_NAMES
+
+
+def plan_table(cube: Cube, chosen: Mapping[str, Rows]) -> MapPlan:
+    """Lay out a table of cells: a row of a table of the study along y, a load along x."""
+    (rows,) = long_axes(cube, chosen)
+    load = next(axis for axis in cube.axes if axis.column == LOAD)
+    positions, notes = _thin_out(cube, chosen, {rows: MOST_NAMES, load: MOST_LOADS})
+    return MapPlan(load, rows, (), positions, notes, is_table=True)
 
 
 def plan_maps(cube: Cube, chosen: Mapping[str, Rows]) -> MapPlan:

@@ -61,12 +61,14 @@ def map_data(cube: Cube, plan: MapPlan, spec: FigureSpec) -> MapData:
     if MARGIN not in cube.columns:
         raise UsageError("the table has no column of margins, which a map shows")
     rows = plan.rows(cube)
-    names = (MARGIN, *cube.defining)
+    names = dict.fromkeys((MARGIN, *cube.defining, *cube.columns_of_names))
     read = cube.gather(rows, [name for name in names if name in cube.columns])
     if not np.isfinite(read[MARGIN]).any():
         raise UsageError("no design has a margin, each has elbow angles without equilibrium")
     x = axis_scale(cube, plan.x, plan.positions[plan.x.column], spec.units)
     y = axis_scale(cube, plan.y, plan.positions[plan.y.column], spec.units)
+    if plan.is_table:
+        x = x.by_value()
     margin = margin_shown(cube, spec)
     margins = _in_order(margin.scaled(read[MARGIN]), x, y)
     # The limit on stiffness comes first, as in the key.
@@ -95,7 +97,12 @@ def map_data(cube: Cube, plan: MapPlan, spec: FigureSpec) -> MapData:
         defaults=frozenset(name for name in limits if is_default(name, cube.limits[name])),
         titles=tuple(titles),
         in_row=len(plan.positions[plan.titled[0].column]) if plan.titled else 1,
-        notes=(meaning_of_margin(cube), *lines, *plan.notes, *repeated),
+        notes=(
+            meaning_of_margin(cube, has_lines=not (x.names and y.names)),
+            *lines,
+            *plan.notes,
+            *repeated,
+        ),
     )
 
 

@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli import say
+from tendon_cli.cube import labels
 from tendon_cli.figures.backend import (
     Axes,
     Line2D,
@@ -40,6 +42,14 @@ _BAR = 35.0
 """Width of labels and colour bar, mm."""
 _NARROWEST = 42.0
 """Least width of a panel with its labels, mm."""
+_ROW_HEIGHT = 8.0
+"""Height of a row of cells by name, mm."""
+_LOWEST_TABLE = 40.0
+"""Least height of a panel of cells by name, mm."""
+_MOST_WRITTEN = 160
+"""Largest number of cells by name with their margin written in them."""
+_MOST_WRITTEN_IN_ROW = 12
+"""Largest number of cells side by side with their margin written in them."""
 _BOUNDARY_WIDTH = 1.2
 _LIMIT_WIDTH = 0.8
 _HATCH = "xxxx"
@@ -79,7 +89,10 @@ def _page(data: MapData, panels: range, title: str, width: float, height: float 
     rows, columns = grid_shape(len(panels), data.in_row, most=most_columns)
     share = 0.8 if len(panels) == 1 and height is None else 1.0
     panel_width = (width - _BAR) / columns * share
-    usual = min(PAGE_HEIGHT, rows * min(0.8 * panel_width + 6.0, 80.0) + 8.0)
+    usual_panel = min(0.8 * panel_width + 6.0, 80.0)
+    if _has_cells(data):
+        usual_panel = max(_LOWEST_TABLE, _ROW_HEIGHT * len(data.y.names) + 6.0)
+    usual = min(PAGE_HEIGHT, rows * usual_panel + 8.0)
     seen = slice(panels.start, panels.stop)
     key = _key(data, seen)
     notes = (*_remarks(data.margins[seen]), *_limit_remarks(data, panels), *data.notes)
@@ -149,6 +162,12 @@ def _draw_panel(axes: Axes, data: MapData, panel: int, colour: Any, ticks: int) 
         axes.patch.set(**unknown_hatch())
     style: dict[str, Any] = {"cmap": colour.cmap, "norm": colour.norm, "rasterized": True}
     axes.pcolormesh(x.edges, y.edges, margin, gid="margin", **style)
+    if _has_cells(data):
+        _mark_cells(axes, data, panel)
+        x.apply(axes, "x", ticks=ticks, cells=True)
+        y.apply(axes, "y", cells=True)
+        axes.invert_yaxis()  # the first row of a table is its top one
+        return
     for place, (limit, rooms) in enumerate(data.rooms.items()):
         if limit == STIFFNESS:
             _hatch_negative(axes, x, y, rooms[panel])
@@ -158,6 +177,37 @@ def _draw_panel(axes: Axes, data: MapData, panel: int, colour: Any, ticks: int) 
     _draw_limit(axes, x, y, margins, gid="boundary", width=_BOUNDARY_WIDTH, colour=INK)
     x.apply(axes, "x", ticks=ticks, cells=True)
     y.apply(axes, "y", cells=True)
+
+
+def _has_cells(data: MapData) -> bool:
+    """Return True if both axes are of names, so that each cell stands for itself."""
+    return bool(data.x.names and data.y.names)
+
+
+def _mark_cells(axes: Axes, data: MapData, panel: int) -> None:
+    """Mark each cell of a panel: its margin, a hatch if it is unstable, broken limits as squares.
+
+    Nothing is drawn between cells, because nothing was computed there.
+    """
+    if STIFFNESS in data.rooms:
+        _hatch_negative(axes, data.x, data.y, data.rooms[STIFFNESS][panel])
+    margins = data.margins[panel]
+    if margins.size <= _MOST_WRITTEN and len(data.x.names) <= _MOST_WRITTEN_IN_ROW:
+        style: dict[str, Any] = {"ha": "center", "va": "center", "size": 6.5, "gid": "value"}
+        for row, column in np.argwhere(np.isfinite(margins)):
+            words = labels.number(float(f"{margins[row, column]:.3g}"))
+            axes.text(column, row, words, path_effects=[_HALO], zorder=4, **style)
+    limits = [name for name in data.limits if name != STIFFNESS]
+    for place, limit in enumerate(limits):
+        rows, columns = np.nonzero(data.rooms[limit][panel] < 0.0)
+        across = columns - 0.38 + 0.1 * place
+        axes.plot(across, rows, gid=limit, **_broken_style(list(data.limits).index(limit)))
+
+
+def _broken_style(place: int) -> dict[str, Any]:
+    """Return the style of the square that marks a broken limit, by the limit's place."""
+    style: dict[str, Any] = {"marker": "s", "linestyle": "none", "markersize": 4.0, "zorder": 5}
+    return {**style, "color": _limit_colour(place), "markeredgecolor": "white"}
 
 
 def _limit_colour(place: int) -> str:
@@ -267,7 +317,18 @@ def _remarks(margins: Floats) -> list[str]:
 
 
 def _limit_remarks(data: MapData, panels: range) -> list[str]:
-    """Say which limits no line on a page shows, because they leave nothing or bind nowhere."""
+    """Say which limits no line on a page shows, because they leave nothing or bind nowhere.
+
+    In cells by name, all that is left to say is which limits every design keeps.
+    """
+    if _has_cells(data):
+        seen = slice(panels.start, panels.stop)
+        kept = [
+            text
+            for name, text in data.limits.items()
+            if name not in data.defaults and (data.rooms[name][seen] >= 0.0).all()
+        ]
+        return [f"Every design keeps {say.join_words(kept)}."] if kept else []
     pieces: dict[str, list[Floats]] = {name: [] for name in data.limits}
     places: list[str] = []
     for panel in panels:
@@ -299,6 +360,8 @@ def _pieces(x: Scale, y: Scale, room: Floats) -> list[Floats]:
 def _key(data: MapData, seen: slice) -> list[Any]:
     """Return the key to the lines and hatches in the panels seen."""
     key: list[Any] = []
+    if _has_cells(data):
+        return _key_of_cells(data, seen)
     if any(map(crosses_zero, data.margins[seen])):
         label = "margin = 0, ticks on the slack side"
         key.append(_key_line(label, _BOUNDARY_WIDTH, INK))
@@ -309,6 +372,21 @@ def _key(data: MapData, seen: slice) -> list[Any]:
             key.append(Patch(facecolor="none", label=data.unstable, hatch=_HATCH, **_HATCH_EDGE))
         elif any(map(crosses_zero, pieces)):
             key.append(_key_line(label, _LIMIT_WIDTH, _limit_colour(place)))
+    if not np.isfinite(data.margins[seen]).all():
+        key.append(hatch_key("no equilibrium at some elbow angle"))
+    return key
+
+
+def _key_of_cells(data: MapData, seen: slice) -> list[Any]:
+    """Return the key to the hatches and squares in the cells of the panels seen."""
+    key: list[Any] = []
+    for place, (limit, label) in enumerate(data.limits.items()):
+        if not (data.rooms[limit][seen] < 0.0).any():
+            continue
+        if limit == STIFFNESS:
+            key.append(Patch(facecolor="none", label=data.unstable, hatch=_HATCH, **_HATCH_EDGE))
+        else:
+            key.append(Line2D([], [], label=f"breaks {label}", **_broken_style(place)))
     if not np.isfinite(data.margins[seen]).all():
         key.append(hatch_key("no equilibrium at some elbow angle"))
     return key

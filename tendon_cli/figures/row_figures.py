@@ -19,7 +19,15 @@ from tendon_cli.figures.choice_maps import answer_page, long_axes, set_text, sta
 from tendon_cli.figures.frame import Page, grid_shape
 from tendon_cli.figures.layout import MOST_NAMES, MOST_NUMBERS, is_of_rows, numbers_that_vary
 from tendon_cli.figures.scales import short_names
-from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, broken, text_width
+from tendon_cli.figures.style import (
+    COLOUR_OF_LIMIT,
+    FAINT,
+    INK,
+    Colour,
+    broken,
+    limit_colours,
+    text_width,
+)
 from tendon_cli.model.kinematics import Rows
 from tendon_cli.space.axis import Axis, evenly_spaced
 
@@ -70,21 +78,14 @@ def _draw_by_name(
     top = 1.15 * float(np.nanmax([low, read["pretension_to"]], initial=0.0)) or 1.0
     high = np.where(is_open, top, read["pretension_to"])
     has_window = low <= high
-    limits = _kinds([*read["from_by"], *read["to_by"]], cube)
-    key = [
-        Line2D(
-            [], [], color=_BAR, linewidth=6, solid_capstyle="butt", label="window of pretension"
-        ),
-        Line2D(
-            [],
-            [],
-            color=_GAP,
-            linewidth=6,
-            solid_capstyle="butt",
-            label="no window: the lower limit is above",
-        ),
-        *_key_of(limits),
-    ]
+    has_gap = ~has_window & ~np.isnan(low)
+    limits = _kinds(np.concatenate([read["from_by"], read["to_by"]]), cube)
+    key = []
+    if has_window.any():
+        key.append(_bar_key(_BAR, "window of pretension"))
+    if has_gap.any():
+        key.append(_bar_key(_GAP, "no window: the lower limit is above"))
+    key += _key_of(limits)
     if chosen["feasible"]:
         key.append(star(label=set_text(cube, chosen)))
     notes = ["Each bar is one choice; a mark at its end has the colour of the limit that ends it."]
@@ -99,11 +100,11 @@ def _draw_by_name(
     page = answer_page(cube, record, "the window of each choice", height, key, notes)
     panel = page.figure.subplots()
     places = np.arange(len(rows), dtype=np.float64)
-    for is_drawn, colour in ((has_window, _BAR), (~has_window & ~np.isnan(low), _GAP)):
-        panel.vlines(places[is_drawn], low[is_drawn], high[is_drawn], color=colour, linewidth=6)
+    for is_drawn, shade in ((has_window, _BAR), (has_gap, _GAP)):
+        panel.vlines(places[is_drawn], low[is_drawn], high[is_drawn], color=shade, linewidth=6)
     for name, colour in limits.items():
         for ends, by in ((low, read["from_by"]), (high, read["to_by"])):
-            is_drawn = (_labels(by, cube) == name) & ~np.isnan(ends)
+            is_drawn = (_shared(_labels(by, cube), limits) == name) & ~np.isnan(ends)
             panel.plot(places[is_drawn], ends[is_drawn], color=colour, **_POINT)
     unknown = np.isnan(low)
     panel.plot(places[unknown], 0.0 * places[unknown], color=FAINT, marker="x", linestyle="")
@@ -116,6 +117,11 @@ def _draw_by_name(
     label = f"{pretension_name(cube.document)} ({reading_unit(cube.document)})"
     panel.set(xlim=(-0.6, len(rows) - 0.4), ylim=(0.0, top), ylabel=label)
     return page
+
+
+def _bar_key(colour: Colour, label: str) -> Line2D:
+    """Return the sample of a bar for the key."""
+    return Line2D([], [], color=colour, linewidth=6, solid_capstyle="butt", label=label)
 
 
 _HEIGHT = 95.0
@@ -167,8 +173,8 @@ def _draw_points(
     width = np.where(is_open, top, width)
     conflicts = conflicts_of(read, cube.limits)
     reasons = np.where(conflicts == "", _labels(read["to_by"], cube), conflicts)
-    kinds = _kinds_of(reasons)
-    shown = np.array([reason if reason in kinds else _OTHERS for reason in reasons], dtype=object)
+    kinds = _kinds_of(reasons, cube)
+    shown = _shared(reasons, kinds)
     key = _key_of(kinds)
     if chosen["feasible"]:
         key.append(star(label=set_text(cube, chosen)))
@@ -211,7 +217,7 @@ def _draw_over(
     values: Floats,
     width: Floats,
     reasons: ColumnArray,
-    kinds: Mapping[str, str],
+    kinds: Mapping[str, Colour],
 ) -> None:
     """Draw the widths of windows over one number as points."""
     quantity = cube.shown(column)
@@ -246,21 +252,33 @@ def _labels(limits: Iterable[object], cube: Cube) -> ColumnArray:
     return np.array([labels.get(name, "") for name in names], dtype=object)
 
 
-def _kinds(limits: Iterable[object], cube: Cube) -> dict[str, str]:
+def _kinds(limits: Iterable[object], cube: Cube) -> dict[str, Colour]:
     """Return the colours of limits by their words."""
-    return _kinds_of(_labels(limits, cube))
+    return _kinds_of(_labels(limits, cube), cube)
 
 
-def _kinds_of(reasons: ColumnArray) -> dict[str, str]:
-    """Return the colours of reasons, the most frequent first; rare ones share the last."""
-    names, counts = np.unique(reasons[reasons != ""].astype(str), return_counts=True)
-    ordered = [str(name) for name in names[np.argsort(-counts, kind="stable")]]
+def _kinds_of(reasons: ColumnArray, cube: Cube) -> dict[str, Colour]:
+    """Return the colours of reasons, the most frequent first; rare ones share the last entry.
+
+    A limit has the colour that it has in every figure.
+    """
+    labels, counts = np.unique(reasons[reasons != ""].astype(str), return_counts=True)
+    ordered = [str(label) for label in labels[np.argsort(-counts, kind="stable")]]
     if len(ordered) > _MOST_KINDS:
         ordered = [*ordered[: _MOST_KINDS - 1], _OTHERS]
-    return dict(zip(ordered, OKABE_ITO, strict=False))
+    names = {say.limit_words(name, cube.limits).label: name for name in COLOUR_OF_LIMIT}
+    colours = limit_colours(names.get(label, label) for label in ordered)
+    return {label: colours[names.get(label, label)] for label in ordered}
 
 
-def _key_of(kinds: Mapping[str, str]) -> list[Line2D]:
+def _shared(reasons: ColumnArray, kinds: Mapping[str, Colour]) -> ColumnArray:
+    """Return the entry of the key of each reason, "" for none."""
+    return np.array(
+        [reason if reason in kinds or not reason else _OTHERS for reason in reasons], dtype=object
+    )
+
+
+def _key_of(kinds: Mapping[str, Colour]) -> list[Line2D]:
     """Return the entries of reasons in a key."""
     return [
         Line2D([], [], color=colour, marker="o", linestyle="", markersize=4, label=name)

@@ -61,6 +61,11 @@ class Scale:
         edges = np.concatenate(([first], middles, [last]))
         return np.exp(edges) if self.is_log else edges
 
+    def by_value(self) -> Scale:
+        """Return a scale on which each value stands by name, in cells of one size."""
+        names = tuple(map(number, self.places.tolist()))
+        return Scale(self.label, np.arange(len(names), dtype=np.float64), self.order, names=names)
+
     def limits(self, *, cells: bool = False) -> tuple[float, float]:
         """Return the limits of the axis, from the first value to the last.
 
@@ -204,7 +209,8 @@ def caption(
             names = np.unique(read[axis.column])
             if len(names) == 1:
                 fixed.append(drawn_name(axis, str(names[0]), spec.units))
-    known = [name for name in cube.defining if name in read]
+    of_names = [name for name, (_, axis) in cube.columns_of_names.items() if not axis.is_text]
+    known = [name for name in dict.fromkeys([*cube.defining, *of_names]) if name in read]
     for name in known:
         if name in varied:
             continue

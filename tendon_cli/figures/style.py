@@ -11,7 +11,7 @@ import re
 import struct
 import warnings
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
@@ -50,6 +50,16 @@ OKABE_ITO = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "
 """Colours that everybody tells apart, for values without an order."""
 LIMIT_COLOURS = (INK, "#006b4e", "#8f2d72", "#5a4a00", "#7a0019", "#003a70", "#4d4d4d")
 """Dark colours of limits, the first of which is that on stiffness."""
+COLOUR_OF_LIMIT = {
+    "extensor slack": OKABE_ITO[1],
+    "flexor slack": OKABE_ITO[4],
+    "min_elbow_stiffness": OKABE_ITO[0],
+    "peak_motor_torque": OKABE_ITO[2],
+    "peak_motor_speed": OKABE_ITO[3],
+    "max_tension": OKABE_ITO[5],
+    "max_spring_extension": OKABE_ITO[6],
+}
+"""Colours of the limits that bind most often, the same in every figure of an answer."""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 
 DIVERGING = LinearSegmentedColormap.from_list(
@@ -350,6 +360,23 @@ def load_colours(masses: npt.ArrayLike) -> list[Colour]:
     if len(places) > 1 and float(np.diff(np.sort(places)).min()) <= 0.1:
         return sequence(len(places))
     return [SEQUENTIAL(float(place)) for place in places]
+
+
+def limit_colours(limits: Iterable[str]) -> dict[str, Colour]:
+    """Return a colour for each limit: its own, or one that no other limit of the figure has.
+
+    If the colours run out, the last limits share the last one.
+
+    Args:
+        limits: Names of the limits of a figure, in the order of its key.
+    """
+    names = list(dict.fromkeys(limits))
+    colours = {name: COLOUR_OF_LIMIT[name] for name in names if name in COLOUR_OF_LIMIT}
+    free = [colour for colour in reversed(OKABE_ITO) if colour not in colours.values()]
+    others = [name for name in names if name not in colours]
+    for place, name in enumerate(others):
+        colours[name] = free[min(place, len(free) - 1)] if free else OKABE_ITO[-1]
+    return {name: colours[name] for name in names}
 
 
 def wrapped(text: str, width: int) -> str:

@@ -16,12 +16,13 @@ from tendon_cli.answer_record import AnswerRecord, ChoiceRecord
 from tendon_cli.cube.choice_grid import OverMotion, over_motion, pretension_name
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import reading_unit, without_formulas
-from tendon_cli.figures.backend import Axes, Line2D, Patch
+from tendon_cli.figures.backend import Axes, FigureCanvasAgg, Line2D, Patch
 from tendon_cli.figures.choice_maps import answer_page, choice_text
+from tendon_cli.figures.clear_texts import annotate_clear
 from tendon_cli.figures.frame import Page
 from tendon_cli.figures.motion_marks import cell_edges, ends_key, hatch_ends
 from tendon_cli.figures.scales import plain_numbers
-from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO
+from tendon_cli.figures.style import FAINT, INK, MARKERS, limit_colours
 
 _WINDOW = "#8fbfe0"
 _AT_PLACE = "#e3eef6"
@@ -50,7 +51,7 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page
         return None
     floor, roof = drawn.tightest
     top = drawn.top
-    colours = _limit_colours(*drawn.ends)
+    colours = limit_colours(name for bounds in drawn.ends for name in bounds)
     key: list[Any] = [
         Line2D([], [], color=colour, label=say.limit_words(name, cube.limits).label)
         for name, colour in colours.items()
@@ -69,8 +70,8 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page
     panel.set_ylim(0.0, top)
     panel.set_xlabel(drawn.axis_label)
     panel.set_ylabel(f"{pretension_name(cube.document)} ({reading_unit(cube.document)})")
-    for end, bounds, tightest, samples, value in zip(
-        ("from", "to"), drawn.ends, drawn.tightest, drawn.at_samples, drawn.window, strict=True
+    for end, bounds, tightest, samples in zip(
+        ("from", "to"), drawn.ends, drawn.tightest, drawn.at_samples, strict=True
     ):
         for name, values in bounds.items():
             colour = colours[name]
@@ -79,8 +80,6 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page
             panel.plot(drawn.along, shown, linewidth=0.9, color=colour, gid=f"{end} {name}")
             panel.plot(drawn.along, binding, color=colour, gid="binds", **_BOUND)
         panel.plot(drawn.samples, samples, "o", color=INK, markersize=2.4, zorder=4, gid="samples")
-        if np.isfinite(value):
-            _mark_end(panel, drawn, chosen, end, reading_unit(cube.document))
     if not drawn.does_count.all():
         hatch_ends(panel, ~drawn.does_count, cell_edges(drawn.along))
     pretension = chosen["pretension"]
@@ -90,6 +89,11 @@ def draw_between(cube: Cube, record: AnswerRecord, chosen: ChoiceRecord) -> Page
         panel.plot([drawn.along[0]], [pretension], zorder=5, **star)
     panel.xaxis.set_major_formatter(plain_numbers())
     panel.yaxis.set_major_formatter(plain_numbers())
+    FigureCanvasAgg(page.figure)
+    page.figure.draw_without_rendering()  # so that texts find their places between the lines
+    for end, value in zip(("from", "to"), drawn.window, strict=True):
+        if np.isfinite(value):
+            _mark_end(panel, drawn, chosen, end, reading_unit(cube.document))
     return page
 
 
@@ -98,12 +102,6 @@ def _room_around(along: npt.NDArray[np.float64]) -> tuple[float, float]:
     first = float(along[0])
     last = float(along[-1])
     return (first, last) if first < last else (first - 1.0, last + 1.0)
-
-
-def _limit_colours(*ends: Mapping[str, Any]) -> dict[str, str]:
-    """Select a colour for each limit of both ends of the window."""
-    names = dict.fromkeys(name for bounds in ends for name in bounds)
-    return {name: OKABE_ITO[place % len(OKABE_ITO)] for place, name in enumerate(names)}
 
 
 def _key(drawn: OverMotion) -> list[Any]:
@@ -144,15 +142,8 @@ def _mark_end(
         text += f" at {say.number(place, 3)}"
         text += " s" if drawn.is_in_time else "°"
         panel.plot([place], [value], clip_on=False, zorder=6, **_END_SIGN)
-    is_right = place > (left + right) / 2.0
-    panel.annotate(
-        text,
-        (place, value),
-        xytext=(-8 if is_right else 8, -9 if end == "from" else 9),
-        textcoords="offset points",
-        ha="right" if is_right else "left",
-        va="center",
-        size=7.0,
-        zorder=7,
-        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8},
-    )
+    across = -8.0 if place > (left + right) / 2.0 else 8.0
+    outside = -9.0 if end == "from" else 9.0
+    offsets = [(across, up) for up in (outside, -outside, 2.0 * outside, -2.0 * outside)]
+    paper: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8}
+    annotate_clear(panel, text, (place, value), offsets, size=7.0, zorder=7, bbox=paper)

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli import say
 from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.backend import Axes, Line2D
@@ -38,8 +39,8 @@ from tendon_cli.state_page.motion_plot import (
 
 Array = npt.NDArray[np.float64]
 
-_PAPER: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8}
-"""Background of a text in a panel."""
+_ROOM_FOR_ANGLES = 0.45
+"""Room on either side of the loop for the angles at its ends, as a share of its width."""
 _POINTS = 721
 """Points of each curve."""
 _LIMITS = ("peak_motor_torque", "peak_motor_speed", "peak_motor_power")
@@ -101,7 +102,8 @@ def draw_motor(
     strokes = {}
     motion = None
     if speed is not None:
-        title = f"{title}, elbow at {np.degrees(speed.single):.6g} deg/s"
+        joint = say.joint_name(plan.study)
+        title = f"{title}, {joint} at {np.degrees(speed.single):.6g} deg/s"
         for direction in plan.directions:
             strokes[direction] = stroke_of(design, plan, direction, speed.single)
     if trajectory is not None:
@@ -288,11 +290,15 @@ def _draw_loop(axes: Axes, strokes: Mapping[str, Stroke]) -> None:
         area: dict[str, Any] = {"color": "#eceff2", "linewidth": 0.0, "zorder": 0.5, "gid": "loss"}
         axes.fill(np.degrees(x[is_known]), y[is_known], **area)
     first = next(iter(strokes.values()))
-    for end in (0, -1):
+    for end, beside in ((0, -1), (-1, 0)):
         place = (np.degrees(first.spool_angle[end]), first.motor_torque[end])
         text = f"θ = {np.degrees(first.elbow_angle[end]):.3g}°"
-        axes.annotate(text, place, ha="center", size=6.5, bbox=_PAPER)
-    axes.margins(0.12)
+        # Beyond its end of the loop, where no curve is.
+        is_left = first.spool_angle[end] < first.spool_angle[beside]
+        style: dict[str, Any] = {"ha": "right" if is_left else "left", "va": "center", "size": 6.5}
+        offset = (-3.0 if is_left else 3.0, 0.0)
+        axes.annotate(text, place, xytext=offset, textcoords="offset points", **style)
+    axes.margins(x=_ROOM_FOR_ANGLES, y=0.12)
     axes.set(title="Hysteresis", xlabel="spool angle α (deg)")
 
 

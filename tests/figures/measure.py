@@ -37,6 +37,10 @@ SMALLEST = 10.0
 _DOLLAR = re.compile(r"(?<!\\)\$")
 _UNSET = re.compile(r"[_^]\{|\\mathit")
 
+_CURVE = re.compile(r"(curve|binds|from .*|to .*)$")
+"""Names of the lines that show results."""
+_MAY_BE_CROSSED = ("slack word",)
+"""Texts that name an area, before the curves of which they stand."""
 _SHARED = ("answer_page", "_begin_map")
 """Functions that begin the pages of several figures."""
 _CALL = re.compile(r"= (?:framed|answer_page|_begin_map)\(")
@@ -136,11 +140,34 @@ def faults_of(figure: Any) -> list[str]:
         beyond = max(-low[0], -low[1], high[0] - width, high[1] - height)
         if beyond > BEYOND:
             faults.append(f"{_short(box)} is cut off by {beyond:.1f} pt")
+    faults += _crossed(figure, renderer)
     for one, other in itertools.combinations(boxes, 2):
         depth = _overlap(one.corners, other.corners)
         if depth > TOUCH:
             faults.append(f"{_short(one)} and {_short(other)} overlap by {depth:.1f} pt")
     return faults
+
+
+def _crossed(figure: Any, renderer: Any) -> Iterator[str]:
+    """Yield a sentence for each text written in a panel that one of the panel's curves crosses.
+
+    The curves are crossed as paths, without pixels. Words that name an area may have curves behind
+    them; so may the lengths of a drawing and the values in cells, which have no curves.
+    """
+    for axes in figure.axes:
+        if not axes.get_visible():
+            continue
+        curves = [line for line in axes.lines if _CURVE.match(str(line.get_gid()))]
+        for text in axes.texts:
+            if not text.get_text().strip() or text.get_gid() in _MAY_BE_CROSSED:
+                continue
+            box = text.get_window_extent(renderer)
+            inner = box.padded(-TOUCH * renderer.dpi / 72.0)
+            for curve in curves:
+                path = curve.get_path().cleaned(curve.get_transform(), remove_nans=True)
+                if path.intersects_bbox(inner, filled=False):
+                    yield f'a curve crosses "{text.get_text()[:40]}"'
+                    break
 
 
 def _sizes(figure: Any) -> Iterator[float]:

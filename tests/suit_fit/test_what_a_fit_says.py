@@ -69,7 +69,7 @@ def test_a_combination_says_its_value_and_its_deviation_as_a_share(fit):
 
 def test_every_head_of_the_text_stands_once_if_there_is_something_to_say(fit):
     heads = [line[:11].strip() for line in fit.text.splitlines()[1:]]
-    assert heads.count("next") == bool(fit.proposals)
+    assert heads.count("helps") == bool(fit.proposals)
     assert heads.count("holds?") == heads.count("rows") == 1
     together = [line for line in fit.text.splitlines() if line.strip().startswith("together")]
     said = [line.split("together", 1)[1].strip() for line in together]
