@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.answers.phrases import sums_words
 from tendon_cli.cube.rows import export, rows_in
 from tendon_cli.errors import StudyError
 
@@ -197,3 +198,17 @@ def test_the_record_reads_back_as_the_same_study(folder, run):
     assert again.hash == run.study.hash
     assert [column.name for column in again.row_tables[1].carried] == ["price", "mass"]
     assert json.loads((folder / "run" / "run.json").read_text())["axes"] == list(again.axes)
+
+
+@pytest.mark.parametrize(
+    ("tables", "row", "words"),
+    [
+        (["spring", "motor"], {"price": 141.0}, "price 141 EUR in all"),
+        (["spring"], {"price": 141.0}, ""),
+        (["spring", "motor"], {"price": None}, ""),
+    ],
+    ids=["two parts", "one part", "a price that is not known"],
+)
+def test_a_sum_is_said_of_several_parts_whose_numbers_are_known(tables, row, words):
+    question = {"carried": {"price": {"unit": "EUR", "tables": tables}}}
+    assert sums_words(question, row) == words
