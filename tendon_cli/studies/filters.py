@@ -126,8 +126,8 @@ class Filter:
         except UnitError as error:
             if quantity.has_own_unit:
                 problem = f'"{shorten(self.text)}": expected a number in {quantity.unit}'
-                hint = f"such as 100 {quantity.unit}, or the number alone"
-                raise UsageError(problem, where="--where", hint=hint) from None
+                unit_hint = f"such as 100 {quantity.unit}, or the number alone"
+                raise UsageError(problem, where="--where", hint=unit_hint) from None
             problem = f'"{shorten(self.text)}": {error.problem}'
             hint = error.hint
             if not hint or "quotes" in hint:  # a filter's values have no quotes
