@@ -16,4 +16,5 @@ def reader_of(results_version: object) -> str:
     for version, release in _WRITTEN_BY.items():
         if isinstance(results_version, int) and results_version <= version:
             return f"tendon {release}"
-    return "a later tendon"
+    is_older = isinstance(results_version, int) and results_version < RESULTS_VERSION
+    return "an earlier tendon" if is_older else "a later tendon"

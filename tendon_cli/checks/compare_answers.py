@@ -519,7 +519,7 @@ def _lost_one(
 ) -> LostRecord | None:
     """Return one person or draw that another answer does not serve and the first does.
 
-    One of the answer's own sample has a name; of a fresh one a draw has its numbers.
+    One of the answer's own sample has a name; one of a fresh sample has its numbers.
 
     Args:
         other: The other answer.
@@ -531,8 +531,7 @@ def _lost_one(
         return None
     if lost and table is not None:
         return lost_by_name(other.answer, other.choice, table, lost[0])
-    has_people = other.answer.study.people is not None
-    if pair is None or pair.lost_one is None or has_people:
+    if pair is None or pair.lost_one is None:
         return None
     return lost_afresh(other.answer, other.choice, pair.lost_one)
 

@@ -358,7 +358,7 @@ def _people(record: ComparisonRecord, labels: Sequence[str]) -> Iterator[Block]:
         lost = _move_words(beside["lost"], "lost")
         blocks += say.items([f"{label}: {gained}; {lost}"])
         one = beside["lost_one"]
-        if one is not None:
+        if one is not None and one["name"]:
             blocks += _lost_words(one, beside["lost"], label)
     if blocks:
         yield say.heading("Gained and lost")
@@ -367,7 +367,7 @@ def _people(record: ComparisonRecord, labels: Sequence[str]) -> Iterator[Block]:
 
 def _lost_words(one: LostRecord, lost: MoveRecord, label: str) -> Iterator[Block]:
     """Say why one person or draw is lost to a result, and how to look at it."""
-    who = f"a draw with {one['name']}"
+    who = f"a new {lost['kind'].removesuffix('s')} with {one['name']}"
     it = "it"
     if lost["named"]:
         who = one["name"]

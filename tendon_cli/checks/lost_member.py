@@ -16,6 +16,7 @@ from tendon_cli.checks.comparison_record import LostRecord
 from tendon_cli.errors import TendonError
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.axis_words import parameter
+from tendon_cli.studies.contents import keys
 from tendon_cli.studies.load import load_study
 from tendon_cli.studies.value_words import quantity_of
 
@@ -77,12 +78,12 @@ def _quoted(name: str) -> str:
 
 
 def lost_afresh(answer: Answer, choice: ChoiceRecord, member: LostMember) -> LostRecord:
-    """Say why a draw of the fresh sample is not served, and how to look at it.
+    """Say why a member of the fresh sample is not served, and how to look at a draw.
 
     Args:
         answer: The answer that does not serve it.
         choice: Choice of the answer.
-        member: The draw.
+        member: The person or the draw.
     """
     question: QuestionRecord = answer.record["question"]
     set_to = float(choice["pretension"] or 0.0)
@@ -94,17 +95,21 @@ def lost_afresh(answer: Answer, choice: ChoiceRecord, member: LostMember) -> Los
         why = f"it needs at least {say.number(member.low)} {unit}, and {at}"
     else:
         why = f"it takes at most {say.number(member.high)} {unit}, and {at}"
-    numbers = ", ".join(parameter(key, value) for key, value in member.numbers.items())
+    # Scales of a person's anchors have no key, and are not among the numbers of a study.
+    stated = {key: value for key, value in member.numbers.items() if key in keys()}
+    numbers = ", ".join(parameter(key, value) for key, value in stated.items())
     return {"name": numbers, "why": why, "command": _design_of(answer, choice, member)}
 
 
 def _design_of(answer: Answer, choice: ChoiceRecord, member: LostMember) -> str | None:
     """Return the command that designs for one draw at the pretension of a choice.
 
-    Return None if the study's file is not where the command would find it, or if a choice is not
-    told by numbers alone.
+    Return None if the study's file is not where the command would find it, if a choice is not
+    told by numbers alone, or if bodies are drawn, whose arms no setting gives.
     """
     record = answer.record
+    if answer.study.people is not None:
+        return None
     axes = record["question"]["choices"]
     if any(axis["sets"] is not None or axis["named"] for axis in axes):
         return None

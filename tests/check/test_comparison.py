@@ -256,6 +256,15 @@ def test_a_new_draw_that_is_lost_can_be_designed_for_alone(command, tmp_path, mo
     assert commands_in(command(*words).out) == []
 
 
+def test_a_new_person_who_is_lost_has_numbers_and_a_reason(answered):
+    compared = tendon.compare(answered["v1"], answered["v2"])
+    assert compared.record["lost"]["named"] == 0 < compared.record["lost"]["count"]
+    one = compared.record["lost_one"]
+    assert " kg" in one["name"]
+    assert one["command"] is None
+    assert f"v2 loses a new person with {one['name']}" in " ".join(compared.text.split())
+
+
 def test_draws_of_another_seed_are_not_taken_for_the_same_by_their_names(tmp_path):
     before = tendon.design(DRAWN)
     other = tendon.design(DRAWN | {"uncertainty": {"seed": 2}})
