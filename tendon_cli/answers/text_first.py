@@ -79,7 +79,7 @@ def first_words(record: AnswerResults, best: ChoiceRecord) -> str:
     unsettable = unsettable_words(record)
     but = f", but {failures}" if failures else ""
     if unsettable:
-        at_setting = f"{suit.verb('They', 'It')} {serves} at {setting}"
+        at_setting = f"At {setting}, {suit.verb('they', 'it')} {serves}"
         return f"{_capital(suit.words)} {unsettable}. {at_setting}{but}."
     if not can_be_built(record):
         return f"{_capital(suit.words)} would be set to {setting}, but {failures}."
